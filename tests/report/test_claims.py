@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.report import claims
-from pidpanel.report.claims_table import Finding, Verdict, verdict_table
+from pidpanel.report.claims import Finding, Verdict, verdict_table
 from pidpanel.report.from_study import reported_study
 from pidpanel.report.text import READINGS
 

@@ -29,8 +29,7 @@ def test_a_coupon_brings_its_figures_and_its_table(coupon):
     # red: the table of cases left out
     section = coupon_section.coupon_section(coupon)
     assert [picture.name for picture in pictures(section)] == [
-        "steadiness", "damping_over_frequency", "damping_over_acceleration",
-        "loss_factor", "apparent_mass",
+        "steadiness", "damping_over_frequency", "damping_over_acceleration", "apparent_mass",
     ]  # fmt: skip
     assert section.blocks[-1].rows[2][-1] == "NotSteady"
     assert section.blocks[-1].folded
@@ -38,7 +37,7 @@ def test_a_coupon_brings_its_figures_and_its_table(coupon):
 
 @pytest.mark.parametrize(
     ("alone", "drawn", "axis"),
-    [("acceleration_g", "damping_over_frequency", "over frequency"),
+    [("acceleration_g", "damping_over_frequency", "over f"),
      ("frequency_hz", "damping_over_acceleration", "over Γ")],
 )  # fmt: skip
 def test_nothing_is_drawn_over_what_has_one_value(coupon, alone, drawn, axis):
@@ -46,7 +45,7 @@ def test_nothing_is_drawn_over_what_has_one_value(coupon, alone, drawn, axis):
     cases = coupon.cases[coupon.cases[alone] == coupon.cases[alone].iloc[0]]
     section = coupon_section.coupon_section(dataclasses.replace(coupon, cases=cases))
     names = [picture.name for picture in pictures(section)]
-    assert names == ["steadiness", drawn, "loss_factor", "apparent_mass"]
+    assert names == ["steadiness", drawn, "apparent_mass"]
     assert all(axis in picture.caption for picture in pictures(section)[1:])
 
 

@@ -11,7 +11,7 @@ from pidpanel.damping import fit
 from pidpanel.damping.laws import equation_5
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
-from pidpanel.report import damping_figures, style
+from pidpanel.report import style
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.html import Paragraph, Picture, Table
 from pidpanel.report.inputs import DampingResults
@@ -67,12 +67,6 @@ def test_every_level_has_its_constants_with_intervals_that_hold_them(section):
 def test_the_pictures_are_there(section):
     names = {b.name for b in section.blocks if isinstance(b, Picture)}
     assert names == {"map_frequency_acceleration", "damping_law", "damping_collapse"}
-
-
-def test_figures_are_at_the_values_of_the_sweep_not_of_single_tones():
-    # red: np.unique without the counts
-    values = pd.Series([4.0] * 6 + [20.0] * 5 + [29.1, 31.3, 31.3])
-    np.testing.assert_array_equal(damping_figures.swept(values), [4.0, 20.0])
 
 
 def test_a_level_with_cases_of_one_fill_has_no_law_over_fill(results):

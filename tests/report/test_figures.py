@@ -12,14 +12,13 @@ from pidpanel.report import (
     coupon_figures,
     layout,
     response_figures,
-    sound_figures,
+    sound_section,
     style,
 )
 from pidpanel.report.coupon_figures import (
     ACCELERATION,
     EQUIVALENT_DAMPING,
     FREQUENCY,
-    LOSS_FACTOR,
 )
 from pidpanel.report.evidence import RunRecord
 from pidpanel.report.html import RESOLUTION
@@ -136,7 +135,6 @@ def test_a_map_of_reductions_writes_each_number_into_its_cell():
     [
         (FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION, 3, 2),
         (ACCELERATION, EQUIVALENT_DAMPING, FREQUENCY, 2, 2),
-        (ACCELERATION, LOSS_FACTOR, FREQUENCY, 2, 2),
     ],
 )
 def test_a_sweep_has_axes_a_value_and_error_bars_a_fill(cases, x, y, panel_of, axes, lines):
@@ -172,7 +170,7 @@ def test_steadiness_marks_where_the_transient_ends():
 
 def test_the_spectrum_has_units(bands):
     # red: a label without its unit
-    spectrum = sound_figures.spectrum_figure(bands, 100, 400)
+    spectrum = sound_section.spectrum_figure(bands, 100, 400)
     assert_units(spectrum)
     assert "dB re 20 µPa" in spectrum.axes[0].get_ylabel()
 

@@ -34,8 +34,3 @@ def test_importing_the_report_imports_no_pyplot():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert result.stdout == "False\n"
-
-
-def test_the_head_of_the_package_names_every_module():
-    # red: any name left out of the docstring
-    assert [name for name in MODULES if f"`{name}`" not in report.__doc__] == []

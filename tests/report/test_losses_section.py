@@ -3,7 +3,7 @@
 import numpy as np
 
 from pidpanel.report.coupon_figures import losses_figure
-from pidpanel.report.losses_section import losses_section
+from pidpanel.report.coupon_section import losses_section
 
 
 def test_losses_are_shown_in_percent_of_what_they_are_a_share_of(cases):

@@ -15,8 +15,8 @@ from pidpanel.report.answer_text import level_text, worst_map
 from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Picture, Table
 from pidpanel.report.inputs import Inputs
-from pidpanel.report.psds import inside_of, log_error_of
 from pidpanel.report.response_figures import FigurePanel, PsdCurve
+from pidpanel.report.rms import inside_of, log_error_of
 from pidpanel.report.text import (
     DECIBEL_DECIMALS,
     READINGS,

@@ -3,13 +3,15 @@
 Each claim is a function of arrays that returns a `Finding`: whether it holds, and the evidence.
 A claim is decided only where the numbers are further apart than `SIGNIFICANCE` of their standard
 errors, and not at all where no errors are known. `verdicts` tests every claim that a study's
-scenarios allow, in each reading of the damping; `claims_table` shows the verdicts.
+scenarios allow, in each reading of the damping; `verdict_table` shows the verdicts.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,10 +23,10 @@ from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.answer import SIGNIFICANCE
-from pidpanel.report.claims_table import Finding, Verdict
+from pidpanel.report.html import Table
 from pidpanel.report.inputs import ReportedStudy
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
-from pidpanel.report.text import percent, value_text
+from pidpanel.report.text import READINGS, percent, value_text
 from pidpanel.solve.bands import reduction
 
 ALIKE = 1.0
@@ -293,3 +295,48 @@ def patch_distance(basis: PanelBasis) -> pd.DataFrame:
     centre = weight @ corners.mean(axis=1) / weight.sum(axis=1, keepdims=True)
     away = np.linalg.norm(centre[:, None] - basis.point_position, axis=-1)
     return pd.DataFrame(away, basis.patch_names, basis.point_names)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Whether a claim holds, and the numbers behind it."""
+
+    holds: bool | None  # None where the numbers do not decide
+    evidence: str  # the numbers in words
+    has_errors: bool = True  # whether the numbers have errors
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The finding on a claim in one reading."""
+
+    claim: str
+    reading: str
+    finding: Finding | None  # None where the claim cannot be tested
+    reason: str = ""  # why it cannot be tested
+
+
+def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
+    """Return the claims, each once with all its readings, and the verdicts; None for none."""
+    if not verdicts:
+        return None
+    rows = []
+    for verdict in verdicts:
+        if verdict.finding is None:
+            answer, evidence = "cannot be tested", verdict.reason
+        else:
+            finding = verdict.finding
+            undecided = "within the errors" if finding.has_errors else "no error, not judged"
+            answers = {True: "holds", False: "does not hold", None: undecided}
+            answer, evidence = answers[finding.holds], finding.evidence
+        rows.append([verdict.claim, READINGS[verdict.reading], answer, evidence])
+    claims = list(dict.fromkeys(verdict.claim for verdict in verdicts))
+    rows.sort(key=lambda row: claims.index(row[0]))
+    for previous, row in reversed(list(pairwise(rows))):
+        row[0] = "" if row[0] == previous[0] else row[0]
+    return Table(
+        "The paper's claims tested against these results; decided where values differ by more "
+        f"than {SIGNIFICANCE:g} standard errors",
+        ["claim", "damping model", "verdict", "evidence (rms acceleration)"],
+        rows,
+    )

@@ -30,7 +30,6 @@ from pidpanel.report.layout import (
     fill_handles,
     frequency_axis,
     pick,
-    swept,
 )
 
 
@@ -126,7 +125,7 @@ def _scale_x(axes: Axes, cases: pd.DataFrame, x: AxisQuantity) -> None:
         low, high = cases[x.column].min(), cases[x.column].max()
         frequency_axis(axes, low / 1.25, high * 1.25)
     else:
-        ticks = swept(cases[x.column])
+        ticks = np.unique(cases[x.column])
         axes.set_xlim(cases[x.column].min() / 1.25, cases[x.column].max() * 1.25)
         if len(ticks) <= FEW_TICKS:
             axes.set_xticks(ticks, [f"{value:g}" for value in ticks])
@@ -144,7 +143,7 @@ def sweep_figure(
     bound: str | None = None,
 ) -> Figure:
     """Draw a quantity of the coupon over frequency or acceleration, one line per fill."""
-    values = list(swept(cases[panel.column]))
+    values = list(np.unique(cases[panel.column]))
     fills = sorted(cases["fill_fraction"].unique())
     columns = min(3, len(values))
     figure, grid = figure_of_axes(len(values), columns, 2.55, 0.5, sharex=True, sharey=True)
@@ -180,14 +179,14 @@ CELLS_WITH_TEXT = 12
 
 
 def loss_factor_map(cases: pd.DataFrame) -> Figure:
-    """Draw η over frequency and Γ, a map for each fill fraction; cases off the sweep are left out.
+    """Draw η over frequency and Γ, a map for each fill fraction.
 
     Several cases of a cell count by their mean.
     """
-    frequencies, amplitudes = swept(cases[FREQUENCY.column]), swept(cases[ACCELERATION.column])
-    cases = cases[
-        cases[FREQUENCY.column].isin(frequencies) & cases[ACCELERATION.column].isin(amplitudes)
-    ]
+    frequencies, amplitudes = (
+        np.unique(cases[FREQUENCY.column]),
+        np.unique(cases[ACCELERATION.column]),
+    )
     fills = sorted(cases["fill_fraction"].unique())
     columns = min(3, len(fills))
     rows = -(-len(fills) // columns)
@@ -232,10 +231,7 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
     balanced = cases[cases["closure"].notna()]
     figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
     left, right = figure.subplots(1, 2)
-    of_sweep = list(swept(balanced[FREQUENCY.column])) if len(balanced) else []
-    off_sweep = ~balanced[FREQUENCY.column].isin(of_sweep)
-    groups = [(f"{f:g} Hz", balanced[balanced[FREQUENCY.column] == f]) for f in of_sweep]
-    groups += [("other frequencies", balanced[off_sweep])] if off_sweep.any() else []
+    groups = [(f"{f:g} Hz", group) for f, group in balanced.groupby(FREQUENCY.column)]
     for number, (name, group) in enumerate(groups):
         look = {
             "ls": "none",
@@ -255,7 +251,7 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
     right.set_ylim(-reach, reach)
     for axes in (left, right):
         axes.set_xscale("log")
-        amplitudes = list(swept(balanced[ACCELERATION.column])) if len(balanced) else []
+        amplitudes = np.unique(balanced[ACCELERATION.column])
         axes.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
         axes.set_xticks([], minor=True)
         axes.margins(x=0.1)

@@ -6,13 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from pidpanel.damping.surface_cases import COUNTED
-from pidpanel.report.coupon_section import coupon_section, loss_factor_picture
-from pidpanel.report.coupon_text import coupon_finding, coupon_text
+from pidpanel.report.coupon_section import (
+    coupon_finding,
+    coupon_section,
+    coupon_text,
+    loss_factor_picture,
+    losses_section,
+)
 from pidpanel.report.facts import cases_text, software_text
 from pidpanel.report.films import film_picture
 from pidpanel.report.html import CAVEATS, Block, Page, Paragraph
 from pidpanel.report.inputs import CouponResults
-from pidpanel.report.losses_section import losses_section
 from pidpanel.report.varied_section import varied_findings, varied_section
 from pidpanel.report.warnings import coupon_warnings
 

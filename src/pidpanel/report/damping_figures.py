@@ -22,7 +22,7 @@ from pidpanel.damping.forms import Points
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
 from pidpanel.report import style
-from pidpanel.report.layout import GREY, WIDTH, figure_of_axes, fill_handles, pick, swept
+from pidpanel.report.layout import GREY, WIDTH, figure_of_axes, fill_handles, pick
 
 FILL, FREQUENCY, ACCELERATION = AXES
 LABELS = {
@@ -44,7 +44,7 @@ OUTSIDE = "#ffffff"
 def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
     """Draw C_e (above) and η (below) over two of the axes, one column per value of the third."""
     (fixed,) = set(AXES) - {across, up}
-    values = pick(swept(surface.cases[fixed]), MAPS)
+    values = pick(np.unique(surface.cases[fixed]), MAPS)
     axes_of = {name: _fine(surface, name) for name in (across, up)}
     x, y = axes_of[across], axes_of[up]
     grid = dict(zip((across, up), np.meshgrid(x, y), strict=True))
@@ -106,8 +106,8 @@ def law_figure(surface: DampingSurface, law: Law) -> Figure:
 
     Axes for each acceleration of the cases, a colour for each fill.
     """
-    accelerations = pick(swept(surface.cases[ACCELERATION]), 6)
-    fills = pick(swept(surface.cases[FILL]), 5)
+    accelerations = pick(np.unique(surface.cases[ACCELERATION]), 6)
+    fills = pick(np.unique(surface.cases[FILL]), 5)
     columns = min(2 if len(accelerations) == 4 else 3, len(accelerations))
     figure, grid = figure_of_axes(len(accelerations), columns, 3.1, 0.6, sharex=True, sharey=True)
     frequency = _fine(surface, FREQUENCY)

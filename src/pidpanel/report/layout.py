@@ -7,7 +7,6 @@ from math import hypot
 from typing import Any, TypeVar
 
 import numpy as np
-import pandas as pd
 from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -44,12 +43,6 @@ def frequency_axis(axes: Axes, low: float, high: float) -> None:
     axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(ticker.NullFormatter())
     axes.set_xlabel("frequency, Hz")
-
-
-def swept(values: pd.Series) -> Array:
-    """Return the values (n,) that many cases share: those of the sweep, not of single tones."""
-    unique, count = np.unique(values, return_counts=True)
-    return np.asarray(unique[2 * count >= count.max()])
 
 
 def pick_items(values: Sequence[Value], count: int) -> list[Value]:

@@ -17,8 +17,8 @@ from pidpanel.report.html import (
 )
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ReportedScenario
-from pidpanel.report.psds import inside_of, log_error_of
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
+from pidpanel.report.rms import inside_of, log_error_of
 from pidpanel.report.text import (
     READINGS,
 )

@@ -13,9 +13,8 @@ from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture
 from pidpanel.report.inputs import Inputs, ReportedFamily
 from pidpanel.report.names import ReportedScenario
-from pidpanel.report.psds import inside_of
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
-from pidpanel.report.rms import band_rms_of
+from pidpanel.report.rms import band_rms_of, inside_of
 from pidpanel.report.text import READINGS, number
 from pidpanel.solve.bands import reduction
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Flags
 from pidpanel.solve.bands import band_rms, third_octaves
 
 
@@ -64,3 +64,20 @@ def band_error_of(
     whole = band_rms(frequency, values, edge) ** 2
     error_square = band_rms(frequency, values * error, edge) ** 2
     return (10 / np.log(10) * error_square / whole).transpose(1, 0, 2)
+
+
+def inside_of(psd: xr.Dataset, reading: str, scenario: str) -> Flags:
+    """Return (nf,) whether the damping of all patches is within the range of its data."""
+    if "inside" not in psd:  # a panel without patches
+        return np.ones(psd.sizes["frequency"], dtype=np.bool_)
+    inside = psd["inside"].sel(reading=reading, scenario=scenario).transpose("patch", "frequency")
+    return np.asarray((inside.to_numpy() > 0.5).all(axis=0))
+
+
+def log_error_of(psd: xr.Dataset, reading: str, scenario: str, point: str) -> Array | None:
+    """Return (nf,) the standard error of ln of a PSD due to its damping; None without one."""
+    if "acceleration_psd_log_error" not in psd:
+        return None
+    errors = psd["acceleration_psd_log_error"]
+    error = errors.sel(reading=reading, scenario=scenario, point=point).to_numpy()
+    return error if np.isfinite(error).all() else None

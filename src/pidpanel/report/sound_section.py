@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, Picture
-from pidpanel.report.sound_figures import spectrum_figure
+from pidpanel.report.layout import WIDTH, frequency_axis
 
 SHAPES = {
     "bands": "The PSD is constant in each band and integrates to the band's level.",
@@ -34,3 +35,25 @@ def sound_section(
         caption += " Its shape is an assumption: the paper's Fig. 2 is not recoverable."
     picture = Picture("spectrum", style.png(spectrum_figure(bands, *frequency)), caption)
     return PageSection("sound", "Sound", [picture])
+
+
+def spectrum_figure(bands: pd.DataFrame, low: float, high: float) -> Figure:
+    """Draw band levels and pressure PSD of the sound; outside the response's range is grey."""
+    figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    edges = np.append(bands["lower_hz"].to_numpy(), bands["upper_hz"].to_numpy()[-1])
+    colour = style.PLACES[0]
+    for axes, column in ((left, "band_spl_db"), (right, "surface_pressure_psd_pa2_hz")):
+        values = bands[column].to_numpy()
+        axes.stairs(values, edges, color=colour, lw=1.1, baseline=None)
+        frequency_axis(axes, edges[0], edges[-1])
+        for start, stop in ((edges[0], low), (high, edges[-1])):
+            if stop > start:
+                axes.axvspan(start, stop, color="#eeeeee", lw=0, zorder=0)
+    left.plot(bands["center_hz"], bands["band_spl_db"], "o", color=colour, ms=3)
+    left.set_ylabel("band level, dB re 20 µPa")
+    left.set_title("band levels", loc="left", fontweight="bold")
+    right.set_yscale("log")
+    right.set_ylabel("pressure PSD on the surface, Pa²/Hz")
+    right.set_title("one-sided PSD", loc="left", fontweight="bold")
+    return figure

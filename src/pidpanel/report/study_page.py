@@ -13,17 +13,14 @@ from pidpanel.report.answer import answer_of
 from pidpanel.report.answer_section import answer_blocks
 from pidpanel.report.answer_text import NOTHING_MOVES, headline
 from pidpanel.report.base_section import base_section
-from pidpanel.report.claims import patch_distance, verdicts
-from pidpanel.report.claims_table import verdict_table
+from pidpanel.report.claims import patch_distance, verdict_table, verdicts
 from pidpanel.report.coupled_section import coupled_section
-from pidpanel.report.coupon_section import Law, coupon_section
-from pidpanel.report.coupon_text import coupon_text
+from pidpanel.report.coupon_section import Law, coupon_section, coupon_text, losses_section
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import study_facts
 from pidpanel.report.html import CAVEATS, Page, PageSection, Paragraph, Table
 from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.layouts_section import layouts_section
-from pidpanel.report.losses_section import losses_section
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.measurement_section import measurement_section
 from pidpanel.report.names import with_names
