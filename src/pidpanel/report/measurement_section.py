@@ -13,8 +13,8 @@ from pidpanel.report import style
 from pidpanel.report.charts import chart_of
 from pidpanel.report.html import PageSection, Paragraph, Picture, Table, table_of
 from pidpanel.report.inputs import MeasurementResults
-from pidpanel.report.psds import log_error_of
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, psd_figure
+from pidpanel.report.rms import log_error_of
 from pidpanel.report.text import READINGS, number, records, with_error
 
 MEASURED = style.BARE
