@@ -81,6 +81,10 @@ def test_help_and_completion_import_nothing_that_is_slow():
         (["new", "mine.yaml", "--size", "2"], "--size: '2': must be two lengths in m"),
         (["new", "mine.yaml", "--size", "2x-1"], "'-1': must be a number above 0"),
         (["new", "mine.yaml", "--spectrum", "nope.csv"], "--spectrum nope.csv: no such file"),
+        (["new", "mine.yaml", "--hold-down", "0.4"], "--hold-down: '0.4': must be x,y in m"),
+        (["new", "mine.yaml", "--bead", "none", "--hold-down", "4,0.2"], "--hold-down 4,0.2: lies off the panel, 1.5x1.0 m"),
+        (["new", "mine.yaml", "--bead", "none", "--budget-kg", "1"], "--budget-kg 1: needs particles or a table"),
+        (["new", "mine.yaml", "--shaker", "nope.csv"], "base.random.spectrum"),
         (["new", "mine.yaml", "--core-grade", "foam"], "unknown grade"),
         (["completion", "fish"], "invalid choice: 'fish'"),
     ],
@@ -272,6 +276,10 @@ def test_completion_knows_every_command(capsys, shell):
         (["--size", "2.1x1.2", "--bead", "steel", "--oaspl", "145"], {"coupon.particles.density_kg_m3": 7850, "damping.coupled.relative_error": 0.03, "sound.oaspl_db": 145, "panel.section.kind": "sandwich"}),
         (["--section", "thin", "--bead", "none", "--mass-kg-m2", "5.25"], {"panel.section.mass_per_area_kg_m2": 5.25, "damping.readings": ["paper_corrected"]}),
         (["--section", "solid", "--table", "acrylic_2mm.csv", "--supports", "clamped"], {"damping.table": "acrylic_2mm.csv", "panel.supports": "clamped"}),
+        (["--hold-down", "0.3,0.2", "--hold-down", "1.2,0.8", "--hole", "0.9,0.3,0.1", "--point", "1.4,0.9", "--bead", "none", "--shaker", "gevs_acceptance.csv"], {"panel.supports.outline": "free", "panel.supports.points.H2.at_m": [1.2, 0.8], "panel.holes.hole 1.diameter_m": 0.1, "panel.points.P3": [1.4, 0.9], "base.random.spectrum": "gevs_acceptance.csv"}),
+        (["--section", "thin", "--table", "acrylic_2mm.csv", "--budget-kg", "0.5", "--shaker", "gevs_acceptance.csv"], {"optimise.mass_kg": 0.5, "dampers.lab.table": "acrylic_2mm.csv", "damping.readings": ["stated"]}),
+        (["--bead", "acrylic", "--budget-kg", "0.5"], {"optimise.mass_kg": 0.5, "damping.readings": ["stated"]}),
+        (["--bead", "acrylic", "--shaker", "gevs_acceptance.csv"], {"damping.readings": ["dem"]}),
         (["--title", 'a "b" {0/90}s $x$ : # größe'], {"title": 'a "b" {0/90}s $x$ : # größe'}),
     ],
 )  # fmt: skip
@@ -328,7 +336,23 @@ def test_an_own_spectrum_is_named_relative_to_the_new_study(capsys, tmp_path, mo
 
 def test_questions_ask_only_for_what_matters_and_again_after_a_mistake(capsys):
     # red: OF_SECTION left out; `found[name] = default` after an error
-    answers = iter(["2x", "2x1", "", "brick", "solid", "4", "", "none"])
+    answers = iter(
+        [
+            "2x",
+            "2x1",
+            "0.2,0.1; 1.8,0.9",
+            "",
+            "brick",
+            "solid",
+            "4",
+            "1,0.3",
+            "",
+            "",
+            "",
+            "none",
+            "",
+        ]
+    )
     asked = []
 
     def ask(question):
@@ -339,10 +363,15 @@ def test_questions_ask_only_for_what_matters_and_again_after_a_mistake(capsys):
     assert (
         found["size"] == (2.0, 1.0) and found["section"] == "solid" and found["thickness_mm"] == 4
     )
-    assert found["supports"] == "simply_supported" and found["bead"] == "none"
+    assert found["hold_downs"] == [(0.2, 0.1), (1.8, 0.9)] and found["supports"] == "free"
+    assert found["bead"] == "none" and not any("budget" in one for one in asked)
     assert not any("core" in one or "cell" in one for one in asked)
     said = capsys.readouterr().out
-    assert "must be a number above 0" in said and "'brick': must be one of sandwich" in said
+    assert (
+        "must be x,y,diameter in m" in said
+        and "must be a number above 0" in said
+        and "'brick': must be one of sandwich" in said
+    )
 
 
 # --------------------------------------------------------------------------------- status

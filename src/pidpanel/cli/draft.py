@@ -35,7 +35,10 @@ class Draft:
 
     title: str = ""
     size: tuple[float, float] = (1.5, 1.0)
-    supports: str = "simply_supported"
+    hold_downs: Sequence[tuple[float, ...]] = ()
+    supports: str = ""
+    holes: Sequence[tuple[float, ...]] = ()
+    points: Sequence[tuple[float, ...]] = ()
     section: str = "sandwich"
     face_mm: float = 0.3
     core_mm: float = 20.0
@@ -49,6 +52,13 @@ class Draft:
     bead_mm: float = 2.0
     cell_mm: float = 6.35
     table: str = ""
+    budget_kg: float | None = None
+    shaker: str = ""
+
+    @property
+    def edges(self) -> str:
+        """Supports of the edges; free on hold-downs."""
+        return self.supports or ("free" if self.hold_downs else "simply_supported")
 
     @property
     def thickness(self) -> float:
@@ -61,13 +71,23 @@ class Draft:
         return self.core_mm if self.section == "sandwich" else self.thickness
 
     @property
+    def is_simulated(self) -> bool:
+        """Whether LIGGGHTS moves particles."""
+        return not self.table and self.bead != "none"
+
+    @property
     def reading(self) -> str:
-        """Where the damping comes from."""
-        return "table" if self.table else "paper_corrected" if self.bead == "none" else "coupled"
+        """Where the damping comes from; a search and base motion need that of single tones."""
+        if not self.table and not self.is_simulated:
+            return "paper_corrected"
+        if self.budget_kg is not None:
+            return "stated"
+        return "table" if self.table else "dem" if self.shaker else "coupled"
 
 
 QUESTIONS: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "size": ("Edges of the panel, m x m", new.size),
+    "hold_downs": ("Hold-downs, x,y; x,y … in m", new.several(new.place)),
     "supports": (f"Supports of its edges ({', '.join(new.SUPPORTS)})", str),
     "section": (f"Section ({', '.join(new.SECTIONS)})", str),
     "face_mm": ("Thickness of a face, aluminium, mm", new.above_zero),
@@ -76,10 +96,14 @@ QUESTIONS: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "thickness_mm": ("Thickness, mm", new.above_zero),
     "mass_kg_m2": ("Mass per area, kg/m²", new.above_zero),
     "stiffness_n_m": ("Bending stiffness, N·m", new.above_zero),
+    "holes": ("Round holes, x,y,diameter; … in m", new.several(new.hole)),
+    "points": ("Response points, x,y; x,y … in m", new.several(new.place)),
     "spectrum": ("Spectrum of the sound, a CSV table", str),
     "bead": (f"Particles ({', '.join(new.BEADS)})", str),
     "bead_mm": ("Diameter of the particles, mm", new.above_zero),
     "cell_mm": ("Width of a cell across flats, mm", new.above_zero),
+    "budget_kg": ("Mass budget of the dampers to search layouts, kg", new.above_zero),
+    "shaker": ("Base motion on a shaker, a CSV table", str),
 }
 CHOICES = {"supports": new.SUPPORTS, "section": new.SECTIONS, "bead": new.BEADS}
 OF_SECTION = {
@@ -98,11 +122,13 @@ def questions(answers: Mapping[str, Any], ask: Callable[[str], str]) -> dict[str
     for name, (question, read) in QUESTIONS.items():
         draft = Draft(**values)
         of_other = draft.section not in OF_SECTION.get(name, (draft.section,))
-        no_bead = name in ("bead", "bead_mm", "cell_mm") and draft.reading != "coupled"
-        if name in values or of_other or no_bead:
+        no_bead = name in ("bead", "bead_mm", "cell_mm") and not draft.is_simulated
+        no_budget = name == "budget_kg" and draft.reading == "paper_corrected"
+        if name in values or of_other or no_bead or no_budget:
             continue
-        default = draft.thickness if name == "thickness_mm" else getattr(draft, name)
-        default_text = f"{draft.size[0]}x{draft.size[1]}" if name == "size" else default
+        of_others = {"thickness_mm": draft.thickness, "supports": draft.edges}
+        default = of_others.get(name, getattr(draft, name))
+        default_text = f"{draft.size[0]}x{draft.size[1]}" if name == "size" else default or "none"
         while name not in values:
             answer = ask(f"{question} [{default_text}]: ").strip()
             try:
@@ -151,6 +177,13 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
 
 def _values(draft: Draft, file: Path) -> dict[str, Any]:
     """Return the variables of the template."""
+    for kind in ("hold_downs", "holes", "points"):
+        for x, y, *_ in getattr(draft, kind):
+            if not (0 <= x <= draft.size[0] and 0 <= y <= draft.size[1]):
+                option = f"--{kind[:-1].replace('_', '-')} {x:g},{y:g}"
+                raise StudyError(f"{option}: lies off the panel, {draft.size[0]}x{draft.size[1]} m")
+    if draft.budget_kg is not None and draft.reading == "paper_corrected":
+        raise StudyError(f"--budget-kg {draft.budget_kg:g}: needs particles or a table with masses")
     spectrum = _relative_path(draft.spectrum, file)
     try:
         table = found_file(Path(spectrum), file.parent, DATA / "spl")
@@ -169,6 +202,9 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         "name": file.stem,
         "spectrum": spectrum,
         "table": _relative_path(draft.table, file) if draft.table else "",
+        "shaker": _relative_path(draft.shaker, file) if draft.shaker else "",
+        "edges": draft.edges,
+        "simulated": draft.is_simulated,
         "thickness": draft.thickness,
         "depth_mm": draft.depth_mm,
         "reading": draft.reading,

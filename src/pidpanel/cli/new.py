@@ -6,7 +6,9 @@ Without options it asks, on a terminal. The study states its default assumptions
 from __future__ import annotations
 
 import argparse
+import math
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 HELP = "Write a commented study, from options or questions."
@@ -28,6 +30,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--title", help="title of the report (default: the name of the file)")
     add("--size", type=size, metavar="AxB", help="edges of the panel [m] (default: 1.5x1.0)")
     add("--supports", choices=SUPPORTS, help="edges of the panel (default: simply_supported)")
+    add(
+        "--hold-down",
+        dest="hold_downs",
+        action="append",
+        type=place,
+        metavar="X,Y",
+        help="hold-down, 2 cm in radius [m]; the edges are then free by default; repeatable",
+    )
+    add(
+        "--hole",
+        dest="holes",
+        action="append",
+        type=hole,
+        metavar="X,Y,D",
+        help="round hole: centre and diameter [m]; repeatable",
+    )
+    add(
+        "--point",
+        dest="points",
+        action="append",
+        type=place,
+        metavar="X,Y",
+        help="further response point [m]; repeatable",
+    )
+    add("--budget-kg", type=above_zero, help="search layouts of dampers within this mass [kg]")
+    add(
+        "--shaker", metavar="TABLE", help="CSV table of base motion, such as gevs_qualification.csv"
+    )
     add("--section", choices=SECTIONS, help="kind of the panel's section (default: sandwich)")
     add("--face-mm", type=above_zero, help="sandwich: thickness of a face, aluminium (0.3)")
     add("--core-mm", type=above_zero, help="sandwich: thickness of the core (20)")
@@ -65,6 +95,32 @@ def size(text: str) -> tuple[float, float]:
     if len(parts) != 2:
         raise argparse.ArgumentTypeError(f"{text!r}: must be two lengths in m, such as 2.1x1.2")
     return above_zero(parts[0]), above_zero(parts[1])
+
+
+def numbers(text: str, count: int, words: str) -> tuple[float, ...]:
+    """Return so many numbers that are separated by commas."""
+    try:
+        values = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise argparse.ArgumentTypeError(f"{text!r}: must be {words}")
+    return values
+
+
+def place(text: str) -> tuple[float, ...]:
+    """Return a position, as ``0.4,0.2`` [m]."""
+    return numbers(text, 2, "x,y in m, such as 0.4,0.2")
+
+
+def hole(text: str) -> tuple[float, ...]:
+    """Return centre and diameter of a hole, as ``0.4,0.2,0.1`` [m]."""
+    return numbers(text, 3, "x,y,diameter in m, such as 0.4,0.2,0.1")
+
+
+def several(read: Callable[[str], tuple[float, ...]]) -> Callable[[str], list[tuple[float, ...]]]:
+    """Return what reads texts that are separated by semicolons."""
+    return lambda text: [read(part) for part in text.split(";")]
 
 
 def above_zero(text: str) -> float:

@@ -88,7 +88,7 @@ def _picture(name: str, lines: pd.DataFrame, rows: pd.DataFrame, psd: xr.Dataset
         at = {"reading": reading, "scenario": scenario, "point": point}
         values = psd["acceleration_psd"].sel(at).to_numpy()
         error = log_error_of(psd, reading, scenario, point)
-        label = f"computed, {READINGS[reading]}"
+        label = f"{READINGS[reading]}, computed"
         curves.append(PsdCurve(label, values, colour, log_error=error))
     figure = psd_figure(frequency, [FigurePanel("", "", curves)])
     caption = (
