@@ -50,14 +50,15 @@ def test_all_limits_hold_together_whatever_their_order():
     assert rms(GAIN[0] * both[0]) <= 15 * (1 + 1e-9)
 
 
-def test_no_limit_takes_what_another_has_taken():
-    # red: caps in turn, each below those before; the second is then kept with room to spare
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+def test_no_limit_takes_what_another_has_taken(unit):
+    # red: atol = 1; caps in turn, each below those before; the second is then kept with room to spare
     narrow = np.array([GAIN[0], GAIN[0] + 0.05 * GAIN[1]])
     for limits in (
-        [Limit(0, "a", 10.0, is_rms=True), Limit(1, "b", 14.0, is_rms=True)],
-        [Limit(1, "b", 14.0, is_rms=True), Limit(0, "a", 10.0, is_rms=True)],
+        [Limit(0, "a", 10 * unit, is_rms=True), Limit(1, "b", 14 * unit, is_rms=True)],
+        [Limit(1, "b", 14 * unit, is_rms=True), Limit(0, "a", 10 * unit, is_rms=True)],
     ):
-        lowered = notched(FREQUENCY, STATED, narrow, limits)
+        lowered = notched(FREQUENCY, unit**2 * STATED, narrow, limits)
         for index, limit in enumerate(limits):
             reached = rms(narrow[limit.location] * lowered.psd)
             assert reached <= limit.value * (1 + 1e-6)

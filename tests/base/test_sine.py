@@ -3,7 +3,7 @@
 import numpy as np
 from moving import solved, transfer_of
 
-from pidpanel.base.sine import sweep
+from pidpanel.base.sine import _Damping, sweep
 from pidpanel.base.transfer import Transfer
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import Load
@@ -30,6 +30,15 @@ def test_the_damping_is_that_of_each_frequencys_own_amplitude(panel):
     again = AMPLITUDE * transfer.patch_acceleration(slice(None), s)[:, 0]
     np.testing.assert_allclose(again, gamma, rtol=2e-3)  # C_e is linear in ln Γ in steps of 20 %
     assert result.residual.max() < 1e-6
+
+
+def test_the_damping_is_held_beyond_a_thousand_times_the_motion_of_the_base():
+    # up to there it is that of its Γ; red: RANGE to 1100; beyond the last but one
+    loads = [damper(lambda gamma: gamma**2)]
+    damping = _Damping(loads, np.array([50.0]), 2.0, None)
+    highest = patch_stiffness(np.array([50.0]), np.array([[2000.0**2]]), np.array([[0.5]]))
+    for gamma in (2000.0, 9000.0):
+        np.testing.assert_allclose(damping.at(0, np.log([gamma])), highest, rtol=1e-12)
 
 
 def test_where_two_motions_are_possible_the_sweeps_differ(panel):

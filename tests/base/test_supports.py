@@ -1,5 +1,7 @@
 """A panel on moving supports against the modal series of a simply supported plate and limits."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
@@ -16,7 +18,7 @@ from moving import (
     solved,
 )
 
-from pidpanel.base.supports import TABLE_MASS
+from pidpanel.base.supports import TABLE_MASS, inertia_of
 
 
 def table_frequency(m, n):
@@ -51,6 +53,33 @@ def test_a_simply_supported_plate_moves_as_its_modal_series(panel):
     highest = np.abs(points).max(axis=1)[:, None]
     np.testing.assert_allclose(ratio / highest, points / highest, atol=1e-2)
     np.testing.assert_allclose(pull / MASS, force, rtol=1e-2)
+
+
+def test_the_translation_moves_all_points_alike_and_bends_nothing(panel):
+    # red: 1.1 at the quadrature points or the vertices; 1 for a curvature or a shear
+    basis = panel.basis
+    for name in ("shape_at_points", "shape_at_quadrature", "shape_at_vertices"):
+        np.testing.assert_array_equal(getattr(basis, name)[..., -1], 1)
+    for name in ("curvature", "shear"):
+        for place in ("points", "vertices"):
+            np.testing.assert_array_equal(getattr(basis, f"{name}_at_{place}")[..., -1], 0)
+    # what it has in common with the other shapes are their integrals over patch and face
+    weight, shape = basis.quadrature_weight, basis.shape_at_quadrature
+    np.testing.assert_allclose(basis.face_overlap[-1], weight @ shape, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(basis.patch_overlap[0, -1], panel.observed[-1, 1], rtol=1e-9)
+
+
+def test_the_integrals_over_all_patches_come_before_that_of_the_face(panel):
+    # the patch and the rest of the face; red: one patch alone, or the last for the face
+    basis, whole = panel.supported.basis, panel.supported.basis.cell_in_patch[0]
+    two = SimpleNamespace(cells=basis.cells, cell_in_patch=np.array([whole, ~whole]))
+    inertia = inertia_of(two, panel.plate, panel.supported.vectors, MASS)
+    of_panel = panel.inertia
+    np.testing.assert_allclose(inertia.patch_integral[0], of_panel.patch_integral[0])
+    np.testing.assert_allclose(
+        inertia.patch_integral.sum(axis=0), of_panel.face_integral, atol=1e-12
+    )
+    np.testing.assert_allclose(inertia.face_integral, of_panel.face_integral)
 
 
 def test_at_rest_all_moves_with_the_supports(loaded_panel):

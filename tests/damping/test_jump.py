@@ -41,7 +41,16 @@ def test_without_cases_that_tell_it_lies_where_the_closed_form_has_it():
     np.testing.assert_allclose(found, scipy.stats.norm.cdf((u - CENTRE) / np.hypot(SIZE, WIDTH)))
 
 
-@pytest.mark.parametrize(("away", "crosses"), [(0.1, True), (-0.4, False), (0.3, False)])
+def test_it_is_expected_between_the_slowest_bed_that_meets_both_walls_and_half_a_gap():
+    # an inelastic body meets both walls in every cycle from W/L = 1/√(π² + 4) on
+    # red: WHOLE = 0.55; the mean of W/L for that of the logarithm
+    low, high = 1 / np.sqrt(np.pi**2 + 4), 0.5
+    assert np.exp([CENTRE - SIZE, CENTRE + SIZE]) == pytest.approx([low, high])
+
+
+@pytest.mark.parametrize(
+    ("away", "crosses"), [(0.1, True), (-0.4, False), (0.3, False), (1.0, True)]
+)
 def test_one_case_moves_it_as_the_integral_over_all_jumps_says(away, crosses):
     # P(u > τ | case) by quadrature over τ at the case and the normal of τ elsewhere given it; for
     # one case the method is exact at the case itself and the normal that stands for it elsewhere

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from pidpanel.damping import surface_cases, thinned
 from pidpanel.damping.surface import DampingSurface
@@ -11,6 +12,17 @@ def test_few_points_are_all_taken():
     # red: `<` for `<=`
     points = np.random.default_rng(1).random((7, 3))
     assert thinned.spread_out(points, 7).tolist() == list(range(7))
+
+
+def test_the_first_that_is_taken_is_farthest_from_the_middle():
+    # red: the nearest to it
+    assert thinned.spread_out(np.array([[0.0], [1.0], [2.1], [3.0], [4.5]]), 1).tolist() == [4]
+
+
+@pytest.mark.parametrize(("cases", "count"), [(700, 600), (600, 600), (80, 80)])
+def test_a_surface_has_at_most_six_hundred_cases(cases, count):
+    # red: MOST_CASES = 601
+    assert len(surface_cases.counted(frame(cases), 1.0)[0]) == count
 
 
 def test_points_that_are_taken_leave_none_far_away():

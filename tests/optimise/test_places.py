@@ -17,6 +17,29 @@ def test_a_grid_covers_the_panel_to_its_edges():
     assert places.centre.max(axis=0) == pytest.approx([1.4, 0.9])
 
 
+def test_a_grid_begins_at_the_corner_of_the_panel_wherever_that_is():
+    # red: x1 + x0
+    places = places_on(shapely.box(1.0, 2.0, 2.5, 3.0), (0.2, 0.2), (0.1, 0.1), [])
+    expected = places_on(PANEL, (0.2, 0.2), (0.1, 0.1), []).lower + [1.0, 2.0]
+    np.testing.assert_allclose(places.lower, expected)
+
+
+def test_a_panel_of_millimetres_has_its_places():
+    # red: SLACK / min(size)
+    places = places_on(shapely.box(0, 0, 5e-3, 5e-3), (5e-4, 5e-4), (5e-4, 5e-4), [])
+    assert len(places.lower) == 100
+
+
+@pytest.mark.parametrize("spacing", [(0.1, 0.1), (0.07, 0.15)])
+def test_places_overlap_where_their_areas_do(spacing):
+    # red: without abs; any axis; (1 + SLACK)
+    places = places_on(PANEL, (0.2, 0.3), spacing, [])
+    boxes = shapely.box(*places.lower.T, *(places.lower + [0.2, 0.3]).T)
+    common = shapely.area(shapely.intersection(boxes[:, None], boxes))
+    np.testing.assert_array_equal(places.overlap, common > 1e-6)
+    assert places.area == pytest.approx(0.06)
+
+
 def test_no_place_meets_a_hole_a_support_or_leaves_the_outline():
     hole = shapely.box(0.6, 0.4, 0.8, 0.6)
     support = shapely.Point(0.3, 0.3)
@@ -37,6 +60,7 @@ def test_a_group_has_places_that_all_overlap():
         same = places.group[:, None] == places.group
         assert np.all(places.overlap[same])
         assert not places.overlap.all()
+        assert len(np.unique(places.group)) == 35  # 7 × 5 places fit side by side
 
 
 @pytest.mark.parametrize(

@@ -78,6 +78,15 @@ def test_every_peak_of_every_scenario_has_one_line():
     np.testing.assert_allclose(coarse, [101.0])
 
 
+def test_a_peak_shows_beside_a_point_that_moves_much_more():
+    # red: PSDs as they are, or over their least
+    f = np.linspace(50.0, 200.0, 101)
+    much, little = 1e6 * np.linspace(1e-9, 1.0, 101), np.ones(101)
+    little[60] = 2.0
+    found = flanks(f, [np.stack([much, little], axis=1)], 1e-3, 9)
+    np.testing.assert_allclose(found, [200.0 * 0.999, f[60] * 1.001])
+
+
 def test_a_slow_mode_has_a_damping_ratio_and_a_rigid_one_none():
     # red: np.maximum(square, 1); omega > 1
     modes = loaded_modes(
