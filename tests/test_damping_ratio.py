@@ -88,9 +88,26 @@ def test_the_smallest_ratio_of_a_range_is_that_of_its_modes():
     assert DampingRatio((0.02, 0.01)).least(0.0, 10.0) == 0.01
 
 
+def test_modes_count_from_the_slowest_that_bends_and_ratios_scale():
+    # red: modes above 1 Hz alone; factor / ratio
+    ratio = DampingRatio((0.01, 0.02, 0.04))
+    found = ratio.times(0.5).of_modes(np.array([0.0, 0.0, 0.2, 0.7, 30.0]))
+    np.testing.assert_allclose(found, [0.005, 0.005, 0.005, 0.01, 0.02])
+
+
+def test_a_file_may_have_values_up_to_one_half_and_close_rows(tmp_path):
+    # red: both columns of one name; allowed from 1 on; steps of more than 1 Hz
+    path = tmp_path / "zeta.csv"
+    path.write_text("frequency_hz,damping_ratio\n0.5,0.5\n0.75,0.01\n")
+    assert read_damping_ratio(path) == DampingRatio((0.5, 0.01), (0.5, 0.75))
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
+        ("frequency_hz,damping_ratio\n50,0.54\n", r"line 2: damping_ratio = 0\.54: .*in %"),
+        ("frequency_hz,damping_ratio\n50,0\n", "line 2: damping_ratio = 0"),
+        ("frequency_hz,damping_ratio\n0,0.01\n", "line 2: frequency_hz = 0"),
         ("frequency_hz,damping_ratio\n50,2\n", r"line 2: damping_ratio = 2: .*in %"),
         ("frequency_hz,damping_ratio\n50,0.02\n50,0.01\n", "line 3: frequency_hz = 50 must be"),
         ("frequency_hz,zeta\n50,0.02\n", "line 1: column 'zeta': unknown"),

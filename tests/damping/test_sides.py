@@ -50,7 +50,7 @@ def drawn(sides):
 @pytest.mark.parametrize("step", [(0.2, 0, 0), (0, 0.34, 0), (0, 0, 0.34)])
 def test_noise_is_common_over_a_fifth_of_a_cell_and_half_an_octave(sides, step):
     # red: 2 * NODE_STEP → 3 *, 2 /; 0.22
-    points = [9.0, 90.0, 90.0] + np.outer([0.0, 0.5, 1.0, 2.0], step)  # far from all cases
+    points = np.add([9.0, 90.0, 90.0], np.outer([0.0, 0.5, 1.0, 2.0], step))  # far from all cases
     of = Mixture(points, *np.zeros((3, 4)), np.zeros((2, 4)))
     smooth = replace(sides, riding=replace(sides.riding, scatter=0.0))
     noise = sides.covariance(of, of) - smooth.covariance(of, of)

@@ -20,8 +20,8 @@ def test_a_grid_covers_the_panel_to_its_edges():
 def test_a_grid_begins_at_the_corner_of_the_panel_wherever_that_is():
     # red: x1 + x0
     places = places_on(shapely.box(1.0, 2.0, 2.5, 3.0), (0.2, 0.2), (0.1, 0.1), [])
-    expected = places_on(PANEL, (0.2, 0.2), (0.1, 0.1), []).lower + [1.0, 2.0]
-    np.testing.assert_allclose(places.lower, expected)
+    from_corner = places_on(PANEL, (0.2, 0.2), (0.1, 0.1), []).lower
+    np.testing.assert_allclose(places.lower, np.add(from_corner, [1.0, 2.0]))
 
 
 def test_a_panel_of_millimetres_has_its_places():
@@ -34,7 +34,7 @@ def test_a_panel_of_millimetres_has_its_places():
 def test_places_overlap_where_their_areas_do(spacing):
     # red: without abs; any axis; (1 + SLACK)
     places = places_on(PANEL, (0.2, 0.3), spacing, [])
-    boxes = shapely.box(*places.lower.T, *(places.lower + [0.2, 0.3]).T)
+    boxes = shapely.box(*places.lower.T, *np.add(places.lower, [0.2, 0.3]).T)
     common = shapely.area(shapely.intersection(boxes[:, None], boxes))
     np.testing.assert_array_equal(places.overlap, common > 1e-6)
     assert places.area == pytest.approx(0.06)
