@@ -1,5 +1,7 @@
 """A PSD of break points against fine quadrature, with and without steps."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,7 @@ def test_the_mean_square_is_that_of_many_lines(low, high):
     # red: 1.1 for a part outside the range
     parts = np.unique(np.clip([low, 80.0, high], low, high))
     total = 0.0
-    for begin, end in zip(parts[:-1], parts[1:], strict=True):
+    for begin, end in itertools.pairwise(parts):
         f = np.linspace(begin + 1e-9, end - 1e-9, 20_001)
         total += np.trapezoid(STEPS(f), f)
     assert STEPS.mean_square(low, high) == pytest.approx(total, rel=1e-6)
