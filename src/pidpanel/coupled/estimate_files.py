@@ -192,7 +192,6 @@ def _impedance(scenario: str, stored: xr.Dataset) -> pd.DataFrame:
                     "patch": str(patch),
                     "band_hz": stored["band"].to_numpy(),
                     **values,
-                    "carried_from": "",
                 }
             )
         )
