@@ -162,14 +162,13 @@ COUPON = {
 
 SHOWS = """
 import runpy, sys
-from pidpanel.report import evidence
+from pidpanel.report import films
 _, real, module, *sys.argv = sys.argv
-evidence.spread_cases = lambda *given: [real]
-evidence.nearest_case = lambda *given: real
+films.nearest_case = lambda *given: real
 sys.argv = [module, *sys.argv]
 runpy.run_module(module, run_name="__main__")
 """
-"""Runs a script that shows the cycles of a real case alone."""
+"""Runs a script whose film is of a real case."""
 
 
 def report(sizes: list[int]) -> None:

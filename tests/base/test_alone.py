@@ -76,7 +76,7 @@ def test_the_page_answers_and_has_the_panel_on_its_shaker(alone, tmp_path):
     study = load_study(alone)
     run_stages(study, tmp_path)
     page = tmp_path / "report.html"
-    write_study_page(alone, tmp_path, tmp_path / "coupon", page, tmp_path / "report")
+    write_study_page(alone, tmp_path, page, tmp_path / "report")
     text = page.read_text()
     assert "PID-1, r = 0.5 lowers the largest of any point most, to" in text
     assert "C_e is negative with" in text and "radiation into the air is not included" in text

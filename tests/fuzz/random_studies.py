@@ -240,7 +240,7 @@ def carried_out(study, file: Path, folder: Path, *, page: bool) -> Path:
     write_maps(study, files, panel[5], response[5], response[0], None, *maps)
     if page:
         write_export(study, panel[0], *response[:2], folder / "response" / "export")
-        write_study_page(file, folder, folder)
+        write_study_page(file, folder, folder / "report.html", folder / "report")
     return response[1]
 
 

@@ -8,7 +8,6 @@ import pytest
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.report import coupon_figures, coupon_section
 from pidpanel.report.coupon_page import coupon_page
-from pidpanel.report.evidence import RunRecord
 from pidpanel.report.inputs import CouponResults
 
 STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "study_hash": "0"}
@@ -17,8 +16,7 @@ STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "stud
 @pytest.fixture
 def coupon(cases):
     cases.loc[2, "status"] = "NotSteady"
-    record = RunRecord("r = 0.5", 1, np.linspace(2, 1, 20), 3, 1.0, 0.1)
-    return CouponResults(cases, [[record]])
+    return CouponResults(cases)
 
 
 def pictures(section):
@@ -29,7 +27,7 @@ def test_a_coupon_brings_its_figures_and_its_table(coupon):
     # red: the table of cases left out
     section = coupon_section.coupon_section(coupon)
     assert [picture.name for picture in pictures(section)] == [
-        "steadiness", "damping_over_frequency", "damping_over_acceleration", "apparent_mass",
+        "damping_over_frequency", "damping_over_acceleration", "apparent_mass",
     ]  # fmt: skip
     assert section.blocks[-1].rows[2][-1] == "NotSteady"
     assert section.blocks[-1].folded
@@ -45,8 +43,8 @@ def test_nothing_is_drawn_over_what_has_one_value(coupon, alone, drawn, axis):
     cases = coupon.cases[coupon.cases[alone] == coupon.cases[alone].iloc[0]]
     section = coupon_section.coupon_section(dataclasses.replace(coupon, cases=cases))
     names = [picture.name for picture in pictures(section)]
-    assert names == ["steadiness", drawn, "apparent_mass"]
-    assert all(axis in picture.caption for picture in pictures(section)[1:])
+    assert names == [drawn, "apparent_mass"]
+    assert all(axis in picture.caption for picture in pictures(section))
 
 
 def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon):
@@ -79,7 +77,7 @@ def test_where_more_is_varied_no_sweep_is_drawn_and_the_table_says_what(coupon):
     # red: `if varied` for `[] if varied`; case_table(cases) without varied
     varied = dataclasses.replace(coupon, cases=coupon.cases.assign(deck="lab"))
     section = coupon_section.coupon_section(varied, varied=["deck"])
-    assert [picture.name for picture in pictures(section)] == ["steadiness"]
+    assert [picture.name for picture in pictures(section)] == []
     assert section.blocks[-1].columns[:2] == ["deck", "r"]
     assert section.blocks[-1].rows[0][:2] == ["lab", "0.3"]
 

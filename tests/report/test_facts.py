@@ -49,7 +49,7 @@ def test_a_study_outside_the_project_is_named_by_its_whole_path(tmp_path):
 def test_a_study_without_coupons_names_no_liggghts(inputs, cases):
     # red: `if dem` left out of software_text
     assert "LIGGGHTS" not in dict(facts.study_facts(inputs))["Software"]
-    shaken = dataclasses.replace(inputs, coupons={"coupon": CouponResults(cases, [])})
+    shaken = dataclasses.replace(inputs, coupons={"coupon": CouponResults(cases)})
     assert "LIGGGHTS 3" in dict(facts.study_facts(shaken))["Software"]
 
 

@@ -20,7 +20,6 @@ from pidpanel.report.coupon_figures import (
     EQUIVALENT_DAMPING,
     FREQUENCY,
 )
-from pidpanel.report.evidence import RunRecord
 from pidpanel.report.html import RESOLUTION
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
 
@@ -157,15 +156,6 @@ def test_law_and_bound_are_drawn_beside_the_cases(cases):
     bound = sorted(line.get_ydata()[0] for line in lines if line.get_linestyle() == ":")
     assert law == pytest.approx([300, 700])
     assert bound == pytest.approx([1200, 2800])
-
-
-def test_steadiness_marks_where_the_transient_ends():
-    # red: the mark at cycle 0
-    energy = np.concatenate([[5.0, 4.0, 2.0], np.full(20, 1.0)])
-    figure = coupon_figures.steadiness_figure([[RunRecord("r = 0.5", 1, energy, 3, 1.0, 0.1)]])
-    dotted = [line for line in figure.axes[0].lines if line.get_linestyle() == ":"]
-    assert [line.get_xdata()[0] for line in dotted] == [3.5]
-    assert figure.axes[0].get_ylabel() == "$E_d$ per cycle, J/m²"
 
 
 def test_the_spectrum_has_units(bands):

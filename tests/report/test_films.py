@@ -62,3 +62,12 @@ def test_each_mode_has_its_own_picture_with_hills_and_valleys(basis):
     )
     assert (red > 0.05).all()
     assert blue[0] < 0.01 < 0.05 < blue[1]  # (1, 1) has no valley, (2, 1) has one
+
+
+def test_the_case_of_the_film_succeeded_and_is_nearest_to_half_fill(cases):
+    # red: the status not looked at
+    cases["fill_fraction"] += 0.1
+    nearest = films.nearest_case(cases)
+    assert nearest == "r0.3_f100Hz_a12g"  # now of r = 0.4
+    cases.loc[cases["case"] == nearest, "status"] = "NotSteady"
+    assert films.nearest_case(cases) != nearest

@@ -69,7 +69,7 @@ def test_the_damping_of_a_study_is_read_whole(folder):
 def test_cases_need_the_section_of_the_coupon(dem, folder):
     # red: AttributeError of None
     with pytest.raises(StudyError, match="dem: no coupon named"):
-        read_coupon(dem.model_copy(update={"coupon": None}), "coupon", folder, folder)
+        read_coupon(dem.model_copy(update={"coupon": None}), "coupon", folder)
 
 
 @pytest.mark.parametrize("others", [True, False])

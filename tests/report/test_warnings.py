@@ -160,7 +160,7 @@ def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, said):
     cases.loc[2, "status"] = "NotSteady"
     lines = said(
         inputs.summary,
-        coupons={"coupon": CouponResults(cases, [])},
+        coupons={"coupon": CouponResults(cases)},
     )
     for words in ("Radiation damping is not included", "steady state"):
         assert sum(words in text for text in lines) == 1, words

@@ -5,9 +5,9 @@ from pidpanel.report.from_study import write_coupon_page
 
 
 def main(job: Job) -> None:
-    """From the cases and the runs of the coupon."""
+    """From the cases and the film of the coupon."""
     made = job.output
-    write_coupon_page(job.study, job.input.cases, job.coupon, made.page, made.figures)
+    write_coupon_page(job.study, job.input.cases, made.page, made.figures)
 
 
 if __name__ == "__main__":

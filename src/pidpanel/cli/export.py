@@ -56,7 +56,7 @@ def call(args: argparse.Namespace) -> int:
         make(args.study, args.directory, f"results/{study.name}/report.html", "report")
         figures = args.to or results / study.name / "figures"
         with style.context():
-            page = page_of(args.study, results / study.name, results / "coupon")
+            page = page_of(args.study, results / study.name)
             write_vectors(page, args.figures, figures)
         print(figures)
     for path in sorted(folder.glob("[!.]*")):

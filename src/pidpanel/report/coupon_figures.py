@@ -1,11 +1,11 @@
-"""Figures of the coupon: sweeps, single runs, losses, what a varied key changes.
+"""Figures of the coupon: sweeps, losses, what a varied key changes.
 
 Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import matplotlib as mpl
@@ -21,7 +21,6 @@ from matplotlib.lines import Line2D
 from pidpanel.arrays import Array
 from pidpanel.coupon.window import CLOSURE_LIMIT
 from pidpanel.report import style
-from pidpanel.report.evidence import RunRecord
 from pidpanel.report.layout import (
     GREY,
     WIDTH,
@@ -31,42 +30,6 @@ from pidpanel.report.layout import (
     frequency_axis,
     pick,
 )
-
-
-def steadiness_figure(records: Sequence[Sequence[RunRecord]]) -> Figure:
-    """Draw dissipated energy per cycle against the cycle, one case in each of the axes."""
-    figure, grid = figure_of_axes(len(records), min(3, len(records)), 2.4, 0.4)
-    for axes, runs in zip(grid, records, strict=True):
-        for number, run in enumerate(runs):
-            colour = style.PLACES[number % len(style.PLACES)]
-            cycle = np.arange(1, len(run.energy) + 1)
-            axes.plot(cycle, run.energy, color=colour, lw=0.6, marker=".", ms=2)
-            axes.axvline(run.start + 0.5, color=colour, lw=0.9, ls=":")
-            axes.fill_between(
-                [run.start + 0.5, len(run.energy)],
-                run.mean - run.error,
-                run.mean + run.error,
-                color=colour, alpha=0.25, lw=0,
-            )  # fmt: skip
-            axes.plot([run.start + 0.5, len(run.energy)], [run.mean] * 2, color=colour, lw=1.2)
-        axes.set_title(runs[0].title, loc="left")
-        low = min(0.0, *(run.energy.min() for run in runs))
-        high = max(run.energy.max() for run in runs)
-        axes.set_ylim(1.08 * low, 1.08 * high)
-        axes.axhline(0, color="#888888", lw=0.6)
-        axes.set_xlim(0, max(len(run.energy) for run in runs) + 1)
-        axes.xaxis.set_major_locator(ticker.MaxNLocator(6, integer=True))
-        axes.set_xlabel("cycle")
-        axes.set_ylabel("$E_d$ per cycle, J/m²")
-    seeds = sorted({run.seed for runs in records for run in runs})
-    handles = {
-        f"seed {seed}": Line2D([], [], color=style.PLACES[i % len(style.PLACES)], marker=".")
-        for i, seed in enumerate(seeds)
-    }
-    handles["end of the transient"] = Line2D([], [], color=GREY, ls=":")
-    handles["mean after it ± standard error"] = Line2D([], [], color=GREY, lw=4, alpha=0.35)
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
-    return figure
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The coupon on the page: a film, how steady the runs are, what came out of them."""
+"""The coupon on the page: a film, and what came out of its runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from pidpanel.report.coupon_figures import (
     MASS_SHARE,
     loss_factor_map,
     losses_figure,
-    steadiness_figure,
     sweep_figure,
 )
 from pidpanel.report.facts import cases_text
@@ -26,7 +25,6 @@ from pidpanel.report.films import film_picture
 from pidpanel.report.html import (
     Block,
     Cell,
-    Fold,
     PageSection,
     Paragraph,
     Picture,
@@ -50,21 +48,12 @@ BARS = (
 def coupon_section(
     coupon: CouponResults, *, law: Law | None = None, varied: Sequence[str] = ()
 ) -> PageSection:
-    """Return the film, how steady the runs are, the sweep and all cases."""
+    """Return the film, the sweep and all cases."""
     cases = coupon.cases
     good = cases[cases["status"].isin(COUNTED)]
-    steadiness = Picture(
-        "steadiness",
-        style.png(steadiness_figure(coupon.records)),
-        "Energy dissipated per cycle and area in some runs. Dotted: end of the transient, "
-        "determined from the data (marginal standard error rule). Band: mean of the following "
-        "cycles ± one standard error (by blocking; from 60 cycles on without the energy that "
-        "the bed stores in one cycle and returns in the next).",
-    )
     blocks: list[Block] = [
         *states_paragraph(cases),
         *([] if coupon.shot is None else [film_picture(coupon.shot)]),
-        Fold("How steady the runs are", [steadiness]),
         *([] if varied else sweep_blocks(good, law)),
         case_table(cases, varied),
     ]

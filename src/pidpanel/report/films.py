@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
@@ -18,14 +19,16 @@ from PIL import Image
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.coupon import geometry
+from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.film import Film, watch
 from pidpanel.coupon.liggghts.failures import SolverFailure
 from pidpanel.coupon.packing import Packing
-from pidpanel.report import evidence
-from pidpanel.report.evidence import Shot
 from pidpanel.report.html import Picture
 from pidpanel.report.layout import pick
+
+PICTURED = (0.5, 158.0, 10.0)
+"""Fill fraction, frequency [Hz] and Γ of the case in the film, or of the nearest to it."""
 
 CYCLES, FRAMES = 2, 24
 """Cycles of the drive that are shown, and frames in each."""
@@ -41,6 +44,26 @@ PIXELS = 400
 
 PITCH = 1.35
 """Distance of neighbouring cells of an animation over their width."""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A run watched for some cycles."""
+
+    run: Run
+    film: Film
+
+
+def nearest_case(cases: pd.DataFrame) -> str:
+    """Return the label of the case nearest to `PICTURED`, in r and octaves of f and Γ."""
+    good = cases[cases["status"] == "ok"]
+    fill, frequency, gamma = PICTURED
+    away = (
+        5 * (good["fill_fraction"] - fill).abs()
+        + np.log2(good["frequency_hz"] / frequency).abs()
+        + np.log2(good["acceleration_g"] / gamma).abs()
+    )
+    return str(good.loc[away.idxmin(), "case"])
 
 
 def write_film(
@@ -61,7 +84,7 @@ def write_film(
     """
     rows = pd.read_csv(table)
     recorded: Film | None = None
-    label = evidence.nearest_case(rows) if (rows["status"] == "ok").any() else ""
+    label = nearest_case(rows) if (rows["status"] == "ok").any() else ""
     if label:
         case = cases[label]
         try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -19,6 +18,7 @@ from pidpanel.provenance.digests import stamp
 from pidpanel.report import read, style
 from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
+from pidpanel.report.films import read_film
 from pidpanel.report.html import Page
 from pidpanel.report.inputs import (
     CouponResults,
@@ -54,17 +54,15 @@ SUPPORTED = {
 }
 
 
-def write_study_page(
-    study_file: Path, folder: Path, coupon: Path, file: Path, figures: Path
-) -> None:
+def write_study_page(study_file: Path, folder: Path, file: Path, figures: Path) -> None:
     """Write ``report.html`` and ``report/*`` of a study with a panel.
 
     Parameters
     ----------
     study_file
         The study.
-    folder, coupon
-        Its results, ``results/<study>``, and runs of the coupon, ``results/coupon``.
+    folder
+        Its results, ``results/<study>``.
     file, figures
         The page, and the folder of its figures.
 
@@ -74,28 +72,26 @@ def write_study_page(
         If the results are not those of the study.
     """
     with style.context():
-        write_page(page_of(study_file, folder, coupon), file, figures)
+        write_page(page_of(study_file, folder), file, figures)
 
 
-def page_of(study_file: Path, folder: Path, coupon: Path) -> Page:
+def page_of(study_file: Path, folder: Path) -> Page:
     """Return the page of `write_study_page`; call it within `style.context`."""
     study = load_study(study_file)
-    on_panel = read_panel_inputs(study, folder, coupon)
+    on_panel = read_panel_inputs(study, folder)
     steps = [run_step(study_file, _decks(study)), files_step(study.name)]
     if study.sound is None:
         return shaker_page(on_panel, steps)
     return study_page(read_inputs(study, on_panel, folder), steps)
 
 
-def write_coupon_page(
-    study_file: Path, table: Path, coupon: Path, file: Path, figures: Path
-) -> None:
+def write_coupon_page(study_file: Path, table: Path, file: Path, figures: Path) -> None:
     """Write the page and the figures of a study of a coupon alone.
 
     Parameters are those of `write_study_page`, and ``table``, its ``coupon/cases.csv``.
     """
     study = load_any_study(study_file)
-    results = read_coupon(study, SECTION, table, coupon)
+    results = read_coupon(study, SECTION, table)
     steps = [run_step(study_file, _decks(study)), files_step(study.name)]
     title = study.title or study.name
     with style.context():
@@ -108,7 +104,7 @@ def _decks(study: CouponStudy) -> Iterator[Path]:
         yield from coupon.decks
 
 
-def read_panel_inputs(study: Study, folder: Path, coupon: Path) -> PanelInputs:
+def read_panel_inputs(study: Study, folder: Path) -> PanelInputs:
     """Read what pages of studies with a panel have in common."""
     panel = folder / "panel"
     return PanelInputs(
@@ -119,7 +115,7 @@ def read_panel_inputs(study: Study, folder: Path, coupon: Path) -> PanelInputs:
         section=pd.read_csv(panel / "section.csv"),
         printed=pd.read_csv(PAPER_TABLE, comment="#"),
         coupons={
-            name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"), coupon)
+            name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"))
             for name in study.coupons
         },
         coupled=read.read_coupled(folder / "coupled", with_verdict=len(study.readings) > 1)
@@ -159,18 +155,19 @@ def read_inputs(study: Study, on_panel: PanelInputs, folder: Path) -> Inputs:
     )
 
 
-def read_coupon(study: CouponStudy, damper: str, table: Path, folder: Path) -> CouponResults:
+def read_coupon(study: CouponStudy, damper: str, table: Path) -> CouponResults:
     """Read what the coupon stage left of a damper; refuse a table of other cases."""
     if damper not in study.coupons:
         raise StudyError(f"{study.name}: no coupon named {damper!r}")
     cases = cases_by_coupon(study)[damper]
-    if unknown := sorted(set(pd.read_csv(table)["case"]) - set(cases)):
+    rows = pd.read_csv(table)
+    if unknown := sorted(set(rows["case"]) - set(cases)):
         raise StudyError(
             f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"
         )
     words, accuracy = coupon_words(study.coupons[damper])
-    results = read.read_runs(table, cases, folder)
-    return replace(results, words=words, accuracy=accuracy, varied=varied_keys(study))
+    shot = read_film(cases, table.with_name("film.nc"))
+    return CouponResults(rows, words, accuracy, varied_keys(study), shot)
 
 
 def varied_keys(study: CouponStudy) -> list[str]:

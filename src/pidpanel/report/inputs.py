@@ -14,7 +14,7 @@ from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.attachments import LineMass, PointMass, Spring
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.supports import Supports
-from pidpanel.report.evidence import RunRecord, Shot
+from pidpanel.report.films import Shot
 from pidpanel.report.names import ReportedScenario
 from pidpanel.report.rms import moving_points
 
@@ -104,7 +104,6 @@ class CouponResults:
     """What the coupon stage left."""
 
     cases: pd.DataFrame  # ``coupon/cases.csv``
-    records: Sequence[Sequence[RunRecord]]  # cycles of a few cases, each with its runs
     words: str = ""  # particles, cell, gravity
     accuracy: str = ""  # the requested one, in words
     varied: Sequence[str] = ()  # columns in which cases differ besides fill, frequency and Γ

@@ -8,23 +8,16 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
-from pidpanel.coupon.cases import Case
 from pidpanel.damping import surface_files
 from pidpanel.paths import of_damper
-from pidpanel.report import evidence
-from pidpanel.report.films import read_film
 from pidpanel.report.inputs import (
     BaseResults,
     CoupledResults,
-    CouponResults,
     DampingResults,
     MeasurementResults,
     ProposalResults,
     SeverityResults,
 )
-
-STEADINESS_SHOWN = 6
-"""Cases of which the cycles are shown."""
 
 
 def read_by_point(path: Path) -> pd.DataFrame:
@@ -86,17 +79,6 @@ def read_measurements(folder: Path) -> MeasurementResults:
     return MeasurementResults(
         *(read_by_point(folder / f"{name}.csv") for name in ("psd", "differences"))
     )
-
-
-def read_runs(table: Path, cases: Mapping[str, Case], folder: Path) -> CouponResults:
-    """Read the cases of a coupon, the cycles of a few and the film of one."""
-    rows = pd.read_csv(table)
-    sizes = {case.point.packing.diameter for case in cases.values()}
-    records = [
-        evidence.read_records(cases[label], folder, with_size=len(sizes) > 1)
-        for label in evidence.spread_cases(rows, STEADINESS_SHOWN)
-    ]
-    return CouponResults(rows, records, shot=read_film(cases, table.with_name("film.nc")))
 
 
 def read_damping(damper: str, folder: Path, depth: float) -> DampingResults:
