@@ -25,51 +25,29 @@ from pidpanel.arrays import Array, Index
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contacts listed at a number of instants (frames).
+    """Contacts listed at a number of instants (frames)."""
 
-    Attributes
-    ----------
-    frame
-        (n,) index of the frame.
-    first
-        (n,) the sphere on which the force acts, from 0.
-    second
-        (n,) the other sphere, from 0; for walls the triangle.
-    force
-        (n, 3) [N]
-    torque
-        (n, 3) on the first sphere about its centre, as LIGGGHTS gives it [N m]; only rolling
-        friction is taken from it, so a deck without rolling friction needs none.
-    """
-
-    frame: Index
-    first: Index
-    second: Index
-    force: Array
+    frame: Index  # (n,) index of the frame
+    first: Index  # (n,) the sphere on which the force acts, from 0
+    second: Index  # (n,) the other sphere, from 0; for walls the triangle
+    force: Array  # (n, 3) [N]
+    # (n, 3) on the first sphere about its centre, as LIGGGHTS gives it [N m]; only rolling friction
+    # is taken from it, so a deck without rolling friction needs none
     torque: Array | None = None
 
 
 @dataclass(frozen=True)
 class SphereFrames:
-    """The spheres, and how they move in each frame.
+    """The spheres, and how they move in each frame."""
 
-    Attributes
-    ----------
-    radius, mass
-        (k,) [m], [kg]
-    position, velocity
-        (frames, k, 3) [m], [m/s]
-    spin
-        (frames, k, 3) [rad/s]
-    earlier_velocity
-        (frames, k, 3) half a step before [m/s]: the one that the damping of the step saw.
-    """
-
+    # (k,) [m], [kg]
     radius: Array
     mass: Array
+    # (frames, k, 3) [m], [m/s]
     position: Array
     velocity: Array
-    spin: Array
+    spin: Array  # (frames, k, 3) [rad/s]
+    # (frames, k, 3) half a step before [m/s]: the one that the damping of the step saw
     earlier_velocity: Array
 
 

@@ -38,15 +38,9 @@ from pidpanel.coupon.packing import identity_digest
 
 @dataclass(frozen=True)
 class RunTarget:
-    """How long a run lasts. Not part of what a run is: it continues where it stopped.
+    """How long a run lasts. Not part of what a run is: it continues where it stopped."""
 
-    Attributes
-    ----------
-    relative_error
-        Of C_e [1].
-    """
-
-    relative_error: float
+    relative_error: float  # of C_e [1]
     min_cycles: int
     max_cycles: int
 
@@ -72,32 +66,18 @@ class RunTarget:
 
 @dataclass(frozen=True)
 class Case:
-    """One point of the sweep: the runs of all its seeds.
-
-    Attributes
-    ----------
-    youngs_modulus
-        The material's own [Pa]; a run may be softer.
-    relative_error
-        Asked of C_e, all seeds together [1].
-    target
-        Of each run: seeds share the work, so each may be √seeds times as uncertain.
-    varied
-        Keys of ``coupon.vary`` with the values at this point.
-    reserve
-        Runs of further seeds, for a case whose cells end in several states of motion; see
-        `states`.
-    state_cycles
-        Cycles that all runs of such a case last at least; 0 where the stroke is too short or too
-        long for several states to be looked for.
-    """
+    """One point of the sweep: the runs of all its seeds."""
 
     runs: tuple[Run, ...]
-    youngs_modulus: float
-    relative_error: float
-    target: RunTarget
+    youngs_modulus: float  # the material's own [Pa]; a run may be softer
+    relative_error: float  # asked of C_e, all seeds together [1]
+    target: RunTarget  # of each run: seeds share the work, so each may be √seeds times as uncertain
+    # Keys of ``coupon.vary`` with the values at this point
     varied: Mapping[str, Any] = field(default_factory=dict)
+    # Runs of further seeds, for a case whose cells end in several states of motion; see `states`
     reserve: tuple[Run, ...] = ()
+    # Cycles that all runs of such a case last at least; 0 where the stroke is too short or too long
+    # for several states to be looked for
     state_cycles: int = 0
 
     @property

@@ -31,22 +31,14 @@ C_e = 1250 N s/m³ for 60 cycles, 190 ever after)."""
 
 @dataclass(frozen=True)
 class Estimate:
-    """Mean of a correlated series and the standard error of that mean.
+    """Mean of a correlated series and the standard error of that mean."""
 
-    Attributes
-    ----------
-    mean, error
-        In the unit of the series.
-    start
-        First row used; the rows before it are the transient.
-    drift
-        Difference of the means of the second and first half, over its standard error [1].
-    """
-
+    # In the unit of the series
     mean: float
     error: float
-    start: int
+    start: int  # first row used; the rows before it are the transient
     used: int
+    # Difference of the means of the second and first half, over its standard error [1]
     drift: float
 
 

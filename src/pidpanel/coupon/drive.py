@@ -37,13 +37,6 @@ from pidpanel.constants import STANDARD_GRAVITY
 class Tone:
     """A sinusoidal motion w = W sin ωt along z.
 
-    Attributes
-    ----------
-    frequency
-        f [Hz].
-    acceleration
-        Amplitude ω²W of the acceleration [m/s²].
-
     Examples
     --------
     >>> tone = Tone(frequency=100.0, acceleration=10 * STANDARD_GRAVITY)
@@ -53,8 +46,8 @@ class Tone:
     'f100Hz_a10g'
     """
 
-    frequency: float
-    acceleration: float
+    frequency: float  # f [Hz]
+    acceleration: float  # amplitude ω²W of the acceleration [m/s²]
     kind: Literal["tone"] = "tone"
 
     @property

@@ -52,18 +52,12 @@ class StepCost:
     """CPU time of a step: a constant, a share for each sphere, more for a fast one.
 
     What moves far in a step (in diameters) has its neighbours looked for more often.
-
-    Attributes
-    ----------
-    fixed, per_sphere
-        [s]
-    per_travel
-        For each sphere and diameter [s].
     """
 
+    # [s]
     fixed: float
     per_sphere: float
-    per_travel: float = 0.0
+    per_travel: float = 0.0  # for each sphere and diameter [s]
 
     def seconds(self, spheres: float, travel: float = 0.0) -> float:
         """CPU time of a step of so many spheres that move ``travel`` diameters in it [s]."""

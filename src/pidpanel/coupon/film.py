@@ -24,24 +24,12 @@ FRAMES_FILE = "frames.dump"
 
 @dataclass(frozen=True)
 class Film:
-    """The spheres of a run in some frames at equal intervals, the first at phase 0 of the drive.
+    """The spheres of a run in some frames at equal intervals, the first at phase 0 of the drive."""
 
-    Attributes
-    ----------
-    time
-        Since the first frame [s], shape ``(n_frames,)``.
-    position
-        Centres seen from the cells [m], shape ``(n_frames, n, 3)``.
-    velocity
-        Velocities seen from the cells [m/s], shape ``(n_frames, n, 3)``.
-    diameters
-        Diameters [m], shape ``(n,)``.
-    """
-
-    time: Array
-    position: Array
-    velocity: Array
-    diameters: Array
+    time: Array  # since the first frame [s], shape ``(n_frames,)``
+    position: Array  # centres seen from the cells [m], shape ``(n_frames, n, 3)``
+    velocity: Array  # velocities seen from the cells [m/s], shape ``(n_frames, n, 3)``
+    diameters: Array  # diameters [m], shape ``(n,)``
 
 
 def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:

@@ -62,27 +62,16 @@ class Constants:
 
 @dataclass(frozen=True)
 class Pouring:
-    """How a packing is poured.
+    """How a packing is poured."""
 
-    Attributes
-    ----------
-    youngs_modulus
-        [Pa]; softness in the pour only sets how deep a sphere at rest sinks in: 2 µm at the bottom
-        of 25 mm of acrylic, and what that releases when it is shaken stiffer is 1e-3 of m g d.
-    restitution
-        [1]
-    fall_time
-        Duration of the fall from rest whose speed is the terminal speed under drag [s].
-    time_step_rayleigh
-        Time step over the Rayleigh time of the smallest sphere [1].
-    settled
-        Kinetic energy per sphere over m g d at which a poured bed is at rest [1].
-    """
-
+    # [Pa]; softness in the pour only sets how deep a sphere at rest sinks in: 2 µm at the bottom of
+    # 25 mm of acrylic, and what that releases when it is shaken stiffer is 1e-3 of m g d
     youngs_modulus: float = 20e6
-    restitution: float = 0.5
+    restitution: float = 0.5  # [1]
+    # Duration of the fall from rest whose speed is the terminal speed under drag [s]
     fall_time: float = 0.2
-    time_step_rayleigh: float = 0.25
+    time_step_rayleigh: float = 0.25  # time step over the Rayleigh time of the smallest sphere [1]
+    # Kinetic energy per sphere over m g d at which a poured bed is at rest [1]
     settled: float = 1e-6
 
 
@@ -91,35 +80,21 @@ POURING = Pouring()
 
 @dataclass(frozen=True)
 class Packing:
-    """Cells with spheres, poured higher than the cells are deep.
+    """Cells with spheres, poured higher than the cells are deep."""
 
-    Attributes
-    ----------
-    shape
-        Of a cell: a key of `cells.SHAPES`.
-    across_flats, depth
-        Of a cell [m].
-    diameter
-        Nominal diameter of the spheres [m].
-    density
-        [kg/m³]
-    poissons_ratio, friction, wall_friction
-        Of the pour [1].
-    seed
-        Of the random numbers.
-    """
-
-    shape: ShapeName
+    shape: ShapeName  # of a cell: a key of `cells.SHAPES`
+    # Of a cell [m]
     across_flats: float
     depth: float
     count: int
-    diameter: float
+    diameter: float  # nominal diameter of the spheres [m]
     sizes: Sizes
-    density: float
+    density: float  # [kg/m³]
+    # Of the pour [1]
     poissons_ratio: float
     friction: float
     wall_friction: float
-    seed: int
+    seed: int  # of the random numbers
 
     @cached_property
     def outline(self) -> Array:

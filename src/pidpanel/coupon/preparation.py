@@ -26,22 +26,13 @@ PACKING_FILE, BED_FILE = "packing.csv", "bed.csv"
 
 
 class Scattered(NamedTuple):
-    """Spheres at random in tall cells, before they fall.
+    """Spheres at random in tall cells, before they fall."""
 
-    Attributes
-    ----------
-    cell
-        (n,) index of the cell of each sphere.
-    positions, diameters
-        (n, 3) and (n,) [m].
-    height
-        Of the walls [m].
-    """
-
-    cell: Index
+    cell: Index  # (n,) index of the cell of each sphere
+    # (n, 3) and (n,) [m]
     positions: Array
     diameters: Array
-    height: float
+    height: float  # of the walls [m]
 
 
 def scattered(packing: Packing) -> Scattered:

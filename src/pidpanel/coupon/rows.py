@@ -29,19 +29,12 @@ DRIFT_LIMIT = 3.0
 
 
 class CellEstimate(NamedTuple):
-    """What the rows of one cell say.
+    """What the rows of one cell say."""
 
-    Attributes
-    ----------
-    damping, error
-        C_e in the second half of the rows, and its standard error [N s/m³].
-    apparent_mass
-        m_a in the same rows [kg/m²].
-    """
-
+    # C_e in the second half of the rows, and its standard error [N s/m³]
     damping: float
     error: float
-    apparent_mass: float
+    apparent_mass: float  # m_a in the same rows [kg/m²]
 
 
 def read_rows(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> Array:

@@ -10,18 +10,10 @@ from typing import NamedTuple
 
 
 class BroadbandError(NamedTuple):
-    """Standard error of ln g rms that a damping model has under broadband motion.
+    """Standard error of ln g rms that a damping model has under broadband motion."""
 
-    Attributes
-    ----------
-    of_effect
-        Share of the effect of the damping on ln g rms [1].
-    of_rms
-        Part that does not depend on the effect [1].
-    """
-
-    of_effect: float
-    of_rms: float
+    of_effect: float  # share of the effect of the damping on ln g rms [1]
+    of_rms: float  # part that does not depend on the effect [1]
 
 
 EXACT = BroadbandError(0.0, 0.0)

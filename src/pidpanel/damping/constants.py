@@ -20,17 +20,6 @@ class ConstantDamper:
     that of the particles, or that of panel and treatment together. A whole panel of mass m″ then
     gains the damping ratio η/2 at each of its resonances.
 
-    Parameters
-    ----------
-    equivalent_damping
-        c [N s/m³].
-    loss_mass
-        η m″ [kg/m²].
-    apparent_mass, apparent_mass_error
-        m_a and its standard error [kg/m²].
-    weight
-        Of the damper [kg/m²]; None for its apparent mass.
-
     Examples
     --------
     >>> of_patch = ConstantDamper(loss_mass=0.1 * 5.0, apparent_mass=1.0)
@@ -39,12 +28,13 @@ class ConstantDamper:
     (array([314.16]), array([1.]))
     """
 
-    equivalent_damping: float = 0.0
-    loss_mass: float = 0.0
+    equivalent_damping: float = 0.0  # c [N s/m³]
+    loss_mass: float = 0.0  # η m″ [kg/m²]
     relative_error: float = 0.0
+    # m_a and its standard error [kg/m²]
     apparent_mass: float = 0.0
     apparent_mass_error: float = 0.0
-    weight: float | None = None
+    weight: float | None = None  # of the damper [kg/m²]; None for its apparent mass
     depends_on_acceleration = False
     broadband_error = EXACT
 

@@ -41,27 +41,18 @@ SCALARS = {
 
 @dataclass(frozen=True, kw_only=True)
 class BandDamping:
-    """C_e, m_a and own force of one patch at one level, by third octave.
+    """C_e, m_a and own force of one patch at one level, by third octave."""
 
-    Parameters
-    ----------
-    equivalent_damping, equivalent_damping_error
-        (n,) C_e and its standard error [N s/m³].
-    apparent_mass, apparent_mass_error
-        (n,) m_a and its standard error [kg/m²].
-    own_psd, own_coherence
-        (n,) PSD of the own force of a cell [Pa²/Hz], and the coherence of two cells [1].
-    common_error
-        Relative standard error of all C_e and m_a together [1].
-    """
-
+    # (n,) C_e and its standard error [N s/m³]
     equivalent_damping: Array
     equivalent_damping_error: Array
+    # (n,) m_a and its standard error [kg/m²]
     apparent_mass: Array
     apparent_mass_error: Array
+    # (n,) PSD of the own force of a cell [Pa²/Hz], and the coherence of two cells [1]
     own_psd: Array
     own_coherence: Array
-    common_error: float = 0.0
+    common_error: float = 0.0  # relative standard error of all C_e and m_a together [1]
 
     @property
     def resolved_damping(self) -> Array:

@@ -39,20 +39,13 @@ HALVINGS = 12
 
 @dataclass(frozen=True)
 class FittedValue:
-    """Constants with confidence intervals.
+    """Constants with confidence intervals."""
 
-    Attributes
-    ----------
-    value, low, high
-        (…, p) in the order of `AT_FILL` or `OVER_FILL`; NaN where the data do not suffice.
-    scatter
-        (…) standard deviation of ln C_e about the form, of a value of average weight.
-    """
-
+    # (…, p) in the order of `AT_FILL` or `OVER_FILL`; NaN where the data do not suffice
     value: Array
     low: Array
     high: Array
-    scatter: Array
+    scatter: Array  # (…) standard deviation of ln C_e about the form, of a value of average weight
     freedom: int
 
 

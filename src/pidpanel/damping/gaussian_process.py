@@ -31,29 +31,18 @@ PRIOR_MEDIAN_SCATTER, PRIOR_SD_SCATTER = 0.03, 1.5
 
 @dataclass(frozen=True)
 class GaussianProcess:
-    """A posterior of a function of d variables.
+    """A posterior of a function of d variables."""
 
-    Attributes
-    ----------
-    points
-        (n, d).
-    values, error
-        (n,) observations and their standard errors.
-    lengths
-        (d,) l, in the units of the points.
-    size, scatter
-        s and t, in the unit of the values.
-    centre, unit
-        What the mean is expected to be and the unit of the priors; None for those of the values.
-        With both there need not be a single value.
-    """
-
-    points: Array
+    points: Array  # (n, d)
+    # (n,) observations and their standard errors
     values: Array
     error: Array
-    lengths: Array
+    lengths: Array  # (d,) l, in the units of the points
+    # s and t, in the unit of the values
     size: float
     scatter: float
+    # What the mean is expected to be and the unit of the priors; None for those of the values. With
+    # both there need not be a single value.
     centre: float | None = None
     unit: float | None = None
 

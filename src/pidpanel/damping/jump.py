@@ -55,21 +55,12 @@ def reach(log_stroke: Array, log_gamma: Array, onset_g: float) -> Array:
 
 @dataclass(frozen=True)
 class Jump:
-    """The posterior of τ, given on which side cases lie.
+    """The posterior of τ, given on which side cases lie."""
 
-    Attributes
-    ----------
-    points
-        (n, 2) r and ln Γ of the cases.
-    reached
-        (n,) u of `reach`.
-    crosses
-        (n,) their sides, 1 or 0; 0.5 for a case between the two, at which the jump is: it counts
-        on both sides.
-    """
-
-    points: Array
-    reached: Array
+    points: Array  # (n, 2) r and ln Γ of the cases
+    reached: Array  # (n,) u of `reach`
+    # (n,) their sides, 1 or 0; 0.5 for a case between the two, at which the jump is: it counts on
+    # both sides
     crosses: Array
 
     def __post_init__(self) -> None:

@@ -25,21 +25,13 @@ class DampingError(ValueError):
 
 @dataclass(frozen=True)
 class DampingValues:
-    """C_e, its error and m_a at the frequencies asked.
+    """C_e, its error and m_a at the frequencies asked."""
 
-    Attributes
-    ----------
-    equivalent_damping, equivalent_damping_error
-        (n,) C_e and its standard error [N s/m³].
-    apparent_mass
-        (n,) m_a [kg/m²].
-    inside
-        (n,) False where the value is extrapolated beyond the range of the cases or rows.
-    """
-
+    # (n,) C_e and its standard error [N s/m³]
     equivalent_damping: Array
     equivalent_damping_error: Array
-    apparent_mass: Array
+    apparent_mass: Array  # (n,) m_a [kg/m²]
+    # (n,) False where the value is extrapolated beyond the range of the cases or rows
     inside: Flags
 
 

@@ -34,23 +34,14 @@ GRAIN = np.array([0.2, 2 * NODE_STEP, 2 * NODE_STEP])
 
 @dataclass(frozen=True)
 class Mixture:
-    """What is known of a function at some points.
+    """What is known of a function at some points."""
 
-    Attributes
-    ----------
-    points
-        (n, 3) r, ln Γ, ln W/L.
-    crossing, riding, step
-        (n,) p, ā, d.
-    restless
-        (2, n) further noise of a and b, standard deviations.
-    """
-
-    points: Array
+    points: Array  # (n, 3) r, ln Γ, ln W/L
+    # (n,) p, ā, d
     crossing: Array
     riding: Array
     step: Array
-    restless: Array
+    restless: Array  # (2, n) further noise of a and b, standard deviations
 
     @property
     def mean(self) -> Array:
@@ -60,15 +51,10 @@ class Mixture:
 
 @dataclass(frozen=True)
 class Sides:
-    """A process on each side.
-
-    Attributes
-    ----------
-    crossing
-        b less what is known of it beforehand; None where nothing jumps.
-    """
+    """A process on each side."""
 
     riding: GaussianProcess
+    # b less what is known of it beforehand; None where nothing jumps
     crossing: GaussianProcess | None = None
 
     def mixture(self, points: Array, crossing: Array, expected: Array, restless: Array) -> Mixture:

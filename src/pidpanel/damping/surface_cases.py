@@ -134,28 +134,17 @@ class SurfaceBed:
 
 @dataclass(frozen=True)
 class TrainingData:
-    """What the cases teach: points, values and sides.
-
-    Attributes
-    ----------
-    points
-        (n, 3) `groups` of the cases.
-    side
-        (n,) 1 of beds that cross, 0 of those that ride, 0.5 of those between.
-    log_damping, log_error
-        (n,) g_C and its error.
-    side_error
-        (2, n) the error with which it teaches what beds that ride and cross do on average.
-    mass, mass_error
-        (n,) g_m and its error.
-    """
+    """What the cases teach: points, values and sides."""
 
     bed: SurfaceBed
-    points: Array
-    side: Array
+    points: Array  # (n, 3) `groups` of the cases
+    side: Array  # (n,) 1 of beds that cross, 0 of those that ride, 0.5 of those between
+    # (n,) g_C and its error
     log_damping: Array
     log_error: Array
+    # (2, n) the error with which it teaches what beds that ride and cross do on average
     side_error: Array
+    # (n,) g_m and its error
     mass: Array
     mass_error: Array
 

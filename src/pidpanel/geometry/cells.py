@@ -20,19 +20,11 @@ ShapeName = Literal["hexagon", "square", "circle"]
 
 @dataclass(frozen=True)
 class CellShape:
-    """A regular prism in place of a cell.
-
-    Attributes
-    ----------
-    word
-        For "… cells".
-    round
-        Whether it is in place of a circle, whose area it then has.
-    """
+    """A regular prism in place of a cell."""
 
     corners: int
-    word: str
-    round: bool = False
+    word: str  # for "… cells"
+    round: bool = False  # whether it is in place of a circle, whose area it then has
 
     def outline(self, across_flats: float) -> Array:
         """Corners of a cell round the origin, (corners, 2) [m], anticlockwise.

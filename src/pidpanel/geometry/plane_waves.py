@@ -27,21 +27,13 @@ WAVES_IN_A_BOX = 2.0
 
 @dataclass(frozen=True)
 class CondensedFace:
-    """Gauss points of the box round a panel that stand for a finer quadrature under plane waves.
+    """Gauss points of the box round a panel that stand for a finer quadrature under plane waves."""
 
-    Attributes
-    ----------
-    position
-        (n_x n_y, 2) [m], Gauss points of the box, y fastest.
-    weight
-        (n_x n_y,) their weights [m²]; they sum to the area of the box, not of the panel.
-    values
-        (n_x n_y, n) such that Σ weight · values · exp(iκ·position) is that of the finer quadrature.
-        They are not the values of the shapes there: beyond the outline too they are not zero.
-    """
-
-    position: Array
+    position: Array  # (n_x n_y, 2) [m], Gauss points of the box, y fastest
+    # (n_x n_y,) their weights [m²]; they sum to the area of the box, not of the panel
     weight: Array
+    # (n_x n_y, n) such that Σ weight · values · exp(iκ·position) is that of the finer quadrature.
+    # They are not the values of the shapes there: beyond the outline too they are not zero.
     values: Array
 
 

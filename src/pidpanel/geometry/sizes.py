@@ -14,22 +14,15 @@ from pidpanel.arrays import Array
 
 @dataclass(frozen=True)
 class Sizes:
-    """How the diameters of the spheres are distributed by number.
+    """How the diameters of the spheres are distributed by number."""
 
-    Attributes
-    ----------
-    kind
-        ``mono``, ``normal``, ``uniform`` or ``binary``. ``normal`` has its mean in the middle
-        and its standard deviation a quarter of the range, at whose ends it is cut.
-    smallest, largest
-        Diameters [m].
-    large_share
-        Share by number of the larger spheres among the two sizes of ``binary`` [1].
-    """
-
+    # ``mono``, ``normal``, ``uniform`` or ``binary``. ``normal`` has its mean in the middle and its
+    # standard deviation a quarter of the range, at whose ends it is cut.
     kind: str
+    # Diameters [m]
     smallest: float
     largest: float
+    # Share by number of the larger spheres among the two sizes of ``binary`` [1]
     large_share: float = 0.0
 
     def draw(self, count: int, rng: np.random.Generator) -> Array:

@@ -18,51 +18,28 @@ LINE_POINTS = np.polynomial.legendre.leggauss(3)
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring from the panel to the ground, along z.
+    """A spring from the panel to the ground, along z."""
 
-    Attributes
-    ----------
-    position
-        (x, y) [m].
-    stiffness
-        [N/m].
-    """
-
-    position: Position
-    stiffness: float
+    position: Position  # (x, y) [m]
+    stiffness: float  # [N/m]
 
 
 @dataclass(frozen=True)
 class PointMass:
-    """A mass at a point.
+    """A mass at a point."""
 
-    Attributes
-    ----------
-    position
-        (x, y) [m].
-    mass
-        [kg].
-    """
-
-    position: Position
-    mass: float
+    position: Position  # (x, y) [m]
+    mass: float  # [kg]
 
 
 @dataclass(frozen=True)
 class LineMass:
-    """A mass spread evenly along a straight line, such as a harness.
+    """A mass spread evenly along a straight line, such as a harness."""
 
-    Attributes
-    ----------
-    start, end
-        Ends (x, y) [m].
-    mass
-        Of the whole line [kg].
-    """
-
+    # Ends (x, y) [m]
     start: Position
     end: Position
-    mass: float
+    mass: float  # of the whole line [kg]
 
 
 def with_attachments(

@@ -21,86 +21,42 @@ class PanelBasis:
 
     The modes come first, by frequency, then the residual vectors, by frequency. Every shape φ
     has max |w| = 1 over the vertices and is positive there.
-
-    Attributes
-    ----------
-    natural_frequency
-        (n,) f_i [Hz], 0 for rigid-body modes; (2πf_i)² m_i = φ_iᵀ K φ_i.
-    modal_mass
-        (n,) m_i = φ_iᵀ M φ_i [kg].
-    is_residual
-        (n,) false for modes. The frequency of a residual vector is no resonance that converges.
-    shape_at_points
-        (n_points, n) w of each shape at the response points [1].
-    patch_overlap
-        (n_patches, n, n) ∫_patch φ_i φ_j dA [m²].
-    quadrature_position
-        (n_quadrature, 2) points [m] for integrals of a pressure on the shapes.
-    quadrature_weight
-        (n_quadrature,) weights [m²].
-    shape_at_quadrature
-        (n_quadrature, n) w of each shape at these points [1]; of a condensed face the values that
-        give its integrals, see `pidpanel.panel.face`.
-    quadrature_wavenumber
-        κ [rad/m] of the shortest waves whose integrals with the shapes these points give; ∞ for
-        the points of the mesh.
-    face_overlap
-        (n, n) ∫ φ_i φ_j dA over the face [m²].
-    vertex_position
-        (n_vertices, 2) vertices of the mesh [m].
-    cells
-        (n_cells, 4) or (n_cells, 3) vertex numbers of the cells.
-    shape_at_vertices
-        (n_vertices, n) w of each shape at the vertices [1].
-    curvature_at_vertices
-        (n_vertices, 3, n) κ of each shape at the vertices [1/m]; see `pidpanel.panel.section`.
-    shear_at_vertices
-        (n_vertices, 2, n) γ of each shape at the vertices [1/m]: shapes have no unit, w has m.
-    curvature_at_points
-        (n_points, 3, n) κ at the response points.
-    shear_at_points
-        (n_points, 2, n) γ at the response points.
-    layer_names
-        Layers of the section, see `pidpanel.panel.section.Layer`.
-    layer_strain, layer_stress
-        (n_layers, 3, 3) strain [m] and stress [Pa m] of the layers per curvature.
-    core_stress
-        (2, 2) shear stress of the core per shear angle [Pa].
-    point_position
-        (n_points, 2) positions of the response points [m].
-    cell_in_patch
-        (n_patches, n_cells) the cells of each patch.
-    point_names
-        Names of the response points, in the order of `shape_at_points`.
-    patch_names
-        Names of the patches, in the order of `patch_overlap`.
     """
 
-    natural_frequency: Array
-    modal_mass: Array
+    natural_frequency: Array  # (n,) f_i [Hz], 0 for rigid-body modes; (2πf_i)² m_i = φ_iᵀ K φ_i
+    modal_mass: Array  # (n,) m_i = φ_iᵀ M φ_i [kg]
+    # (n,) false for modes. The frequency of a residual vector is no resonance that converges.
     is_residual: Flags
-    shape_at_points: Array
-    patch_overlap: Array
+    shape_at_points: Array  # (n_points, n) w of each shape at the response points [1]
+    patch_overlap: Array  # (n_patches, n, n) ∫_patch φ_i φ_j dA [m²]
+    # (n_quadrature, 2) points [m] for integrals of a pressure on the shapes
     quadrature_position: Array
-    quadrature_weight: Array
+    quadrature_weight: Array  # (n_quadrature,) weights [m²]
+    # (n_quadrature, n) w of each shape at these points [1]; of a condensed face the values that
+    # give its integrals, see `pidpanel.panel.face`
     shape_at_quadrature: Array
+    # κ [rad/m] of the shortest waves whose integrals with the shapes these points give; ∞ for the
+    # points of the mesh
     quadrature_wavenumber: float
-    face_overlap: Array
-    vertex_position: Array
-    cells: Index
-    shape_at_vertices: Array
+    face_overlap: Array  # (n, n) ∫ φ_i φ_j dA over the face [m²]
+    vertex_position: Array  # (n_vertices, 2) vertices of the mesh [m]
+    cells: Index  # (n_cells, 4) or (n_cells, 3) vertex numbers of the cells
+    shape_at_vertices: Array  # (n_vertices, n) w of each shape at the vertices [1]
+    # (n_vertices, 3, n) κ of each shape at the vertices [1/m]; see `pidpanel.panel.section`
     curvature_at_vertices: Array
+    # (n_vertices, 2, n) γ of each shape at the vertices [1/m]: shapes have no unit, w has m
     shear_at_vertices: Array
-    curvature_at_points: Array
-    shear_at_points: Array
-    layer_names: tuple[str, ...]
+    curvature_at_points: Array  # (n_points, 3, n) κ at the response points
+    shear_at_points: Array  # (n_points, 2, n) γ at the response points
+    layer_names: tuple[str, ...]  # layers of the section, see `pidpanel.panel.section.Layer`
+    # (n_layers, 3, 3) strain [m] and stress [Pa m] of the layers per curvature
     layer_strain: Array
     layer_stress: Array
-    core_stress: Array
-    point_position: Array
-    cell_in_patch: Flags
-    point_names: tuple[str, ...]
-    patch_names: tuple[str, ...]
+    core_stress: Array  # (2, 2) shear stress of the core per shear angle [Pa]
+    point_position: Array  # (n_points, 2) positions of the response points [m]
+    cell_in_patch: Flags  # (n_patches, n_cells) the cells of each patch
+    point_names: tuple[str, ...]  # names of the response points, in the order of `shape_at_points`
+    patch_names: tuple[str, ...]  # names of the patches, in the order of `patch_overlap`
 
 
 def panel_basis(

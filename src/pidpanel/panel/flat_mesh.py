@@ -56,26 +56,15 @@ def check_size(path: Path) -> None:
 
 @dataclass(frozen=True)
 class FlatMesh:
-    """A checked plane mesh with the numbers of its file.
-
-    Attributes
-    ----------
-    node
-        (n_nodes,) numbers of the nodes in the file.
-    position
-        (n_nodes, 2) [m].
-    triangles
-        (n_triangles, 3) counter-clockwise, by the order of the nodes; quadrilaterals are cut along
-        their shorter diagonal.
-    groups
-        (n_triangles,) group of the element each triangle comes from.
-    """
+    """A checked plane mesh with the numbers of its file."""
 
     path: Path
-    node: Index
-    position: Array
+    node: Index  # (n_nodes,) numbers of the nodes in the file
+    position: Array  # (n_nodes, 2) [m]
+    # (n_triangles, 3) counter-clockwise, by the order of the nodes; quadrilaterals are cut along
+    # their shorter diagonal
     triangles: Index
-    groups: NDArray[np.str_]
+    groups: NDArray[np.str_]  # (n_triangles,) group of the element each triangle comes from
 
     @classmethod
     def from_elements(

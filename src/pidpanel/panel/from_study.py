@@ -82,15 +82,9 @@ def _material(spec: MaterialInput) -> layup.Material:
 
 @dataclass(frozen=True)
 class StudiedPanel:
-    """A panel with the positions of everything on it, before or after it is meshed.
+    """A panel with the positions of everything on it, before or after it is meshed."""
 
-    Attributes
-    ----------
-    panel
-        The section ``panel`` of a study.
-    """
-
-    panel: Panel
+    panel: Panel  # the section ``panel`` of a study
 
     @cached_property
     def foreign(self) -> FlatMesh | None:

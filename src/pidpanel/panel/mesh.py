@@ -30,28 +30,15 @@ CELL_KINDS = {"quad": "quadrilaterals", "triangle": "triangles"}
 
 @dataclass(frozen=True)
 class PanelMesh:
-    """A plane mesh of the panel with named patches and points.
+    """A plane mesh of the panel with named patches and points."""
 
-    Attributes
-    ----------
-    vertices
-        (n_vertices, 2) vertex positions [m], sorted by y, then by x.
-    cells
-        (n_cells, 4) or (n_cells, 3) vertex numbers of each cell, counter-clockwise;
-        cells sorted by the y, then by the x of their centres.
-    cell_kind
-        "quadrilaterals" or "triangles".
-    patch_cells
-        Cell numbers of each damper patch.
-    point_vertices
-        Vertex number of each response point.
-    """
-
-    vertices: Array
+    vertices: Array  # (n_vertices, 2) vertex positions [m], sorted by y, then by x
+    # (n_cells, 4) or (n_cells, 3) vertex numbers of each cell, counter-clockwise; cells sorted by
+    # the y, then by the x of their centres
     cells: Index
-    cell_kind: str
-    patch_cells: dict[str, Index]
-    point_vertices: dict[str, int]
+    cell_kind: str  # "quadrilaterals" or "triangles"
+    patch_cells: dict[str, Index]  # cell numbers of each damper patch
+    point_vertices: dict[str, int]  # vertex number of each response point
 
 
 def read_mesh(

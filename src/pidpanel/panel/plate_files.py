@@ -21,18 +21,9 @@ SYMMETRIC = ("stiffness", "mass")
 
 @dataclass(frozen=True)
 class StoredPlate:
-    """What `AssembledPlate` has in arrays, with the shapes of the panel's basis.
+    """What `AssembledPlate` has in arrays, with the shapes of the panel's basis."""
 
-    Attributes
-    ----------
-    stiffness, mass, patch_overlap, at_vertices, curvature_at_vertices, shear_at_vertices
-        As of `AssembledPlate`.
-    quadrature_position, quadrature_weight, at_quadrature, inertia
-        As of `AssembledPlate`.
-    shapes
-        (n_free, n) of the basis, in its order and size, in single precision.
-    """
-
+    # As of `AssembledPlate`
     stiffness: sp.csr_array
     mass: sp.csr_array
     patch_overlap: dict[str, sp.csr_array]
@@ -43,7 +34,7 @@ class StoredPlate:
     quadrature_weight: Array
     at_quadrature: sp.csr_array
     inertia: Array
-    shapes: Array
+    shapes: Array  # (n_free, n) of the basis, in its order and size, in single precision
 
 
 def write_plate(

@@ -40,24 +40,12 @@ TRIED, LOWEST_TRIED = 60, 1 / 30
 
 @dataclass(frozen=True)
 class Region:
-    """A part of the panel that carries the same mass all over.
+    """A part of the panel that carries the same mass all over."""
 
-    Attributes
-    ----------
-    name
-        Of the patch; empty for what has no damper.
-    area
-        [m²].
-    longest_edge
-        Of its elements [m].
-    added_mass
-        m_a of its damper, or its mass where that is larger [kg/m²].
-    """
-
-    name: str
-    area: float
-    longest_edge: float
-    added_mass: float = 0.0
+    name: str  # of the patch; empty for what has no damper
+    area: float  # [m²]
+    longest_edge: float  # of its elements [m]
+    added_mass: float = 0.0  # m_a of its damper, or its mass where that is larger [kg/m²]
 
 
 def element_sizes(vertices: Array, cells: Index) -> Array:

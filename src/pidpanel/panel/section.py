@@ -16,21 +16,11 @@ from pidpanel.arrays import Array
 
 @dataclass(frozen=True)
 class Layer:
-    """A depth of the section at which strain and stress are wanted.
+    """A depth of the section at which strain and stress are wanted."""
 
-    Attributes
-    ----------
-    name
-        Such as "top" or "top ply 1".
-    strain
-        (3, 3) strain = ``strain @ curvature`` [m], in the layer's own axes (1, 2, 12).
-    stress
-        (3, 3) stress = ``stress @ curvature`` [Pa m], in the same axes.
-    """
-
-    name: str
-    strain: Array
-    stress: Array
+    name: str  # such as "top" or "top ply 1"
+    strain: Array  # (3, 3) strain = ``strain @ curvature`` [m], in the layer's own axes (1, 2, 12)
+    stress: Array  # (3, 3) stress = ``stress @ curvature`` [Pa m], in the same axes
 
 
 class Section(Protocol):

@@ -64,21 +64,12 @@ ROUNDING = 1e-16
 
 @dataclass(frozen=True)
 class Shapes:
-    """Modes and the shapes that dampers need beside them, in the free coordinates.
+    """Modes and the shapes that dampers need beside them, in the free coordinates."""
 
-    Attributes
-    ----------
-    frequency
-        (n_modes,) of the modes [Hz], ascending.
-    residual_frequency
-        (n_residual,) of the others [Hz], ascending.
-    vectors
-        (n_free, n_modes + n_residual) max |w| = 1 over the vertices, or at the quadrature points
-        where the vertices rest; M and K are diagonal.
-    """
-
-    frequency: Array
-    residual_frequency: Array
+    frequency: Array  # (n_modes,) of the modes [Hz], ascending
+    residual_frequency: Array  # (n_residual,) of the others [Hz], ascending
+    # (n_free, n_modes + n_residual) max |w| = 1 over the vertices, or at the quadrature points
+    # where the vertices rest; M and K are diagonal
     vectors: Array
 
     @property

@@ -33,55 +33,33 @@ class EdgeSupport:
 
 @dataclass(frozen=True)
 class PointSupport:
-    """A hinge (w = 0) or a hold-down (w = 0 and no slope).
+    """A hinge (w = 0) or a hold-down (w = 0 and no slope)."""
 
-    Attributes
-    ----------
-    position
-        (x, y) [m], a vertex of the mesh.
-    kind
-        "hinge" or "hold_down".
-    radius
-        Of a stiff foot [m]: within it the panel moves as a rigid body (in thin plates its rim is
-        a little too stiff: 0.5 % in frequency for a foot of 0.1 m). 0 holds a mere point; the
-        deflection of a panel with core shear there depends on the mesh, like a logarithm.
-    """
-
-    position: Position
-    kind: str
+    position: Position  # (x, y) [m], a vertex of the mesh
+    kind: str  # "hinge" or "hold_down"
+    # Of a stiff foot [m]: within it the panel moves as a rigid body (in thin plates its rim is a
+    # little too stiff: 0.5 % in frequency for a foot of 0.1 m). 0 holds a mere point; the
+    # deflection of a panel with core shear there depends on the mesh, like a logarithm.
     radius: float = 0.0
 
 
 @dataclass(frozen=True)
 class Supports:
-    """All supports of a panel.
+    """All supports of a panel."""
 
-    Attributes
-    ----------
-    outline
-        Kind of the outer boundary, one of `EDGE_KINDS`.
-    edges
-        Straight parts of the boundary that differ; later ones win.
-    """
-
-    outline: str = "simply_supported"
+    outline: str = "simply_supported"  # kind of the outer boundary, one of `EDGE_KINDS`
     holes: str = "free"
-    edges: Sequence[EdgeSupport] = ()
+    edges: Sequence[EdgeSupport] = ()  # straight parts of the boundary that differ; later ones win
     points: Mapping[str, PointSupport] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class HeldVertex:
-    """The supported edges that meet at a vertex of the boundary.
-
-    Attributes
-    ----------
-    edges
-        One or two supported edges: kind, unit tangent t, and the rate dt/ds at which it turns
-        [1/m] (zero but on a curve).
-    """
+    """The supported edges that meet at a vertex of the boundary."""
 
     vertex: int
+    # One or two supported edges: kind, unit tangent t, and the rate dt/ds at which it turns [1/m]
+    # (zero but on a curve)
     edges: list[tuple[str, Array, Array]]
 
 
@@ -217,19 +195,11 @@ def vertex_spacing(mesh: PanelMesh) -> Array:
 
 @dataclass(frozen=True)
 class Block:
-    """Coordinates of the elements that move together: they span `columns` only.
-
-    Attributes
-    ----------
-    dofs
-        (n,) numbers of the coordinates.
-    columns
-        (n, m) what they may do: any combination of these columns.
-    """
+    """Coordinates of the elements that move together: they span `columns` only."""
 
     name: str
-    dofs: Index
-    columns: Array
+    dofs: Index  # (n,) numbers of the coordinates
+    columns: Array  # (n, m) what they may do: any combination of these columns
 
 
 def free_coordinates(n_dofs: int, blocks: Sequence[Block]) -> sp.csr_array:

@@ -66,24 +66,15 @@ class Files:
 
 @dataclass(frozen=True)
 class Job:
-    """What a script of the workflow is called with.
+    """What a script of the workflow is called with."""
 
-    Attributes
-    ----------
-    input, output
-        Files, by the names that the rule gives them.
-    seconds
-        Longest time of the job [s].
-    coupon
-        Folder of the LIGGGHTS runs of all studies.
-    """
-
+    # Files, by the names that the rule gives them
     input: Files
     output: Files
     params: Mapping[str, str] = field(default_factory=dict)
     study: Path = Path()
-    seconds: float = math.inf
-    coupon: Path = COUPON
+    seconds: float = math.inf  # longest time of the job [s]
+    coupon: Path = COUPON  # folder of the LIGGGHTS runs of all studies
 
     def folder(self, name: str) -> Path:
         """Return a folder among the texts."""

@@ -35,17 +35,10 @@ class Excitation(Protocol):
 
 @dataclass(frozen=True)
 class ModalForce:
-    """An excitation from arrays.
+    """An excitation from arrays."""
 
-    Parameters
-    ----------
-    spectrum
-        S (nf,) over frequencies (nf,) [Hz].
-    matrix
-        G (n, n) at all frequencies, or a function of frequencies that returns (nf, n, n).
-    """
-
-    spectrum: Callable[[Array], Array]
+    spectrum: Callable[[Array], Array]  # S (nf,) over frequencies (nf,) [Hz]
+    # G (n, n) at all frequencies, or a function of frequencies that returns (nf, n, n)
     matrix: Matrices | Callable[[Array], Matrices]
 
     def __call__(self, frequency: Array) -> Matrices:
@@ -59,19 +52,12 @@ class ModalForce:
 
 @dataclass(frozen=True)
 class Superposition:
-    """Two independent excitations.
+    """Two independent excitations."""
 
-    Parameters
-    ----------
-    first, second
-        The excitations. S is that of the first.
-    share
-        Factor on the cross-PSD of the second.
-    """
-
+    # The excitations. S is that of the first.
     first: Excitation
     second: Excitation
-    share: float = 1.0
+    share: float = 1.0  # factor on the cross-PSD of the second
 
     def spectrum(self, frequency: Array) -> Array:
         """Return S of the first."""

@@ -34,47 +34,26 @@ CLOSE = 1e-12
 
 @dataclass(frozen=True)
 class Load:
-    """A damper on a patch.
-
-    Parameters
-    ----------
-    damping
-        C_e and m_a of the filled patch as a function of frequency and Γ.
-    depends_on_acceleration
-        Whether `damping` depends on Γ at all.
-    """
+    """A damper on a patch."""
 
     patch: int
-    damping: DampingOfMotion
-    depends_on_acceleration: bool = True
+    damping: DampingOfMotion  # C_e and m_a of the filled patch as a function of frequency and Γ
+    depends_on_acceleration: bool = True  # whether `damping` depends on Γ at all
 
 
 @dataclass(frozen=True)
 class DamperLayout:
-    """Dampers that are on the panel together, and how strongly it is excited.
+    """Dampers that are on the panel together, and how strongly it is excited."""
 
-    Parameters
-    ----------
-    loads
-        The dampers; none for the bare panel.
-    factor
-        Factor on the PSD of the excitation.
-    stated_acceleration_g
-        Γ at which the damping of every load is read; left out, that of its patch's own motion.
-    with_slope
-        Whether `LayoutResponse.slope` is wanted, for `uncertainty`.
-    with_motion
-        Whether the motions of the patches that come out are wanted; they are NaN otherwise.
-    force
-        Independent force beside the excitation, which ``factor`` leaves as it is, such as that of
-        the particles; None for none.
-    """
-
-    loads: Sequence[Load]
-    factor: float = 1.0
+    loads: Sequence[Load]  # the dampers; none for the bare panel
+    factor: float = 1.0  # factor on the PSD of the excitation
+    # Γ at which the damping of every load is read; left out, that of its patch's own motion
     stated_acceleration_g: float | None = None
-    with_slope: bool = False
+    with_slope: bool = False  # whether `LayoutResponse.slope` is wanted, for `uncertainty`
+    # Whether the motions of the patches that come out are wanted; they are NaN otherwise
     with_motion: bool = True
+    # Independent force beside the excitation, which ``factor`` leaves as it is, such as that of the
+    # particles; None for none
     force: Excitation | None = None
 
     @property
@@ -96,47 +75,28 @@ class DamperLayout:
 
 @dataclass(frozen=True)
 class LayoutResponse:
-    """A response and the damping it was computed with.
-
-    Parameters
-    ----------
-    loads
-        (n_loads,) indices of the loaded patches; none on the bare panel.
-    acceleration_g
-        (n_loads,) Γ at which the damping was read; NaN for a law without Γ.
-    patch_acceleration_g
-        (n_loads,) Γ of the sine with the rms acceleration that the patch ends up with.
-    cell_acceleration_g
-        (n_loads, 2) lowest and highest such Γ of a cell of the patch; NaN without cells.
-    bare_patch_acceleration_g
-        (n_patches,) Γ of every patch of the solver on the bare panel under the same excitation.
-    equivalent_damping, apparent_mass
-        (n_loads, nf) C_e [N s/m³] and m_a [kg/m²].
-    inside
-        (n_loads, nf) whether the damping is within the simulated range.
-    fixed_points
-        Number of distinct sets of Γ found that reproduce themselves; 0 on the bare panel.
-    residual
-        Largest |ln(Γ_out/Γ)| at the one taken; 0 where no Γ is searched.
-    starts, converged
-        Number of starts of the search, and of those that led to a solution.
-    slope
-        (n_loads, nf, n_points) t of `dampers.acceleration_slope`; None unless asked for.
-    """
+    """A response and the damping it was computed with."""
 
     response: PanelResponse
-    loads: Index
-    acceleration_g: Array
+    loads: Index  # (n_loads,) indices of the loaded patches; none on the bare panel
+    acceleration_g: Array  # (n_loads,) Γ at which the damping was read; NaN for a law without Γ
+    # (n_loads,) Γ of the sine with the rms acceleration that the patch ends up with
     patch_acceleration_g: Array
+    # (n_loads, 2) lowest and highest such Γ of a cell of the patch; NaN without cells
     cell_acceleration_g: Array
+    # (n_patches,) Γ of every patch of the solver on the bare panel under the same excitation
     bare_patch_acceleration_g: Array
+    # (n_loads, nf) C_e [N s/m³] and m_a [kg/m²]
     equivalent_damping: Array
     apparent_mass: Array
-    inside: Flags
+    inside: Flags  # (n_loads, nf) whether the damping is within the simulated range
+    # Number of distinct sets of Γ found that reproduce themselves; 0 on the bare panel
     fixed_points: int
-    residual: float = 0.0
+    residual: float = 0.0  # largest |ln(Γ_out/Γ)| at the one taken; 0 where no Γ is searched
+    # Number of starts of the search, and of those that led to a solution
     starts: int = 0
     converged: int = 0
+    # (n_loads, nf, n_points) t of `dampers.acceleration_slope`; None unless asked for
     slope: Complexes | None = None
 
 

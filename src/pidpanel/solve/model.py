@@ -25,24 +25,16 @@ class ModalBasis:
 
     Residual vectors count as modes with their own (pseudo) natural frequency.
 
-    Parameters
-    ----------
-    natural_frequency
-        (n,) f_i [Hz], positive; 0 of a rigid body's mode, which has no damping of its own.
-    modal_mass
-        (n,) m_i [kg], positive.
-    damping_ratio
-        ζ, one for all or (n,), positive [1].
-
     Raises
     ------
     ResponseError
         Where shapes disagree or a value is not finite and positive, a frequency negative.
     """
 
+    # (n,) f_i [Hz], positive; 0 of a rigid body's mode, which has no damping of its own
     natural_frequency: Array
-    modal_mass: Array
-    damping_ratio: Array
+    modal_mass: Array  # (n,) m_i [kg], positive
+    damping_ratio: Array  # ζ, one for all or (n,), positive [1]
 
     def __init__(
         self, natural_frequency: ArrayLike, modal_mass: ArrayLike, damping_ratio: ArrayLike
@@ -296,18 +288,11 @@ def _compressed(factor: Array) -> Array:
 
 @dataclass(frozen=True)
 class PanelResponse:
-    """PSDs of the panel's motion at its points.
+    """PSDs of the panel's motion at its points."""
 
-    Parameters
-    ----------
-    frequency
-        (nf,) [Hz].
-    cross_psd
-        (nf, n_points, m, m) one-sided cross-PSDs, E[a b*] per Hz, of the m motions at each point:
-        the deflection w [m] first, then those that were asked for beside it (see `bare_panels`).
-    """
-
-    frequency: Array
+    frequency: Array  # (nf,) [Hz]
+    # (nf, n_points, m, m) one-sided cross-PSDs, E[a b*] per Hz, of the m motions at each point: the
+    # deflection w [m] first, then those that were asked for beside it (see `bare_panels`)
     cross_psd: Complexes
 
     def scaled(self, factor: float) -> "PanelResponse":

@@ -19,38 +19,22 @@ FIXED = 1e-6
 
 @dataclass(frozen=True)
 class ModalPanel:
-    """A panel with patches and points.
-
-    Parameters
-    ----------
-    patches
-        All patches that may carry dampers.
-    frequency
-        (nf,) lines of the result [Hz].
-    points
-        (n_points, m, n) m motions at each point as rows over the shapes, the deflection first;
-        or (n_points, n), the deflection alone.
-    search_frequency
-        Fewer lines, for the search for the motion [Hz].
-    air_stiffness
-        Of the air [N/m], see `modal.bare_panels`; None for a panel in vacuum.
-    cells
-        Parts of the patches over which the motion is looked at beside the mean of the patch; None
-        for none.
-    cell_patch
-        (n_cells,) the patch of each cell.
-    is_diagonal
-        Whether the dampers leave the modes uncoupled, as in the paper (`diagonal`).
-    """
+    """A panel with patches and points."""
 
     basis: ModalBasis
-    patches: Patches
-    frequency: Array
+    patches: Patches  # all patches that may carry dampers
+    frequency: Array  # (nf,) lines of the result [Hz]
+    # (n_points, m, n) m motions at each point as rows over the shapes, the deflection first; or
+    # (n_points, n), the deflection alone
     points: Array
-    search_frequency: Array
+    search_frequency: Array  # fewer lines, for the search for the motion [Hz]
+    # Of the air [N/m], see `modal.bare_panels`; None for a panel in vacuum
     air_stiffness: MatrixInput | None = None
+    # Parts of the patches over which the motion is looked at beside the mean of the patch; None for
+    # none
     cells: Patches | None = None
-    cell_patch: Index | None = None
+    cell_patch: Index | None = None  # (n_cells,) the patch of each cell
+    # Whether the dampers leave the modes uncoupled, as in the paper (`diagonal`)
     is_diagonal: bool = False
 
     def __post_init__(self) -> None:

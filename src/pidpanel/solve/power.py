@@ -20,27 +20,13 @@ from pidpanel.solve.moved import MatrixInput, matrices_at
 
 @dataclass(frozen=True)
 class PowerBalance:
-    """Mean power per hertz that the field puts in and where it goes [W/Hz].
+    """Mean power per hertz that the field puts in and where it goes [W/Hz]."""
 
-    Parameters
-    ----------
-    frequency
-        (nf,) [Hz].
-    field
-        (nf,) put in by the excitation, Re tr(iωH S_p G).
-    structure
-        (nf,) lost in the panel's own damping, ω² tr(C S_q).
-    patches
-        (nf, n_patches) lost in the dampers, ω² C_e tr(D S_q).
-    radiation
-        (nf,) radiated, ω² tr(R S_q).
-    """
-
-    frequency: Array
-    field: Array
-    structure: Array
-    patches: Array
-    radiation: Array
+    frequency: Array  # (nf,) [Hz]
+    field: Array  # (nf,) put in by the excitation, Re tr(iωH S_p G)
+    structure: Array  # (nf,) lost in the panel's own damping, ω² tr(C S_q)
+    patches: Array  # (nf, n_patches) lost in the dampers, ω² C_e tr(D S_q)
+    radiation: Array  # (nf,) radiated, ω² tr(R S_q)
 
     @property
     def error(self) -> Array:

@@ -63,20 +63,13 @@ class SolutionPath(Protocol):
 
 @dataclass(frozen=True)
 class Request:
-    """Dampers whose response is wanted.
-
-    Parameters
-    ----------
-    equivalent_damping, apparent_mass
-        (n_loads, nf) C_e [N s/m³] and m_a [kg/m²].
-    with_slope
-        Whether the derivatives of the PSDs are wanted too.
-    """
+    """Dampers whose response is wanted."""
 
     patches: Loaded
+    # (n_loads, nf) C_e [N s/m³] and m_a [kg/m²]
     equivalent_damping: Array
     apparent_mass: Array
-    with_slope: bool = False
+    with_slope: bool = False  # whether the derivatives of the PSDs are wanted too
 
 
 @dataclass(frozen=True)

@@ -59,21 +59,11 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class StandardErrors:
-    """Of the logarithms of what a scenario answers.
+    """Of the logarithms of what a scenario answers."""
 
-    Attributes
-    ----------
-    log_psd
-        (nf, n_points) of ln S_a.
-    log_rms
-        (n_points,) of ln of the rms acceleration: its relative standard error.
-    log_acceleration
-        (n_loads,) of ln Γ.
-    """
-
-    log_psd: Array
-    log_rms: Array
-    log_acceleration: Array
+    log_psd: Array  # (nf, n_points) of ln S_a
+    log_rms: Array  # (n_points,) of ln of the rms acceleration: its relative standard error
+    log_acceleration: Array  # (n_loads,) of ln Γ
 
 
 def joint_covariance(blocks: Sequence[Sequence[Array | None]], n_nodes: int) -> tuple[Array, Flags]:

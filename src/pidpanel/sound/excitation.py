@@ -16,20 +16,12 @@ class SoundExcitation:
 
     Implements `solve.excitation.Excitation`: S is the PSD of the pressure on the face [Pa²/Hz], G
     the modal force of the field [m⁴].
-
-    Parameters
-    ----------
-    table
-        G over wavenumber, which tells the fields apart (`sound.field`).
-    speed
-        Speed of sound [m/s].
-    reference, loaded_sides
-        As of `spectrum.pressure_psd`.
     """
 
     pressure: Spectrum
-    table: WavenumberTable
-    speed: float
+    table: WavenumberTable  # G over wavenumber, which tells the fields apart (`sound.field`)
+    speed: float  # speed of sound [m/s]
+    # As of `spectrum.pressure_psd`
     reference: PressureReference = "surface"
     loaded_sides: int = 1
 

@@ -12,27 +12,15 @@ from pidpanel.sound.wavenumber_table import FieldError, spare_nodes
 
 @dataclass(frozen=True)
 class PanelQuadrature:
-    """Shapes of a panel at the points of a quadrature over its face.
+    """Shapes of a panel at the points of a quadrature over its face."""
 
-    Parameters
-    ----------
-    position
-        (nq, 2) points in the plane of the panel [m].
-    weight
-        (nq,) weights [m²]; they sum to the area.
-    shape
-        (nq, n) values of the n shapes φ [1] at the points.
-    wavenumber
-        Largest κ [rad/m] for which Σ w φ exp(iκ·x) stands for the integral: that of a condensed
-        face (`pidpanel.geometry.plane_waves`); ∞ for values of the shapes at points of the mesh.
-    overlap
-        (n, n) ∫ φ_i φ_j dA [m²]; from the points where it is not given. A condensed face needs it.
-    """
-
-    position: Array
-    weight: Array
-    shape: Array
+    position: Array  # (nq, 2) points in the plane of the panel [m]
+    weight: Array  # (nq,) weights [m²]; they sum to the area
+    shape: Array  # (nq, n) values of the n shapes φ [1] at the points
+    # Largest κ [rad/m] for which Σ w φ exp(iκ·x) stands for the integral: that of a condensed face
+    # (`pidpanel.geometry.plane_waves`); ∞ for values of the shapes at points of the mesh
     wavenumber: float = np.inf
+    # (n, n) ∫ φ_i φ_j dA [m²]; from the points where it is not given. A condensed face needs it.
     overlap: Array | None = None
 
     def __post_init__(self) -> None:
@@ -85,17 +73,12 @@ class FoldedFace:
     """A face on Gauss points of its box, its load split by parity about the middle of the box.
 
     Under exp(iκ·x) the four parts answer to products of cosines and sines on a quarter of the box.
-
-    Attributes
-    ----------
-    x, y
-        (n_x,), (n_y,) distances from the middle [m], the halves that are not negative.
-    load
-        Four (n_x, n_y, n) w φ [m²]: even or odd along x, along y: (ee, eo, oe, oo).
     """
 
+    # (n_x,), (n_y,) distances from the middle [m], the halves that are not negative
     x: Array
     y: Array
+    # Four (n_x, n_y, n) w φ [m²]: even or odd along x, along y: (ee, eo, oe, oo)
     load: tuple[Array, Array, Array, Array]
 
     @classmethod

@@ -90,16 +90,6 @@ class Spectrum(ABC):
 class BandSpectrum(Spectrum):
     """Sound pressure levels in adjoining octave or third-octave bands.
 
-    Parameters
-    ----------
-    kind
-        `"third octave"` or `"octave"`.
-    band_number
-        (n_bands,) N, where the exact base-10 centre is 10^(N/10) Hz (IEC 61260-1:2014, 5.2-5.5):
-        N = 30 is 1 kHz. Octaves sit at multiples of 3. Adjoining bands, rising.
-    band_spl
-        (n_bands,) band levels [dB re 20 µPa].
-
     Examples
     --------
     >>> spectrum = BandSpectrum("octave", np.array([27, 30]), np.array([100.0, 100.0]))
@@ -110,9 +100,11 @@ class BandSpectrum(Spectrum):
     """
 
     rows: ClassVar[str] = "bands"
-    kind: BandKind
+    kind: BandKind  # `"third octave"` or `"octave"`
+    # (n_bands,) N, where the exact base-10 centre is 10^(N/10) Hz (IEC 61260-1:2014, 5.2-5.5): N =
+    # 30 is 1 kHz. Octaves sit at multiples of 3. Adjoining bands, rising.
     band_number: Index
-    band_spl: Array
+    band_spl: Array  # (n_bands,) band levels [dB re 20 µPa]
     source: str = ""
 
     @property

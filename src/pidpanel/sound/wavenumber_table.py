@@ -56,22 +56,13 @@ class WavenumberTable:
     """A matrix at Chebyshev nodes, to be read at any k up to `wavenumber_max`.
 
     The nodes are the positive ones of a Chebyshev rule on [−k_max, k_max].
-
-    Parameters
-    ----------
-    wavenumber_max
-        k_max [rad/m].
-    wavenumber
-        (m,) nodes [rad/m], falling from just below k_max.
-    even
-        (m, n, n) the matrix at the nodes, or its real part, even in k; or some of its rows.
-    odd_over_wavenumber
-        (m, n, n) its imaginary part, odd in k, over k; None for a real matrix.
     """
 
-    wavenumber_max: float
-    wavenumber: Array
+    wavenumber_max: float  # k_max [rad/m]
+    wavenumber: Array  # (m,) nodes [rad/m], falling from just below k_max
+    # (m, n, n) the matrix at the nodes, or its real part, even in k; or some of its rows
     even: Array
+    # (m, n, n) its imaginary part, odd in k, over k; None for a real matrix
     odd_over_wavenumber: Array | None = None
     _pivots: dict[int, tuple[Index, float]] = field(default_factory=dict, repr=False, compare=False)
     _rows: dict[int, "WavenumberTable"] = field(default_factory=dict, repr=False, compare=False)

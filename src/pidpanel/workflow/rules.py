@@ -29,23 +29,13 @@ SEVERITY = ("oscillators", "peaks", "fatigue", "strength", "margins")
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule: its files, and what these depend on besides.
+    """A rule: its files, and what these depend on besides."""
 
-    Attributes
-    ----------
-    log
-        File that takes what the job says.
-    values
-        What the output depends on besides other results and the package.
-    params
-        Further texts for the job.
-    """
-
-    log: str
+    log: str  # file that takes what the job says
     input: Mapping[str, str | Sequence[str]]
     output: Mapping[str, str]
-    values: Mapping[str, Any]
-    params: Mapping[str, str] = field(default_factory=dict)
+    values: Mapping[str, Any]  # what the output depends on besides other results and the package
+    params: Mapping[str, str] = field(default_factory=dict)  # further texts for the job
 
 
 def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:

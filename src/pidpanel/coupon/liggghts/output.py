@@ -157,14 +157,9 @@ _BINARY_HEADER = np.dtype(
 
 
 class SphereMotion(NamedTuple):
-    """How every sphere moves in each frame.
+    """How every sphere moves in each frame."""
 
-    Attributes
-    ----------
-    position, velocity, spin, force
-        (frames, spheres, 3) [m], [m/s], [rad/s], [N]
-    """
-
+    # (frames, spheres, 3) [m], [m/s], [rad/s], [N]
     position: Array
     velocity: Array
     spin: Array

@@ -75,19 +75,12 @@ _READINGS: dict[Reading, str] = {"kinetic_energy": "ke", "mean_speed": "v_speed"
 
 
 class Instant(NamedTuple):
-    """Step that a simulation has reached.
+    """Step that a simulation has reached."""
 
-    Attributes
-    ----------
-    step, spheres
-        Its number, and how many spheres there are.
-    value
-        What was asked to be read, SI; 0 if nothing was.
-    """
-
+    # Its number, and how many spheres there are
     step: int
     spheres: int
-    value: float
+    value: float  # what was asked to be read, SI; 0 if nothing was
 
 
 class ContactFiles(NamedTuple):
