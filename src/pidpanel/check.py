@@ -31,16 +31,12 @@ from pidpanel.study.severity import Severity
 from pidpanel.study.sound import Sound
 from pidpanel.text_files import TextFileError, read_text
 
-LARGEST_DECK = 1_000_000
-"""Most bytes of a deck."""
-QUIETEST = 100.0
-"""Level of a table [dB] below which it is taken for one in other units."""
-MOST_CARRIED = 5
-"""Heaviest mass on a panel over that of the panel."""
+LARGEST_DECK = 1_000_000  # most bytes of a deck
+QUIETEST = 100.0  # level of a table [dB] below which it is taken for one in other units
+MOST_CARRIED = 5  # heaviest mass on a panel over that of the panel
 OVERALL_TOLERANCE = 0.03
 """Difference of a stated overall value and that of its table: levels have two digits."""
-ANY_MESH = 1e-3
-"""A frequency for which no mesh is too coarse [Hz]."""
+ANY_MESH = 1e-3  # a frequency for which no mesh is too coarse [Hz]
 
 
 def checked_study(path: str | Path) -> Study | CouponStudy:

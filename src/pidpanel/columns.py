@@ -18,12 +18,9 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.text_files import TextFileError, lines_of, read_text
 
-MOST_FAULTS = 20
-"""Most mistakes reported per file."""
-MOST_ALIKE = 3
-"""Most mistakes of one kind reported on a line each."""
-LARGEST = 20_000_000
-"""Most bytes of a table."""
+MOST_FAULTS = 20  # most mistakes reported per file
+MOST_ALIKE = 3  # most mistakes of one kind reported on a line each
+LARGEST = 20_000_000  # most bytes of a table
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 

@@ -6,11 +6,9 @@ import re
 import stat
 from pathlib import Path
 
-LARGEST = 100_000_000
-"""Most bytes that are read, unless less is allowed."""
+LARGEST = 100_000_000  # most bytes that are read, unless less is allowed
 
-UTF_16 = (b"\xff\xfe", b"\xfe\xff")
-"""Marks at the beginning of a text in UTF-16."""
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # marks at the beginning of a text in UTF-16
 
 
 class TextFileError(ValueError):

@@ -15,8 +15,7 @@ from typing import Any
 from pidpanel.cli import run
 from pidpanel.cli.parser import add_directory, add_jobs, add_study
 
-WRITTEN = 3
-"""Layouts of the study that is written."""
+WRITTEN = 3  # layouts of the study that is written
 
 HELP = "Propose layouts of dampers within a mass budget."
 

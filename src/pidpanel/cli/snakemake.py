@@ -17,14 +17,11 @@ from pidpanel.paths import PROFILE, SNAKEFILE
 if TYPE_CHECKING:  # pydantic is slow to import
     from pidpanel.study import CouponStudy
 
-PROCESS = "pidpanel.cli.workflow_process"
-"""Module that is Snakemake's process."""
+PROCESS = "pidpanel.cli.workflow_process"  # module that is Snakemake's process
 
-LEAST_SPACE = 20e6
-"""Space that the smallest study takes on the disk [byte]."""
+LEAST_SPACE = 20e6  # space that the smallest study takes on the disk [byte]
 
-LEAST_MEMORY = 800e6
-"""Addresses that Snakemake takes with the smallest study, twice as many [byte]."""
+LEAST_MEMORY = 800e6  # addresses that Snakemake takes with the smallest study, twice as many [byte]
 
 _ROW = re.compile(r"^(\w+) +(\d+)$")
 

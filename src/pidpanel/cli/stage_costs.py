@@ -10,12 +10,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-IMPORTS = 250e6
-"""Memory of a process before it computes [bytes]."""
+IMPORTS = 250e6  # memory of a process before it computes [bytes]
 CHECK = 1.2e7
 """Coordinates times solved columns of the check of the basis, at most; see `basis_error.WORK`."""
-RESIDUALS = 20
-"""Shapes beside the modes for each patch; as many again for the loaded panel."""
+RESIDUALS = 20  # shapes beside the modes for each patch; as many again for the loaded panel
 
 
 class Cost(NamedTuple):

@@ -24,8 +24,7 @@ from pidpanel.response.trust import doubts_in
 SIGNIFICANCE = 2.0
 """Standard errors of a difference beyond which it counts (95 % of a normal distribution)."""
 
-ROWS = 5
-"""Scenarios in the first table at most, beside the bare panel."""
+ROWS = 5  # scenarios in the first table at most, beside the bare panel
 
 PREFERRED = (
     "coupled", "stated", "dem", "table", "paper_corrected", "paper_printed", "bare",

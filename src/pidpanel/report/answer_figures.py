@@ -27,8 +27,7 @@ from pidpanel.report import style
 from pidpanel.report.inputs import ReportedPanel
 from pidpanel.report.layout import panel_axes, separate
 
-WIDTH = 5.0
-"""Width of a figure at the head of a page [inch]."""
+WIDTH = 5.0  # width of a figure at the head of a page [inch]
 
 _HALO = [withStroke(linewidth=2.2, foreground="white")]
 _SUPPORT = {

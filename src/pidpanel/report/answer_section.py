@@ -25,8 +25,7 @@ from pidpanel.report.text import (
     value_text,
 )
 
-POINTS_SHOWN = 4
-"""Points with a column of their own in the first table, those of most motion."""
+POINTS_SHOWN = 4  # points with a column of their own in the first table, those of most motion
 
 
 def answer_blocks(inputs: Inputs, answer: StudyAnswer) -> list[Block]:

@@ -11,8 +11,7 @@ from pidpanel.report import style
 from pidpanel.report.html import Chart, PageCurve
 from pidpanel.report.response_figures import PsdCurve
 
-PIXELS = 1.6
-"""Width of a curve on a screen over that in a figure [pixel/pt]."""
+PIXELS = 1.6  # width of a curve on a screen over that in a figure [pixel/pt]
 
 
 def _line(curve: PsdCurve) -> Literal["solid", "dashed", "dotted"]:

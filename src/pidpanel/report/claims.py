@@ -32,8 +32,7 @@ from pidpanel.solve.bands import reduction
 ALIKE = 1.0
 """Difference [dB] below which two rms values are one to the reader of a plot of six decades."""
 
-MOST_EFFECTIVE_FILL = 0.1
-"""Fill fraction that the paper finds most effective (its section 3.1)."""
+MOST_EFFECTIVE_FILL = 0.1  # fill fraction that the paper finds most effective (its section 3.1)
 
 ALIKE_FILLS = (0.7, 0.9)
 """Fill fractions between which the paper finds the responses almost the same."""

@@ -21,14 +21,11 @@ from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, value_text
 SIGMAS = 2.0
 """Standard errors of a difference from which it counts as one: 95 % of a normal distribution."""
 
-SAME = 1e-3
-"""Share of a value below which a difference is that of lines and meshes [1]."""
+SAME = 1e-3  # share of a value below which a difference is that of lines and meshes [1]
 
-BEST = "best"
-"""Name of the row of the scenario with the lowest rms value, whatever it is."""
+BEST = "best"  # name of the row of the scenario with the lowest rms value, whatever it is
 
-Key = tuple[str, str, str]
-"""Reading, scenario, point."""
+Key = tuple[str, str, str]  # reading, scenario, point
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from pidpanel.report.inputs import CoupledResults
 from pidpanel.report.layout import WIDTH, frequency_axis, pick_items
 from pidpanel.report.text import number, plain, signed
 
-CURVES = 6
-"""Patches in the figure at most."""
+CURVES = 6  # patches in the figure at most
 
 METHOD = (
     "Panel and particles are integrated together under random sound. The force of the "

@@ -52,8 +52,7 @@ MASS_SHARE = AxisQuantity("apparent_mass_share", "$m_a$ / mass of the particles,
 FREQUENCY = AxisQuantity("frequency_hz", "frequency, Hz", True, symbol="f")
 ACCELERATION = AxisQuantity("acceleration_g", "acceleration amplitude Γ, –", True, symbol="Γ")
 
-FEW_TICKS = 6
-"""Most values of a sweep for a tick at each."""
+FEW_TICKS = 6  # most values of a sweep for a tick at each
 
 
 def _draw_fill(
@@ -137,8 +136,7 @@ def sweep_figure(
     return figure
 
 
-CELLS_WITH_TEXT = 12
-"""Most frequencies of a map whose values are written into it."""
+CELLS_WITH_TEXT = 12  # most frequencies of a map whose values are written into it
 
 
 def loss_factor_map(cases: pd.DataFrame) -> Figure:

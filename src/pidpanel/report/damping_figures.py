@@ -31,11 +31,9 @@ LABELS = {
     ACCELERATION: "acceleration amplitude Γ, –",
 }
 TITLES = {FILL: "r = {:g}", FREQUENCY: "f = {:g} Hz", ACCELERATION: "Γ = {:g}"}
-FINE = 61
-"""Values of the surface along each axis of a map."""
+FINE = 61  # values of the surface along each axis of a map
 
-MAPS = 5
-"""Values of the third axis that are shown at most, a column each."""
+MAPS = 5  # values of the third axis that are shown at most, a column each
 
 OUTSIDE = "#ffffff"
 """Colour outside the simulated range."""

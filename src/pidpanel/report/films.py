@@ -30,20 +30,15 @@ from pidpanel.report.layout import pick
 PICTURED = (0.5, 158.0, 10.0)
 """Fill fraction, frequency [Hz] and Γ of the case in the film, or of the nearest to it."""
 
-CYCLES, FRAMES = 2, 24
-"""Cycles of the drive that are shown, and frames in each."""
+CYCLES, FRAMES = 2, 24  # cycles of the drive that are shown, and frames in each
 
-CELLS_SHOWN = 2
-"""Cells of an animation at most."""
+CELLS_SHOWN = 2  # cells of an animation at most
 
-SECONDS = 2.0
-"""How long an animation takes for one cycle [s]."""
+SECONDS = 2.0  # how long an animation takes for one cycle [s]
 
-PIXELS = 400
-"""Width of an animation [pixel]."""
+PIXELS = 400  # width of an animation [pixel]
 
-PITCH = 1.35
-"""Distance of neighbouring cells of an animation over their width."""
+PITCH = 1.35  # distance of neighbouring cells of an animation over their width
 
 
 @dataclass(frozen=True)

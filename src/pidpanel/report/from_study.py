@@ -41,8 +41,7 @@ from pidpanel.study.panel import Panel
 from pidpanel.study.particles import Binary, Mono, Normal
 from pidpanel.study.sound import Sound
 
-SAME_LEVEL = 0.05
-"""Difference of two levels below which they are written alike [dB]."""
+SAME_LEVEL = 0.05  # difference of two levels below which they are written alike [dB]
 
 DIRECTIONS = {(0.0, 0.0, -1.0): "along −z (the motion is along z)"}
 

@@ -29,11 +29,9 @@ LIBRARIES = tuple(TEMPLATE / "uplot" / name for name in ("uPlot.iife.min.js", "u
 RESOLUTION, SHOWN_PER_INCH = 180, 100
 """Dots per inch of the PNG files, and pixels per inch at which a page shows them."""
 
-BROAD = 640
-"""Width from which a picture takes that of the page [pixel]."""
+BROAD = 640  # width from which a picture takes that of the page [pixel]
 
-DIGITS = 4
-"""Significant digits of a curve's values in the page: 0.01 % is finer than a pixel."""
+DIGITS = 4  # significant digits of a curve's values in the page: 0.01 % is finer than a pixel
 
 
 @dataclass(frozen=True)
@@ -157,8 +155,7 @@ class Table:
                 )
 
 
-Cell = Callable[[Mapping[str, Any]], str]
-"""Text of a row in a column."""
+Cell = Callable[[Mapping[str, Any]], str]  # text of a row in a column
 
 
 def table_of(
@@ -236,8 +233,7 @@ def unfolded(blocks: Sequence[Block]) -> Iterator[Paragraph | Picture | Table]:
             yield block
 
 
-CAVEATS = 3
-"""Limitations at the head of a page; the others are in their part of it."""
+CAVEATS = 3  # limitations at the head of a page; the others are in their part of it
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from pidpanel.damping.coupled import COUPLED
 COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read_at_error_g")
 """Columns of ``response/summary.csv`` with errors."""
 
-PARTLY = ("stated", COUPLED)
-"""Readings in which patches are read as the study states them."""
+PARTLY = ("stated", COUPLED)  # readings in which patches are read as the study states them
 
 
 def without_errors(

@@ -21,8 +21,7 @@ from pidpanel.report import style
 
 Value = TypeVar("Value")
 
-WIDTH = 10.0
-"""Width of a figure that fills the page [inch]."""
+WIDTH = 10.0  # width of a figure that fills the page [inch]
 
 GREY = "#555555"
 """Colour of a legend's line where it stands for all colours."""

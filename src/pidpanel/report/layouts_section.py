@@ -23,8 +23,7 @@ from pidpanel.report.text import (
     READINGS,
 )
 
-DRAWN_TOGETHER = 6
-"""Layouts in one figure at most: as many as there are colours without an order."""
+DRAWN_TOGETHER = 6  # layouts in one figure at most: as many as there are colours without an order
 
 
 def layouts_section(inputs: Inputs) -> PageSection:

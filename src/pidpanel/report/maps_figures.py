@@ -22,8 +22,7 @@ FIELD_STYLES = {
 }
 """Fields drawn: label with unit, factor from SI to that unit, colour map."""
 
-EXCEEDED_SHARE = 0.01
-"""Share of the area that lies beyond the end of the colour scale."""
+EXCEEDED_SHARE = 0.01  # share of the area that lies beyond the end of the colour scale
 
 
 def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:

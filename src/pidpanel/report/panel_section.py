@@ -15,8 +15,7 @@ from pidpanel.report.html import PageSection, Picture, Table
 from pidpanel.report.inputs import ReportedPanel
 from pidpanel.report.text import number, plain, records
 
-MODES_SHOWN = 9
-"""Modes of which the shape is drawn."""
+MODES_SHOWN = 9  # modes of which the shape is drawn
 
 PRINTED_ROUNDING = 2e-4
 """Relative difference up to which a frequency counts as the printed one: Table 1 has two

@@ -25,8 +25,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import style
 from pidpanel.report.layout import WIDTH, draw_map, frequency_axis
 
-DECADES = 9
-"""Decades of PSD shown below the highest peak at most: a node has no lower end."""
+DECADES = 9  # decades of PSD shown below the highest peak at most: a node has no lower end
 
 
 @dataclass(frozen=True)
@@ -42,11 +41,9 @@ class PsdCurve:
     dotted: bool = False  # for what belongs to another curve of the same colour
 
 
-ACROSS = 2
-"""Axes side by side at most: more of them leave no room for titles and numbers."""
+ACROSS = 2  # axes side by side at most: more of them leave no room for titles and numbers
 
-TITLE = 62
-"""Characters of a title over one of two axes side by side."""
+TITLE = 62  # characters of a title over one of two axes side by side
 
 WIDTHS = (0.9, 3.3, 0.6)
 """Width of the uppermost of several curves, that of the widest, and what each below adds [pt]."""

@@ -28,16 +28,14 @@ from pidpanel.report.html import RESOLUTION
 _OURS = re.compile(r"(\$(?:[CEm]_[ade]|m A\^2 \\omega\^2|\\mathdefault\{.*?\})\$)")
 """Mathematics that figures write themselves; a dollar of any other text is a dollar."""
 
-COLOURS = 256
-"""Colours of a PNG file: a third of the bytes, and no difference that is seen."""
+COLOURS = 256  # colours of a PNG file: a third of the bytes, and no difference that is seen
 
 BARE = "#000000"
 """Colour of the bare panel."""
 
 PLACES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Colours of patches, and of anything else without an order."""
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-"""Markers of lines beside their colours."""
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")  # markers of lines beside their colours
 
 _RC: dict[Any, Any] = {
     "backend": "agg",

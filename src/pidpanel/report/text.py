@@ -20,8 +20,7 @@ READINGS = {
 }
 """Names of the readings of the damping."""
 
-DECIBEL_DECIMALS = 2
-"""Of reductions without an error [dB]."""
+DECIBEL_DECIMALS = 2  # of reductions without an error [dB]
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 

@@ -30,8 +30,7 @@ LABELS = {
 }
 """Names of varied keys with units; any other key is shown as it is written."""
 
-ROWS_SHOWN = 6
-"""Rows of a table that are shown without being asked for."""
+ROWS_SHOWN = 6  # rows of a table that are shown without being asked for
 
 VALUE, ERROR = EQUIVALENT_DAMPING.column, str(EQUIVALENT_DAMPING.error)
 

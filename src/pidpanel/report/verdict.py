@@ -14,14 +14,11 @@ import numpy as np
 
 from pidpanel.arrays import Array
 
-RMS_LIMIT = 0.03
-"""Of g rms [1]."""
+RMS_LIMIT = 0.03  # of g rms [1]
 
-BAND_LIMIT = 0.5
-"""Of the rms of a third octave [dB]."""
+BAND_LIMIT = 0.5  # of the rms of a third octave [dB]
 
-BAND_DEPTH = 20.0
-"""Third octaves further below the highest do not count [dB]."""
+BAND_DEPTH = 20.0  # third octaves further below the highest do not count [dB]
 
 Holds = Literal["yes", "no", "open"]
 

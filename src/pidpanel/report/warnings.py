@@ -28,11 +28,9 @@ from pidpanel.response.trust import (
 )
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels
 
-NAMED = 3
-"""Scenarios that a warning names."""
+NAMED = 3  # scenarios that a warning names
 
-BETWEEN_POINTS = 1.12
-"""Times the worst point, 1 dB: more anywhere else on the panel is said."""
+BETWEEN_POINTS = 1.12  # times the worst point, 1 dB: more anywhere else on the panel is said
 
 DOUBTS = {
     NOT_LINEAR: "the rms displacement, up to {displacement} mm, is more than a tenth of the "

@@ -29,12 +29,9 @@ from pidpanel.study.quantity import (
 from pidpanel.study.stiffness import Stiffness
 from pidpanel.study.sweep import Sweep
 
-MOST_VARIANTS = 1000
-"""Combinations that ``vary`` may have."""
-MOST_RUNS = 200_000
-"""Runs that a sweep may have; twice as many as have been run."""
-MOST_SPHERES = 1_000_000
-"""Spheres that a run may have: a step of them takes a second."""
+MOST_VARIANTS = 1000  # combinations that ``vary`` may have
+MOST_RUNS = 200_000  # runs that a sweep may have; twice as many as have been run
+MOST_SPHERES = 1_000_000  # spheres that a run may have: a step of them takes a second
 
 
 class Cell(SectionModel):
@@ -88,8 +85,7 @@ class Accuracy(SectionModel):
             yield Mistake(("max_cycles",), f"must be at least min_cycles = {self.min_cycles}")
 
 
-Component = Annotated[float, Quantity(-1e6, 1e6)]
-"""Of a direction."""
+Component = Annotated[float, Quantity(-1e6, 1e6)]  # of a direction
 
 
 class Coupon(SectionModel):

@@ -14,8 +14,7 @@ NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"
 """Of what names folders: studies and dampers."""
 
-RESERVED = ("coupon", "verification")
-"""Folders of the results that belong to all studies."""
+RESERVED = ("coupon", "verification")  # folders of the results that belong to all studies
 
 
 class CouponStudy(SectionModel):

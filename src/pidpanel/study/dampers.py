@@ -18,18 +18,14 @@ from pidpanel.study.quantity import MASS_PER_AREA, PERCENT, Quantity
 
 Law = Literal["paper_corrected", "paper_printed"]
 Interpolation = Literal["log", "linear"]
-EquivalentDamping = Annotated[float, Quantity(0, 1e8)]
-"""C_e [N s/m³]."""
-ApparentMass = Annotated[float, Quantity(0, 1000, units=MASS_PER_AREA)]
-"""m_a [kg/m²]."""
-MassPerArea = Annotated[float, Quantity(1e-3, 1000, units=MASS_PER_AREA)]
-"""m″ [kg/m²]."""
+EquivalentDamping = Annotated[float, Quantity(0, 1e8)]  # C_e [N s/m³]
+ApparentMass = Annotated[float, Quantity(0, 1000, units=MASS_PER_AREA)]  # m_a [kg/m²]
+MassPerArea = Annotated[float, Quantity(1e-3, 1000, units=MASS_PER_AREA)]  # m″ [kg/m²]
 LossFactor = Annotated[float, Quantity(0, MOST_LOSS_FACTOR, units=PERCENT)]
 """η; what is above is taken for percent."""
 Kind = Literal["coupon", "law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor"]
 
-WeighsAs = Literal["particles"]
-"""What m_a is: the mass of the particles."""
+WeighsAs = Literal["particles"]  # what m_a is: the mass of the particles
 
 ALLOWED: Mapping[Kind, tuple[str, ...]] = {
     "coupon": (),

@@ -25,8 +25,7 @@ Reading = Literal[
     "table",
     "coupled",
 ]
-COUPLED: Reading = "coupled"
-"""Reading of panel and particles in one time integration."""
+COUPLED: Reading = "coupled"  # reading of panel and particles in one time integration
 
 
 class Level(SectionModel):

@@ -13,8 +13,7 @@ from pidpanel.study.mistakes import Mistake, dotted, one_line
 from pidpanel.study.yaml_loader import Loader, problem_of
 from pidpanel.text_files import TextFileError, read_text
 
-LONGEST_VALUE = 60
-"""Longest value that a message shows whole [characters]."""
+LONGEST_VALUE = 60  # longest value that a message shows whole [characters]
 LARGEST = 1_000_000
 """Most bytes of a study: what is longer belongs into a mesh or a table beside it."""
 ASIDE = "x-"

@@ -6,8 +6,7 @@ import difflib
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-Keys = tuple[str | int, ...]
-"""Way to a place of a study: names of keys, and indices in lists."""
+Keys = tuple[str | int, ...]  # way to a place of a study: names of keys, and indices in lists
 
 
 LONGEST_NAME = 80

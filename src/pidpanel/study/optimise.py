@@ -13,8 +13,7 @@ from pidpanel.study.quantity import MASS_PER_AREA, PERCENT, Quantity, whole
 if TYPE_CHECKING:
     from pidpanel.study.study import Study
 
-MOST_PATCHES = 6
-"""Patches of a layout; the search grows steeply with them."""
+MOST_PATCHES = 6  # patches of a layout; the search grows steeply with them
 
 
 class DampingLayer(SectionModel):

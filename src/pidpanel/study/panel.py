@@ -33,13 +33,10 @@ from pidpanel.study.section import Section
 from pidpanel.study.supports import EdgeKind, Mass, Node, PointSupportInput, Position, SupportsInput
 
 MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".msh")
-EXTENT = Quantity(0.01, 30, units=METRES)
-"""Of a panel [m]."""
+EXTENT = Quantity(0.01, 30, units=METRES)  # of a panel [m]
 Length = Annotated[float, EXTENT]
-Radius = Annotated[float, Quantity(0, 15, units=METRES)]
-"""Of corners [m]."""
-Count = Annotated[int, whole(2, 5000)]
-"""Of elements along an edge."""
+Radius = Annotated[float, Quantity(0, 15, units=METRES)]  # of corners [m]
+Count = Annotated[int, whole(2, 5000)]  # of elements along an edge
 MOST_ELEMENTS = 400_000
 """Elements that a mesh may have: its modes take more memory than a machine has."""
 

@@ -19,15 +19,12 @@ from pidpanel.study.quantity import (
     Quantity,
 )
 
-Modulus = Annotated[float, Quantity(5, 1e6, units=MEGAPASCAL)]
-"""Young's modulus of a contact [MPa]."""
+Modulus = Annotated[float, Quantity(5, 1e6, units=MEGAPASCAL)]  # Young's modulus of a contact [MPa]
 Restitution = Annotated[float, Quantity(0.05, 1, low_itself=False, units=PERCENT)]
 Friction = Annotated[float, Quantity(0, 5, units=PERCENT)]
 RollingFriction = Annotated[float, Quantity(0, 1, units=PERCENT)]
-Diameter = Annotated[float, Quantity(0.02, 100, units=SMALL_MILLIMETRES)]
-"""Of a particle [mm]."""
-Spread = Annotated[float, Quantity(5e-4, 100, units=MILLIMETRES)]
-"""Of diameters [mm]."""
+Diameter = Annotated[float, Quantity(0.02, 100, units=SMALL_MILLIMETRES)]  # of a particle [mm]
+Spread = Annotated[float, Quantity(5e-4, 100, units=MILLIMETRES)]  # of diameters [mm]
 
 
 class Mono(SectionModel):

@@ -9,8 +9,7 @@ from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import KILOHERTZ, Quantity
 
-Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]
-"""[Hz]"""
+Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]  # [Hz]
 Radiation = Literal["none", "one_side", "two_sides"]
 
 LEAST_SPAN = 1.02

@@ -14,8 +14,7 @@ from pidpanel.study.mistakes import Mistake
 if TYPE_CHECKING:
     from pidpanel.study.study import Study
 
-MOST_SCENARIOS = 1000
-"""Scenarios that a family may have."""
+MOST_SCENARIOS = 1000  # scenarios that a family may have
 Varied = Literal["patch", "fill_fraction", "oaspl_db"]
 
 

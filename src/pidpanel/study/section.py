@@ -24,21 +24,14 @@ from pidpanel.study.quantity import (
     Quantity,
 )
 
-CORE_GRADES_FILE = DATA / "materials" / "honeycomb_5056.csv"
-"""Honeycomb cores by their grade."""
+CORE_GRADES_FILE = DATA / "materials" / "honeycomb_5056.csv"  # honeycomb cores by their grade
 
-Modulus = Annotated[float, Quantity(1e-3, 1500, units=GIGAPASCAL)]
-"""Of a solid [GPa]."""
-ShearModulus = Annotated[float, Quantity(1, 20000, units=MEGAPASCAL)]
-"""Of a core [MPa]."""
-Thickness = Annotated[float, Quantity(0.05, 1000, units=MILLIMETRES)]
-"""Of a panel [mm]."""
-Angle = Annotated[float, Quantity(-360, 360)]
-"""[°]"""
-STIFFEST = 1.1e12
-"""Young's modulus of diamond [Pa]."""
-HEAVIEST = 22600.0
-"""Density of osmium [kg/m³]."""
+Modulus = Annotated[float, Quantity(1e-3, 1500, units=GIGAPASCAL)]  # of a solid [GPa]
+ShearModulus = Annotated[float, Quantity(1, 20000, units=MEGAPASCAL)]  # of a core [MPa]
+Thickness = Annotated[float, Quantity(0.05, 1000, units=MILLIMETRES)]  # of a panel [mm]
+Angle = Annotated[float, Quantity(-360, 360)]  # [°]
+STIFFEST = 1.1e12  # Young's modulus of diamond [Pa]
+HEAVIEST = 22600.0  # density of osmium [kg/m³]
 
 
 class ThinSectionInput(SectionModel):

@@ -30,8 +30,7 @@ class Fatigue(SectionModel):
     """b of the line: 4 to 10 for metals."""
 
 
-Strength = Annotated[float, Quantity(0.01, 1e5, units=MEGAPASCAL)]
-"""[MPa]"""
+Strength = Annotated[float, Quantity(0.01, 1e5, units=MEGAPASCAL)]  # [MPa]
 
 
 class PlyStrength(SectionModel):

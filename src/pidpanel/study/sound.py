@@ -13,8 +13,7 @@ from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import DENSITY, VELOCITY, Quantity
 
-SPEED = 343.0
-"""Of sound in air [m/s]."""
+SPEED = 343.0  # of sound in air [m/s]
 
 
 class Sound(SectionModel):

@@ -13,8 +13,7 @@ from pidpanel.study.quantity import PERCENT, Quantity
 
 Share = Annotated[float, Quantity(0, 0.5, low_itself=False, units=PERCENT)]
 """Of a period or a radius [1]."""
-Stroke = Annotated[float, Quantity(0, 100, low_itself=False)]
-"""W/L [1]."""
+Stroke = Annotated[float, Quantity(0, 100, low_itself=False)]  # W/L [1]
 
 
 class Crossing(SectionModel):

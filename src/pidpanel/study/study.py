@@ -37,8 +37,7 @@ from pidpanel.study.sound import SPEED, Sound
 
 T = TypeVar("T")
 
-BARE = "bare"
-"""The only reading of a study without scenarios: there is nothing to read."""
+BARE = "bare"  # the only reading of a study without scenarios: there is nothing to read
 
 
 class Study(CouponStudy):

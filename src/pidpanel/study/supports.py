@@ -9,11 +9,9 @@ from pidpanel.study.base import Coordinate, SectionModel
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import METRES, Quantity
 
-Position = tuple[Coordinate, Coordinate]
-"""(x, y) [m]."""
+Position = tuple[Coordinate, Coordinate]  # (x, y) [m]
 EdgeKind = Literal["simply_supported", "simply_supported_soft", "clamped", "free"]
-Number = Annotated[int, Quantity(1, whole=True)]
-"""Number of a node in a mesh file."""
+Number = Annotated[int, Quantity(1, whole=True)]  # number of a node in a mesh file
 
 
 class Node(SectionModel):

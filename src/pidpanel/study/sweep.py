@@ -15,10 +15,8 @@ from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Diameter
 from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, MILLIMETRES, VELOCITY, Quantity
 
-Frequency = Annotated[float, Quantity(1, 20000, units=KILOHERTZ)]
-"""Of a drive [Hz]."""
-MOST_VALUES = 10_000
-"""Values that a range may have."""
+Frequency = Annotated[float, Quantity(1, 20000, units=KILOHERTZ)]  # of a drive [Hz]
+MOST_VALUES = 10_000  # values that a range may have
 
 
 class Range(SectionModel):
@@ -54,8 +52,7 @@ class Range(SectionModel):
         return tuple(round(self.start + i * self.step, 9) for i in range(self.count))
 
 
-LARGEST_GAMMA = 2000.0
-"""Largest amplitude of an acceleration [g]."""
+LARGEST_GAMMA = 2000.0  # largest amplitude of an acceleration [g]
 Gamma = Annotated[float, Quantity(0, LARGEST_GAMMA, low_itself=False, units=GRAVITIES)]
 """Amplitude of an acceleration [g]."""
 Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, units=MILLIMETRES)]

@@ -18,8 +18,7 @@ from pidpanel.study.quantity import NUMBER
 CORE = "tag:yaml.org,2002:"
 NULL, MERGE = f"{CORE}null", f"{CORE}merge"
 TAGS = {CORE + kind for kind in ("str", "int", "float", "bool", "null", "map", "seq", "merge")}
-MOST_VALUES = 500_000
-"""Values that a study may have once its aliases are written out."""
+MOST_VALUES = 500_000  # values that a study may have once its aliases are written out
 
 
 class WrittenInt(int):

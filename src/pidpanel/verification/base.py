@@ -36,11 +36,9 @@ SIZE, RIGIDITY, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02
 MASS = MASS_PER_AREA * SIZE[0] * SIZE[1]
 HIGHEST = 400.0
 PATCH_AREA = 0.4 * 0.2
-DAMPING, APPARENT = 600.0, 3.0
-"""C_e [N s/m³] and m_a [kg/m²] of the damper."""
+DAMPING, APPARENT = 600.0, 3.0  # C_e [N s/m³] and m_a [kg/m²] of the damper
 
-POINTS = {"(0.75, 0.5)": (0.75, 0.5), "(0.3, 0.3)": (0.3, 0.3)}
-"""[m]"""
+POINTS = {"(0.75, 0.5)": (0.75, 0.5), "(0.3, 0.3)": (0.3, 0.3)}  # [m]
 
 ELEMENTS = (30, 20)
 METHOD = f"{ELEMENTS[0]} × {ELEMENTS[1]} elements"

@@ -29,8 +29,7 @@ SPEED = 343.0
 SIZE, ELEMENTS = (1.5, 1.0), (30, 20)
 SECTION = ThinSection(3273.07, 4.0)
 POINTS = {"in the middle": (0.75, 0.5), "beside it": (0.35, 0.5), "near an edge": (0.10, 0.30)}
-TRUNCATION = 5e-3
-"""Largest error of a PSD that a basis may leave, as the documents say."""
+TRUNCATION = 5e-3  # largest error of a PSD that a basis may leave, as the documents say
 RAYLEIGH = (4.0, 6e-6)
 """α [1/s] and β [s] of C = αM + βK: a damping that sparse matrices can have too."""
 

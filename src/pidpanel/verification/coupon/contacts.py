@@ -28,8 +28,7 @@ COLLISION_TOLERANCE = 0.02
 """At a tenth of the Rayleigh time: the error is of first order in the step, and was 1.0 %."""
 
 SLIDING = "Sphere set sliding on a floor"
-SLIDING_TOLERANCE = 1e-3
-"""No time constant is in the answer, only momentum; 3e-5 was seen."""
+SLIDING_TOLERANCE = 1e-3  # no time constant is in the answer, only momentum; 3e-5 was seen
 
 LOSSLESS_TOLERANCE = 5e-4
 """Velocity Verlet keeps the energy to the square of the step at least; 8e-5 was seen."""

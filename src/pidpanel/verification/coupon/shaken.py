@@ -25,8 +25,7 @@ from pidpanel.geometry.sizes import Sizes
 from pidpanel.verification.coupon.contacts import DENSITY, alike
 from pidpanel.verification.rows import Row
 
-HIGH = 0.1
-"""Depth of a cell whose lid is never met [m]."""
+HIGH = 0.1  # depth of a cell whose lid is never met [m]
 
 
 def shaken(
@@ -89,8 +88,7 @@ def _packing(diameter: float, depth: float, constants: Constants) -> Packing:
 
 
 BALL = "Ball on a shaken floor under gravity, landing once a period"
-BALL_TOLERANCE = 0.02
-"""Its contact lasts 1 % of the period, so that much may be off."""
+BALL_TOLERANCE = 0.02  # its contact lasts 1 % of the period, so that much may be off
 
 
 def ball(folder: Path, restitution: float = 0.5, gamma: float = 1.25) -> tuple[Run, float]:
