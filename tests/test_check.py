@@ -14,8 +14,8 @@ from pidpanel.check import check_machine, checked_study
 from pidpanel.cli import main
 from pidpanel.cli.study_overview import overview
 from pidpanel.coupon.liggghts.trust import TRUST
-from pidpanel.report.answer_text import massless_text
 from pidpanel.report.from_study import reported_study
+from pidpanel.report.warnings import massless_text
 from pidpanel.solve.lines import LINES_AT_MOST, frequency_grid
 from pidpanel.study import StudyError, load_any_study
 from pidpanel.study.masses import resolved_masses

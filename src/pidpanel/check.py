@@ -25,7 +25,7 @@ from pidpanel.study.base_motion import RandomMotion
 from pidpanel.study.document import Document
 from pidpanel.study.mistakes import Keys, Mistake
 from pidpanel.study.panel import Panel, named_place
-from pidpanel.study.reading import good_sections, partial_study, validated
+from pidpanel.study.reading import study_in
 from pidpanel.study.response import LEAST_SPAN, Response
 from pidpanel.study.severity import Severity
 from pidpanel.study.sound import Sound
@@ -36,7 +36,6 @@ QUIETEST = 100.0  # level of a table [dB] below which it is taken for one in oth
 MOST_CARRIED = 5  # heaviest mass on a panel over that of the panel
 OVERALL_TOLERANCE = 0.03
 """Difference of a stated overall value and that of its table: levels have two digits."""
-ANY_MESH = 1e-3  # a frequency for which no mesh is too coarse [Hz]
 
 
 def checked_study(path: str | Path) -> Study | CouponStudy:
@@ -48,16 +47,11 @@ def checked_study(path: str | Path) -> Study | CouponStudy:
         One line for each mistake: file, line, key, value, what is wrong or what is allowed.
     """
     document = Document(Path(path))
-    study, mistakes = validated(document)
-    if study is None:
-        partial, section_mistakes = partial_study(document)
-        mistakes += [*section_mistakes, *_check_tables(partial)]
-        mistakes += check_sections(*good_sections(document))
-    else:
-        mistakes += [mistake for name in study.coupons for mistake in check_decks(study, name)]
-        if isinstance(study, Study):
-            mistakes += check_panel(study)
-    if study is None or mistakes or document.mistakes:
+    study = study_in(document)
+    mistakes = [mistake for name in study.coupons for mistake in check_decks(study, name)]
+    if isinstance(study, Study):
+        mistakes += check_panel(study)
+    if mistakes:
         raise document.error(dict.fromkeys(mistakes))
     return study
 
@@ -164,9 +158,10 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         from pidpanel.measurement.from_study import mistakes_of_files
 
         yield from mistakes_of_files(study)
-    mistakes = list(
-        check_sections(study.panel, study.sound, study.response, resolved_masses(study))
-    )
+    if study.sound is not None:
+        yield from _check_spectrum(study.sound, study.response)
+    yield from _check_masses(study.panel)
+    mistakes = list(_check_mesh(study.panel, high, resolved_masses(study)))
     yield from mistakes
     if study.optimise is not None and not mistakes:
         from pidpanel.optimise.from_study import mistakes_of_search
@@ -226,22 +221,7 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
             yield Mistake(way, f"must be in the range of {table}, {emptiest:g} to {fullest:g}")
 
 
-def check_sections(
-    panel: Panel | None,
-    sound: Sound | None,
-    response: Response | None,
-    damper_mass: Mapping[str, float] | None = None,
-) -> Iterator[Mistake]:
-    """Yield what is wrong with the spectrum and the mesh; None for a section that is wrong."""
-    if sound is not None:
-        yield from _check_spectrum(sound, response)
-    if panel is not None:
-        yield from _check_masses(panel)
-        highest = ANY_MESH if response is None else response.frequency_hz[1]
-        yield from _check_mesh(panel, highest, damper_mass)
-
-
-def _check_spectrum(sound: Sound, response: Response | None) -> Iterator[Mistake]:
+def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
     from pidpanel.sound.psd_table import read_spectrum
     from pidpanel.sound.table import SpectrumTableError
 
@@ -259,7 +239,7 @@ def _check_spectrum(sound: Sound, response: Response | None) -> Iterator[Mistake
         says += f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
         yield Mistake(("sound", "spectrum"), says)
     low, high = spectrum.reach
-    if response is not None and (response.frequency_hz[0] < low or response.frequency_hz[1] > high):
+    if response.frequency_hz[0] < low or response.frequency_hz[1] > high:
         yield Mistake(
             ("response", "frequency_hz"),
             f"must be in the {spectrum.rows} of {sound.spectrum.name}, {low:.5g} to {high:.5g} Hz",
@@ -315,7 +295,7 @@ def _check_masses(panel: Panel) -> Iterator[Mistake]:
 
 
 def _check_mesh(
-    panel: Panel, highest: float, damper_mass: Mapping[str, float] | None
+    panel: Panel, highest: float, damper_mass: Mapping[str, float]
 ) -> Iterator[Mistake]:
     from pidpanel.panel.from_study import StudiedPanel
 

@@ -248,15 +248,3 @@ def test_the_meshes_of_the_corpus_are_read(written, bases, change):
     for old, new in FOR_GMSH:
         study = change(study, old, new)
     assert written(study).told() == []
-
-
-def test_what_is_wrong_with_files_is_told_beside_what_is_wrong_with_keys(written, folder, bases):
-    # red: no `check_sections` in checked_study where the study is refused
-    path = folder / "bad.csv"
-    path.write_text("centre_hz,spl_db\n63,124\n80,126\n")
-    study = bases["thin"].replace("spectrum.csv", "bad.csv").replace("[15, 10]", "[15, 3]")
-    study = study.replace("fill_fraction: 0.5", "fill_fraction: 50")
-    told = written(study).told()
-    assert [one.split(": ")[1].split(" = ")[0] for one in told] == [
-        "panel.patches.PID-1", "sound.spectrum", "scenarios.place.fill_fraction",
-    ]  # fmt: skip

@@ -237,22 +237,22 @@ class Study(CouponStudy):
 
     # ---------------------------------------------------------------------- scenarios
 
-    def mistakes_of_scenarios(self, *, of_fills: bool = True) -> Iterator[Mistake]:
+    def mistakes_of_scenarios(self) -> Iterator[Mistake]:
         """Yield patches and dampers that are not there, and fills that a damper does not have."""
         for name, compared in self.scenarios.items():
-            for mistake in self._mistakes_of(compared, of_fills=of_fills):
+            for mistake in self._mistakes_of(compared):
                 yield mistake.prefix("scenarios", name)
 
-    def _mistakes_of(self, compared: Family | Layout, *, of_fills: bool) -> Iterator[Mistake]:
+    def _mistakes_of(self, compared: Family | Layout) -> Iterator[Mistake]:
         if isinstance(compared, Layout):
             for patch, filled in compared.layout.items():
                 yield from self._mistakes_of_patch(("layout", patch), patch)
-                for mistake in self._mistakes_of_filling(filled, of_fills=of_fills):
+                for mistake in self._mistakes_of_filling(filled):
                     yield mistake.prefix("layout", patch)
             return
         for keys, patch in _items("patch", compared.patch):
             yield from self._mistakes_of_patch(keys, patch)
-        yield from self._mistakes_of_filling(compared, of_fills=of_fills)
+        yield from self._mistakes_of_filling(compared)
 
     def _mistakes_of_patch(self, keys: Keys, patch: str) -> Iterator[Mistake]:
         patches = list(self.panel.patches)
@@ -261,7 +261,7 @@ class Study(CouponStudy):
         elif patch not in patches:
             yield Mistake(keys, not_among("panel.patches", patch, patches))
 
-    def _mistakes_of_filling(self, filled: Family | Filled, *, of_fills: bool) -> Iterator[Mistake]:
+    def _mistakes_of_filling(self, filled: Family | Filled) -> Iterator[Mistake]:
         """Yield a damper that is unknown or missing, and fills that its coupon does not have."""
         names = list(self.all_dampers)
         if filled.damper is not None and filled.damper not in names:
@@ -269,7 +269,7 @@ class Study(CouponStudy):
             yield Mistake(("damper",), says)
         elif filled.damper is None and len(names) > 1:
             yield Mistake(("damper",), f"missing; must be one of dampers: {', '.join(names)}")
-        elif of_fills:
+        else:
             yield from self._mistakes_of_fill(filled, self._damper_name(filled))
 
     def _mistakes_of_fill(self, filled: Family | Filled, damper: str | None) -> Iterator[Mistake]:
