@@ -32,7 +32,7 @@ ALLOWED = {
     "response": UPSTREAM,
     "base": UPSTREAM | {"response"},
     "coupled": UPSTREAM,
-    "optimise": UPSTREAM | {"response"},
+    "optimise": UPSTREAM | {"response", "severity"},
     "severity": UPSTREAM | {"response", "base"},
     "measurement": UPSTREAM | {"response"},
     "report": UPSTREAM | {"response", "base", "coupled", "optimise", "severity", "measurement"},

@@ -5,10 +5,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 import yaml
 from browser import CHROMIUM, Browser
+
+from tests.jobs import call, within
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "workflow" / "studies" / "design_launch.yaml"
@@ -41,6 +44,37 @@ def test_snakemake_runs_the_search_before_the_page(designed):
     layouts = pd.read_csv(designed / "optimise" / "layouts.csv")
     assert layouts.groupby("layout")["mass_kg"].sum().max() <= 0.5
     assert (designed / "benchmark" / "optimise.tsv").is_file()
+
+
+@pytest.mark.parametrize("objective", ["panel", "stress", "oscillators"])
+def test_other_objectives_are_made_small(designed, tmp_path, objective):
+    # red: w for all motions; the weights of accelerations; points of the panel left out
+    values = yaml.safe_load((designed.parent.parent / "design.yaml").read_text())
+    values["optimise"] |= {"objective": objective, "patches_at_most": 1}
+    if objective == "oscillators":
+        values["optimise"]["band_hz"] = [60, 200]
+    study = tmp_path / "other.yaml"
+    study.write_text(yaml.safe_dump(values))
+    names = ("layouts", "front", "summary", "search", "psd")
+    files = within(designed / "panel", {"modes": "modes.nc", "plate": "plate.nc"})
+    files["modal_force"] = designed / "sound" / "modal_force.nc"
+    call("optimise", study, files, within(tmp_path, {name: f"{name}.csv" for name in names}))
+    best = pd.read_csv(tmp_path / "front.csv").iloc[0]
+    decibels = 20 * np.log10(best["bare_objective"] / best["objective"])
+    assert best["reduction_db"] == pytest.approx(decibels, abs=1e-4) and decibels > 1
+    assert best["search_reduction_db"] == pytest.approx(decibels, abs=0.2)
+    response = designed / "response"
+    rms = pd.read_csv(response / "summary.csv")["acceleration_rms_g"].max()
+    if objective == "stress":
+        stress = pd.read_csv(response / "stress.csv").query("quantity == 'von_mises'")
+        # lines within 1e-3
+        expected = stress["three_sigma"].max()
+        assert best["bare_objective"] == pytest.approx(expected, rel=3e-3)
+    elif objective == "panel":
+        assert best["bare_objective"] >= 0.997 * rms
+    else:
+        assert rms < best["bare_objective"] < 10 * rms  # Q = 10
+    assert best["objective_unit"] == ("MPa" if objective == "stress" else "g rms")
 
 
 def test_no_number_of_the_page_is_missing(designed):

@@ -16,21 +16,31 @@ from pidpanel.damping.from_study import reading_of_damper
 from pidpanel.damping.readings import DampingReading
 from pidpanel.optimise.alternatives import damped_by_layer, thicker_faces
 from pidpanel.optimise.finalists import confirm
+from pidpanel.optimise.objectives import (
+    Objective,
+    accelerations,
+    oscillators,
+    spread_vertices,
+    stresses,
+)
 from pidpanel.optimise.options import FilledDamper, frozen_options
-from pidpanel.optimise.placed import PlacedPanel, placed
+from pidpanel.optimise.placed import PlacedPanel, placed, with_points
 from pidpanel.optimise.places import NoPlace, Places, places_on
 from pidpanel.optimise.proposal import Proposals, layouts_to_confirm, search_table
 from pidpanel.optimise.reduced import ReducedPanel, reduced_panel
 from pidpanel.optimise.search import Problem, branch_and_bound, greedy, sample_property
 from pidpanel.optimise.variants import reductions
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import of_damper
 from pidpanel.response.dampers import PatchDamper, PatchFilling
 from pidpanel.response.from_study import PanelFiles, read_response_panel
+from pidpanel.severity.oscillators import natural_frequencies
 from pidpanel.solve.layout import DampingOfMotion
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.stress import distinct_layers
 from pidpanel.study import Study
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.optimise import Optimise
@@ -142,9 +152,9 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
 
 
 def _reduced(
-    panel: PlacedPanel, counted: Index, modal: ModalBasis | None = None, rank: int = RANK
+    panel: PlacedPanel, objective: Objective, modal: ModalBasis | None = None, rank: int = RANK
 ) -> ReducedPanel:
-    """Return the panel of a search, with the points that count; with other modes where given."""
+    """Return the panel of a search, with what counts; with other modes where given."""
     settings = panel.settings
     lines = frequency_grid(
         *settings.frequency_range,
@@ -152,20 +162,20 @@ def _reduced(
         lines_per_bandwidth=LINES_PER_BANDWIDTH,
     )
     return reduced_panel(
-        lines, modal or panel.modal, panel.patches, panel.deflection_at_points[counted, 0],
-        panel.excitation, panel.air, rank=rank,
+        lines, modal or panel.modal, panel.patches, objective.rows(panel.motion_at_points),
+        panel.excitation, panel.air, outputs=objective.outputs(lines), rank=rank,
     )  # fmt: skip
 
 
 def _alternatives(
-    study: Study, panel: PlacedPanel, counted: Index, problem: Problem
+    study: Study, panel: PlacedPanel, objective: Objective, problem: Problem
 ) -> Callable[[float], tuple[float, float]]:
     """Return what a mass [kg] on the panel itself reduces [dB]; see `alternatives`."""
     layer, area = section_of(study).damping_layer, StudiedPanel(study.panel).area.area
 
     def reduction(modal: ModalBasis) -> float:
         bare, other = (
-            float(problem.objective(_reduced(panel, counted, basis, rank=1).bare))
+            float(problem.objective(_reduced(panel, objective, basis, rank=1).bare))
             for basis in (None, modal)
         )
         return float(10 * np.log10(bare / other))
@@ -181,6 +191,26 @@ def _alternatives(
         return faces, damped
 
     return alternatives
+
+
+def objective_of(section: Optimise, basis: PanelBasis, counted: Index) -> Objective:
+    """Return what a study makes small.
+
+    Parameters
+    ----------
+    basis
+        With all points; those that stand for the panel come last.
+    counted
+        (n,) response points that count.
+    """
+    if section.objective == "stress":
+        layers = distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
+        return stresses(counted, layers, 6)
+    if section.objective == "oscillators" and section.band_hz is not None:
+        return oscillators(counted, natural_frequencies(*section.band_hz), section.quality)
+    if section.objective == "panel":
+        return accelerations(np.arange(len(basis.point_names)))
+    return accelerations(counted, is_largest=section.objective == "largest")
 
 
 def _name(place: int) -> str:
@@ -209,14 +239,18 @@ def write_proposal(
     fillings = fillings_of(study, models)
     start = read_response_panel(study, files, study.response.radiation)
     plate = read_plate(plate_nc)
+    points, with_strains = list(start.basis.point_names), section.objective == "stress"
+    if section.objective == "panel":
+        vertices = spread_vertices(start.basis.vertex_position)
+        start = replace(start, basis=with_points(start.basis, vertices))
     names = [_name(index) for index in range(len(places.lower))]
-    panel, _, area_error = placed(start, plate, places, names)
-    points = list(panel.basis.point_names)
+    panel, _, area_error = placed(start, plate, places, names, with_strains=with_strains)
     counted = np.array([points.index(name) for name in section.points or points])
-    reduced = _reduced(panel, counted)
+    objective = objective_of(section, panel.basis, counted)
+    reduced = _reduced(panel, objective)
     problem = Problem(
         reduced, frozen_options(reduced, fillings), places,
-        section.mass_kg, section.patches_at_most, section.objective == "largest",
+        section.mass_kg, section.patches_at_most, objective.is_largest,
     )  # fmt: skip
     best, sampling = greedy(problem), sample_property(problem)
     proof = branch_and_bound(problem, best, sampling.ratio, NODES)
@@ -224,20 +258,23 @@ def write_proposal(
     used = np.unique([problem.options.place[option] for layout in layouts for option in layout])
     patches = [[_filled(problem, fillings, option) for option in layout] for layout in layouts]
     of_finalists, elements, _ = placed(
-        start, plate, places.subset(used), [names[place] for place in used.tolist()]
-    )
+        start, plate, places.subset(used), [names[place] for place in used.tolist()],
+        with_strains=with_strains,
+    )  # fmt: skip
     finalists = confirm(of_finalists, elements, patches, models)
     few, layouts_of_few = problem.on_places(used, layouts)
 
     def panel_with(factor: float) -> ReducedPanel:
         ratio = study.panel.modal_damping.times(factor)
         varied = replace(of_finalists, settings=replace(start.settings, damping_ratio=ratio))
-        return _reduced(varied, counted)
+        return _reduced(varied, objective)
 
     few = replace(few, panel=panel_with(1.0))
     variants = reductions(few, fillings, layouts_of_few, panel_with)
-    others = _alternatives(study, of_finalists, counted, problem)
-    proposals = Proposals(problem, fillings, layouts, finalists, counted, variants, others)
+    others = _alternatives(study, of_finalists, objective, problem)
+    proposals = Proposals(
+        problem, fillings, layouts, finalists, counted, objective, variants, others
+    )
     front = proposals.front_table()
     proposals.psd_table(front, points).to_csv(output.psd_csv, index=False, float_format="%.5g")
     facts = search_table(problem, fillings, proof, sampling, front, area_error)

@@ -8,8 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index
 from pidpanel.optimise.places import Places, overlaps_of
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.response.panel import ResponsePanel
 
@@ -22,9 +23,12 @@ class PlacedPanel(ResponsePanel):
     ----------
     place_area
         Of each place [m²].
+    with_strains
+        Whether curvatures at the points are looked at beside the deflection.
     """
 
     place_area: float = 0.0
+    with_strains: bool = False
 
     @cached_property
     def patch_area(self) -> Array:
@@ -38,12 +42,36 @@ class PlacedPanel(ResponsePanel):
 
     @cached_property
     def motion_at_points(self) -> Array:
-        """(n_points, 1, n): w alone."""
-        return self.deflection_at_points
+        """(n_points, 1, n): w alone, or (n_points, 6, n) with strains."""
+        if not self.with_strains:
+            return self.deflection_at_points
+        basis, w = self.basis, self.deflection_at_points
+        return np.concatenate([w, basis.curvature_at_points, basis.shear_at_points], axis=1)
+
+
+def with_points(basis: PanelBasis, vertices: Index) -> PanelBasis:
+    """Return a basis with some vertices as further points, after the response points."""
+
+    def joined(at_points: Array, at_vertices: Array) -> Array:
+        return np.concatenate([at_points, at_vertices[vertices]])
+
+    return replace(
+        basis,
+        point_names=(*basis.point_names, *(f"vertex {vertex}" for vertex in vertices.tolist())),
+        point_position=joined(basis.point_position, basis.vertex_position),
+        shape_at_points=joined(basis.shape_at_points, basis.shape_at_vertices),
+        curvature_at_points=joined(basis.curvature_at_points, basis.curvature_at_vertices),
+        shear_at_points=joined(basis.shear_at_points, basis.shear_at_vertices),
+    )
 
 
 def placed(
-    panel: ResponsePanel, plate: StoredPlate, places: Places, names: Sequence[str]
+    panel: ResponsePanel,
+    plate: StoredPlate,
+    places: Places,
+    names: Sequence[str],
+    *,
+    with_strains: bool = False,
 ) -> tuple[PlacedPanel, StoredPlate, float]:
     """Return a panel and its plate with places as patches.
 
@@ -69,7 +97,9 @@ def placed(
     )
     values = {item.name: getattr(panel, item.name) for item in fields(ResponsePanel)}
     return (
-        PlacedPanel(**{**values, "basis": basis}, place_area=places.area),
+        PlacedPanel(
+            **{**values, "basis": basis}, place_area=places.area, with_strains=with_strains
+        ),
         replace(plate, patch_overlap=dict(zip(names, overlap, strict=True))),
         float(error.max()),
     )

@@ -11,9 +11,11 @@ import pandas as pd
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.optimise.finalists import Finalist
+from pidpanel.optimise.objectives import Objective
 from pidpanel.optimise.options import FilledDamper
 from pidpanel.optimise.search import Layout, Problem, Proof, Sampling, greedy
 from pidpanel.optimise.variants import VARIANTS
+from pidpanel.solve.model import PanelResponse
 
 BUDGETS = 5
 """Even budgets up to that of the study, each with a search of its own."""
@@ -52,7 +54,9 @@ class Proposals:
     layouts, finalists
         In the order in which they were confirmed.
     counted
-        (n,) points that count.
+        (n,) response points that count.
+    objective
+        What is to be small.
     variants_db
         (n_layouts, n_variants) reductions of `variants` [dB].
     alternatives_db
@@ -65,19 +69,19 @@ class Proposals:
     layouts: Sequence[Layout]
     finalists: Sequence[Finalist]
     counted: Index
+    objective: Objective
     variants_db: Array
     alternatives_db: Callable[[float], tuple[float, float]]
 
-    def reduction(self, bare: Array, rms: Array) -> float:
-        """Return the reduction [dB] of what counts of rms values (n_points,)."""
-        squares = (np.asarray(values)[self.counted] ** 2 for values in (bare, rms))
-        first, second = (float(self.problem.objective(square)) for square in squares)
-        return float(10 * np.log10(first / second))
+    def value(self, response: PanelResponse) -> float:
+        """Return what counts of a response, in the unit of the objective."""
+        square = float(self.problem.objective(self.objective.mean_square(response)))
+        return self.objective.scale * float(np.sqrt(square))
 
     def error(self, finalist: Finalist) -> float:
         """Return the standard error of the reduction [dB], with errors that all points share."""
-        square = finalist.response.acceleration_rms[self.counted] ** 2
-        error = finalist.log_rms_error[self.counted]
+        square = self.objective.mean_square(finalist.response)
+        error = finalist.log_rms_error[self.objective.point_of_group]
         if self.problem.is_largest:
             share = np.arange(square.size) == np.argmax(square)
         else:
@@ -90,24 +94,29 @@ class Proposals:
         names = [f"{name}_reduction_db" for name in VARIANTS]
         rows = []
         for number, (layout, finalist) in enumerate(zip(self.layouts, self.finalists, strict=True)):
-            bare = finalist.bare.acceleration_rms
+            bare, value, dead = (
+                self.value(response)
+                for response in (finalist.bare, finalist.response, finalist.dead_weight)
+            )
             variants = dict(zip(names, self.variants_db[number].tolist(), strict=True))
             faces, layer = self.alternatives_db(self.problem.mass(layout))
-            dead = self.reduction(bare, finalist.dead_weight.acceleration_rms)
-            reduction = self.reduction(bare, finalist.response.acceleration_rms)
+            reduction, of_dead_weight = (20 * float(np.log10(bare / x)) for x in (value, dead))
             rows.append(
                 {
                     "confirmed": number,
                     "patches": len(layout),
                     "mass_kg": self.problem.mass(layout),
+                    "objective_unit": self.objective.unit,
+                    "bare_objective": bare,
+                    "objective": value,
                     "reduction_db": reduction,
                     "reduction_error_db": self.error(finalist),
                     "search_reduction_db": 10
                     * np.log10(bare_value / self.problem.evaluated[layout]),
-                    "dead_weight_reduction_db": dead,
+                    "dead_weight_reduction_db": of_dead_weight,
                     "face_sheets_reduction_db": faces,
                     "damping_layer_reduction_db": layer,
-                    "loses_to_dead_weight": reduction < dead,
+                    "loses_to_dead_weight": reduction < of_dead_weight,
                     "basis_error": finalist.basis_error,
                     **variants,
                 }

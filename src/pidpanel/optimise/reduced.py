@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,6 +45,33 @@ class Additions:
     patch_mean_square: Array
 
 
+class Outputs(NamedTuple):
+    """What counts of the PSDs of some rows, on some lines.
+
+    Attributes
+    ----------
+    row
+        (n_outputs,) row of each output.
+    weight
+        (nf, n_outputs) with which PSDs of the rows sum to mean squares.
+    groups
+        (n_outputs, n_groups) 1 where an output belongs to a group.
+    """
+
+    row: Index
+    weight: Array
+    groups: Array
+
+    def mean_square(self, psd: Array) -> Array:
+        """Return (…, n_groups) from the PSDs (nf, …, n_rows) of the rows."""
+        rows = np.einsum("f...o,fo->...o", psd[..., self.row], self.weight)
+        return np.asarray(rows @ self.groups)
+
+    def on(self, lines: slice) -> Outputs:
+        """Return the same on some of the lines."""
+        return self._replace(weight=self.weight[lines])
+
+
 class ReducedPanel:
     """Receptances and PSDs between the points and the motions of all places.
 
@@ -56,7 +84,7 @@ class ReducedPanel:
     area
         (n_places,) [m²].
     points, rank
-        Number of points, and of the motions of each place.
+        Number of mean squares that count, and of the motions of each place.
     """
 
     def __init__(
@@ -65,23 +93,25 @@ class ReducedPanel:
         observed: Array,
         motion: Complexes,
         parts: Complexes,
-        points: int,
+        rows: int,
         area: Array,
+        outputs: Outputs,
     ) -> None:
         """Take W (n, nw), Z₀⁻¹ W (nf, n, nw) and Wᵀ Z₀⁻¹ L (nf, nw, k) with G = L Lᴴ."""
         self.frequency, self.weight = frequency, acceleration_weight(frequency)
-        self.points, self.area = points, area
-        self.rank = (observed.shape[1] - points) // len(area)
+        self.points, self.area = outputs.groups.shape[1], area
+        self._rows, self._outputs = rows, outputs
+        self.rank = (observed.shape[1] - rows) // len(area)
         self._observed = observed.astype(motion.real.dtype)
         self._motion, self._parts = motion, parts
-        self._index = points + np.arange(len(area) * self.rank).reshape(len(area), self.rank)
+        self._index = rows + np.arange(len(area) * self.rank).reshape(len(area), self.rank)
         self._columns: dict[int, tuple[Complexes, Complexes]] = {}
         a_place = 2 * frequency.size * observed.shape[1] * self.rank * motion.itemsize
         self._capacity = int(LARGEST / a_place)
         own = [self._between(index, index) for index in self._index]
         self._own = tuple(np.stack(part, axis=1) for part in zip(*own, strict=True))
-        self._to_points = self._between(np.arange(points), self._index.ravel())
-        self._point_psd = np.sum(np.abs(parts[:, :points]) ** 2, axis=2)
+        self._to_points = self._between(np.arange(rows), self._index.ravel())
+        self._point_psd = np.sum(np.abs(parts[:, :rows]) ** 2, axis=2)
 
     def _between(self, rows: Index | slice, columns: Index) -> tuple[Complexes, Complexes]:
         """Return R and S between some motions."""
@@ -102,8 +132,8 @@ class ReducedPanel:
 
     @property
     def bare(self) -> Array:
-        """(n_points,) mean square of the acceleration without dampers [m²/s⁴]."""
-        return np.asarray(self.weight @ self._point_psd)
+        """(n_points,) mean squares that count without dampers, such as [m²/s⁴]."""
+        return self._outputs.mean_square(self._point_psd)
 
     def additions(
         self, places: Sequence[int], stiffness: Complexes, further: Index, added: Complexes
@@ -126,7 +156,8 @@ class ReducedPanel:
             if columns is not None:
                 R, S = (values[lines] for values in columns)
                 state = self._loaded(state, R, S, motions, repeated[:, lines].T)
-            return _added(state, further, added[:, lines].T, self.weight[lines])
+            outputs = self._outputs.on(lines)
+            return _added(state, further, added[:, lines].T, self.weight[lines], outputs)
 
         count = self.frequency.size
         chunks = [slice(i, min(i + LINES_AT_ONCE, count)) for i in range(0, count, LINES_AT_ONCE)]
@@ -138,7 +169,7 @@ class ReducedPanel:
 
     def _state(self, lines: slice) -> _State:
         """Return the points and the motions of each place without dampers on some lines."""
-        m, (n, r) = self.points, self._index.shape
+        m, (n, r) = self._rows, self._index.shape
         R, S = (values[lines].reshape(-1, m, n, r) for values in self._to_points)
         return _State(
             self._own[0][lines],
@@ -152,7 +183,7 @@ class ReducedPanel:
         self, bare: _State, R: Complexes, S: Complexes, motions: Index, stiffness: Complexes
     ) -> _State:
         """Return the same with dampers s (nl, t) on some motions, from R and S (nl, nw, t)."""
-        m, (n, r) = self.points, self._index.shape
+        m, (n, r) = self._rows, self._index.shape
         pulled = R * stiffness[:, None]
         loop = pulled[:, motions]
         loop[:, range(motions.size), range(motions.size)] += 1
@@ -190,7 +221,7 @@ class _State:
 
 
 def _added(
-    state: _State, further: Index, stiffness: Complexes, weight: Array
+    state: _State, further: Index, stiffness: Complexes, weight: Array, outputs: Outputs
 ) -> tuple[Array, Array]:
     """Return mean squares (n_options, n_points) of the points and (n_options,) of the patches."""
     r = state.receptance.shape[2]
@@ -204,7 +235,7 @@ def _added(
     psd = state.points[:, None] - 2 * np.sum(B * half.conj(), axis=3).real
     # Σ_ij (F S)_ij F*_ij: the mean square of u over the patch
     moved = np.sum((follows @ S) * follows.conj(), axis=(2, 3)).real
-    return np.tensordot(weight, psd, axes=1), weight @ moved
+    return outputs.mean_square(psd), weight @ moved
 
 
 def reduced_panel(
@@ -215,6 +246,7 @@ def reduced_panel(
     excitation: Excitation,
     air: MatrixInput | None = None,
     *,
+    outputs: Outputs | None = None,
     rank: int | None = None,
     precision: type = np.complex64,
 ) -> ReducedPanel:
@@ -227,9 +259,11 @@ def reduced_panel(
     patches
         All places.
     points
-        (n_points, n) w of the shapes at the points.
+        (n_rows, n) w of the shapes at the points, or other motions that count.
     air
         Of a panel in air.
+    outputs
+        What counts of these motions; None for the acceleration at each.
     rank
         Motions of each place, those with the most energy on the bare panel; None for all.
     precision
@@ -267,13 +301,21 @@ def reduced_panel(
         seen = moved(lines, observed)
         motions[lines] = seen.motion()
         parts[lines, :, : factor.shape[2]] = seen.in_parts(factor)
-    return ReducedPanel(frequency, observed, motions, parts, len(points), patches.area)
+    if outputs is None:
+        every = np.arange(len(points))
+        outputs = Outputs(every, np.repeat(weight[:, None], every.size, axis=1), np.eye(every.size))
+    return ReducedPanel(frequency, observed, motions, parts, len(points), patches.area, outputs)
 
 
 def acceleration_weight(frequency: Array) -> Array:
     """Return weights (nf,) with which PSDs of w sum to mean squares of the acceleration."""
-    weight = np.gradient(frequency) * (2 * np.pi * frequency) ** 4
-    weight[[0, -1]] /= 2  # the trapezoidal rule
+    return line_weight(frequency) * (2 * np.pi * frequency) ** 4
+
+
+def line_weight(frequency: Array) -> Array:
+    """Return weights (nf,) of the trapezoidal rule [Hz]."""
+    weight = np.gradient(frequency)
+    weight[[0, -1]] /= 2
     return np.asarray(weight)
 
 

@@ -144,7 +144,9 @@ def read_inputs(study: Study, on_panel: PanelInputs, folder: Path) -> Inputs:
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
         stress=read.read_by_point(response / "stress.csv"),
         maps=read.read_dataset(response / "maps.nc"),
-        proposal=None if study.optimise is None else read.read_proposal(folder / "optimise"),
+        proposal=None
+        if study.optimise is None
+        else read.read_proposal(folder / "optimise", study.optimise.objective),
         severity=None
         if study.severity is None
         else read.read_severity(

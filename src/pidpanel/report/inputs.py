@@ -139,6 +139,7 @@ class ProposalResults:
     summary: pd.DataFrame  # ``optimise/summary.csv``
     search: pd.Series  # ``optimise/search.csv``, values by quantity
     psd: pd.DataFrame  # ``optimise/psd.csv``
+    objective: str = "largest"  # ``optimise.objective``
 
 
 @dataclass(frozen=True)

@@ -55,12 +55,12 @@ def read_coupled(folder: Path, *, with_verdict: bool) -> CoupledResults:
     return CoupledResults(summary, psd, impedance, verdict)
 
 
-def read_proposal(folder: Path) -> ProposalResults:
-    """Read what the optimise stage left."""
+def read_proposal(folder: Path, objective: str) -> ProposalResults:
+    """Read what the optimise stage left of a search for an objective."""
     layouts, front = (pd.read_csv(folder / f"{name}.csv") for name in ("layouts", "front"))
     search = pd.read_csv(folder / "search.csv").set_index("quantity")["value"]
     summary, psd = (read_by_point(folder / f"{name}.csv") for name in ("summary", "psd"))
-    return ProposalResults(layouts, front, summary, search, psd)
+    return ProposalResults(layouts, front, summary, search, psd, objective)
 
 
 def read_severity(folder: Path, quality: float, duration: float) -> SeverityResults:

@@ -58,11 +58,16 @@ def response_spectrum(frequency: Array, psd: Array, natural: Array, quality: flo
         inside = (lines > frequency[0]) & (lines < frequency[-1])
         lines = np.union1d(frequency, lines[inside])
         values = np.stack([np.interp(lines, frequency, column) for column in psd.T], axis=1)
-        ratio = lines / one
-        damping = (ratio / quality) ** 2
-        gain = (1 + damping) / ((1 - ratio**2) ** 2 + damping)
-        rms[row] = np.sqrt(np.trapezoid(gain[:, None] * values, lines, axis=0))
+        weighted = gain(lines / one, quality)[:, None] * values
+        rms[row] = np.sqrt(np.trapezoid(weighted, lines, axis=0))
     return rms
+
+
+def gain(ratio: Array, quality: float) -> Array:
+    """Return |H|² of the absolute acceleration, at ratios of frequency to natural frequency."""
+    damping = (ratio / quality) ** 2
+    squared: Array = (1 + damping) / ((1 - ratio**2) ** 2 + damping)
+    return squared
 
 
 def miles(frequency: Array, psd: Array, natural: Array, quality: float) -> Array:

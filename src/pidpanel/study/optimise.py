@@ -9,10 +9,12 @@ from pidpanel.study.base import Fill, SectionModel, Size, Text
 from pidpanel.study.mistakes import Mistake, mistakes_of_names, not_among
 from pidpanel.study.panel import Area
 from pidpanel.study.quantity import MASS_PER_AREA, PERCENT, Quantity, whole
+from pidpanel.study.response import Frequency
 
 if TYPE_CHECKING:
     from pidpanel.study.study import Study
 
+LEAST_BAND = 1.1  # ratio of the ends of a band: 40 natural frequencies are in a decade
 MOST_PATCHES = 6  # patches of a layout; the search grows steeply with them
 
 
@@ -43,8 +45,14 @@ class Optimise(SectionModel):
     """Fill fractions to choose from, for dampers that have one."""
     points: tuple[Text, ...] = ()
     """Response points that count; by default all."""
-    objective: Literal["largest", "mean_square"] = "largest"
-    """What is to be small: the ``largest`` rms acceleration of the points, or their mean square."""
+    objective: Literal["largest", "mean_square", "panel", "stress", "oscillators"] = "largest"
+    """What is to be small: the ``largest`` rms acceleration of the points, or their mean square;
+    that over the ``panel``, at 24 further vertices; the largest von Mises ``stress`` of 3σ at the
+    points; the largest rms acceleration of ``oscillators`` on the points, in ``band_hz``."""
+    band_hz: tuple[Frequency, Frequency] | None = None
+    """Natural frequencies of the oscillators [Hz]."""
+    quality: Annotated[float, Quantity(1, 50)] = 10.0
+    """Q of the oscillators."""
     damping_layer: DampingLayer | None = None
     """Damping layer to compare with; by default none."""
     forbidden: Mapping[str, Area] = {}
@@ -53,6 +61,13 @@ class Optimise(SectionModel):
     def mistakes(self) -> Iterator[Mistake]:
         """Yield names that are given twice or cannot be used."""
         yield from mistakes_of_names("forbidden", self.forbidden)
+        if self.objective == "oscillators" and self.band_hz is None:
+            yield Mistake(("band_hz",), "missing; required for the objective oscillators")
+        if self.objective != "oscillators":
+            for key in {"band_hz", "quality"} & self.model_fields_set:
+                yield Mistake((key,), "only allowed with objective: oscillators")
+        if self.objective == "panel" and self.points:
+            yield Mistake(("points",), "not allowed together with objective: panel")
         for key in ("dampers", "fill_fraction", "points"):
             values = getattr(self, key)
             if len(set(values)) < len(values):
@@ -77,6 +92,10 @@ def mistakes_of_optimise(study: Study) -> Iterator[Mistake]:
 def _mistakes_of(section: Optimise, study: Study) -> Iterator[Mistake]:
     if study.response.modal_damping != "full":
         yield Mistake((), "only allowed with response.modal_damping: full")
+    (low, high), band = study.response.frequency_hz, section.band_hz
+    if band is not None and not low <= band[0] < LEAST_BAND * band[0] <= band[1] <= high:
+        says = f"must be two values from {low:g} to {high:g}, the frequencies of the response, the "
+        yield Mistake(("band_hz",), f"{says}second at least {LEAST_BAND:g} times the first")
     names = list(study.all_dampers)
     if not names:
         yield Mistake(("dampers",), "there are no dampers to choose from; add a section dampers")

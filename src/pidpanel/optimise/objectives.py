@@ -1,0 +1,130 @@
+"""What a search makes small: mean squares of motions at points, summed in groups.
+
+The search bounds mean squares of anything linear in the motion. `accelerations` are those of w,
+`oscillators` weigh them with the gain of an oscillator on the point, and `stresses` are the three
+parts of the von Mises stress σᵀV σ = |Cᵀσ|², V = C Cᵀ, in each layer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pidpanel.arrays import Array, Index
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.optimise.reduced import Outputs, line_weight
+from pidpanel.severity.oscillators import gain
+from pidpanel.solve.model import PanelResponse
+from pidpanel.solve.stress import VON_MISES, Layers
+
+CURVATURE = slice(1, 4)
+"""Of the motions w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz at a point."""
+
+PLACES = 24
+"""Vertices that stand for the panel, beside the response points."""
+
+
+@dataclass(frozen=True)
+class Objective:
+    """Groups of outputs; an output is a row with a weight over frequency.
+
+    Parameters
+    ----------
+    point, motion
+        (n_rows,) point of each row, and (n_rows, m) shares of the m motions there.
+    row, group
+        (n_outputs,) row and group of each output.
+    factor
+        Frequency (nf,) → (nf, n_outputs) on the PSDs of the rows.
+    is_largest
+        Whether the largest group counts, or their mean.
+    scale, unit
+        From the root of a mean square to what is said, and its unit.
+    """
+
+    point: Index
+    motion: Array
+    row: Index
+    group: Index
+    factor: Callable[[Array], Array]
+    is_largest: bool = True
+    scale: float = 1 / STANDARD_GRAVITY
+    unit: str = "g rms"
+
+    def outputs(self, frequency: Array) -> Outputs:
+        """Return rows, weights and groups on some lines."""
+        weight = line_weight(frequency)[:, None] * self.factor(frequency)
+        groups = self.group[:, None] == np.arange(self.group.max() + 1)
+        return Outputs(self.row, weight, groups.astype(float))
+
+    def rows(self, motion_at_points: Array) -> Array:
+        """Return (n_rows, n) from the motions of the shapes at all points (n_points, m, n)."""
+        rows: Array = np.einsum("rm,rmn->rn", self.motion, motion_at_points[self.point])
+        return rows
+
+    def mean_square(self, response: PanelResponse) -> Array:
+        """Return (n_groups,) of a response at all points."""
+        cross = response.cross_psd[:, self.point]
+        psd = np.einsum("ra,frab,rb->fr", self.motion, cross.real, self.motion)
+        return self.outputs(response.frequency).mean_square(psd)
+
+    @property
+    def point_of_group(self) -> Index:
+        """(n_groups,) point of each group."""
+        _, first = np.unique(self.group, return_index=True)
+        return self.point[self.row[first]]
+
+
+def accelerations(points: Index, *, is_largest: bool = True) -> Objective:
+    """Return the mean squares of the acceleration at points."""
+    every = np.arange(points.size)
+    ones = np.ones((points.size, 1))
+
+    def factor(frequency: Array) -> Array:
+        return np.repeat(((2 * np.pi * frequency) ** 4)[:, None], points.size, axis=1)
+
+    return Objective(points, ones, every, every, factor, is_largest)
+
+
+def oscillators(points: Index, natural: Array, quality: float) -> Objective:
+    """Return the mean squares of oscillators on points, of natural frequencies [Hz] and a Q."""
+
+    def factor(frequency: Array) -> Array:
+        gains = np.stack([gain(frequency / one, quality) for one in natural], axis=1)
+        return np.tile((2 * np.pi * frequency[:, None]) ** 4 * gains, points.size)
+
+    row = np.repeat(np.arange(points.size), natural.size)
+    return Objective(points, np.ones((points.size, 1)), row, np.arange(row.size), factor)
+
+
+def stresses(points: Index, layers: Layers, motions: int) -> Objective:
+    """Return the mean squares of the von Mises stress at points, in each layer; said at 3σ."""
+    parts = np.linalg.cholesky(VON_MISES).T @ layers.stress  # (n_layers, 3, 3)
+    count = parts.shape[0] * 3
+    motion = np.zeros((points.size * count, motions))
+    motion[:, CURVATURE] = np.tile(parts.reshape(count, 3), (points.size, 1))
+    rows = np.arange(points.size * count)
+
+    def factor(frequency: Array) -> Array:
+        return np.ones((frequency.size, rows.size))
+
+    point = np.repeat(points, count)
+    return Objective(point, motion, rows, rows // 3, factor, scale=3e-6, unit="MPa")
+
+
+def spread_vertices(position: Array, count: int = PLACES) -> Index:
+    """Return vertices (count,) of which each is as far as can be from those before it.
+
+    Examples
+    --------
+    >>> spread_vertices(np.array([[0.0, 0], [0.1, 0], [1, 0], [0.5, 0]]), 3).tolist()
+    [0, 2, 3]
+    """
+    chosen = [0]
+    distance = np.full(len(position), np.inf)
+    while len(chosen) < min(count, len(position)):
+        distance = np.minimum(distance, np.linalg.norm(position - position[chosen[-1]], axis=1))
+        chosen.append(int(np.argmax(distance)))
+    return np.array(chosen)

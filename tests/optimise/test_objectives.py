@@ -1,0 +1,89 @@
+"""What a search makes small, against the solver and other stages."""
+
+import numpy as np
+import pytest
+from random_panels import RandomPanel
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.optimise.objectives import accelerations, oscillators, stresses
+from pidpanel.optimise.reduced import reduced_panel
+from pidpanel.severity.oscillators import response_spectrum
+from pidpanel.solve import layouts
+from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.layout import DamperLayout, Load
+from pidpanel.solve.model import root_mean_square
+from pidpanel.solve.panel import ModalPanel
+from pidpanel.solve.stress import QUANTITIES, Layers, layer_psd
+
+PLACES = (0, 7)
+POINTS = np.arange(3)
+
+
+@pytest.fixture(scope="module")
+def panel():
+    return RandomPanel(3)
+
+
+def motions(panel):
+    """(3, 6, n) w, and made-up curvatures and shear angles of the shapes at the points."""
+    other = np.random.default_rng(1).normal(size=(3, 5, panel.points.shape[1]))
+    return np.concatenate([panel.points[:, None], other], axis=1)
+
+
+@pytest.fixture(scope="module")
+def response(panel):
+    """Of two dampers, with all motions at the points."""
+    fillings = [panel.fillings[0], panel.fillings[1]]
+    loads = [Load(p, f.damping, False) for p, f in zip(PLACES, fillings, strict=True)]
+    model = ModalPanel(panel.basis, panel.patches, panel.frequency, motions(panel), panel.frequency)
+    (answer,) = layouts(model, panel.excitation, [DamperLayout(tuple(loads))])
+    return answer.response
+
+
+LAYERS = Layers(("a", "b"), np.zeros((2, 3, 3)), np.random.default_rng(2).normal(size=(2, 3, 3)))
+
+
+@pytest.mark.parametrize(
+    "objective",
+    [
+        accelerations(POINTS),
+        oscillators(POINTS, np.array([60.0, 120.0]), 10.0),
+        stresses(POINTS[[0, 2]], LAYERS, 6),
+    ],
+    ids=["accelerations", "oscillators", "stresses"],
+)
+def test_the_search_has_the_mean_squares_of_the_solver(panel, response, objective):
+    # red: the weights of accelerations for all; groups of a row each
+    at_points = motions(panel) if objective.motion.shape[1] == 6 else motions(panel)[:, :1]
+    reduced = reduced_panel(
+        panel.frequency, panel.basis, panel.patches, objective.rows(at_points), panel.excitation,
+        outputs=objective.outputs(panel.frequency), precision=np.complex128,
+    )  # fmt: skip
+    read = [f.damping(panel.frequency, np.nan)[:2] for f in panel.fillings]
+    s = np.array([patch_stiffness(panel.frequency, *values) for values in read])
+    added = reduced.additions(PLACES[:1], s[:1], np.array(PLACES[1:]), s[1:]).mean_square[0]
+    known = response
+    if objective.motion.shape[1] == 1:
+        known = type(response)(response.frequency, response.cross_psd[:, :, :1, :1])
+    np.testing.assert_allclose(added, objective.mean_square(known), rtol=1e-6)
+
+
+def test_stresses_are_those_of_the_response_stage(response):
+    # red: cholesky without its transpose
+    psd = layer_psd(response, LAYERS)[..., list(QUANTITIES).index("von_mises")]
+    rms = root_mean_square(response.frequency, psd.reshape(len(psd), -1)).reshape(3, 2)
+    square = stresses(POINTS, LAYERS, 6).mean_square(response)
+    np.testing.assert_allclose(np.sqrt(square).reshape(3, 2), rms, rtol=1e-9)
+
+
+def test_oscillators_are_those_of_the_severity_stage(response):
+    # red: |H|² of the displacement; natural frequencies and points the other way round
+    natural = np.array([60.0, 120.0])
+    square = oscillators(POINTS, natural, 10.0).mean_square(
+        type(response)(response.frequency, response.cross_psd[:, :, :1, :1])
+    )
+    rms = response_spectrum(
+        response.frequency, response.acceleration_psd / STANDARD_GRAVITY**2, natural, 10.0
+    )
+    # the stage adds lines at the resonance of the oscillator
+    np.testing.assert_allclose(np.sqrt(square).reshape(3, 2) / STANDARD_GRAVITY, rms.T, rtol=0.02)
