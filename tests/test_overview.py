@@ -142,3 +142,12 @@ def test_the_motions_of_the_supports_are_summed_up(tmp_path):
         "random 10 g rms as tabulated (gevs_acceptance.csv); sine 2 g from 20 to 200 Hz, up and "
         "down"
     )
+
+
+def test_a_shaker_alone_has_the_cost_of_its_base_and_none_of_sound(tmp_path):
+    # red: no cost of the base; sound and response of every study
+    (line,) = lines_of(STUDIES / "shaker.yaml", tmp_path)["time"]
+    stages = [part.split()[0] for part in line.split("; ")[:-1]]
+    assert stages == ["panel", "base", "report"]
+    base = next(part for part in line.split("; ") if part.startswith("base"))
+    assert 20 < float(base.split()[1]) < 80  # 41 s were measured

@@ -7,9 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from pidpanel.base.from_study import BaseInputs, write_base
-from pidpanel.base.panel import supported_panel
 from pidpanel.base.sine import interface_force
-from pidpanel.base.supports import BaseExcitation, observed_motions, with_translation
 from pidpanel.base.transfer import Transfer
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import Rectangle
@@ -25,6 +23,12 @@ from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.basis_error import modal_basis
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.model import Patches
+from pidpanel.solve.supports import (
+    BaseExcitation,
+    observed_motions,
+    supported_panel,
+    with_translation,
+)
 from pidpanel.study import load_study
 
 HERE = Path(__file__).parent

@@ -4,6 +4,7 @@ import pytest
 from moving import HERE, run_stages
 
 from pidpanel.check import checked_study
+from pidpanel.coupled.from_study import coupled_scenarios, depends_on
 from pidpanel.report.from_study import write_study_page
 from pidpanel.study import StudyError, load_study
 from pidpanel.workflow.plan import Plan
@@ -83,3 +84,42 @@ def test_the_page_answers_and_has_the_panel_on_its_shaker(alone, tmp_path):
     for name in ("base_centre", "base_interface", "base_sine_0", "mode_shapes"):
         assert f'id="{name}"' in text
     assert "Sound" not in text.replace("Soundness", "")
+
+
+COUPON = """dampers:
+  acrylic:
+    coupon:
+      cell: {shape: hexagon, across_flats_mm: 6.35, depth_mm: 25, count: 3}
+      particles: {diameter_mm: 2, density_kg_m3: 1190, youngs_modulus_mpa: 50}
+      sweep: {fill_fraction: [0.1, 0.9], frequency_hz: [30], acceleration_g: [4]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("", "", None),
+        ("base:", f"{SOUND}base:", "base = "),
+        ("[coupled, table], table: acrylic_2mm.csv", "[coupled]", "base.sine = "),
+        ("  random:", "  x-random:", "base.random: missing; required for the damping model"),
+    ],
+)
+def test_coupled_runs_move_the_supports_of_a_study_without_sound(alone, tmp_path, old, new, says):
+    # red: coupled and base refused together
+    text = alone.read_text().replace("[table, paper_printed]", "[coupled, table]")
+    text = text.replace("damping:", f"{COUPON}damping:", 1)
+    path = tmp_path / "coupled.yaml"
+    text = text.replace("patch: PID-1,", "patch: PID-1, damper: acrylic,")
+    if new == "  x-random:":
+        lines = [
+            line for line in text.splitlines() if not line.startswith(("  random", "  limits"))
+        ]
+        text, old, new = "\n".join(lines), "", ""
+    path.write_text(text.replace(old, new) if old else text)
+    if says is None:
+        study = load_study(path)
+        assert list(coupled_scenarios(study)) == ["PID-1_r0.5"]
+        assert depends_on(study, "PID-1_r0.5")["base"]["random"]["overall_g"] == 10.0
+        return
+    with pytest.raises(StudyError, match=says):
+        load_study(path)

@@ -8,8 +8,8 @@ import yaml
 from moving import HERE, shaken_study
 from reference_pages import FILES
 
+from pidpanel.acceleration_table import read_base_table
 from pidpanel.base.from_study import base_scenarios
-from pidpanel.base.table import read_base_table
 from pidpanel.paths import DATA
 from pidpanel.report import style
 from pidpanel.report.base_section import base_section

@@ -5,11 +5,11 @@ import pytest
 from moving import APPARENT, DAMPING, WHITE, solved
 
 from pidpanel.base.random import interface_force_psd
-from pidpanel.base.supports import TABLE_MASS, BaseExcitation
 from pidpanel.solve.layout import DamperLayout, Load, layouts
 from pidpanel.solve.lines import frequency_grid, root_mean_square
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel
+from pidpanel.solve.supports import TABLE_MASS, BaseExcitation
 
 MASS, OWN, RATIO, LEVEL = 2.0, 50.0, 0.05, 3.0
 """Of an oscillator [kg, Hz, 1] and PSD of the acceleration of its base [(m/s²)²/Hz]."""

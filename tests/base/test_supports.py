@@ -18,7 +18,7 @@ from moving import (
     solved,
 )
 
-from pidpanel.base.supports import TABLE_MASS, inertia_of
+from pidpanel.solve.supports import TABLE_MASS, inertia_of
 
 
 def table_frequency(m, n):

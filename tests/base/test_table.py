@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.base.table import read_base_table
+from pidpanel.acceleration_table import read_base_table
 from pidpanel.columns import ColumnsError
 from pidpanel.paths import DATA
 

@@ -52,11 +52,11 @@ FORMULAS = {
     "supports thin triangles",
     "sound": "added_mass excitation face field psd_table radiation spectrum table wavenumber_table",
     "solve": "bands basis_error dampers diagonal direct elements excitation layout lines maps mesh_error modal "
-    "model motions moved panel power search sharpness solvers source stress uncertainty",
+    "model motions moved panel power search sharpness solvers source stress supports uncertainty",
     "coupled": "coupled_panel estimate impedance integration linear loaded_shapes own_force "
     "excited_panel panel_motion scenario_runs segments softening force_record spectra stations tables variants",
     "response": "cases coupled_errors dampers extrapolation mapping model_error panel patch_rows tabdmp1 tables",
-    "base": "notching random sine spectrum supports transfer",
+    "base": "basis_check notching random sine transfer",
     "severity": "fatigue moments oscillators strength",
     "optimise": "alternatives bound places proposal reduced search variants",
     "report": "verdict",

@@ -85,7 +85,7 @@ OTHERS = {
     "panel": "basis_files first fit plate_files flat_mesh gmsh_files from_study mesh nastran tables",
     "sound": "field_files from_study",
     "coupled": "beds checkpoints estimate_files from_study pieces process record_files scenario",
-    "base": "from_study table tables",
+    "base": "from_study panel tables",
     "severity": "from_study tables",
     "optimise": "finalists from_study options placed",
     "response": "export exports from_study map_files nastran psd_files refinement results trust",

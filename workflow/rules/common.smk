@@ -43,7 +43,9 @@ RULES = panel_rules(PLAN, STUDY) if PLAN.has_panel else {}
 if PLAN.has_panel:
     PANEL, SCENARIOS = RULES["panel"].output, scenarios_digest(STUDY)
     if STUDY.sound is not None:
-        SOUND, AIR = RULES["sound"].output, air_files(RULES["sound"])
+        FORCE, AIR = RULES["sound"].output["modal_force"], air_files(RULES["sound"])
+    else:
+        FORCE, AIR = [], []
 
 
 wildcard_constraints:

@@ -16,7 +16,7 @@ def coupled_values(label):
 rule coupled_scenario:
     input:
         modes=PANEL["modes"],
-        modal_force=SOUND["modal_force"],
+        modal_force=FORCE,
         plate=PANEL["plate"],
         air=AIR,
         beds=lambda wildcards: bed_files(COUPLED_SCENARIOS[wildcards.scenario].beds[0]),
@@ -65,25 +65,27 @@ rule coupled:
         "python -m scripts.coupled {params.job:q} 2> {log}"
 
 
-rule verdict:
-    input:
-        psd=results("response/psd.nc"),
-        summary=COUPLED["summary"],
-        third_octaves=COUPLED["third_octaves"],
-        request=request(
-            results("coupled/verdict.csv"),
-            scenarios=lambda wildcards: SCENARIOS,
-            readings=STUDY.readings,
-        ),
-    output:
-        verdict=results("coupled/verdict.csv"),
-    log:
-        results("verdict.log"),
-    benchmark:
-        results("benchmark/verdict.tsv")
-    params:
-        job=job(),
-    message:
-        "Damping models against the coupled runs"
-    shell:
-        "python -m scripts.verdict {params.job:q} 2> {log}"
+if STUDY.sound is not None:
+
+    rule verdict:
+        input:
+            psd=results("response/psd.nc"),
+            summary=COUPLED["summary"],
+            third_octaves=COUPLED["third_octaves"],
+            request=request(
+                results("coupled/verdict.csv"),
+                scenarios=lambda wildcards: SCENARIOS,
+                readings=STUDY.readings,
+            ),
+        output:
+            verdict=results("coupled/verdict.csv"),
+        log:
+            results("verdict.log"),
+        benchmark:
+            results("benchmark/verdict.tsv")
+        params:
+            job=job(),
+        message:
+            "Damping models against the coupled runs"
+        shell:
+            "python -m scripts.verdict {params.job:q} 2> {log}"

@@ -14,8 +14,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.base.panel import SupportedPanel, supported_panel
-from pidpanel.base.supports import integrals_of_shapes
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.response.cases import ResponseScenario, plan_cases
@@ -32,6 +30,7 @@ from pidpanel.solve.basis_error import (
 )
 from pidpanel.solve.elements import ElementMotion, Pull
 from pidpanel.solve.layout import LayoutResponse
+from pidpanel.solve.supports import SupportedPanel, integrals_of_shapes, supported_panel
 
 Shaken = Callable[[SupportedPanel], Sequence[ResponsePanel]]
 """A panel in some basis → the panel under each motion of a study."""
@@ -48,8 +47,8 @@ def checked_panel(
 ) -> tuple[SupportedPanel, float]:
     """Return the panel in a basis that is good for all motions, and its largest error [1].
 
-    Parameters are those of `panel.supported_panel`. After `ATTEMPTS` bases the last is taken as it
-    is; its error says so.
+    Parameters are those of `supports.supported_panel`. After `ATTEMPTS` bases the last is taken as
+    it is; its error says so.
     """
     further_shapes = np.zeros((plate.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):

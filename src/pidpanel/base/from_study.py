@@ -10,15 +10,14 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from pidpanel.acceleration_table import read_base_table
 from pidpanel.arrays import Array
 from pidpanel.base import tables
 from pidpanel.base.basis_check import checked_panel
 from pidpanel.base.notching import Limit
-from pidpanel.base.panel import SupportedPanel, shaken_panel
+from pidpanel.base.panel import shaken_panel
 from pidpanel.base.random import random_cases
 from pidpanel.base.sine import interface_force, sweep
-from pidpanel.base.supports import BaseExcitation, Inertia, observed_motions
-from pidpanel.base.table import read_base_table
 from pidpanel.base.transfer import Transfer
 from pidpanel.break_points import BreakPoints
 from pidpanel.constants import STANDARD_GRAVITY
@@ -26,12 +25,20 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.provenance.digests import stamp
 from pidpanel.response.cases import ResponseScenario, plan_cases
+from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.from_study import damping_models, read_panel_mass
 from pidpanel.response.panel import ResponsePanel, Settings
 from pidpanel.response.results import write_csv
+from pidpanel.solve.supports import (
+    BaseExcitation,
+    Inertia,
+    SupportedPanel,
+    observed_motions,
+)
 from pidpanel.study import Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
+from pidpanel.study.damping import COUPLED
 from pidpanel.study.scenarios import level_suffix
 
 
@@ -81,7 +88,11 @@ def limits_of(motion: BaseMotion, points: Sequence[str]) -> list[Limit]:
 
 
 def write_base(
-    study: Study, files: BaseInputs, damping: Path | None, output: Mapping[str, Path]
+    study: Study,
+    files: BaseInputs,
+    damping: Path | None,
+    output: Mapping[str, Path],
+    coupled: Path | None = None,
 ) -> None:
     """Write responses to the motion of the supports in every scenario with every damping model.
 
@@ -91,6 +102,8 @@ def write_base(
         Folder of the surfaces, ``results/<study>/damping``; None for a study without any.
     output
         Files by the names of the rule: those of the parts that the study has.
+    coupled
+        Folder of the coupled runs on the moving supports; None for a study without any.
 
     Raises
     ------
@@ -100,7 +113,8 @@ def write_base(
     motion = study.base
     if motion is None:
         raise ValueError(f"{study.name}: no section base")
-    models, scenarios = damping_models(study, damping), base_scenarios(study)
+    models = damping_models(study, damping, None if coupled is None else coupled / "impedance.csv")
+    scenarios = base_scenarios(study)
     settings = Settings(
         study.response.frequency_hz,
         study.panel.modal_damping,
@@ -124,7 +138,11 @@ def write_base(
         panel = panels["random"]
         points, limits = panel.basis.point_names, limits_of(motion, panel.basis.point_names)
         observed = observed_motions(panel.basis, supported.inertia)
-        random = random_cases(panel, observed, scenarios, models, limits)
+        errors = {}
+        if coupled is not None:
+            tables_of_runs = coupled / "summary.csv", coupled / "psd.csv"
+            errors = read_errors(*tables_of_runs, panel.frequency, points)
+        random = random_cases(panel, observed, scenarios, models, limits, errors)
         labels = [scenario.label for scenario in scenarios]
         psds = tables.random_dataset(random, models.names, labels, points)
         write_csv(output["summary"], tables.summary_rows(psds))
@@ -166,8 +184,11 @@ def _sweeps(
     force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
     f, basis = panel.frequency, panel.basis
     amplitude, omega = sine.acceleration_g * STANDARD_GRAVITY, 2 * np.pi * f[:, None]
+    of_tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
     parts = []
     for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:
+        if model not in of_tones:
+            continue
         patches = [damper.carrier for damper in dampers]
         transfer = Transfer.of_panel(
             f, panel.modal, panel.patches.subset(patches), force,
@@ -192,4 +213,4 @@ def _sweeps(
             place = {"reading": model, "scenario": scenario.label, "direction": direction}
             parts.append(tables.case_dataset(f, basis.point_names, values, place))
     labels = [scenario.label for scenario in scenarios]
-    return tables.merged(parts, reading=models.names, scenario=labels, direction=tables.DIRECTIONS)
+    return tables.merged(parts, reading=of_tones, scenario=labels, direction=tables.DIRECTIONS)

@@ -5,31 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from pidpanel.arrays import Array
-from pidpanel.base.supports import BaseExcitation, Inertia, inertia_of, with_translation
 from pidpanel.break_points import BreakPoints
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.eigen import factors
-from pidpanel.panel.modes import SHIFT
-from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolving
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.panel import ResponsePanel, Settings
-from pidpanel.solve.basis_error import MovedFace, basis_shapes, refined
+from pidpanel.solve.basis_error import MovedFace
 from pidpanel.solve.moved import Matrices
+from pidpanel.solve.supports import BaseExcitation, SupportedPanel, with_translation
 from pidpanel.sound.radiation import Air
-
-
-@dataclass(frozen=True)
-class SupportedPanel:
-    """The panel on its supports, in a basis with the static response to their acceleration."""
-
-    basis: PanelBasis  # without the translation
-    vectors: Array  # (n_free, n) its shapes
-    inertia: Inertia
 
 
 @dataclass(frozen=True)
@@ -45,27 +30,6 @@ class Shaker:
     def force_at(self, frequency: float, face: MovedFace) -> Matrices:
         """Refuse: the force of base motion is one of the mass, not of a pressure on the face."""
         raise NotImplementedError("base motion has no pressure on the face")
-
-
-def supported_panel(
-    basis: PanelBasis, plate: StoredPlate, further_shapes: Array, highest: float, mass: float
-) -> SupportedPanel:
-    """Return the panel in its basis with further shapes, and with K⁻¹ M 1 beside it.
-
-    Parameters
-    ----------
-    further_shapes
-        (n_free, k) what the basis is known to miss.
-    highest
-        Highest frequency [Hz].
-    mass
-        Of the panel with attached masses [kg].
-    """
-    shift = (2 * np.pi * SHIFT * highest) ** 2  # a panel on hinges in a line has a singular K
-    static = factors(plate.stiffness + shift * plate.mass).solve(plate.inertia)
-    shapes = basis_shapes(basis, plate, np.column_stack([further_shapes, static]))
-    wider = refined(basis, plate, shapes)
-    return SupportedPanel(wider, shapes.vectors, inertia_of(wider, plate, shapes.vectors, mass))
 
 
 def shaken_panel(

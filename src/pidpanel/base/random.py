@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.base.notching import Limit, NotchedInput, notched
-from pidpanel.base.supports import BaseExcitation
+from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.model_error import model_error_of, with_model_error
@@ -20,6 +20,7 @@ from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import LayoutResponse, solve_layouts
 from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.solvers import PanelSolver
+from pidpanel.solve.supports import BaseExcitation
 from pidpanel.solve.uncertainty import StandardErrors
 
 ROUNDS = 12
@@ -43,7 +44,8 @@ class RandomResponse:
     force
         (nf,) PSD of the force of all supports on panel and particles [N²/Hz].
     errors
-        Standard errors of the absolute accelerations; None where the damping has none.
+        Standard errors of the absolute accelerations at the points; None where the damping has
+        none.
     patch_acceleration_g
         (n_loads,) Γ of each load.
     outside_share
@@ -78,6 +80,7 @@ def random_cases(
     scenarios: Sequence[ResponseScenario],
     models: DampingModels,
     limits: Sequence[Limit],
+    coupled_errors: Mapping[str, StandardErrors],
 ) -> list[RandomCase]:
     """Return every scenario with every damping model.
 
@@ -89,6 +92,8 @@ def random_cases(
         Of `supports.observed_motions`.
     limits
         By location: the points, then the interface; SI.
+    coupled_errors
+        Errors of coupled runs at the points, by scenario.
     """
     solver = panel.solver().with_lines(panel.frequency, observed)
     cases = []
@@ -98,6 +103,8 @@ def random_cases(
             cases.append(RandomCase(case.scenario, case.model, panel.frequency, None))
             continue
         stated = _response(case, case.response)
+        if case.model == COUPLED and case.scenario.label in coupled_errors:
+            stated = replace(stated, errors=coupled_errors[case.scenario.label])
         random = RandomCase(case.scenario, case.model, panel.frequency, stated)
         cases.append(_with_notches(random, case, solver, limits) if limits else random)
     return cases
@@ -138,6 +145,8 @@ def _response(case: SolvedCase, response: LayoutResponse) -> RandomResponse:
     points, interface = cross[:, :-1], cross[:, -1]
     omega = 2 * np.pi * frequency
     error = with_model_error(standard_errors(case, response), model_error_of(case, response))
+    if error is not None:  # the last is that of 1ᵀM u, not of the force
+        error = replace(error, log_psd=error.log_psd[:, :-1], log_rms=error.log_rms[:-1])
     inside = response.inside.all(axis=0).mean() if len(response.inside) else 1.0
     return RandomResponse(
         case.solver.excitation.spectrum(frequency),

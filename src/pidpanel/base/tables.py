@@ -11,9 +11,9 @@ import xarray as xr
 from pidpanel.arrays import Array
 from pidpanel.base.notching import Limit
 from pidpanel.base.random import RandomCase
-from pidpanel.base.supports import Inertia
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.solve.supports import Inertia
 
 INPUTS, DIRECTIONS = ("stated", "notched"), ("up", "down")
 
@@ -104,8 +104,8 @@ def random_dataset(
                 "log_rms_error": np.full(len(points), np.nan),
             }
             if part.errors is not None:
-                values["log_error"] = part.errors.log_psd[:, :-1]
-                values["log_rms_error"] = part.errors.log_rms[:-1]
+                values["log_error"] = part.errors.log_psd
+                values["log_rms_error"] = part.errors.log_rms
             place = {"reading": case.model, "scenario": case.scenario.label, "input": name}
             parts.append(case_dataset(case.frequency, points, values, place))
     return merged(parts, reading=models, scenario=labels, input=INPUTS)

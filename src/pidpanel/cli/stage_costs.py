@@ -30,16 +30,38 @@ def shape_count(area: float, half_wave: float, patches: int) -> int:
     return max(12, round(area * wavenumber**2 / (4 * math.pi))) + RESIDUALS * patches
 
 
+NOTCH_ROUNDS = 6
+"""Solutions of a scenario with limits after its first, usually."""
+
+
+def base_cost(shapes: int, lines: int, sine_lines: int, cases: int, *, notched: bool) -> Cost:
+    """Return the cost of base motion, fitted to ``shaker`` (41 s).
+
+    Parameters
+    ----------
+    lines, sine_lines
+        Of the random motion and of a sweep; 0 without it.
+    cases
+        Layouts times damping models.
+    """
+    rounds = 1 + NOTCH_ROUNDS * notched
+    seconds = 8 + cases * (2.1e-6 * lines * shapes * rounds + 1.3e-3 * sine_lines)
+    return Cost("base", seconds, IMPORTS + 4e6 * shapes)
+
+
 def panel_costs(coordinates: int, shapes: int, lines: int, solves: int) -> list[Cost]:
-    """Return the costs of the stages from the panel to the report."""
+    """Return the costs of the stages from the panel to the report; without solves no response."""
     product = coordinates * shapes
     per_line = lines * shapes * shapes
     # of the basis against all elements, which takes fewer lines of larger panels
     check = min(CHECK, 36 * coordinates * solves)
     response = 4 + 1.8e-9 * per_line * solves + 2e-6 * check
-    return [
-        Cost("panel", 3 + 20 * (product / 2.1e7) ** 1.25, IMPORTS + 36 * product),
+    under_sound = [
         Cost("sound", 2 + 2 * (shapes / 371) ** 3, IMPORTS + 4e3 * shapes**2),
         Cost("response", response, IMPORTS + 1.5e9 * (shapes / 371) ** 1.55),
+    ]
+    return [
+        Cost("panel", 3 + 20 * (product / 2.1e7) ** 1.25, IMPORTS + 36 * product),
+        *(under_sound if solves else []),
         Cost("report", 20 + 0.3 * solves, 3 * IMPORTS),
     ]

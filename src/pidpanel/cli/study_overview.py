@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidpanel.cli.stage_costs import Cost, panel_costs, shape_count
+from pidpanel.cli.stage_costs import Cost, base_cost, panel_costs, shape_count
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import USUAL_COSTS, bulk_fraction, cpu_seconds
 from pidpanel.coupon.from_study import distinct_cases
@@ -237,7 +237,7 @@ def _of_sound(study: Study) -> str:
 
 def _of_base(base: BaseMotion) -> Iterator[str]:
     """Yield the motions of the supports."""
-    from pidpanel.base.table import read_base_table
+    from pidpanel.acceleration_table import read_base_table
 
     if base.random is not None:
         level = read_base_table(base.random.spectrum).rms
@@ -277,12 +277,21 @@ def _panel_costs(study: Study, estimate: PanelEstimate) -> list[Cost]:
     shapes = min(estimate.coordinates, shape_count(area, half, len(study.panel.patches)))
     # every layout once more as dead weight
     solves = len(study.all_scenarios()) * len(study.readings) * 2
-    return panel_costs(
-        estimate.coordinates,
-        shapes,
-        line_count(low, high, study.panel.modal_damping.least(low, high)),
-        solves,
+
+    def lines(low: float, high: float) -> int:
+        return line_count(low, high, study.panel.modal_damping.least(low, high))
+
+    costs = panel_costs(
+        estimate.coordinates, shapes, lines(low, high), solves if study.sound else 0
     )
+    if study.base is not None:
+        base = study.base
+        random = lines(low, high) if base.random else 0
+        sweep = lines(*base.sine.frequency_hz) if base.sine else 0
+        layouts = {scenario.fillings for scenario in study.all_scenarios()}
+        cases, notched = len(layouts) * len(study.readings), base.limits is not None
+        costs.insert(-1, base_cost(shapes, random, sweep, cases, notched=notched))
+    return costs
 
 
 def _of_cost(cost: Cost) -> str:

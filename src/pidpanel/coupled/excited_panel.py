@@ -16,12 +16,13 @@ from pidpanel.coupled.softening import RmsMotion, Softened, softened_modulus, so
 from pidpanel.coupled.stations import stations_of
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.plate_files import StoredPlate
-from pidpanel.solve.basis_error import basis_shapes, modal_basis
+from pidpanel.solve.basis_error import modal_basis
 from pidpanel.solve.excitation import Excitation, ModalForce
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.panel import deflection_at_points
 from pidpanel.solve.source import PatchParts
+from pidpanel.solve.supports import BaseExcitation
 from pidpanel.sound.radiation import Air
 
 LINES_PER_BANDWIDTH = 3.0
@@ -38,6 +39,7 @@ class ExcitedPanel:
     settings: RunSettings
     basis: PanelBasis
     plate: StoredPlate
+    vectors: Array  # (n_free, n) its shapes but for a translation, which is then the last
     excitation: Excitation  # at the level of the study
     air: Air | None  # the air that the panel moves; None where it is left out
 
@@ -62,11 +64,6 @@ class ExcitedPanel:
         """Of the panel [m]."""
         return float(np.hypot(*np.ptp(self.basis.vertex_position, axis=0)))
 
-    @cached_property
-    def _vectors(self) -> Array:
-        none = np.zeros((len(self.plate.shapes), 0))
-        return basis_shapes(self.basis, self.plate, none).vectors
-
     def patch(self, name: str, cell_area: float, shapes: LoadedShapes) -> CoupledPatch:
         """Return a patch with its simulated cells of an area [m²]."""
         basis, settings = self.basis, self.settings
@@ -77,7 +74,9 @@ class ExcitedPanel:
         position, weight = self.plate.quadrature_position[rows], self.plate.quadrature_weight[rows]
 
         def shape(points: Index) -> Array:
-            return shapes.shape(np.asarray(self.plate.at_quadrature[rows[points]] @ self._vectors))
+            values = np.asarray(self.plate.at_quadrature[rows[points]] @ self.vectors)
+            translation = np.ones((len(values), len(self.modal.modal_mass) - values.shape[1]))
+            return shapes.shape(np.hstack([values, translation]))
 
         stations = stations_of(position, weight, settings.stations)
         parts = stations_of(position, weight, min(PARTS, len(weight)))
@@ -125,6 +124,10 @@ class ExcitedPanel:
             excitation=ModalForce(
                 lambda frequency: scenario.factor * excitation.spectrum(frequency),
                 lambda frequency: shapes.square(excitation(frequency)),
+                # of base motion G is not resolved: the force on the table is 1e8 times the others
+                (lambda frequency: shapes.columns(excitation.factors(frequency)))
+                if isinstance(excitation, BaseExcitation)
+                else None,
             ),
         )
 

@@ -46,9 +46,15 @@ def draw_modal_force(
     """Draw the amplitudes of tones whose modal forces have the PSDs S_p G.
 
     f(t) = Re Σ_j X_j exp(iω_j t), X_j = √(2 S_p(f_j) Δf) L(f_j) ξ_j with G = L Lᴴ and ξ of random
-    phases and size 1, so that E[X_j X_jᴴ] = 2 S_p G Δf. L is linear between nodes.
+    phases and size 1, so that E[X_j X_jᴴ] = 2 S_p G Δf. L is that of the excitation, or linear
+    between nodes.
     """
     step = float(frequency[1] - frequency[0])
+    columns = excitation.factors(frequency)
+    if columns is not None:
+        turned = np.exp(2j * np.pi * rng.random(columns.shape[::2]))
+        exact: Complexes = (columns @ turned[:, :, None])[:, :, 0]
+        return exact * np.sqrt(2 * excitation.spectrum(frequency) * step)[:, None]
     amplitude: Complexes | None = None
     upper = np.clip(np.searchsorted(nodes, frequency, side="right"), 1, len(nodes) - 1)
     factor_below: Array | Complexes = _factor(excitation(nodes[:1])[0])

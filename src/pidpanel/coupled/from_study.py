@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from pidpanel.acceleration_table import read_base_table
+from pidpanel.break_points import BreakPoints
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled import estimate_files
 from pidpanel.coupled.beds import cpu_per_interval, rayleigh_time_of
 from pidpanel.coupled.excited_panel import ExcitedPanel
@@ -20,19 +24,21 @@ from pidpanel.coupon.estimate import spheres_in
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.damping.from_study import reading_of_damper
 from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.provenance.digests import stamp
+from pidpanel.solve.supports import BaseExcitation, supported_panel, with_translation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import excitation_of, read_air, spectrum_of
-from pidpanel.study import Filling, Study
+from pidpanel.study import Filling, Study, StudyError
 
 
 class CoupledFiles(NamedTuple):
     """Files of the stages upstream."""
 
     modes: Path
-    modal_force: Path
     plate: Path
+    modal_force: Path | None  # None without sound
     air: Path | None
 
 
@@ -47,11 +53,13 @@ class CoupledTables(NamedTuple):
 
 def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
     """Return the scenarios of a study that are run, by their labels."""
-    keys, spectrum = study.damping.coupled, spectrum_of(study.acoustics)
+    keys = study.damping.coupled
     return {
         scenario.label: CoupledScenario(
             scenario.label,
-            1.0 if scenario.oaspl_db is None else spectrum.pressure_factor(scenario.oaspl_db),
+            1.0
+            if scenario.oaspl_db is None
+            else spectrum_of(study.acoustics).pressure_factor(scenario.oaspl_db),
             tuple(
                 SimulatedPatch(
                     filling.patch,
@@ -92,16 +100,32 @@ def depends_on(study: Study, label: str) -> dict[str, Any]:
         "coupled": study.damping.coupled.model_dump(),
         "dampers": [study.all_dampers[name].model_dump(exclude=unused) for name in sorted(dampers)],
         "damping_ratio": study.panel.damping_ratio,
-        "sound": study.acoustics.model_dump(),
+        **_excitation_values(study),
         "response": study.response.model_dump(include=response),
     }
 
 
+def _excitation_values(study: Study) -> dict[str, Any]:
+    if study.sound is not None:
+        return {"sound": study.sound.model_dump()}
+    return {"base": study.base and study.base.model_dump(include={"random"})}
+
+
+def _random_motion(study: Study) -> BreakPoints:
+    """Return the acceleration PSD of the supports within the response [(m/s²)²/Hz]."""
+    if study.base is None or study.base.random is None:
+        raise StudyError(f"{study.name}: base.random: missing; coupled runs need it without sound")
+    table = read_base_table(study.base.random.spectrum).between(*study.response.frequency_hz)
+    return replace(table, psd=STANDARD_GRAVITY**2 * table.psd)
+
+
 def read_excited_panel(study: Study, files: CoupledFiles) -> ExcitedPanel:
     """Read the files of the stages upstream."""
-    keys, table = study.damping.coupled, read_table(files.modal_force, MODAL_FORCE)
+    keys, motion = study.damping.coupled, None if study.sound else _random_motion(study)
+    span = study.response.frequency_hz
+    low, high = span if motion is None else motion.frequency[[0, -1]].tolist()
     settings = RunSettings(
-        frequency_range=study.response.frequency_hz,
+        frequency_range=(low, high),
         damping_ratio=study.panel.modal_damping,
         wave_speed=study.wave_speed,
         duration=keys.duration_s,
@@ -111,10 +135,22 @@ def read_excited_panel(study: Study, files: CoupledFiles) -> ExcitedPanel:
         youngs_modulus=None if keys.youngs_modulus_mpa is None else 1e6 * keys.youngs_modulus_mpa,
         attributes=stamp(study),
     )
+    basis, plate = read_basis(files.modes), read_plate(files.plate)
+    if motion is not None:
+        mass = StudiedPanel(study.panel).section.mass_per_area * basis.quadrature_weight.sum()
+        none = np.zeros((len(plate.shapes), 0))
+        supported = supported_panel(basis, plate, none, span[1], float(mass))
+        moving = with_translation(supported.basis, supported.inertia)
+        excitation = BaseExcitation.of_inertia(motion, supported.inertia)
+        return ExcitedPanel(settings, moving, plate, supported.vectors, excitation, None)
+    if files.modal_force is None:
+        raise ValueError(f"{study.name}: no modal force of the sound")
+    table = read_table(files.modal_force, MODAL_FORCE)
     return ExcitedPanel(
         settings,
-        read_basis(files.modes),
-        read_plate(files.plate),
+        basis,
+        plate,
+        plate.shapes.astype(np.float64),
         excitation_of(study.acoustics, table),
         read_air(study, study.response.radiation, table, files.air),
     )

@@ -42,6 +42,10 @@ class LoadedShapes:
         """Return shapes (k, n) of the bare panel as those of here."""
         return values if self.vectors is None else np.asarray(values @ self.vectors)
 
+    def columns(self, values: Array) -> Array:
+        """Return forces (…, n, r) on the shapes of the bare panel as those on these."""
+        return values if self.vectors is None else np.asarray(self.vectors.T @ values)
+
     def square(self, matrix: Array | Complexes) -> Array | Complexes:
         """Return matrices (…, n, n) on the shapes of the bare panel as those on these."""
         if self.vectors is None:

@@ -37,6 +37,32 @@ def free_motion(
     return np.stack([done[:, 0, 0], done[:, 1, 1]]), np.stack([done[:, 0, 1], done[:, 1, 0]])
 
 
+def drift_free_velocity(
+    force: Array, mass: Array, interval: float, intervals_per_row: int
+) -> Array:
+    """Return the velocity with which free shapes come back to their place after a period.
+
+    Parameters
+    ----------
+    force
+        (m + 1, n) modal forces at the rows of a period, linear between them [N]; the last is the
+        first.
+    mass
+        (n,) [kg].
+    interval
+        Between impulses [s].
+
+    Returns
+    -------
+    (n,) before the first impulse [m/s].
+    """
+    part = np.arange(intervals_per_row)[:, None] / intervals_per_row
+    impulse = interval * (force[:-1, None] * (1 - part) + force[1:, None] * part)
+    speed = np.cumsum(impulse.reshape(-1, force.shape[1]), axis=0) / mass
+    drift: Array = speed.mean(axis=0)
+    return -drift
+
+
 def energy(modal_mass: Array, angular_frequency: Array, state: Array) -> float:
     """Return ½ Σ m (q̇² + ω² q²) of a state (2, n) of q [m] and q̇ [m/s], in J."""
     q, speed = state

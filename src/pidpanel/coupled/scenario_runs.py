@@ -16,6 +16,7 @@ from pidpanel.coupled.coupled_panel import CoupledPanel
 from pidpanel.coupled.estimate import ScenarioEstimate, estimate
 from pidpanel.coupled.excited_panel import ExcitedPanel
 from pidpanel.coupled.integration import Integration, PanelShapes
+from pidpanel.coupled.panel_motion import drift_free_velocity
 from pidpanel.coupled.pieces import StartedBed, integrated, run_identity, started
 from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.scenario import CoupledScenario
@@ -24,6 +25,7 @@ from pidpanel.coupled.softening import Softened
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, FilesFailed
 from pidpanel.provenance import durable
 from pidpanel.solve.bands import whole_third_octaves
+from pidpanel.solve.supports import BaseExcitation
 
 ROWS_PER_PERIOD = 10.0
 """Rows of a record in a period of the highest frequency: what is linear between them is 3 % low
@@ -35,6 +37,9 @@ INTERVALS_PER_PERIOD = 60.0
 STEP_RAYLEIGH = 0.4
 """Time step over the Rayleigh time of the smallest sphere [1]: 0.1, 0.2 and 0.4 give the same
 g rms within their scatter (docs/coupled.md)."""
+
+FREE = 1e-3
+"""Natural frequency over the lowest of the run below which a shape is not held [1]."""
 
 BALANCE_LIMIT = 0.01
 """Largest share of the energy put in that may be missing in a run [1]."""
@@ -120,6 +125,12 @@ class ScenarioRuns:
             settled,
         )
         start = np.stack([bare.real.sum(axis=0), (2j * np.pi * frequency @ bare).real])
+        if isinstance(self.excited.excitation, BaseExcitation):  # moves a table that nothing holds
+            free = modal.angular_frequency < FREE * 2 * np.pi * low
+            period_force = integration.force[: rows + 1, free]
+            start[1, free] = drift_free_velocity(
+                period_force, modal.modal_mass[free], integration.interval, intervals
+            )
         started_beds = [started(bed, soft.modulus, self._folder(bed.label)) for bed, soft in beds]
         return DrawnRun(integration, start, started_beds, frequency, amplitude, first)
 

@@ -117,7 +117,9 @@ def read_panel_inputs(study: Study, folder: Path) -> PanelInputs:
             name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"))
             for name in study.coupons
         },
-        coupled=read.read_coupled(folder / "coupled", with_verdict=len(study.readings) > 1)
+        coupled=read.read_coupled(
+            folder / "coupled", with_verdict=len(study.readings) > 1 and study.sound is not None
+        )
         if study.is_coupled
         else None,
         damping={

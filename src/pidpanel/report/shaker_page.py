@@ -10,6 +10,7 @@ import pandas as pd
 
 from pidpanel.paths import SECTION
 from pidpanel.report.base_section import base_facts, base_section
+from pidpanel.report.coupled_section import coupled_section
 from pidpanel.report.facts import damping_facts, panel_facts, software_facts
 from pidpanel.report.html import CAVEATS, Page
 from pidpanel.report.inputs import BaseResults, PanelInputs
@@ -37,6 +38,9 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
     answer, *summary = _findings(base, study.names)
     warnings = _warnings(inputs, base)
     on_panel = panel_section(inputs.basis, inputs.modes, inputs.printed)
+    sections = [on_panel, *coupon_sections(inputs)]
+    if inputs.coupled is not None:
+        sections.append(coupled_section(inputs.coupled, study.names, study.panel.points))
     return Page(
         title=study.title,
         answer=answer,
@@ -52,9 +56,7 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
         summary=summary,
         warnings=warnings[CAVEATS:],
         claims=None,
-        sections=[
-            replace(section, folded=True) for section in (on_panel, *coupon_sections(inputs))
-        ],
+        sections=[replace(section, folded=True) for section in sections],
         steps=steps,
     )
 

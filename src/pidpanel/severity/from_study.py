@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 import xarray as xr
 
-from pidpanel.base.table import read_base_table
+from pidpanel.acceleration_table import read_base_table
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.provenance.digests import stamp
 from pidpanel.response.psd_files import is_steady, read_psd

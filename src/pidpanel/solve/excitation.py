@@ -17,7 +17,7 @@ class Excitation(Protocol):
 
     Splitting it in two lets G be tabulated, and S jump from band to band. Under sound S is the PSD
     of the pressure [Pa²/Hz] and G has the unit m⁴; on a shaker S is the PSD of the acceleration of
-    the supports, and G has the unit kg² (`base.supports`).
+    the supports, and G has the unit kg² (`solve.supports`).
     """
 
     def spectrum(self, frequency: Array) -> Array:
@@ -40,14 +40,16 @@ class ModalForce:
     spectrum: Callable[[Array], Array]  # S (nf,) over frequencies (nf,) [Hz]
     # G (n, n) at all frequencies, or a function of frequencies that returns (nf, n, n)
     matrix: Matrices | Callable[[Array], Matrices]
+    # L (nf, n, r) over frequencies; None where no short form is known
+    columns: Callable[[Array], Matrices] | None = None
 
     def __call__(self, frequency: Array) -> Matrices:
         """Return G."""
         return self.matrix(frequency) if callable(self.matrix) else self.matrix[None]
 
     def factors(self, frequency: Array) -> Matrices | None:
-        """Return None: no short form is known."""
-        return None
+        """Return L."""
+        return None if self.columns is None else self.columns(frequency)
 
 
 @dataclass(frozen=True)

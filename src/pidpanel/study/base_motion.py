@@ -126,9 +126,17 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
         return
     if study.sound is None:
         yield from _mistakes_without_sound(study)
-    if study.is_coupled:
-        says = f"not allowed with the damping model '{COUPLED}', whose runs are under sound; "
-        yield Mistake(("base",), f"{says}set damping.readings to dem, stated, table or a law")
+    if study.is_coupled and study.sound is not None:
+        says = (
+            f"not allowed with a section sound and the damping model '{COUPLED}', whose runs are "
+        )
+        says += "then under sound; put sound and base in two studies, or set damping.readings to "
+        yield Mistake(("base",), f"{says}dem, stated, table or a law")
+    elif study.is_coupled and study.base.random is None:
+        yield Mistake(("base", "random"), f"missing; required for the damping model '{COUPLED}'")
+    elif study.readings == (COUPLED,) and study.base.sine is not None:
+        says = f"needs a damping model of single tones in damping.readings beside '{COUPLED}'"
+        yield Mistake(("base", "sine"), says)
     if study.damping.level.by == "element":
         yield Mistake(("damping", "level", "by"), "must be patch with a section base")
     high, sine = study.response.frequency_hz[1], study.base.sine

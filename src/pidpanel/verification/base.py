@@ -11,9 +11,7 @@ import numpy as np
 import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.base.panel import supported_panel
 from pidpanel.base.sine import interface_force
-from pidpanel.base.supports import TABLE_MASS, BaseExcitation, observed_motions, with_translation
 from pidpanel.base.transfer import Transfer
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import Rectangle
@@ -30,6 +28,13 @@ from pidpanel.solve.layout import DamperLayout, layouts
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.solve.panel import ModalPanel
+from pidpanel.solve.supports import (
+    TABLE_MASS,
+    BaseExcitation,
+    observed_motions,
+    supported_panel,
+    with_translation,
+)
 from pidpanel.verification.rows import Row
 
 SIZE, RIGIDITY, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02

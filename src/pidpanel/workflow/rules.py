@@ -281,7 +281,7 @@ def _report(
     coupled = []
     if study.is_coupled:
         coupled = [coupled_files(plan)[name] for name in ("summary", "psd", "impedance")]
-        if len(study.readings) > 1:
+        if len(study.readings) > 1 and study.sound is not None:
             coupled.append(plan.results("coupled/verdict.csv"))
     damping = [
         plan.damper_file("damping", damper, name)

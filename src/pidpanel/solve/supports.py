@@ -19,7 +19,10 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.panel.basis import PanelBasis, patch_areas
+from pidpanel.panel.eigen import factors
+from pidpanel.panel.modes import SHIFT
 from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.solve.basis_error import basis_shapes, refined
 
 TABLE_MASS = 1e8
 """Mass of the table over that of the panel: dampers move it by 1e-8 of their own motion."""
@@ -94,6 +97,36 @@ def _bordered(matrix: Array, column: Array, corner: Array | float) -> Array:
     border = np.concatenate([column, np.asarray(corner)[..., None]], axis=-1)
     wide = np.concatenate([matrix, column[..., None, :]], axis=-2)
     return np.concatenate([wide, border[..., None]], axis=-1)
+
+
+@dataclass(frozen=True)
+class SupportedPanel:
+    """The panel on its supports, in a basis with the static response to their acceleration."""
+
+    basis: PanelBasis  # without the translation
+    vectors: Array  # (n_free, n) its shapes
+    inertia: Inertia
+
+
+def supported_panel(
+    basis: PanelBasis, plate: StoredPlate, further_shapes: Array, highest: float, mass: float
+) -> SupportedPanel:
+    """Return the panel in its basis with further shapes, and with K⁻¹ M 1 beside it.
+
+    Parameters
+    ----------
+    further_shapes
+        (n_free, k) what the basis is known to miss.
+    highest
+        Highest frequency [Hz].
+    mass
+        Of the panel with attached masses [kg].
+    """
+    shift = (2 * np.pi * SHIFT * highest) ** 2  # a panel on hinges in a line has a singular K
+    static = factors(plate.stiffness + shift * plate.mass).solve(plate.inertia)
+    shapes = basis_shapes(basis, plate, np.column_stack([further_shapes, static]))
+    wider = refined(basis, plate, shapes)
+    return SupportedPanel(wider, shapes.vectors, inertia_of(wider, plate, shapes.vectors, mass))
 
 
 @dataclass(frozen=True)
