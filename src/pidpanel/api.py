@@ -282,11 +282,9 @@ class Model:
 
     @property
     def _is_simulated(self) -> bool:
-        """Whether anything rests on LIGGGHTS."""
         return bool(self.study.coupons) or self.study.is_coupled
 
     def _result(self, name: str) -> Path:
-        """Return the path of a result of `run`."""
         path = self.results / name
         if not path.is_file():
             raise ResultsError(f"{path}: missing; it needs LIGGGHTS runs: call run() first")
@@ -309,7 +307,6 @@ class Model:
         return files
 
     def _respond(self) -> None:
-        """Compute sound and response beside the files of the panel."""
         study, files = self._with_panel(), self._stages
         folder = files["modes.nc"].parent
         air = folder / "air.nc" if study.response.radiation != "none" else None

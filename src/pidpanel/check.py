@@ -267,7 +267,6 @@ def _check_base(random: RandomMotion, response: Response) -> Iterator[Mistake]:
 
 
 def _check_limits(severity: Severity) -> Iterator[Mistake]:
-    """Yield what is wrong with the tables of limits."""
     from pidpanel.acceleration_table import read_base_table
 
     for point, path in severity.limits.items():
@@ -278,7 +277,6 @@ def _check_limits(severity: Severity) -> Iterator[Mistake]:
 
 
 def _check_masses(panel: Panel) -> Iterator[Mistake]:
-    """Yield masses that no panel of that weight carries."""
     from pidpanel.panel.from_study import section_of
 
     if panel.outline is None:

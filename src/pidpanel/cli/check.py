@@ -10,12 +10,10 @@ HELP = "Check a study and print what it would run."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
     add_study(parser)
 
 
 def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
     from pidpanel.check import checked_study
     from pidpanel.cli.study_overview import overview
 

@@ -16,7 +16,6 @@ HELP = "Compare two studies: tables, PSDs and maps side by side."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
     for name, help_text in (("a", "a study or the folder of its results"), ("b", "another")):
         completed(parser.add_argument(name, type=Path, metavar=name.upper(), help=help_text), FILES)
     add_directory(parser)
@@ -24,7 +23,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
     from pidpanel.report.comparison import comparison_lines, read_side
 
     results = args.directory / "results"

@@ -13,12 +13,10 @@ SHELLS = ("bash", "zsh", "tcsh")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
     parser.add_argument("shell", choices=SHELLS, help="the shell")
 
 
 def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
     import shtab
 
     from pidpanel.cli.parser import parser

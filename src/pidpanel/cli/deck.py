@@ -18,14 +18,12 @@ HELP = "Print the LIGGGHTS deck of a case, or list the cases."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
     add_study(parser)
     parser.add_argument("case", nargs="?", help="label of the case, or its beginning")
     parser.add_argument("--seed", type=int, default=1, help="seed of the packing (default: 1)")
 
 
 def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
     from pidpanel.check import checked_study
     from pidpanel.coupon.from_study import distinct_cases
     from pidpanel.study import StudyError

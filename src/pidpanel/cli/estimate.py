@@ -11,7 +11,6 @@ HELP = "Estimate how long a study takes, stage by stage."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
     add_study(parser)
     add_jobs(parser)
     add_directory(parser)
@@ -25,7 +24,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
     from pidpanel.check import checked_study
     from pidpanel.cli.overview import estimate
 

@@ -18,7 +18,6 @@ FORMATS = ("svg", "pdf")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
     add_study(parser)
     add_directory(parser)
     parser.add_argument("--to", type=Path, metavar="FOLDER", help="folder to copy them to")
@@ -33,7 +32,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
     import shutil
 
     from pidpanel.cli.results import make

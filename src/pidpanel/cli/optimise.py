@@ -21,7 +21,6 @@ HELP = "Propose layouts of dampers within a mass budget."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
     add_study(parser)
     add_jobs(parser)
     add_directory(parser)
@@ -33,7 +32,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
     from pidpanel.check import checked_study
     from pidpanel.study import Study, StudyError
 

@@ -10,7 +10,6 @@ HELP = "Regenerate the report of a study, and open it."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
     add_study(parser)
     add_directory(parser)
     parser.add_argument("--again", action="store_true", help="make it even if it is up to date")
@@ -18,7 +17,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
     import webbrowser
 
     from pidpanel.cli.results import make

@@ -25,7 +25,6 @@ HELP = "Run a study up to its report."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
     add_study(parser)
     add_jobs(parser)
     add_directory(parser)
@@ -35,7 +34,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
     from pidpanel.cli.snakemake import check_memory
 
     check_memory()  # before what takes it is imported

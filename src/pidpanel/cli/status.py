@@ -14,13 +14,11 @@ HELP = "Show what is done, running, failed and left."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
     add_study(parser)
     add_directory(parser)
 
 
 def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
     from pidpanel.cli import progress
     from pidpanel.cli.snakemake import jobs_left
     from pidpanel.provenance.owner import check_owner

@@ -105,7 +105,6 @@ def solve(panel: Panel) -> PanelEstimate:
 
 
 def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
-    """Yield the lines of a study with a panel."""
     from pidpanel.geometry.plane_mesh import cell_areas
     from pidpanel.panel.from_study import section_of
 
@@ -236,7 +235,6 @@ def _of_sound(study: Study) -> str:
 
 
 def _of_base(base: BaseMotion) -> Iterator[str]:
-    """Yield the motions of the supports."""
     from pidpanel.acceleration_table import read_base_table
 
     if base.random is not None:
@@ -253,7 +251,6 @@ def all_cases(study: CouponStudy) -> list[Case]:
 
 
 def _coupon_cost(study: CouponStudy, results: Path) -> Iterator[Cost]:
-    """Yield the cost of the LIGGGHTS runs that are left."""
     folder = results / "coupon"
     left = [case for case in all_cases(study) if not all(p.exists() for p in case.outcomes(folder))]
     if left:

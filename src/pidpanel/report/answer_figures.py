@@ -95,7 +95,6 @@ def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> 
 
 
 def _attachments(axes: Axes, panel: ReportedPanel, handles: dict[str, Line2D]) -> list[Annotation]:
-    """Draw point supports, springs and masses, and return their names."""
     names = []
     places = {name: (s.position, s.kind) for name, s in panel.supports.points.items()}
     springs = {n: a for n, a in panel.attachments.items() if isinstance(a, Spring)}

@@ -79,7 +79,6 @@ def answer_table(inputs: Inputs, answer: StudyAnswer) -> Table:
 
 
 def _damping(answer: StudyAnswer) -> str:
-    """Say what the damping of the scenarios is."""
     how = ", in one time integration" if answer.is_coupled else ""
     return READINGS[answer.reading] + how
 

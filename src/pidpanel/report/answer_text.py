@@ -186,7 +186,6 @@ def list_scenarios(candidates: Sequence[Candidate], among: Sequence[Candidate]) 
 
 
 def _listed(texts: Sequence[str]) -> str:
-    """Return some texts with an "and" before the last."""
     *first, last = texts or [""]
     return f"{', '.join(first)} and {last}" if first else last
 

@@ -88,7 +88,6 @@ def fill_is_most_effective(
 
 
 def _gap(decibel: float, error: float) -> str:
-    """Return a difference without its sign, with its error."""
     return f"{value_text(abs(decibel), error)} dB"
 
 

@@ -182,7 +182,6 @@ def loss_factor_map(cases: pd.DataFrame) -> Figure:
 
 
 def _constant(quantity: AxisQuantity, value: float) -> str:
-    """Return the title of axes in which a quantity is constant."""
     unit = quantity.label.rsplit(", ", 1)[-1]
     return f"{quantity.symbol} = {value:g}" + (f" {unit}" if unit != "–" else "")
 

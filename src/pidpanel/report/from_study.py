@@ -376,7 +376,6 @@ def coupon_words(coupon: Coupon) -> tuple[str, str]:
 
 
 def _wall(coupon: Coupon, key: str) -> str:
-    """Return the constant of the walls where it differs."""
     if f"walls.{key}" in coupon.vary:
         return " (walls varied)"
     wall = getattr(coupon.walls, key)

@@ -91,7 +91,6 @@ def mode_table(modes: pd.DataFrame, printed: pd.DataFrame | None) -> Table:
 
 
 def _shapes(basis: PanelBasis, modes: pd.DataFrame) -> Picture:
-    """Return pictures of the first modes."""
     count = min(MODES_SHOWN, len(modes))
     lines = [boundary_edges(basis.cells)]
     lines += [boundary_edges(basis.cells[inside]) for inside in basis.cell_in_patch]

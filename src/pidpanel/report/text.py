@@ -168,5 +168,4 @@ def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _minus(text: str) -> str:
-    """Write a minus sign for a hyphen."""
     return text.replace("-", "−")

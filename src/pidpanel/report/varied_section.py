@@ -138,7 +138,6 @@ def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
 
 
 def _name(key: str) -> str:
-    """Return the name of a key without its unit."""
     return LABELS.get(key, key).rpartition(", ")[0] or LABELS.get(key, key)
 
 

@@ -75,7 +75,6 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
 
 
 def _doubts(study: ReportedStudy, summary: pd.DataFrame, reading: str) -> Iterator[str]:
-    """Yield why scenarios are doubtful in a reading, the gravest first."""
     rows = summary[summary["reading"] == reading]
     count = rows["scenario"].nunique()
 
@@ -136,7 +135,6 @@ def massless_text(study: ReportedStudy) -> list[str]:
 
 
 def _of_air(study: ReportedStudy) -> Iterator[str]:
-    """Yield that a panel without air answers too much."""
     if study.radiation == "none":
         yield (
             "Radiation damping is not included, so reductions are overestimated "

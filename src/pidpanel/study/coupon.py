@@ -80,7 +80,6 @@ class Accuracy(SectionModel):
     """Required share of successful cases; below it the study stops."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a largest number of cycles below the least."""
         if self.max_cycles < self.min_cycles:
             yield Mistake(("max_cycles",), f"must be at least min_cycles = {self.min_cycles}")
 
@@ -160,7 +159,6 @@ class Coupon(SectionModel):
         return 0.64 * density * self.cell.depth * fill_fraction
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield what of the coupon cannot be built or varied, and what is too much."""
         if not any(self.gravity_direction):
             yield Mistake(
                 ("gravity_direction",), "must not be zero; for no gravity set gravity_g: 0"
@@ -274,12 +272,10 @@ class Coupon(SectionModel):
         return Coupon.model_validate({**values, "sweep": self.sweep, "accuracy": self.accuracy})
 
     def _values(self) -> dict[str, Any]:
-        """Values of the keys that may be varied."""
         return self.model_dump(by_alias=True, exclude={"vary", "sweep", "accuracy"})
 
 
 def _unknown_in(key: str, allowed: Sequence[str]) -> str:
-    """Return what to say of a key that cannot be varied."""
     section, _, last = key.rpartition(".")
     if key.split(".")[0] in ("sweep", "accuracy", "vary"):
         return "cannot be varied"
@@ -288,7 +284,6 @@ def _unknown_in(key: str, allowed: Sequence[str]) -> str:
 
 
 def _dotted_keys(values: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
-    """Yield the keys of nested sections, ``particles`` and ``particles.friction``."""
     for key, value in values.items():
         yield prefix + key
         if isinstance(value, dict):

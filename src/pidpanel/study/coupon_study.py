@@ -30,7 +30,6 @@ class CouponStudy(SectionModel):
     """The honeycomb coupon that LIGGGHTS shakes."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a name that cannot be that of a folder, and a study without any section."""
         if not re.fullmatch(NAME, self.name):
             yield Mistake(("name",), f"must be {NAME_WORDS}")
         elif self.name in RESERVED:

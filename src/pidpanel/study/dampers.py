@@ -130,7 +130,6 @@ class Damper(SectionModel):
         return self._kinds()[0]
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield several kinds or none, and keys that the kind lacks or does not have."""
         kinds = self._kinds()
         if len(kinds) != 1:
             actual = f"not {' and '.join(kinds)}" if kinds else "not none"

@@ -41,7 +41,6 @@ class Level(SectionModel):
     """Treatment of values outside the simulated range."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a stated acceleration that is missing or not allowed, and elements beside one."""
         if self.kind == "stated" and self.by == "element":
             yield Mistake(
                 ("by",),
@@ -81,7 +80,6 @@ class Coupled(SectionModel):
         return self.settle_s + self.duration_s
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield cells that cannot be shared out evenly."""
         if self.cells % self.stations:
             yield Mistake(("cells",), f"must be a multiple of stations = {self.stations}")
 
@@ -114,7 +112,6 @@ class Damping(SectionModel):
         return self.level != Level()
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield readings given more than once, and keys that lack their reading."""
         readings = self.readings or ()
         if len(set(readings)) != len(readings):
             yield Mistake(("readings",), "must not contain a damping model twice")

@@ -67,7 +67,6 @@ class Document:
         return StudyError("\n".join(self._message(*entry) for entry in ordered))
 
     def _message(self, line: int, value: str, mistake: Mistake) -> str:
-        """Return one line: file, line, key, value, what is wrong."""
         place = f"{self.path}:{line}" if line else str(self.path)
         key = dotted(mistake.keys)
         setting = f"{key} = {value}" if value else key

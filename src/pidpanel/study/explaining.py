@@ -96,7 +96,6 @@ def _likewise(mistakes: Sequence[Mistake]) -> Iterator[Mistake]:
 
 
 def _joined(words: Sequence[str]) -> str:
-    """Return "must be A or B" for what several alternatives say."""
     first, *options = dict.fromkeys(words)
     return " or ".join((first, *(option.removeprefix("must be ") for option in options)))
 
@@ -106,7 +105,6 @@ def _is_inside(place: Place, outer: Place) -> bool:
 
 
 def _mistake_at(place: Place, item: ErrorDetails, model: type[BaseModel]) -> Mistake:
-    """Return what one error of pydantic says."""
     if item["type"] == "extra_forbidden":
         (section,) = place_of(item["loc"][:-1], model).types
         if place.keys[:-1] and place.keys[-1] in keys_of(model):
@@ -165,5 +163,4 @@ def _distance(errors: Sequence[PlacedError], choice: Keys | None) -> tuple[int, 
 
 
 def _needs_another_kind(item: ErrorDetails) -> bool:
-    """Whether an error says that another kind of value is needed."""
     return item["type"].endswith(("_type", "_parsing")) or item["type"] == "literal_error"

@@ -59,7 +59,6 @@ class Optimise(SectionModel):
     """Areas without dampers, by name. Holes, supports and masses need no mention."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield names that are given twice or cannot be used."""
         yield from mistakes_of_names("forbidden", self.forbidden)
         if self.objective == "oscillators" and self.band_hz is None:
             yield Mistake(("band_hz",), "missing; required for the objective oscillators")

@@ -65,7 +65,6 @@ class Mesh(SectionModel):
     """Length unit of the file [m]: 0.001 for millimetres."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield keys that the kind of mesh lacks or does not have."""
         if (self.kind == "triangles") != (self.size_m is not None):
             yield Mistake(("size_m",), "required for kind: triangles, not allowed otherwise")
         if self.corner_size_m is not None and self.kind != "triangles":
@@ -110,7 +109,6 @@ class Area(SectionModel):
     _allowed: ClassVar[str] = "centre_m with size_m or diameter_m, or corners_m"
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield keys that are those of no shape, or of more than one."""
         keys = {key for key in self.model_fields_set if getattr(self, key) is not None}
         if keys - {"corner_radius_m"} not in self._shapes:
             has = ", ".join(sorted(keys)) or "nothing"
@@ -230,7 +228,6 @@ class Panel(SectionModel):
         yield from ((("masses", name), mass) for name, mass in self.masses.items())
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield what does not go with the mesh; if all does, what does not lie on the panel."""
         for key in ("patches", "points", "holes", "masses"):
             yield from mistakes_of_names(key, getattr(self, key))
         mistakes = mistakes_of_names("points", self.support_input.points)
@@ -350,7 +347,6 @@ def named_place(panel: Panel, message: str) -> Keys:
 
 
 def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
-    """Yield how messages about places begin."""
     yield "outline", ("outline_m",)
     yield "mesh: ", ("mesh",)
     yield f"{panel.mesh.file}:", ("mesh", "file")

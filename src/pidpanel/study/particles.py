@@ -131,7 +131,6 @@ class Particles(SectionModel):
         return self.youngs_modulus_mpa * 1e6
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a shell that the particles cannot have."""
         if self.shell_mm is not None:
             if not isinstance(self.distribution, Mono):
                 yield Mistake(("shell_mm",), "only allowed for distribution: {kind: mono}")

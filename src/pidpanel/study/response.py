@@ -36,7 +36,6 @@ class Response(SectionModel):
     panel."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield frequencies that do not increase, and kinds of radiation that do not combine."""
         if self.frequency_hz[1] <= self.frequency_hz[0]:
             yield Mistake(("frequency_hz",), "must be two values, the second above the first")
         elif self.frequency_hz[1] < LEAST_SPAN * self.frequency_hz[0]:

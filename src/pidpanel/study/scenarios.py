@@ -35,7 +35,6 @@ class Family(SectionModel):
     @model_validator(mode="before")
     @classmethod
     def _compare_one(cls, values: Any) -> Any:
-        """Return a single scenario as a comparison of one patch."""
         if not isinstance(values, Mapping) or not isinstance(values.get("patch"), str):
             return values
         if any(isinstance(values.get(key), list | tuple) for key in ("fill_fraction", "oaspl_db")):
@@ -43,7 +42,6 @@ class Family(SectionModel):
         return {**values, "patch": [values["patch"]]}
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a comparison of nothing, or of more than one thing."""
         for key in self._lists():
             count = len(getattr(self, key))
             if not count:

@@ -55,7 +55,6 @@ class ThinSectionInput(SectionModel):
         return self.thickness_mm * 1e-3
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield what no material of this thickness weighs, or is as stiff as."""
         opening = f"with thickness_mm = {self.thickness_mm:g} that of a material of"
         density = self.mass_per_area_kg_m2 / self.thickness
         if density > HEAVIEST:
@@ -127,7 +126,6 @@ class MaterialInput(SectionModel):
         return E1, E2, G12
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a choice of moduli that is neither isotropic nor orthotropic."""
         keys = {k for k in self.model_fields_set if getattr(self, k) is not None}
         keys -= {"density_kg_m3"}
         if keys == {"e1_gpa", "e2_gpa", "g12_gpa", "nu12"}:
@@ -179,7 +177,6 @@ class CoreInput(SectionModel):
     """Angle from the panel's x to the ribbon (L) direction [°]."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a grade that is not known, or that is given beside moduli."""
         keys = self.model_fields_set - {"thickness_mm", "ribbon_deg"}
         moduli = {"shear_modulus_l_mpa", "shear_modulus_w_mpa", "density_kg_m3"}
         if keys not in ({"grade"}, moduli):
@@ -244,7 +241,6 @@ class SandwichSectionInput(SectionModel):
     """Adhesive, solar cells: mass without stiffness."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield faces given twice or not at all, and plies of an unknown material."""
         present = [face is not None for face in (self.faces, self.top, self.bottom)]
         if present not in ([True, False, False], [False, True, True]):
             yield Mistake((), "must have either faces, or top and bottom")

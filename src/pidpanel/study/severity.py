@@ -66,7 +66,6 @@ class Strengths(SectionModel):
     """Of the core of a sandwich."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a section without a strength."""
         if self.layers is None and self.core is None:
             yield Mistake(("layers",), "missing; required unless core is given")
 

@@ -58,7 +58,6 @@ class Sound(SectionModel):
         return math.radians(self.azimuth_deg or 0.0)
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield keys that contradict each other or do not belong to the field."""
         if self.oaspl_db is not None and self.shift_db != 0:
             yield Mistake(("shift_db",), f"not allowed together with oaspl_db = {self.oaspl_db:g}")
         if (self.field == "plane_wave") != (self.incidence_deg is not None):

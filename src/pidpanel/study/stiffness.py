@@ -37,7 +37,6 @@ class Crossing(SectionModel):
         return start <= stroke_per_gap <= stop
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a range whose end is below its start."""
         start, stop = self.stroke_per_gap
         if stop < start:
             yield Mistake(("stroke_per_gap", 1), f"must be at least stroke_per_gap[0] = {start:g}")

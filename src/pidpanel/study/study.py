@@ -68,7 +68,6 @@ class Study(CouponStudy):
     """Measured PSDs to draw over computed ones, by name."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield what the sections require of each other and do not get."""
         yield from super().mistakes()
         yield from self._mistakes_of_dampers()
         yield from self._mistakes_of_readings()

@@ -36,7 +36,6 @@ class PointSupportInput(SectionModel):
     """Stiffness of a spring [N/m]."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield two places or none, and keys that the kind lacks or does not have."""
         if (self.at_m is None) == (self.grid is None):
             yield Mistake((), "must have either at_m, or grid (a node of a mesh file)")
         if (self.kind == "spring") != (self.stiffness_n_m is not None):
@@ -84,7 +83,6 @@ class Mass(SectionModel):
     """End (x, y) of a mass along a line [m]."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield two places or none."""
         if self.model_fields_set - {"mass_kg"} not in ({"at_m"}, {"grid"}, {"from_m", "to_m"}):
             yield Mistake(
                 (), "must have either at_m, or grid (a node of a mesh file), or from_m and to_m"

@@ -30,7 +30,6 @@ class Range(SectionModel):
     """Step between values [Hz]."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield an end below the start."""
         if self.stop < self.start:
             yield Mistake(("to",), f"must be at least from = {self.start:g}")
         elif self.count > MOST_VALUES:
@@ -123,7 +122,6 @@ class Sweep(SectionModel):
                 )
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield amplitudes of two kinds or of none, and duplicate values."""
         keys = self.model_fields_set
         if self.acceleration_g and self.displacement_mm:
             yield Mistake(("displacement_mm",), "not allowed together with acceleration_g")

@@ -160,7 +160,6 @@ def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:
 
 
 def _children(node: yaml.Node) -> Iterator[tuple[str | int, yaml.Node]]:
-    """Yield keys or indices, and what is there."""
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             if not isinstance(key, yaml.ScalarNode):

@@ -61,7 +61,6 @@ def _run(
     amplitude: float,
     time_step_rayleigh: float,
 ) -> Run:
-    """A drive of one cell, four spheres wide."""
     return run_at(
         Bed(_packing(diameter, depth, constants), 1.0, gravity, (0.0, 0.0, -1.0), constants),
         Tone(frequency, amplitude * (2 * math.pi * frequency) ** 2),
