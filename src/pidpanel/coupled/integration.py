@@ -19,24 +19,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupled.panel_motion import energy, free_motion
-
-
-class CellParticles(Protocol):
-    """The particles of some cells, seen from their cells."""
-
-    def wall_force(self) -> Array:
-        """Return the force of the walls on the particles of each cell along z [N]."""
-        ...
-
-    def advance(self, kick: Array, substeps: int) -> Array:
-        """Add a velocity along z [m/s] to the particles of each cell and go some steps."""
-        ...
+from pidpanel.coupon.liggghts.library import Spheres
 
 
 @dataclass(frozen=True)
@@ -162,7 +150,7 @@ class Integration:
 
     def advance(
         self,
-        particles: Sequence[CellParticles],
+        particles: Sequence[Spheres],
         state: State,
         end: int,
         progress: Callable[[int], None] = lambda _: None,
@@ -241,7 +229,7 @@ class Integration:
         )
 
 
-def _slices(particles: Sequence[CellParticles], cells: int) -> list[slice]:
+def _slices(particles: Sequence[Spheres], cells: int) -> list[slice]:
     """Return the cells of each patch."""
     ends = np.cumsum([0] + [len(patch.wall_force()) for patch in particles]).tolist()
     if ends[-1] != cells:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import scipy.linalg as la
@@ -11,6 +11,10 @@ import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.panel.eigen import eigenpairs, factors
+from pidpanel.panel.plate import AssembledPlate
+
+if TYPE_CHECKING:  # slow to import
+    from pidpanel.panel.plate_files import StoredPlate
 
 # A panel of more coordinates than these is solved slice by slice of its frequencies.
 LARGE = 20_000
@@ -30,58 +34,18 @@ COLUMNS_AT_ONCE = 64
 HIDDEN = 0.1
 
 
-class Matrices(Protocol):
-    """Of a plate, as much as its modes need; see `AssembledPlate`."""
-
-    @property
-    def stiffness(self) -> sp.csr_array:
-        """(n, n) K."""
-
-    @property
-    def mass(self) -> sp.csr_array:
-        """(n, n) M."""
-
-    @property
-    def at_vertices(self) -> sp.csr_array:
-        """(n_vertices, n) w at the vertices."""
-
-    @property
-    def at_quadrature(self) -> sp.csr_array:
-        """(n_quadrature, n) w at the quadrature points."""
-
-
-class Plate(Matrices, Protocol):
-    """A plate with all that its basis needs; see `AssembledPlate`."""
-
-    @property
-    def patch_overlap(self) -> dict[str, sp.csr_array]:
-        """(n, n) D of each patch."""
-
-    @property
-    def curvature_at_vertices(self) -> tuple[sp.csr_array, ...]:
-        """Three matrices (n_vertices, n)."""
-
-    @property
-    def shear_at_vertices(self) -> tuple[sp.csr_array, ...]:
-        """Two matrices (n_vertices, n)."""
-
-    @property
-    def quadrature_position(self) -> Array:
-        """(n_quadrature, 2) [m]."""
-
-    @property
-    def quadrature_weight(self) -> Array:
-        """(n_quadrature,) [m²]."""
-
-
 @dataclass(frozen=True)
 class Loaded:
-    """Matrices of a plate with mass on its patches; see `Matrices`."""
+    """Matrices of a plate with mass on its patches."""
 
     stiffness: sp.csr_array
     mass: sp.csr_array
     at_vertices: sp.csr_array
     at_quadrature: sp.csr_array
+
+
+Plate: TypeAlias = "AssembledPlate | StoredPlate"
+Matrices: TypeAlias = "Plate | Loaded"
 
 
 def count_modes_below(plate: Matrices, frequency: float) -> int:

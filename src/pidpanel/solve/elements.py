@@ -20,7 +20,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 import scipy.linalg as la
@@ -29,6 +28,7 @@ import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.panel.eigen import factors
+from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.shapes import on_patch
 from pidpanel.solve.model import ModalBasis, ResponseError
 
@@ -48,18 +48,6 @@ pivoting, which takes six times as long."""
 
 COLUMNS_AT_ONCE = 24
 """Columns solved together, so that memory stays at some dozens of columns."""
-
-
-class SparsePlate(Protocol):
-    """Matrices of the elements; see `panel.plate.AssembledPlate`."""
-
-    @property
-    def stiffness(self) -> sp.csr_array:
-        """(n_free, n_free) K."""
-
-    @property
-    def mass(self) -> sp.csr_array:
-        """(n_free, n_free) M."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +71,7 @@ class ElementMotion:
 class Elements:
     """The panel in all its elements, and the basis that stands for it."""
 
-    plate: SparsePlate
+    plate: StoredPlate
     overlap: Sequence[sp.csr_array]  # D of each patch, (n_free, n_free)
     # (n_free, n) of the basis, the modes first; single precision will do, since they make the start
     # and the preconditioner, and of the matrices the damping of the modes alone

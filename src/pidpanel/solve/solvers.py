@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.progress import tracked
@@ -48,17 +47,8 @@ on those of either the result or a search, each."""
 Loaded = tuple[int, ...]
 """Indices of the patches that carry dampers together."""
 
-
-class SolutionPath(Protocol):
-    """A panel under its excitation on some lines, ready to carry dampers on some patches."""
-
-    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PanelResponse:
-        """Return the response with C_e [N s/m³] and m_a [kg/m²], each (n_patches, nf)."""
-        ...
-
-    def slope(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Complexes:
-        """Return t (n_patches, nf, n_points) of `dampers.acceleration_slope`."""
-        ...
+SolutionPath = LowRankPanel | DirectPanel
+"""A panel under its excitation on some lines, ready to carry dampers on some patches."""
 
 
 @dataclass(frozen=True)
