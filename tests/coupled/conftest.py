@@ -5,9 +5,20 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pidpanel.coupled.excited_panel import ExcitedPanel
 from pidpanel.coupled.integration import Integration, PanelShapes
+from pidpanel.coupled.scenario import RunSettings
 from pidpanel.coupon import attempts
 from pidpanel.coupon.from_study import bed_of
+from pidpanel.damping_ratio import DampingRatio
+from pidpanel.geometry.polygon import Rectangle
+from pidpanel.panel.basis import basis_of
+from pidpanel.panel.grid import mesh_quadrilaterals
+from pidpanel.panel.plate_files import read_plate, write_plate
+from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
+from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.solve.excitation import ModalForce
 from pidpanel.study.coupon import Coupon
 
 COUPON = Coupon.model_validate(
@@ -119,3 +130,36 @@ def plate():
 @pytest.fixture(scope="session")
 def oscillators():
     return Oscillators
+
+
+@pytest.fixture(scope="session")
+def excited(tmp_path_factory):
+    """The paper's panel of 12 × 10 elements, with a patch of 8 × 8 and one of 2 × 8."""
+    folder = tmp_path_factory.mktemp("excited")
+    patches = {
+        "middle": Rectangle((0.75, 0.5), (1.0, 0.8)),
+        "side": Rectangle((0.125, 0.5), (0.25, 0.8)),
+    }
+    points = {"centre": (0.75, 0.5), "corner": (0.25, 0.2)}
+    mesh = mesh_quadrilaterals(folder / "panel.msh", (1.5, 1.0), (12, 10), patches, points)
+    plate = assemble_thin_plate(mesh, ThinSection(bending_stiffness=3273.07, mass_per_area=4.0))
+    shapes = panel_shapes(plate, 300.0, residual_tolerance=1.0)
+    write_plate(folder / "plate.nc", plate, shapes.vectors, {})
+    root = 0.1 * np.random.default_rng(2).standard_normal(2 * [shapes.vectors.shape[1]])
+    return ExcitedPanel(
+        RunSettings(
+            frequency_range=(40.0, 150.0),
+            damping_ratio=DampingRatio((0.02,)),
+            wave_speed=343.0,
+            duration=0.5043,
+            settling=0.031,
+            stations=4,
+            cells=8,
+            youngs_modulus=None,
+            attributes={"study": "mine"},
+        ),
+        basis_of(mesh, plate, shapes),
+        read_plate(folder / "plate.nc"),
+        ModalForce(lambda f: 2.0 + f / 50, root @ root.T),
+        None,
+    )

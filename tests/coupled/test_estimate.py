@@ -10,7 +10,6 @@ import scipy.optimize
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
 from pidpanel.coupled.estimate import estimate
 from pidpanel.coupled.segments import SettledRecord
-from pidpanel.coupled.variants import EXPONENT
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis
@@ -234,7 +233,7 @@ def test_own_force_that_cells_share_moves_the_whole_patch(coupled, plate):
 @pytest.mark.parametrize("louder", [0.7, 1.6])
 def test_damping_is_that_of_the_motion_that_the_panel_has(coupled, quiet, louder):
     # C_e ∝ v^−0.75 through the records' motion, which the sound makes larger or smaller
-    # red: EXPONENT = 1 in at_motion; `+ EXPONENT * by_damping` → `- EXPONENT * by_damping`
+    # red: EXPONENT = 0.825 in at_motion; `+ EXPONENT * by_damping` → `- EXPONENT * by_damping`
     records = [drawn(coupled, seed, own=0.0, louder=louder) for seed in (1, 2)]
     found = estimated(coupled, *records)
     squares = []
@@ -246,7 +245,7 @@ def test_damping_is_that_of_the_motion_that_the_panel_has(coupled, quiet, louder
     def apart(damping):
         psd = closed_form(coupled, coupled.panel.at_cells, damping=[damping])
         of_panel = mean_square(psd, 2).mean()
-        return np.log(damping / DAMPING) - EXPONENT / 2 * np.log(np.mean(squares) / of_panel)
+        return np.log(damping / DAMPING) - 0.75 / 2 * np.log(np.mean(squares) / of_panel)
 
     wanted = scipy.optimize.brentq(apart, 50.0, 2000.0)
     assert abs(np.log(wanted / DAMPING)) > 0.25

@@ -39,13 +39,67 @@ def test_drawn_forces_have_the_cross_psds_of_the_field(complex_valued):
     assert np.max(np.abs(found - wanted) / np.outer(size, size)) < 4 / 200
 
 
+def squares(matrix, frequency, nodes, seed=1):
+    """|X|² over 2 S Δf of tones of a field, (nf, n)."""
+    excitation = ModalForce(lambda f: np.full(f.shape, 3.0), matrix)
+    drawn = draw_modal_force(frequency, excitation, nodes, np.random.default_rng(seed))
+    return np.abs(drawn) ** 2 / (6.0 * (frequency[1] - frequency[0])), drawn
+
+
+def test_a_tone_has_the_size_of_the_field_at_its_frequency():
+    # √G of one shape is linear between nodes, at them exact and held beyond; sizes are not drawn
+    # red: `len(nodes) - 1` → + 1; np.clip(…, 2, …); np.clip(part, 0, 2)
+    def matrix(frequency):
+        return (1.0 + (frequency / 100.0) ** 3)[:, None, None]
+
+    nodes = np.array([100.0, 130.0, 200.0, 210.0])
+    frequency = np.arange(90.0, 226.0, 5.0)
+    found, _ = squares(matrix, frequency, nodes)
+    root = np.interp(frequency, nodes, np.sqrt(matrix(nodes)[:, 0, 0]))
+    assert found[:, 0] == pytest.approx(root**2, rel=2e-6)
+
+
+def test_phases_have_no_preference():
+    # 4000 of them, whose mean is known to 1/√4000; red: `2j * np.pi *` → `2j * np.pi /`
+    frequency = np.linspace(100.0, 200.0, 4000)
+    _, drawn = squares(np.eye(1), frequency, np.array([100.0, 200.0]))
+    turned = drawn[:, 0] / np.abs(drawn[:, 0])
+    for power in (1, 2, 3):
+        assert abs(np.mean(turned**power)) < 4 / np.sqrt(4000)
+
+
+def test_a_field_that_is_not_of_full_rank_gains_a_millionth():
+    # G = v vᵀ with v = (2, 1, 0): a millionth of each diagonal value, and of that of a shape which
+    # has a thousandth of the largest force where it feels none
+    # red: FLOOR = 0.0011; RIDGE = 1.1e-6; `+ RIDGE` → `-`; maximum → minimum of size
+    v = np.array([2.0, 1.0, 0.0])
+    frequency = np.linspace(100.0, 110.0, 11)
+    found, drawn = squares(np.outer(v, v), frequency, np.array([90.0, 120.0]))
+    assert found[:, 0] - 4.0 == pytest.approx(np.full(11, 4e-6), rel=1e-3)
+    assert 1e12 * found[:, 2] == pytest.approx(np.full(11, 4.0), rel=1e-3)
+    # the second follows the first but for √(2e-6) of it
+    rest = np.abs(drawn[:, 1] / drawn[:, 0] - 0.5) ** 2
+    assert rest == pytest.approx(np.full(11, 2e-6 / 4), rel=5e-3)
+
+
+def test_what_is_below_zero_in_a_table_counts_as_none():
+    # correlation 1.01 of two shapes: what is left is that along (1, 1), of half of 2.01 each
+    # red: maximum(value, 0) → minimum; sqrt left out; `size[:, None] *` → `/`
+    size = np.array([2.0, 0.5])
+    matrix = np.outer(size, size) * np.array([[1.0, 1.01], [1.01, 1.0]])
+    found, drawn = squares(matrix, np.linspace(100.0, 110.0, 11), np.array([90.0, 120.0]))
+    assert found == pytest.approx(np.broadcast_to(1.005 * size**2, (11, 2)), rel=1e-9)
+    assert drawn[:, 0] / drawn[:, 1] == pytest.approx(np.full(11, 4.0 + 0j), rel=1e-9)
+
+
 def test_nodes_are_close_where_waves_are_long_and_end_where_they_should():
     # red: min → max in `force_nodes`
     nodes = force_nodes(30.0, 2000.0, 343.0, 1.8)
     assert (nodes[0], nodes[-1]) == (30.0, 2000.0)
     assert np.all(np.diff(nodes) > 0)
-    assert np.max(np.diff(nodes)) <= 0.2 * 343 / (2 * np.pi * 1.8) * (1 + 1e-12)
-    assert np.max(np.diff(nodes) / nodes[:-1]) <= 0.05 * (1 + 1e-12)
+    # and no closer than needed
+    assert np.max(np.diff(nodes)) == pytest.approx(0.2 * 343 / (2 * np.pi * 1.8), rel=1e-12)
+    assert np.max(np.diff(nodes) / nodes[:-1]) == pytest.approx(0.05, rel=1e-12)
 
 
 def test_samples_are_the_sum_of_the_tones():

@@ -110,7 +110,97 @@ def test_bands_that_are_known_stay_and_others_follow_their_neighbours():
     assert np.delete(found, 3) == pytest.approx(np.delete(ratio, 3), rel=1e-3)
     assert 400 < found[3].real < 480
     # as unsure as two steps of 30 % at once, one from each side: 0.3·445/√2
-    assert np.sqrt(covariance[3, 3]) == pytest.approx(0.3 * 445 / np.sqrt(2), rel=0.1)
+    assert np.sqrt(covariance[3, 3]) == pytest.approx(0.3 * 445 / np.sqrt(2), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("variance", "left"),
+    [
+        # (Z − 440)²/v and twice Z²/(0.3·440)² for two bands that are off to either side
+        (0.5 * 0.3**2, 0.5),
+        (0.3**2, 1 / 3),
+        # none is taken for better known than to a thousandth
+        (0.0, 1 / (1 + 2e-6 / 0.3**2)),
+    ],
+)
+@pytest.mark.parametrize("turned", [1.0, 1j])
+def test_two_bands_meet_as_far_as_their_variance_says(variance, left, turned):
+    # red: BAND_STEP = 0.33; 1 / → 2 / in the weight; 1e-6 → 1.1e-6; np.abs(ratio) → ratio
+    ratio = 440.0 + 4j * np.array([1.0, -1.0])
+    found, _ = smoothed(turned * ratio, np.full(2, variance * 440**2), np.zeros(2))
+    found = found / turned
+    assert found.real == pytest.approx([440.0, 440.0], rel=1e-4)
+    parts = 1 - found.imag / (4.0 * np.array([1.0, -1.0]))
+    assert parts == pytest.approx([1 - left] * 2, rel=2e-3)
+
+
+def test_cells_count_with_their_area_and_their_motion():
+    # Z = Σ a |v|² Z_c / Σ a |v|²; red: `* area` → `/ area`
+    rng = np.random.default_rng(1)
+    frequency = np.linspace(50, 199.9, 40)
+    velocity = np.exp(2j * np.pi * rng.random((5, 40, 1))) * np.array([1.0, 0.5, 2.0])
+    z = np.array([100.0, 400.0, 900.0])
+    sums = ImpedanceSums.from_spectra(frequency, z * velocity, velocity, velocity, AREA, EDGE)
+    weight = AREA * np.array([1.0, 0.25, 4.0])
+    wanted = weight @ z / weight.sum()
+    found = sums.impedance()
+    assert found.value == pytest.approx(np.full(2, wanted), rel=1e-4)
+    # cells differ, which is left to the jackknife: lines do not
+    # red: maximum(…, 0.0) → maximum(…, 1.0)
+    assert np.abs(found.deviation).max() < 1e-4 * wanted
+
+
+def test_lines_of_hann_windows_depend_on_their_neighbours():
+    # Σ ρ² over lines of the segment and of the two that overlap it by half, by Parseval's theorem
+    # red: LINES_PER_FREEDOM = 2.31
+    length = 1000
+    window = np.hanning(length + 1)[:-1]
+    norm = length / (window @ window) ** 2
+    alike = norm * (window**4).sum()
+    beside = norm * ((window[: length // 2] * window[length // 2 :]) ** 2).sum()
+    assert alike == pytest.approx(1.944, abs=1e-3)
+    assert pytest.approx(alike + 2 * beside, rel=0.01) == LINES_PER_FREEDOM
+
+
+def one_motion(seed, shared, turned=1.0):
+    """f, σ, v and r of twelve cells that move as one, with a force of each or of all."""
+    rng = np.random.default_rng(seed)
+    linear = noise(rng, 4, 60, 1) * np.ones(12)
+    force = 100.0 * noise(rng, 4, 60, 1 if shared else 12) * np.ones(12)
+    return np.linspace(50, 199.9, 60), DAMPING * linear + force, linear, turned * linear
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_deviations_and_the_jackknife_share_the_scatter_of_many_records(monkeypatch, shared):
+    # deviations have a force that all twelve cells share, but for a twelfth that cells would have
+    # by chance, and the jackknife that of each; a variance is known to √(2/records)
+    # red: `variance - by_cell` → `+`; `covariance / 2` → `/ 3`
+    monkeypatch.setattr(
+        "pidpanel.coupled.impedance.LINES_PER_FREEDOM", 1.0
+    )  # lines are independent
+    values, stated = [], []
+    for seed in range(300 if shared else 60):
+        sums = ImpedanceSums.from_spectra(*one_motion(seed, shared), np.ones(12), EDGE)
+        whole = sums.impedance()
+        values.append(whole.value.real)
+        stated.append((whole.deviation.real**2).sum(axis=1))
+        if not shared:
+            fewer = [sums.impedance(cells=1 - unit).value.real for unit in np.eye(12)]
+            stated[-1] += 11 * np.var(fewer, axis=0)
+    wanted = np.var(values, axis=0) * (11 / 12 if shared else 1)
+    assert np.mean(stated, axis=0) == pytest.approx(wanted, rel=0.2 if shared else 0.5)
+
+
+@pytest.mark.parametrize("turned", [np.exp(0.7j), 1e-4])
+def test_an_instrument_that_is_late_or_weak_changes_neither_value_nor_error(turned):
+    # red: np.abs(total) → total; maximum(scatter, 0.0) → maximum(scatter, 1.0)
+    found = [
+        ImpedanceSums.from_spectra(*one_motion(1, True, factor), np.ones(12), EDGE).impedance()
+        for factor in (1.0, turned)
+    ]
+    assert found[1].value == pytest.approx(found[0].value, rel=1e-9)
+    sizes = [(np.abs(one.deviation) ** 2).sum(axis=1) for one in found]
+    assert sizes[1] == pytest.approx(sizes[0], rel=1e-6)
 
 
 @pytest.mark.parametrize("bands", [1, 2, 3, 7])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupled.force_record import before_hold, samples
-from pidpanel.coupled.integration import Integration, PanelShapes, Rows
+from pidpanel.coupled.integration import Balance, Integration, PanelShapes, Rows
 from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.spectra import band_sums
 from pidpanel.solve.bands import third_octaves
@@ -171,6 +171,10 @@ def test_cells_stand_for_a_larger_area(plate, oscillators):
     other = run(plate, part, whole.impedance, cell_area=plate.area / 10)
     assert other[1] == pytest.approx(first[1], rel=1e-9, abs=1e-12 * np.abs(first[1]).max())
     assert other[3].impulse == pytest.approx(first[3].impulse, rel=1e-9, abs=1e-9)
+    # and takes the same energy; red: `due * ratio` → `due / ratio`
+    for name in ("excitation", "modes", "particles", "gain"):
+        value = getattr(first[3].balance, name)
+        assert getattr(other[3].balance, name) == pytest.approx(value, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -208,6 +212,12 @@ def test_in_pieces_a_run_is_the_same_to_the_bit(plate, oscillators, substeps):
     assert whole.balance == parts.balance
     for name in ("at_cells", "at_points", "impulse"):
         assert np.array_equal(getattr(whole, name), getattr(parts, name))
+
+
+def test_the_error_is_the_share_of_the_energy_that_is_missing():
+    # red: `- self.gain` → `+`; `/ self.excitation` → `*`
+    assert Balance(excitation=20.0, modes=9.0, particles=6.0, gain=3.0).error == pytest.approx(0.1)
+    assert Balance(excitation=20.0, modes=9.0, particles=6.0, gain=7.0).error == pytest.approx(-0.1)
 
 
 def test_what_does_not_fit_is_refused(plate, oscillators):

@@ -61,6 +61,30 @@ def test_the_air_adds_the_diagonal_of_its_mass_and_resistance():
     np.testing.assert_allclose(found.damping, PANEL.damping + 7.7, rtol=1e-12)
 
 
+def test_the_air_is_that_at_the_frequency_of_each_shape():
+    # held beyond the range; red: np.log left out of the nodes or the natural frequencies
+    modal = ModalBasis([10.0, 50.0, 120.0, 3000.0], np.ones(4), 0.01)
+
+    def resistance(frequency):
+        return 5.0 + 2.0 * np.log(np.clip(frequency, *EXTENT))
+
+    def air(frequency):
+        return 1j * (2 * np.pi * frequency * resistance(frequency))[:, None, None] * np.eye(4)
+
+    found = loaded_shapes(modal, EXTENT, air, []).modal
+    wanted = modal.damping + resistance(modal.natural_frequency)
+    np.testing.assert_allclose(found.damping, wanted, rtol=1e-12)
+
+
+def test_a_slow_oscillator_has_its_damping():
+    # 0.1 Hz, below a radian per second; red: `omega > 0` → `omega > 1`
+    slow = ModalBasis([0.1, 100.0], [4.0, 1.0], 0.01)
+    found = loaded_shapes(slow, EXTENT, None, [damper(np.diag([1.0, 0.2]), 5.0, 0.0)]).modal
+    c = 2 * found.damping_ratio * found.angular_frequency
+    wanted = (slow.damping + 5.0 * np.array([1.0, 0.2])) / slow.modal_mass
+    np.testing.assert_allclose(c, wanted, rtol=1e-9)
+
+
 def test_a_panel_that_is_free_keeps_its_motion_as_a_rigid_body():
     # red: `where=omega > 0` left out
     free = ModalBasis([0.0, 100.0], [4.0, 1.0], 0.01)

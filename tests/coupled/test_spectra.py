@@ -54,6 +54,19 @@ def test_segments_overlap_by_half_and_cover_the_record():
     assert np.flatnonzero(power).tolist() == [5, 6]
 
 
+def test_the_first_and_the_last_row_are_seen():
+    # of two segments, of one that is the whole record, and of many
+    # red: linspace(0, …) → linspace(1, …); `2 * rows` → `rows` in segment_count
+    for rows, segments in ((100, 1), (150, 2), (1000, 19)):
+        assert segment_count(rows, 100) == segments
+        for blow, segment in ((0, 0), (rows - 1, segments - 1)):
+            record = np.zeros((rows, 1))
+            record[blow] = 1.0
+            found = segment_spectra(record, 1e-3, 100, (10.0, 500.0))
+            power = (np.abs(found.values) ** 2).sum(axis=(1, 2))
+            assert np.flatnonzero(power).tolist() == [segment]
+
+
 def test_a_tone_has_its_mean_square():
     # red: window @ window → window.sum(); `part - part.mean(axis=0)` → `part`
     interval, time = 1e-3, np.arange(4000) * 1e-3

@@ -48,3 +48,27 @@ def test_more_stations_than_points_are_refused():
     # red: the check left out, after which the error is that of an empty slice
     with pytest.raises(ValueError, match="5 stations of a patch with 4 points"):
         stations_of(np.zeros((4, 2)), np.ones(4), 5)
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+@pytest.mark.parametrize("shape", [(1.0, 1.0 + 2e-7), (1.0, 0.05), (0.05, 1.0)])
+def test_stations_do_not_depend_on_the_size_of_a_patch_or_on_its_last_digits(size, shape):
+    # columns that differ by 2e-10, of which some are cut; a square that is longer in y by 2e-7 is
+    # cut across x as others are; weights tell which points a part has
+    # red: `/ size` → `* size`; extent.max() → extent.min(); 9 → 10, 6 → 7 digits
+    rng = np.random.default_rng(1)
+    place = np.array([(a, b) for a in np.arange(5) / 4 for b in np.arange(5) / 4])
+    weight = 1 + 0.1 * rng.random(25)
+    wanted = stations_of(place * np.round(shape, 3), weight, 2)
+    rough = place * shape + 2e-10 * rng.choice([-1, 1], (25, 2))
+    rough[0], rough[-1] = (0.0, 0.0), shape
+    found = stations_of(size * rough, weight, 2)
+    assert found.area.tolist() == pytest.approx(wanted.area.tolist(), rel=1e-12)
+
+
+def test_a_heavy_point_leaves_points_for_all_stations():
+    # red: `len(part) - (count - first)` → `+`; `count - first` → `count + first`
+    place = np.stack([np.arange(5.0), np.zeros(5)], axis=1)
+    found = stations_of(place, np.array([1.0, 1.0, 1.0, 1.0, 100.0]), 4)
+    assert len(set(found.point.tolist())) == 4
+    assert found.area.sum() == pytest.approx(104.0)

@@ -110,10 +110,10 @@ def ends_of_pieces(first: int, rows: int, rows_of_piece: int) -> Sequence[int]:
 
     Examples
     --------
-    >>> ends_of_pieces(0, 25, 10), ends_of_pieces(20, 25, 10)
-    ([10, 20, 25], [25])
+    >>> ends_of_pieces(0, 25, 10), ends_of_pieces(20, 25, 10), ends_of_pieces(25, 25, 10)
+    ([10, 20, 25], [25], [])
     """
-    return [*range(first + rows_of_piece, rows, rows_of_piece), rows]
+    return [*range(first + rows_of_piece, rows, rows_of_piece), rows] if first < rows else []
 
 
 def _hash(path: Path) -> str:

@@ -262,7 +262,8 @@ def _variance(
     """Return the variance of what follows from the change of ln of the PSD, as a function of it."""
 
     def changed(p: int, impedance: Impedance, ratio: Array | None = None) -> Array:
-        impedances: list[Impedance] = [*carried[:p], impedance, *carried[p + 1 :]]
+        impedances: list[Impedance] = [*carried]
+        impedances[p] = impedance
         ratios = [np.ones(len(variants.centre)) for _ in fits]
         if ratio is not None:
             ratios[p] = ratio

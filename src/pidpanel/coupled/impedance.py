@@ -55,7 +55,7 @@ class ImpedanceSums:
         force, moved = (np.swapaxes(band_sums(frequency, v, edge, axis=1), 1, 2) for v in (x, y))
 
         def products(x: Complexes, y: Complexes) -> Complexes:
-            parts = [np.abs(x) ** 2 + 0j, np.abs(y) ** 2 + 0j, x * y.conj()]
+            parts: list[Array | Complexes] = [np.abs(x) ** 2, np.abs(y) ** 2, x * y.conj()]
             return np.stack([part.sum(axis=2) for part in parts], axis=1)
 
         summed = [values.sum(axis=2, keepdims=True) for values in (x, y)]
@@ -147,7 +147,7 @@ def smoothed(ratio: Complexes, variance: Array, counted: Array) -> tuple[Complex
     Z_{b+1}|²/(0.3 s_b)² is least, with s the size of Z there. Bands with small variance keep their
     ratio; others follow their neighbours.
     """
-    weight = 1 / np.maximum(variance, 1e-6 * np.abs(ratio) ** 2 + 1e-300)
+    weight = 1 / np.maximum(variance, 1e-6 * np.abs(ratio) ** 2)
     value = ratio
     for _ in range(4):
         near, squares = (

@@ -52,8 +52,7 @@ def fitted_own_force(sums: Array, lines: Array, centre: Array, distance: Array) 
     power = np.einsum("bjj->bj", sums)
     cells = sums.shape[1]
     upper = np.triu_indices(cells, 1)
-    used = power.sum(axis=0) > 0
-    psd = power[:, used].sum(axis=1) / np.maximum(lines, 1) / max(used.sum(), 1)
+    psd = power.mean(axis=1) / lines
     if cells == 1:
         return OwnForce(psd, np.zeros(len(psd)), USUAL_LENGTH)
     size = np.sqrt(np.maximum(power[:, upper[0]] * power[:, upper[1]], 1e-300))
@@ -62,9 +61,10 @@ def fitted_own_force(sums: Array, lines: Array, centre: Array, distance: Array) 
     norm = np.maximum((decay**2).sum(axis=2), 1e-12)
     product = np.einsum("lbp,bp->lb", decay, correlation)
     coherence = np.clip(product / norm, 0.0, 1.0)
-    error = (correlation**2).sum(axis=1)[None] - 2 * coherence * product + coherence**2 * norm
+    # Σ (correlation − c decay)² but for what no c and no λ changes
+    error = coherence**2 * norm - 2 * coherence * product
     # correlations of few lines scatter by 1/√(2 lines); pairs that share a cell are not independent
-    misfit = (error * 2 * np.maximum(lines, 1)).sum(axis=1) / max(cells, 1)
+    misfit = (error * 2 * lines).sum(axis=1) / cells
     misfit += (np.log(LENGTHS / USUAL_LENGTH) / LENGTH_SPREAD) ** 2
     best = int(np.argmin(misfit))
     return OwnForce(psd, coherence[best], float(LENGTHS[best]))

@@ -46,9 +46,8 @@ def segment_spectra(
     inside = (frequency >= band[0]) & (frequency < band[1])
     last = len(rows) - length
     count = segment_count(len(rows), length)
-    starts = np.linspace(0, last, count).round().astype(int) if count > 1 else [0]
     values = []
-    for start in starts:
+    for start in np.linspace(0, last, count).round().astype(int):
         part = rows[start : start + length]
         tapered = (part - part.mean(axis=0)) * window[:, None]
         values.append(np.fft.rfft(tapered, axis=0)[inside] * scale)

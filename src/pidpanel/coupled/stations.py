@@ -48,8 +48,9 @@ def _parts(position: Array, weight: Array, part: Index, count: int) -> list[Inde
     first = (count + 1) // 2
     extent = np.ptp(position[part], axis=0)
     # rounded, so that points of one column are not told apart by their last digits
-    along = np.round(position[part] / max(extent.max(), 1e-300), 9)
-    axis = int(np.argmax(np.round(extent / max(extent.max(), 1e-300), 6)))
+    size = max(float(extent.max()), 1e-300)
+    along = np.round(position[part] / size, 9)
+    axis = int(np.argmax(np.round(extent / size, 6)))
     order = np.lexsort((along[:, 1 - axis], along[:, axis]))
     share = np.cumsum(weight[part][order]) / weight[part].sum()
     cut = int(np.searchsorted(share, first / count - 1e-9)) + 1

@@ -142,7 +142,8 @@ class Variants:
         return np.divide(total, psd, out=np.zeros_like(psd), where=psd > 0)
 
     def _acceleration(self) -> Array:
-        return (2 * np.pi * self.frequency[:, None]) ** 4 * self.psd[:, self.points]
+        """Return the PSD of the acceleration at the points, over (2π)⁴ (nf, p)."""
+        return self.frequency[:, None] ** 4 * self.psd[:, self.points]
 
     def total_change(self, change: Array) -> Array:
         """Return the change of ln of the mean square of the acceleration at the points, (p,)."""
