@@ -160,6 +160,7 @@ def excited(tmp_path_factory):
         ),
         basis_of(mesh, plate, shapes),
         read_plate(folder / "plate.nc"),
+        shapes.vectors,
         ModalForce(lambda f: 2.0 + f / 50, root @ root.T),
         None,
     )

@@ -9,7 +9,7 @@ import yaml
 from pidpanel.coupled.beds import cell_of
 from pidpanel.coupled.from_study import coupled_scenarios, estimated_cpu_seconds
 from pidpanel.paths import WORKFLOW
-from pidpanel.study import StudyError, load_study
+from pidpanel.study import load_study
 
 LAUNCH = yaml.safe_load((WORKFLOW / "studies" / "launch.yaml").read_text())
 
@@ -66,14 +66,3 @@ def test_spheres_belong_to_the_nearest_cell():
     centres = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     position = np.array([[0.1, 0.9], [0.8, 0.1], [-0.2, 0.0]])
     assert cell_of(position, centres).tolist() == [2, 1, 0]
-
-
-def test_only_the_scenarios_asked_for_are_run_and_others_need_a_neighbour(study):
-    # red: the list left out of `coupled_scenarios`; `_are_neighbours` always true
-    family = {"level": {"patch": "PID-1", "fill_fraction": 0.5, "oaspl_db": [130, 132, 136.7]}}
-    one, other, far = (f"PID-1_r0.5_{level}dB" for level in ("130", "132", "136.7"))
-    assert list(coupled_scenarios(study(family, scenarios=[one, far]))) == [one, far]
-    with pytest.raises(StudyError, match=f"must contain {far}, or its layout within 3 dB"):
-        study(family, scenarios=[other])
-    with pytest.raises(StudyError, match="unknown scenario 'PID-2'"):
-        study(family, scenarios=[one, far, "PID-2"])
