@@ -68,6 +68,30 @@ def test_phases_have_no_preference():
         assert abs(np.mean(turned**power)) < 4 / np.sqrt(4000)
 
 
+class Columns(ModalForce):
+    """A field that knows its factors, which grow with frequency."""
+
+    def factors(self, frequency):
+        return (frequency / 100)[:, None, None] * self.matrix
+
+
+@pytest.mark.parametrize("columns", [1, 2])
+def test_a_field_with_few_columns_is_drawn_from_them(columns):
+    # 40000 tones: a correlation is known to 1/200, and a phase at random has no mean
+    # red: 2 left out of the amplitude; `2j * np.pi *` → `2j * np.pi /`; one phase for all columns
+    root = np.array([[2.0, 1.0 + 1j], [0.5, 1j], [0.0, 3.0]])[:, :columns]
+    frequency = np.linspace(149.9, 150.1, 40001)
+    excitation = Columns(lambda f: np.full(f.shape, 3.0), root)
+    drawn = draw_modal_force(frequency, excitation, np.ones(0), np.random.default_rng(1))
+    drawn = drawn / np.sqrt(6.0 * (frequency[1] - frequency[0])) / 1.5
+    wanted = root @ root.conj().T
+    found = drawn.T @ drawn.conj() / len(frequency)
+    assert np.abs(found - wanted).max() < 4 / 200 * np.abs(wanted).max()
+    if columns == 1:
+        assert found == pytest.approx(wanted, rel=1e-5, abs=1e-9)
+    assert np.abs(drawn.mean(axis=0)).max() < 4 / 200 * 3
+
+
 def test_a_field_that_is_not_of_full_rank_gains_a_millionth():
     # G = v vᵀ with v = (2, 1, 0): a millionth of each diagonal value, and of that of a shape which
     # has a thousandth of the largest force where it feels none

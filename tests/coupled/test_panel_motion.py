@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupled.panel_motion import energy, free_motion
+from pidpanel.coupled.panel_motion import drift_free_velocity, energy, free_motion
 
 STEP = 1e-3
 
@@ -44,3 +44,24 @@ def test_energy_is_kept_without_damping_and_is_that_of_its_parts():
     assert before == pytest.approx(0.5 * 2 * (9 + 16), rel=1e-14)
     after = moved(40.0, 0.0, 0.1, 3.0, 400)[:, None]
     assert energy(mass, omega, after) == pytest.approx(before, rel=1e-10)
+
+
+def test_a_free_shape_comes_back_to_its_place_after_a_period():
+    # impulse by impulse, of forces that are linear between rows; their sum need not be zero
+    # red: `force[:-1]` and `force[1:]` exchanged; `/ mass` → `*`; `interval *` → `/`
+    rng = np.random.default_rng(1)
+    force = rng.standard_normal((13, 2))
+    force[-1] = force[0]
+    mass = np.array([2.0, 50.0])
+    start = drift_free_velocity(force, mass, STEP, 4)
+    place, speed = np.zeros(2), start.copy()
+    reach = 0.0
+    for row in range(12):
+        for part in range(4):
+            speed += STEP * (force[row] + (force[row + 1] - force[row]) * part / 4) / mass
+            place += STEP * speed
+            reach = max(reach, np.abs(place).max())
+    assert np.abs(place).max() < 1e-12 * reach
+    # slower by its mass
+    alone = drift_free_velocity(force[:, :1], np.array([4.0]), STEP, 4)
+    assert alone == pytest.approx(start[:1] / 2, rel=1e-12)

@@ -19,6 +19,7 @@ from pidpanel.coupon.liggghts.failures import EnergyNotClosed
 from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.coupon.preparation import BED_FILE
 from pidpanel.coupon.records import OK, Loosened, LoosenOutcome, files_of
+from pidpanel.solve.supports import BaseExcitation, inertia_of, with_translation
 from pidpanel.study.coupon import Coupon
 
 DURATION, SETTLING = 0.5043, 0.031
@@ -138,6 +139,43 @@ def test_a_run_starts_in_the_motion_of_the_bare_panel(runs):
     assert drawn.start[0] == pytest.approx(at(start), rel=1e-9)
     slope = (at(start + 1e-6) - at(start - 1e-6)) / 2e-6
     assert drawn.start[1] == pytest.approx(slope, rel=1e-4, abs=1e-6 * np.abs(slope).max())
+
+
+class Nothing:
+    """Cells without particles."""
+
+    def __init__(self, cells):
+        self.none = np.zeros(cells)
+
+    def wall_force(self):
+        return self.none
+
+    def advance(self, kick, substeps):
+        return self.none
+
+
+def test_a_table_that_nothing_holds_is_where_it_was_after_a_period(runs):
+    # as are all other shapes, but for the steps of the integration
+    # red: `: rows + 1` → `: rows - 1`; `<` → `>=`; start[1] → start[0]
+    excited = runs.excited
+    inertia = inertia_of(excited.basis, excited.plate, excited.vectors, 6.0)
+    moved = replace(
+        excited,
+        basis=with_translation(excited.basis, inertia),
+        excitation=BaseExcitation.of_inertia(lambda f: np.full(f.shape, 2.0), inertia),
+    )
+    drawn = replace(runs, excited=moved).drawn(1)
+    run = drawn.integration
+    cells = [Nothing(len(run.patch_area))]
+    begin = run.begin(drawn.start)
+    first, state = run.advance(cells, begin, 1)
+    rows, state = run.advance(cells, state, ROWS)
+    rest, _ = run.advance(cells, state, ROWS + 1)
+    apart = state.shapes - begin.shapes
+    reach = np.abs(np.concatenate([first.at_points, rows.at_points])).max()
+    assert np.abs(apart[0, -1]) < 1e-9 * reach
+    assert np.abs(apart[0]).max() < 2e-3 * reach
+    assert np.abs(rest.at_points - first.at_points).max() < 5e-3 * reach
 
 
 def test_every_run_has_beds_and_forces_of_its_own(runs):

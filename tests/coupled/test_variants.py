@@ -1,13 +1,15 @@
 """The response and its changes with C_e, m_a and own force, against a solve of all equations."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.optimize
 
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
 from pidpanel.coupled.own_force import OwnForce
-from pidpanel.coupled.variants import Variants
+from pidpanel.coupled.variants import Variants, simulated_psd
 from pidpanel.solve.bands import band_rms
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis
@@ -147,6 +149,65 @@ def test_changes_are_those_of_the_whole_response(level):
     assert found.total_change(change) == pytest.approx(total, rel=0.05, abs=2e-4)
     bands = 2 * np.log(np.divide(*(band_rms(LINES, psd, EDGE) for psd in points[::-1])))
     assert found.band_change(change, EDGE) == pytest.approx(bands, rel=0.06, abs=6e-4)
+
+
+def test_damping_follows_the_motion_as_it_changes_the_motion():
+    # C_e ∝ v^−0.75 of each patch, with v of all dampers: solved for without a linearisation
+    # red: EXPONENT = 0.825; `+ EXPONENT * by_damping` → `-`; `/ 2` left out of either
+    case = made()
+    parts = [slice(2, 5), slice(5, 8)]
+    weight = np.array([1, 2, 3]) / 6
+
+    def squares(damping):
+        psd = (2 * np.pi * LINES[:, None]) ** 2 * closed_form(case, damping, MASS, (1, 1))
+        return np.array([np.trapezoid(psd[:, part] @ weight, LINES) for part in parts])
+
+    recorded = squares(DAMPING) * [1.06, 0.97]
+
+    def apart(log_factor):
+        ratio = recorded / squares(DAMPING * np.exp(log_factor))
+        return log_factor - 0.75 / 2 * np.log(ratio)
+
+    wanted = scipy.optimize.fsolve(apart, [0.0, 0.0])
+    found = np.log(computed(case).at_motion(recorded))
+    assert np.abs(found - wanted).max() < 0.02 * np.abs(wanted).max()
+
+
+def test_the_own_force_of_the_simulated_cells_moves_the_points():
+    # recorded sums over 5 + 3 lines, of cells that pull together; dampers in the cells alone
+    # red: `sums.sum / lines.sum` → `*`; `* patch.area` → `/`; `load +=` → `-=`
+    case = made()
+    rng = np.random.default_rng(6)
+    lines = np.tile([[5], [3]], (1, 4))
+    root = rng.standard_normal((2, 2, 4, 3, 3))
+    sums = root @ np.swapaxes(root, -1, -2)  # (patch, segment, band, cell, cell)
+    dampers = [damper(c, m) for c, m in zip(DAMPING, MASS, strict=True)]
+    found = simulated_psd(case.panel, LINES, CENTRE, dampers, sums, lines)
+    full, force = case.panel.stiffness(LINES)[:, :, None] * np.eye(4), np.zeros((500, 4, 4))
+    for k, patch in enumerate(case.panel.patches):
+        for shape, area in zip(patch.shape, patch.area, strict=True):
+            z = dampers[k](LINES) * area * 2j * np.pi * LINES
+            full = full + z[:, None, None] * np.outer(shape, shape)
+        for i in range(3):
+            for j in range(3):
+                psd = np.interp(np.log(LINES), np.log(CENTRE), sums[k, :, :, i, j].sum(axis=0) / 8)
+                both = np.outer(patch.area[i] * patch.shape[i], patch.area[j] * patch.shape[j])
+                force = force + psd[:, None, None] * both
+    rows = case.panel.points @ np.linalg.inv(full)
+    wanted = np.einsum("fpi,fij,fpj->fp", rows, force, rows.conj()).real
+    assert found == pytest.approx(wanted, rel=1e-6)
+
+
+def test_a_change_counts_with_the_acceleration_that_it_changes():
+    # of a flat PSD of the acceleration: a change that grows as f is that in the middle of each band
+    # red: f⁴ → f⁵; `values * width` → `/`
+    flat = np.repeat(LINES[:, None] ** -4.0, 8, axis=1)
+    found = replace(computed(made()), linear_psd=flat, own_psd=np.zeros((2, *flat.shape)))
+    change = np.repeat(LINES[:, None], 8, axis=1)
+    assert found.total_change(change) == pytest.approx([182.5, 182.5], rel=1e-3)
+    middle = EDGE.mean(axis=1)
+    wanted = np.stack([middle, middle], axis=1)
+    assert found.band_change(change, EDGE) == pytest.approx(wanted, rel=5e-3)
 
 
 def test_mean_squares_of_a_flat_displacement():

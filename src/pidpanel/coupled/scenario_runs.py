@@ -126,7 +126,7 @@ class ScenarioRuns:
         )
         start = np.stack([bare.real.sum(axis=0), (2j * np.pi * frequency @ bare).real])
         if isinstance(self.excited.excitation, BaseExcitation):  # moves a table that nothing holds
-            free = modal.angular_frequency < FREE * 2 * np.pi * low
+            free = modal.natural_frequency < FREE * low
             period_force = integration.force[: rows + 1, free]
             start[1, free] = drift_free_velocity(
                 period_force, modal.modal_mass[free], integration.interval, intervals
