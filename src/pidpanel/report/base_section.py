@@ -31,6 +31,9 @@ from pidpanel.report.text import READINGS, common_decimals, number, percent, rec
 MODES_SHOWN = 12
 """Modes with the largest effective masses in the table."""
 
+LEAST_SHARE = 1e-6
+"""Effective mass over that of the panel below which a mode does not move with the supports."""
+
 SAME_MOTION = 0.01
 """Relative difference of amplitudes of the two sweeps from which there are several motions."""
 
@@ -288,7 +291,8 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
 
 def _mode_table(modes: pd.DataFrame) -> Table:
     """Return the modes with the largest effective masses."""
-    heaviest = modes.nlargest(MODES_SHOWN, "effective_mass_kg").sort_values("frequency_hz")
+    moved = modes[modes["effective_mass_share"] > LEAST_SHARE]
+    heaviest = moved.nlargest(MODES_SHOWN, "effective_mass_kg").sort_values("frequency_hz")
     total = modes["cumulative_share"].iloc[-1]
     return table_of(
         records(heaviest),

@@ -9,10 +9,12 @@ from dataclasses import replace
 import pandas as pd
 
 from pidpanel.paths import SECTION
+from pidpanel.report import style
+from pidpanel.report.answer_figures import panel_figure
 from pidpanel.report.base_section import base_facts, base_section
 from pidpanel.report.coupled_section import coupled_section
 from pidpanel.report.facts import damping_facts, panel_facts, software_facts
-from pidpanel.report.html import CAVEATS, Page
+from pidpanel.report.html import CAVEATS, Page, Picture
 from pidpanel.report.inputs import BaseResults, PanelInputs
 from pidpanel.report.panel_section import panel_section
 from pidpanel.report.study_page import coupon_sections
@@ -38,13 +40,19 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
     answer, *summary = _findings(base, study.names)
     warnings = _warnings(inputs, base)
     on_panel = panel_section(inputs.basis, inputs.modes, inputs.printed)
+    # the drawing and the first curves make a row
+    cut = [isinstance(block, Picture) for block in on_shaker.blocks].index(True)
+    drawing = Picture(
+        "panel", style.png(panel_figure(inputs.basis, study.panel, None)), "The panel."
+    )
+    head, tail = on_shaker.blocks[:cut], on_shaker.blocks[cut:]
     sections = [on_panel, *coupon_sections(inputs)]
     if inputs.coupled is not None:
         sections.append(coupled_section(inputs.coupled, study.names, study.panel.points))
     return Page(
         title=study.title,
         answer=answer,
-        first=on_shaker.blocks,
+        first=[*head, drawing, tail[0]],
         caveats=warnings[:CAVEATS],
         facts=[
             *panel_facts(inputs),
@@ -56,7 +64,10 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
         summary=summary,
         warnings=warnings[CAVEATS:],
         claims=None,
-        sections=[replace(section, folded=True) for section in sections],
+        sections=[
+            replace(on_shaker, blocks=tail[1:]),
+            *(replace(section, folded=True) for section in sections),
+        ],
         steps=steps,
     )
 
