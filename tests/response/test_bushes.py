@@ -28,7 +28,8 @@ def cards(path):
 
 def cards_of_pyyeti(path):
     """The same by pyYeti's reader of bulk data."""
-    bulk = pytest.importorskip("pyyeti.nastran.bulk")
+    with np.printoptions():  # which pyYeti sets for all others
+        bulk = pytest.importorskip("pyyeti.nastran.bulk")
     names = ("GRID", "CBUSH", "PBUSHT", "TABLED1")
     rows = [
         [name, *row]
