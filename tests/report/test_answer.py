@@ -185,13 +185,15 @@ def test_a_result_of_which_nothing_is_trusted_says_so(study, respond):
 
 def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, monkeypatch):
     # red: colours in the order of the scenarios
-    drawn = []
-    monkeypatch.setattr(answer_section, "mass_figure", lambda marks, point: drawn.extend(marks))
+    drawn = {}
+    monkeypatch.setattr(
+        answer_section, "mass_figure", lambda answer, weighed, colours: drawn.update(colours)
+    )
     monkeypatch.setattr(answer_section.style, "png", lambda figure: b"")
     found = answered(study, respond, added_mass_kg=0.3)
     b_first = sorted(found.candidates, key=lambda one: one.scenario.patch, reverse=True)
     answer_section.mass_block(found, b_first, ["A", "B"])
-    assert {mark.group: mark.colour for mark in drawn} == {
+    assert drawn == {
         "A": answer_section.style.place_colour("A", ["A", "B"]),
         "B": answer_section.style.place_colour("B", ["A", "B"]),
     }

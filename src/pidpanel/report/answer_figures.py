@@ -6,8 +6,7 @@ that their text can be read where a page is as wide as a telephone.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,6 +23,7 @@ from pidpanel.panel.attachments import LineMass, Spring
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.supports import Supports
 from pidpanel.report import style
+from pidpanel.report.answer import Candidate, StudyAnswer
 from pidpanel.report.inputs import ReportedPanel
 from pidpanel.report.layout import panel_axes, separate
 
@@ -155,54 +155,48 @@ def _name(
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Mark:
-    """A scenario in the figure of reduction against mass."""
+def mass_figure(
+    answer: StudyAnswer, weighed: Sequence[Candidate], colours: Mapping[str, str]
+) -> Figure:
+    """Draw reduction against mass with error bars, and what the same mass does as dead weight.
 
-    label: str
-    group: str  # what its colour means
-    colour: str
-    mass: float  # of its dampers [kg]
-    reduction: float  # [dB]
-    error: float  # [dB]; NaN if unknown
-    dead_weight: float  # reduction by that mass without damping [dB]; NaN if unknown
-
-
-def mass_figure(marks: Sequence[Mark], point: str) -> Figure:
-    """Draw reduction against mass with error bars, and what the same mass does as dead weight."""
+    Colours are by `group_of` the candidates.
+    """
     figure = Figure(figsize=(WIDTH, 3.7), layout="constrained")
     axes = figure.subplots()
     handles: dict[str, Line2D] = {}
     names = []
-    for mark in marks:
-        error = mark.error if np.isfinite(mark.error) else None
-        axes.errorbar(
-            mark.mass,
-            mark.reduction,
-            yerr=error,
-            fmt="o",
-            color=mark.colour,
-            ms=5,
-            capsize=3,
-            lw=1.2,
-        )
-        handles[mark.group] = Line2D([], [], color=mark.colour, marker="o", ls="")
-        if np.isfinite(mark.dead_weight):
-            axes.plot(mark.mass, mark.dead_weight, "o", color=mark.colour, ms=4.5, mfc="white")
-        names.append(axes.annotate(
-            mark.label, (mark.mass, mark.reduction), xytext=(6, 3), textcoords="offset points",
-            fontsize=7.5, path_effects=_HALO,
-        ))  # fmt: skip
-    if any(np.isfinite(mark.dead_weight) for mark in marks):
+    responses = [answer.response(candidate) for candidate in weighed]
+    for candidate, response in zip(weighed, responses, strict=True):
+        group, mass = group_of(candidate), candidate.mass
+        look = {"color": colours[group], "marker": "o", "ls": ""}
+        error = response.reduction_error if np.isfinite(response.reduction_error) else None
+        axes.errorbar(mass, response.reduction, yerr=error, ms=5, capsize=3, elinewidth=1.2, **look)
+        handles[group] = Line2D([], [], **look)
+        if np.isfinite(response.dead_weight):
+            axes.plot(mass, response.dead_weight, ms=4.5, mfc="white", **look)
+        fill = candidate.scenario.fill_fraction
+        if np.isfinite(fill):
+            names.append(axes.annotate(
+                f"r = {fill:g}", (mass, response.reduction), xytext=(6, 3),
+                textcoords="offset points", fontsize=7.5, path_effects=_HALO,
+            ))  # fmt: skip
+    if any(np.isfinite(response.dead_weight) for response in responses):
         handles["same mass, no damping"] = Line2D(
             [], [], color="#555555", marker="o", mfc="white", ls=""
         )
-    if any(np.isfinite(mark.error) for mark in marks):
+    if any(np.isfinite(response.reduction_error) for response in responses):
         handles["± one standard error"] = Line2D([], [], color="#555555", marker="|", ms=8, ls="")
     axes.axhline(0.0, color="black", lw=0.8)
-    axes.set_xlim(left=0.0, right=1.18 * max(mark.mass for mark in marks))
+    axes.set_xlim(left=0.0, right=1.18 * max(candidate.mass for candidate in weighed))
     axes.set_xlabel("mass of the dampers, kg")
-    axes.set_ylabel(f"reduction at {point}, dB")
+    axes.set_ylabel(f"reduction at point {answer.worst}, dB")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3)
-    separate(figure, [name for name in names if name.get_text()])
+    separate(figure, names)
     return figure
+
+
+def group_of(candidate: Candidate) -> str:
+    """Return what scenarios of one colour have in common: the place, or the layout."""
+    fillings = candidate.scenario.fillings
+    return ", ".join(fillings[0].place) if len(fillings) == 1 else candidate.scenario.label

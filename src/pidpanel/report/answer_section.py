@@ -10,7 +10,7 @@ from pidpanel.arrays import Flags
 from pidpanel.report import response_figures, style
 from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, select_candidates
 from pidpanel.report.answer_figures import WIDTH as NARROW
-from pidpanel.report.answer_figures import Mark, mass_figure, panel_figure
+from pidpanel.report.answer_figures import group_of, mass_figure, panel_figure
 from pidpanel.report.answer_text import level_text, worst_map
 from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Picture, Table
@@ -151,32 +151,8 @@ def mass_block(
 ) -> Picture:
     """Return the reduction at the worst point against the mass of the dampers."""
     # what is no patch alone takes the colours that are left
-    groups = dict.fromkeys([*patches, *(_group(c) for c in weighed)])
+    groups = dict.fromkeys([*patches, *(group_of(c) for c in weighed)])
     colours = dict(zip(groups, itertools.cycle(style.PLACES), strict=False))
-    marks = []
-    for candidate in weighed:
-        response, group = answer.response(candidate), _group(candidate)
-        fillings = candidate.scenario.fillings
-        fill = fillings[0].fill_fraction if len(fillings) == 1 else None
-        marks.append(
-            Mark(
-                "" if fill is None else f"r = {fill:g}",
-                group,
-                colours[group],
-                candidate.mass,
-                response.reduction,
-                response.reduction_error,
-                response.dead_weight,
-            )
-        )
     caption = f"Reduction of the rms acceleration at point {answer.worst} against mass."
-    return Picture(
-        "reduction_mass", style.png(mass_figure(marks, f"point {answer.worst}")), caption
-    )
-
-
-def _group(candidate: Candidate) -> str:
-    fillings = candidate.scenario.fillings
-    if len(fillings) > 1:
-        return candidate.scenario.label
-    return ", ".join(fillings[0].place)
+    figure = mass_figure(answer, weighed, colours)
+    return Picture("reduction_mass", style.png(figure), caption)

@@ -52,7 +52,12 @@ def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
             for reading, title in titles.items()
         ]
         caption = f"One-sided acceleration PSD at point {point}; steps are at the edges of the "
-        caption += "sound's bands. Dashed: damping outside the range of its data."
+        caption += "sound's bands."
+        caption += " Dashed: damping outside the range of its data." * any(
+            curve.inside is not None and not curve.inside.all()
+            for panel in panels
+            for curve in panel.curves
+        )
         picture = Picture(
             f"psd_{family.key}_{point}",
             style.png(response_figures.psd_figure(frequency, panels)),
