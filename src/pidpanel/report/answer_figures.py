@@ -7,6 +7,7 @@ that their text can be read where a page is as wide as a telephone.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -169,7 +170,7 @@ def mass_figure(
     responses = [answer.response(candidate) for candidate in weighed]
     for candidate, response in zip(weighed, responses, strict=True):
         group, mass = group_of(candidate), candidate.mass
-        look = {"color": colours[group], "marker": "o", "ls": ""}
+        look: dict[str, Any] = {"color": colours[group], "marker": "o", "ls": ""}
         error = response.reduction_error if np.isfinite(response.reduction_error) else None
         axes.errorbar(mass, response.reduction, yerr=error, ms=5, capsize=3, elinewidth=1.2, **look)
         handles[group] = Line2D([], [], **look)

@@ -14,12 +14,10 @@ import xarray as xr
 
 from pidpanel.arrays import Flags
 from pidpanel.panel.basis_files import read_basis
+from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.known_errors import without_errors
 from pidpanel.report.read import read_dataset
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, value_text
-
-SIGMAS = 2.0
-"""Standard errors of a difference from which it counts as one: 95 % of a normal distribution."""
 
 SAME = 1e-3  # share of a value below which a difference is that of lines and meshes [1]
 
@@ -78,7 +76,7 @@ class Difference:
             return "the same"
         if math.isnan(self.error):
             return "not judged: no stated error"
-        if abs(self.reduction) <= SIGMAS * self.error:
+        if abs(self.reduction) <= SIGNIFICANCE * self.error:
             return "within the errors"
         return "lower" if self.reduction > 0 else "higher"
 
@@ -220,6 +218,6 @@ def outcome(shared: Sequence[Difference]) -> str:
     verdicts = Counter(difference.verdict for difference in shared)
     named = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
     return (
-        f"{len(shared)} values: {named}. A difference is significant from {SIGMAS:g} standard "
+        f"{len(shared)} values: {named}. A difference is significant from {SIGNIFICANCE:g} standard "
         "errors on, with the errors of both studies taken as independent."
     )

@@ -13,10 +13,8 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from pidpanel.columns import NUMBER
 from pidpanel.constants import STANDARD_GRAVITY
-
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-"""A number as a study and the tables beside it write it."""
 
 Convert = Callable[[float], float]
 Units = tuple[tuple[str, float | Convert], ...]

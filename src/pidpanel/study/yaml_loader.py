@@ -12,8 +12,8 @@ from typing import Any, ClassVar
 
 import yaml
 
+from pidpanel.columns import NUMBER
 from pidpanel.study.mistakes import Keys, Mistake
-from pidpanel.study.quantity import NUMBER
 
 CORE = "tag:yaml.org,2002:"
 NULL, MERGE = f"{CORE}null", f"{CORE}merge"
