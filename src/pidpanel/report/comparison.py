@@ -218,6 +218,6 @@ def outcome(shared: Sequence[Difference]) -> str:
     verdicts = Counter(difference.verdict for difference in shared)
     named = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
     return (
-        f"{len(shared)} values: {named}. A difference is significant from {SIGNIFICANCE:g} standard "
-        "errors on, with the errors of both studies taken as independent."
+        f"{len(shared)} values: {named}. A difference is significant from {SIGNIFICANCE:g} "
+        "standard errors on, with the errors of both studies taken as independent."
     )
