@@ -73,3 +73,10 @@ def test_the_law_has_neither_errors_nor_mass():
     assert law.nodes is None and np.isnan(law.mass_per_area(0.5))
     assert law.covariance(F, 0.5, 1.0).tolist() == np.zeros((6, 6)).tolist()
     assert law.cross_covariance(F, (0.5, 1.0), (0.7, 2.0)).shape == (6, 6)
+
+
+def test_a_dashpot_has_no_mass_unless_one_is_given():
+    # red: apparent_mass = 1
+    dashpot = ConstantDamper(equivalent_damping=5.0)
+    assert dashpot(np.array([20.0, 50.0]), 0.5, 1.0).apparent_mass.tolist() == [0.0, 0.0]
+    assert dashpot.mass_per_area(0.5) == 0.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
-from pidpanel.damping.jump import CENTRE, LENGTHS, SIZE, WIDTH, Jump, reach
+from pidpanel.damping.jump import CENTRE, LENGTHS, SIZE, WHOLE, WIDTH, Jump, reach
 
 R, GAMMA = 0.5, np.log(60.0)
 
@@ -46,6 +46,7 @@ def test_it_is_expected_between_the_slowest_bed_that_meets_both_walls_and_half_a
     # red: WHOLE = 0.55; the mean of W/L for that of the logarithm
     low, high = 1 / np.sqrt(np.pi**2 + 4), 0.5
     assert np.exp([CENTRE - SIZE, CENTRE + SIZE]) == pytest.approx([low, high])
+    assert WHOLE == high
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ from pidpanel.damping.simulated_range import SimulatedRange
 
 @pytest.mark.parametrize("slope", [0.0, 1.0])
 def test_cases_in_one_plane_have_a_range_in_that_plane(slope):
-    # ln Γ = ln f + slope r; red: not joggled; the rank of sums
+    # ln Γ = 1 + ln f + slope r; red: not joggled; the rank of sums
     r, f = (axis.ravel() for axis in np.meshgrid([0.2, 0.5, 0.8], [20.0, 50.0, 200.0]))
-    cases = np.stack([r, f, f * np.exp(slope * r)], axis=1)
-    inside = np.array([0.35, 60.0, 60.0 * np.exp(slope * 0.35)])
+    cases = np.stack([r, f, f * np.exp(1 + slope * r)], axis=1)
+    inside = np.array([0.35, 60.0, 60.0 * np.exp(1 + slope * 0.35)])
     off = inside * [1, 1, 1.1]
     assert SimulatedRange(cases).contains(np.array([inside, off])).tolist() == [True, False]
 

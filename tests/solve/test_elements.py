@@ -97,6 +97,30 @@ def test_all_elements_answer_as_dense_matrices_do(tmp_path, mass):
         np.testing.assert_allclose(computed, points @ expected, rtol=0, atol=left)
 
 
+@pytest.mark.parametrize(
+    ("support", "mass", "most"),
+    [
+        ("simply_supported", None, (2, 2, 3, 11)),
+        ("simply_supported", {"left": 30.0, "right": 60.0}, (2, 2, 3, 5)),
+        ("free", None, (2, 2, 3, 5)),
+    ],
+)
+def test_a_few_steps_find_what_the_basis_leaves_out(tmp_path, monkeypatch, support, mass, most):
+    # red: the static answer as it is, without what it has of the shapes; a singular K
+    asked = []
+
+    def static(self, right, known=Elements._static):
+        asked.append(right)
+        return known(self, right)
+
+    monkeypatch.setattr(Elements, "_static", static)
+    found = panel(tmp_path, support, mass).elements
+    for one, steps in zip(PULLS, most, strict=True):
+        asked.clear()
+        found.motions([one])
+        assert len(asked) <= steps
+
+
 def test_the_factorisation_line_by_line_gives_the_same(tmp_path, monkeypatch):
     # red: in _direct, 1 / (2j * omega * factor[kept])
     monkeypatch.setattr(elements, "MOST_STEPS", 0)

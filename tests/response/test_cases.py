@@ -1,0 +1,158 @@
+"""What is to be solved: masses, lines that resolve them, lines of the power balance."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pidpanel.damping_ratio import DampingRatio
+from pidpanel.response.cases import (
+    BalanceCheck,
+    CasePlan,
+    ResponseScenario,
+    heaviest_dampers,
+    plan_cases,
+    resolving,
+)
+from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
+from pidpanel.solve.layout import DamperLayout
+from pidpanel.solve.lines import smallest_damping_ratio
+from pidpanel.solve.model import ModalBasis, ResponseError
+
+
+class Model:
+    """Damping with an apparent mass that depends on Γ."""
+
+    nodes = None
+
+    def __init__(self, weight, mass, depends=True):
+        self.weight, self.mass, self.depends_on_acceleration = weight, mass, depends
+        self.asked = []
+
+    def mass_per_area(self, fill_fraction):
+        return self.weight * fill_fraction
+
+    def __call__(self, frequency, fill_fraction, gamma):
+        self.asked.append(gamma)
+        return SimpleNamespace(apparent_mass=np.full(frequency.shape, self.mass(gamma)))
+
+
+def test_the_largest_mass_is_that_of_any_motion_of_four_decades():
+    # red: the least; one Γ more where it does not depend on it; NaN of a mass that is not known
+    lines = np.array([20.0, 50.0])
+    for weight, peak, expected in ((4.0, 100.0, 6.0), (8.0, 1000.0, 8.0), (np.nan, 10.0, 6.0)):
+        model = Model(weight, lambda gamma, peak=peak: 6.0 if gamma == peak else 1.0)
+        assert PatchDamper(0, 0, "d", model, 1.0).largest_mass(lines) == expected
+        assert model.asked == [1.0, 10.0, 100.0, 1000.0]
+    steady = Model(1.0, lambda gamma: 2.0, depends=False)
+    assert PatchDamper(0, 0, "d", steady, 0.5).largest_mass(lines) == 2.0
+    assert steady.asked == [1.0]
+
+
+def test_a_patch_counts_with_its_heaviest_damper_from_end_to_end_of_the_range():
+    # red: the last damper; the lowest frequency alone
+    asked = []
+
+    def damper(patch, source, mass):
+        def largest(lines):
+            asked.append(lines)
+            return mass
+
+        return SimpleNamespace(patch=patch, source=source, fill_fraction=1.0, largest_mass=largest)
+
+    rows = [
+        (None, "", (damper(0, "a", 3.0), damper(2, "b", 5.0))),
+        (None, "", (damper(0, "c", 2.0),)),
+    ]
+    settings = SimpleNamespace(frequency_range=(20.0, 2000.0))
+    panel = SimpleNamespace(patch_area=np.ones(3), settings=settings)
+    assert heaviest_dampers(panel, CasePlan(rows, [], {})).tolist() == [3.0, 0.0, 5.0]
+    assert len(asked) == 3 and len(asked[0]) == 12
+    assert asked[0][[0, -1]].tolist() == pytest.approx([20.0, 2000.0])
+
+
+@dataclass(frozen=True)
+class Panel:
+    modal: ModalBasis
+    basis: object
+    settings: object
+    least_damping_ratio: float | None = None
+
+
+def uniform_panel(ratio, extent):
+    """With a patch all over: ζ/√(1 + m/4) under m kg/m²."""
+    modal = ModalBasis([300.0, 900.0], [1.0, 1.0], ratio)
+    settings = SimpleNamespace(frequency_range=extent, damping_ratio=DampingRatio((ratio,)))
+    return Panel(modal, SimpleNamespace(patch_overlap=np.eye(2)[None] / 4.0), settings)
+
+
+@pytest.mark.parametrize(("mass", "ratio"), [(0.0, 0.01), (12.0, 0.01), (60.0, 0.005)])
+def test_four_lines_of_a_bandwidth_are_enough_for_the_resonances_of_a_mass(mass, ratio):
+    # of eight: twice the damping ratio; red: the larger; ENOUGH_LINES = 4.4
+    panel = uniform_panel(0.01, (30.0, 1000.0))
+    assert resolving(panel, np.array([mass])).least_damping_ratio == pytest.approx(ratio)
+
+
+@pytest.mark.parametrize(("share", "refused"), [(0.76, False), (0.74, True)])
+def test_three_lines_of_a_bandwidth_are_the_fewest(share, refused):
+    # red: FEWEST_LINES = 3.3; the ratio of the panel for the smallest
+    extent = (30.0, 2000.0)
+    smallest = smallest_damping_ratio(*extent)
+    panel = uniform_panel(2 * smallest, extent)
+    mass = np.array([4 * ((4 / share) ** 2 - 1)])  # 2 · 2ζ₀/√(1 + m/4) = share ζ₀
+    if refused:
+        with pytest.raises(ResponseError, match="leave resonances"):
+            resolving(panel, mass)
+    else:
+        assert resolving(panel, mass).least_damping_ratio == pytest.approx(smallest)
+
+
+@pytest.mark.parametrize(
+    ("shapes", "lines", "start", "step"),
+    [(100, 120, 5, 10), (300, 120, 20, 40), (1000, 120, 30, 60), (100, 7, 0, 1)],
+)
+def test_the_power_balance_is_checked_on_two_to_twelve_lines(shapes, lines, start, step):
+    # 10⁸ over the cube of the shapes; red: squared; lines from the first on; no step for few lines
+    basis = SimpleNamespace(modal_mass=np.ones(shapes))
+    check = BalanceCheck(SimpleNamespace(basis=basis, frequency=np.arange(float(lines))))
+    chosen = np.arange(lines)[check._lines]
+    np.testing.assert_array_equal(chosen, np.arange(start, lines, step))
+
+
+def plan_of(*models, dead_weight=True):
+    scenario = ResponseScenario("s", "bare", 150.0, 2.5, (PatchFilling("b", "d", None),), "b", 0.5)
+    bare = ResponseScenario("bare", "bare", 150.0, 2.5, (), None, 0.0)
+    settings = SimpleNamespace(stated_acceleration_g=None)
+    basis = SimpleNamespace(patch_names=["a", "b"])
+    panel = SimpleNamespace(basis=basis, carriers=np.array([0, 1, 1]), settings=settings)
+    names = [f"m{number}" for number in range(len(models))]
+    known = DampingModels(names, dict(zip(names, models, strict=True)), {})
+    return plan_cases(panel, [bare, scenario], known, dead_weight=dead_weight)
+
+
+def test_masses_that_do_not_damp_are_solved_once_for_each_set_of_masses():
+    # red: dead weight of damping; a mass of NaN; C_e of one; an own set for every model
+    heavy, alike, unknown = Model(6.0, float), Model(6.0, float), Model(np.nan, float)
+    plan = plan_of(heavy, alike, unknown)
+    dead = [key[2] for key in plan.keys[3:]]
+    assert dead[0] == dead[1] and dead[2] is None
+    assert [key[2] for key in plan.keys[:3]] == [None] * 3
+    layout = plan.layouts[dead[0]]
+    assert isinstance(layout, DamperLayout) and not layout.with_motion and layout.factor == 2.5
+    assert [load.patch for load in layout.loads] == [1, 2]  # both elements of the patch
+    damping, mass, inside = layout.loads[0].damping(np.array([20.0, 50.0]), 3.0)
+    assert not damping.any() and mass.tolist() == [6.0, 6.0] and inside.all()
+    assert not layout.loads[0].depends_on_acceleration
+    assert all(key[2] is None for key in plan_of(heavy, dead_weight=False).keys)
+    alone = plan.response_alone().layouts.values()
+    assert not any(layout.with_motion or layout.with_slope for layout in alone)
+
+
+def test_slopes_are_solved_where_a_damper_has_errors():
+    # red: where it has none
+    exact, uncertain = Model(6.0, float), Model(6.0, float)
+    uncertain.nodes = np.ones(1)
+    plan = plan_of(exact, uncertain)
+    own = [plan.layouts[key[0]] for key in plan.keys[2:]]
+    assert [layout.with_slope for layout in own] == [False, True]
