@@ -17,7 +17,9 @@ def test_cases_in_one_plane_have_a_range_in_that_plane(slope):
 
 
 def test_a_solid_range_ends_at_its_faces():
-    # a tetrahedron; red: joggled where it need not be, by 1e-5
+    # a tetrahedron, to a millionth of a logarithm; red: joggled where it need not be, by 1e-5
     cases = np.array([[0.0, 1.0, 1.0], [1.0, 1.0, 1.0], [0.0, np.e, 1.0], [0.0, 1.0, np.e]])
-    face = np.array([[0.2, np.exp(0.3), np.exp(0.5 + d)] for d in (-1e-7, 1e-5)])
+    face = np.array(
+        [[0.2, np.exp(0.3), np.exp(0.5 + d)] for d in np.sqrt(3) * np.array([0.95e-6, 1.05e-6])]
+    )
     assert SimulatedRange(cases).contains(face).tolist() == [True, False]

@@ -8,8 +8,10 @@ from scipy.integrate import quad
 import pidpanel
 from pidpanel.break_points import BreakPoints
 from pidpanel.paths import DATA
+from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.sound.spectrum import REFERENCE_PRESSURE, PsdSpectrum, SpectrumError, pressure_psd
+from pidpanel.sound.table import SpectrumTableError
 
 BANDS = DATA / "spl" / "smc_s_016_2014_min_third.csv"
 POINTS = BreakPoints(np.array([50.0, 200, 200, 800, 2000]), np.array([2.0, 8, 4, 1, 0.01]))
@@ -90,3 +92,44 @@ def test_nothing_is_extrapolated():
         pressure_psd(PsdSpectrum(POINTS), [49.0])
     at_step = pressure_psd(PsdSpectrum(POINTS), [np.nextafter(200, 0), 200.0, 2000.0])
     np.testing.assert_allclose(at_step, [8.0, 4.0, 0.01])
+
+
+def written(path, *rows):
+    path.write_text("frequency_hz,psd_pa2_hz\n" + "\n".join(rows) + "\n")
+    return path
+
+
+def test_small_values_and_up_to_two_hundred_decibels_in_a_hertz_are_read(tmp_path):
+    # red: allowed from 1 on; both columns of one name
+    rows = read_spectrum(written(tmp_path / "psd.csv", "0.5,0.25", "0.75,4e10", "0.75,3", "9,5"))
+    assert rows.points.frequency.tolist() == [0.5, 0.75, 0.75, 9.0]
+    assert rows.points.psd.tolist() == [0.25, 4e10, 3.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("rows", "lines"),
+    [
+        (("0,1", "50,1"), [2]),
+        (("20,0", "50,4.2e10"), [2, 3]),
+        (("20,1", "50,1", "40,1", "30,1", "90,1"), [4, 5]),
+        (("20,1", "20,2", "50,1", "90,1"), [3]),
+        (("20,1", "50,1", "90,1", "90,2"), [5]),
+        (("20,1", "50,1", "50,2", "50,3", "90,1"), [4]),
+    ],
+)
+def test_each_row_that_is_wrong_is_named_by_its_line(tmp_path, rows, lines):
+    # values of none or beyond 200 dB; frequencies that fall; steps at an end or of three rows
+    # red: the row before or after it; steps alone at an end that are of three rows
+    with pytest.raises(SpectrumTableError) as error:
+        read_spectrum(written(tmp_path / "psd.csv", *rows))
+    named = [int(fault.partition("line ")[2].partition(":")[0]) for fault in error.value.faults]
+    assert named == lines
+
+
+def test_a_sound_field_loads_one_side_unless_both_are_given():
+    # red: loaded_sides = 2
+    frequency = np.array([100.0, 900.0])
+    one, both = (SoundExcitation(PsdSpectrum(POINTS), None, 343.0, **more)
+                 for more in ({}, {"loaded_sides": 2}))  # fmt: skip
+    np.testing.assert_allclose(one.spectrum(frequency), POINTS(frequency))
+    assert not np.allclose(both.spectrum(frequency), POINTS(frequency))
