@@ -35,7 +35,7 @@ class Model:
 
     def __call__(self, frequency, fill_fraction, gamma):
         self.asked.append(gamma)
-        return SimpleNamespace(apparent_mass=np.full(frequency.shape, self.mass(gamma)))
+        return SimpleNamespace(apparent_mass=self.mass(gamma) * frequency / frequency.max())
 
 
 def test_the_largest_mass_is_that_of_any_motion_of_four_decades():
@@ -120,6 +120,36 @@ def test_the_power_balance_is_checked_on_two_to_twelve_lines(shapes, lines, star
     np.testing.assert_array_equal(chosen, np.arange(start, lines, step))
 
 
+def test_the_power_balance_of_a_scenario_is_that_at_its_level_and_its_worst_line(monkeypatch):
+    # red: the level of the study; the best line
+    given = {}
+
+    def balance(frequency, modal, patches, spectrum, *others):
+        given.update(frequency=frequency, spectrum=spectrum)
+        return SimpleNamespace(error=np.array([1e-12, 3e-9, 1e-10]))
+
+    monkeypatch.setattr("pidpanel.response.cases.power_balance", balance)
+
+    class Force:
+        def spectrum(self, frequency):
+            return 4 * frequency
+
+        def __call__(self, frequency):
+            return frequency
+
+    frequency = np.arange(1.0, 121.0)
+    panel = SimpleNamespace(
+        basis=SimpleNamespace(modal_mass=np.ones(300)), frequency=frequency, air=None, modal=None,
+        excitation=Force(), carrier_patches=SimpleNamespace(subset=lambda loads: loads),
+    )  # fmt: skip
+    response = SimpleNamespace(
+        loads=np.array([0]), equivalent_damping=np.zeros((1, 120)), apparent_mass=np.zeros((1, 120))
+    )
+    assert BalanceCheck(panel).error(response, 2.5) == 3e-9
+    np.testing.assert_array_equal(given["frequency"], [21, 61, 101])
+    np.testing.assert_array_equal(given["spectrum"], 10 * given["frequency"])
+
+
 def plan_of(*models, dead_weight=True):
     scenario = ResponseScenario("s", "bare", 150.0, 2.5, (PatchFilling("b", "d", None),), "b", 0.5)
     bare = ResponseScenario("bare", "bare", 150.0, 2.5, (), None, 0.0)
@@ -156,3 +186,46 @@ def test_slopes_are_solved_where_a_damper_has_errors():
     plan = plan_of(exact, uncertain)
     own = [plan.layouts[key[0]] for key in plan.keys[2:]]
     assert [layout.with_slope for layout in own] == [False, True]
+
+
+def two_patches(first, second):
+    """The plan of two dampers on two patches, each with its own model."""
+    fillings = (PatchFilling("b", "d", None), PatchFilling("a", "e", None))
+    scenario = ResponseScenario("s", "bare", 150.0, 2.5, fillings, "b", 0.5)
+    assert not scenario.is_bare and scenario.patches == ("b", "a")
+    settings = SimpleNamespace(stated_acceleration_g=None)
+    basis = SimpleNamespace(patch_names=["a", "b"])
+    panel = SimpleNamespace(basis=basis, carriers=np.array([0, 1]), settings=settings)
+    return plan_cases(panel, [scenario], DampingModels(["stated"], {}, {"d": first, "e": second}))
+
+
+def test_one_unknown_mass_leaves_no_dead_weight_and_one_uncertain_damper_has_slopes():
+    # red: where any mass is known; where all dampers have errors
+    known, unknown = Model(6.0, float), Model(np.nan, float)
+    unknown.nodes = np.ones(1)
+    plan = two_patches(known, unknown)
+    assert plan.keys[0][2] is None
+    assert plan.layouts[plan.keys[0][0]].with_slope
+    assert two_patches(known, known).keys[0][2] is not None
+    assert ResponseScenario("bare", "bare", 150.0, 1.0, (), None, 0.0).is_bare
+
+
+def test_coupled_runs_are_read_where_there_are_some_and_stated_dampers_elsewhere():
+    # red: either of both; the bed of another scenario
+    bed, stated, common = Model(1.0, float), Model(2.0, float), Model(3.0, float)
+    models = DampingModels(
+        ["coupled", "stated", "dem"], {"dem": common}, {"d": stated}, {("s", "b"): bed}
+    )
+    of_b, of_a = PatchFilling("b", "d", 0.5), PatchFilling("a", "d", None)
+    found = [
+        models.damper(name, scenario, filling, 7, 9)
+        for name, scenario, filling in (
+            ("coupled", "s", of_b), ("coupled", "s", of_a), ("coupled", "t", of_b),
+            ("stated", "s", of_b), ("dem", "s", of_b),
+        )
+    ]  # fmt: skip
+    assert [one.model for one in found] == [bed, stated, stated, stated, common]
+    assert [one.own_force for one in found] == [bed, None, None, None, None]
+    assert [one.source for one in found][:4] == ["d on b", "d", "d", "d"]
+    assert [one.fill_fraction for one in found] == [0.5, 1.0, 0.5, 0.5, 0.5]
+    assert {(one.patch, one.carrier) for one in found} == {(7, 9)}

@@ -25,6 +25,8 @@ def test_the_error_is_half_of_that_of_the_mean_square_and_of_the_worst_point():
     # red: the least; without ½; a point at rest; the error without its PSD
     found = _error_of_points(psds([[1, 5, 0], [3, 5, 0]], [[0.2, 0.1, 9], [0.4, 0.1, 9]]), *KEY)
     assert found == pytest.approx((0.2 + 1.2) / (2 * 4))
+    small = _error_of_points(psds([[0.1], [0.3]], [[0.2], [0.4]]), *KEY)
+    assert small == pytest.approx(found)
     assert np.isnan(_error_of_points(psds([[1.0], [2.0]]), *KEY))
     assert np.isnan(_error_of_points(psds([[0.0], [0.0]], [[0.1], [0.1]]), *KEY))
 

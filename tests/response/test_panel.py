@@ -1,5 +1,6 @@
 """The panel that the solver gets: lines, carriers of dampers, elements of patches, own force."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,14 @@ import pytest
 import scipy.sparse as sp
 
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.response.panel import PatchElements, ResponsePanel, Settings, no_shift, patch_elements
+from pidpanel.response.panel import (
+    PatchElements,
+    ResponsePanel,
+    Settings,
+    no_shift,
+    patch_elements,
+    widen,
+)
 from pidpanel.solve.model import Patches
 from pidpanel.solve.source import PatchParts, own_force_load
 
@@ -40,7 +48,7 @@ def test_lines_resolve_the_panel_and_have_its_modes_and_the_steps_of_the_input()
         for lines, count in ((made.frequency, 8), (made.coarse_frequency, 3)):
             assert lines[[0, -1]].tolist() == pytest.approx([50.0, 200.0])
             widest = np.diff(np.log(lines)).max()
-            assert 0.9 * 2 * ratio / count < widest <= 2 * ratio / count * (1 + 1e-9)
+            assert 0.98 * 2 * ratio / count < widest <= 2 * ratio / count * (1 + 1e-9)
         assert 100.0 in made.frequency and 123.4 not in made.frequency
         assert np.sum(np.abs(made.frequency - 141.0) < 1e-6) == 2
 
@@ -71,6 +79,7 @@ def test_a_solver_for_rms_values_has_few_lines_and_deflections_alone():
     assert few.points.shape == (2, 1, 3) and whole.points.shape == (2, 6, 3)
     np.testing.assert_array_equal(whole.points[0, :, 0], [1, 4, 4, 4, 5, 5])
     assert few.is_diagonal and not whole.is_diagonal and not panel().solver().panel.is_diagonal
+    assert made.mass_per_area == 1.0
     assert made.cutoff == 400.0  # twice the highest line
     assert no_shift(1.0, 2.0, 3.0) == 0
 
@@ -93,6 +102,19 @@ def test_the_elements_of_patches_have_their_quadrature_points():
         points = slice(2 * cell, 2 * cell + 2)
         expected = shape[points].T @ (weight[points, None] * shape[points])
         np.testing.assert_allclose(overlap, expected, rtol=1e-6)
+
+
+def test_a_basis_that_lacks_nothing_stays_and_has_its_elements():
+    # red: widened by nothing
+    plate = SimpleNamespace(
+        quadrature_weight=np.arange(1.0, 7.0), at_quadrature=sp.csr_array(np.eye(6)),
+        shapes=np.ones((6, 3), np.float32),
+    )  # fmt: skip
+    inside = np.array([[True, True, False], [False, True, True]])
+    basis = SimpleNamespace(**vars(BASIS), cells=np.zeros((3, 4)), cell_in_patch=inside)
+    made = replace(panel(), basis=basis)
+    same = widen(made, plate, np.zeros((6, 0)))
+    assert same.basis is basis and same.elements.patch.tolist() == [0, 0, 1, 1]
 
 
 def test_the_force_of_particles_is_the_sum_of_their_patches():
