@@ -124,6 +124,23 @@ def test_two_flat_bands_have_the_damage_that_flife_states(exponent):
     assert dirlik_damage_rate(edges, psd, line) == pytest.approx(FLIFE[exponent], rel=1e-7)
 
 
+def test_a_negative_r_has_the_damage_that_flife_states():
+    # variances of 5 and 0.02 on 1 to 60 and 300 to 310 Hz; red: r without abs
+    edges = np.array([1, 60, 60 + 1e-9, 300 - 1e-9, 300, 310])
+    psd = np.array([5 / 59, 5 / 59, 0, 0, 0.02 / 10, 0.02 / 10])
+    line = FatigueLine(stress=10.0, cycles=1e6, exponent=7.3)
+    assert dirlik_damage_rate(edges, psd, line) == pytest.approx(1.04749279e-07, rel=1e-6)
+
+
+@pytest.mark.parametrize("count", [dirlik_damage_rate, narrow_band_damage_rate])
+def test_the_damage_does_not_depend_on_the_unit_of_stress(count):
+    # red: none where the mean square is below 1
+    psd = PSDS["one resonance"]
+    in_pascal = count(FREQUENCY, psd, FatigueLine(1e8, 1e6, 5.0))
+    in_gigapascal = count(FREQUENCY, psd / 1e18, FatigueLine(0.1, 1e6, 5.0))
+    assert in_gigapascal == pytest.approx(in_pascal, rel=1e-9)
+
+
 @pytest.mark.parametrize("name", PSDS)
 def test_amplitudes_sum_to_a_quarter_of_all_that_the_stress_moves(name):
     # E|σ̇| = √(2/π) 2π √m₂, whatever the count; 1.25 in q stands for √(π/2): 0.3 %

@@ -58,6 +58,17 @@ def test_a_resonance_between_two_lines_is_resolved(frequency):
     assert rms**2 == pytest.approx(exact, rel=2e-3)
 
 
+def test_a_heavily_damped_oscillator_needs_lines_far_above_its_own():
+    # red: as many below as above
+    def square(f):
+        r = f / 100
+        return abs((1 + 1j * r / 0.3) / (1 - r**2 + 1j * r / 0.3)) ** 2
+
+    exact, _ = scipy.integrate.quad(square, 5.0, 1400.0, points=[50, 100, 300])
+    rms = response_spectrum(np.array([5.0, 1400.0]), np.ones((2, 1)), np.array([100.0]), 0.3)
+    assert rms**2 == pytest.approx(exact, rel=1e-3)
+
+
 def test_natural_frequencies_are_40_to_a_decade():
     values = natural_frequencies(20.0, 2000.0)
     assert values[0] >= 20 and values[-1] == pytest.approx(1995.26, abs=0.01)
