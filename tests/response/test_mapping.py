@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from pidpanel.response import mapping
 from pidpanel.response.mapping import _dampers, _error_of_points
 
 KEY = ("stated", "s")
@@ -48,3 +49,67 @@ def test_dampers_are_read_on_the_lines_of_the_maps():
     assert factor == 2.5
     bare = _dampers(panel, psd, "stated", SimpleNamespace(is_bare=True, factor=0.5))
     assert bare[0].shape == bare[1].shape == (0, 2) and bare[2] == 0.5
+
+
+class Force:
+    """An excitation of level 1."""
+
+    def spectrum(self, frequency):
+        return np.ones(frequency.shape)
+
+
+def test_maps_are_of_every_scenario_and_model_with_the_force_of_its_own_particles(
+    tmp_path, monkeypatch
+):
+    # red: the bare panel once for each model; beds of other scenarios; the factor for its inverse;
+    # no core where a component of its stress is none
+    asked = []
+
+    def covariances(frequency, modal, patches, spectrum, excitation, dampers, air):
+        asked.append((excitation, patches, dampers))
+        one = SimpleNamespace(acceleration=np.array([[4.0]]), displacement=np.array([[9.0]]))
+        return [one] * len(dampers)
+
+    known = {
+        "modal_covariances": covariances,
+        "write_paraview": lambda folder, dataset: None,
+        "is_steady": lambda psd, model, label: True,
+        "_error_of_points": lambda psd, model, label: 0.1,
+        "_dampers": lambda panel, psd, model, scenario: (model, scenario.label),
+    }
+    for name, function in known.items():
+        monkeypatch.setattr(mapping, name, function)
+    shape = np.arange(1.0, 5.0)[:, None]
+    basis = SimpleNamespace(
+        layer_names=["top"], layer_strain=np.eye(3)[None], layer_stress=np.eye(3)[None],
+        patch_names=["a", "b"], shape_at_vertices=shape, curvature_at_vertices=np.zeros((4, 3, 1)),
+        shear_at_vertices=0.1 * np.ones((4, 2, 1)), core_stress=np.diag([2.0, 0.0]),
+        vertex_position=np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]]), cells=np.array([[0, 1, 2, 3]]),
+    )  # fmt: skip
+    force = Force()
+    panel = SimpleNamespace(
+        basis=basis, excitation=force, coarse_frequency=np.array([1.0, 2.0]), modal=None, air=None,
+        patches=SimpleNamespace(subset=tuple), particle_force=lambda sources: sources,
+    )  # fmt: skip
+    scenarios = [
+        SimpleNamespace(label="bare", patches=(), is_bare=True, factor=2.5),
+        SimpleNamespace(label="s", patches=("b",), is_bare=False, factor=2.5),
+    ]
+    beds = {("s", "b"): "its own", ("other", "a"): "another"}
+    path = tmp_path / "maps.nc"
+    mapping.write_rms_maps(
+        panel, scenarios, ["coupled", "stated"], None, beds, {}, path, tmp_path
+    )  # fmt: skip
+    assert [dampers for *_, dampers in asked] == [
+        [("coupled", "bare")], [("coupled", "s")], [("stated", "s")],
+    ]  # fmt: skip
+    assert [patches for _, patches, _ in asked] == [(), (1,), (1,)]
+    assert asked[0][0] is force and asked[2][0] is force
+    own = asked[1][0]
+    assert (own.first, own.second, own.share) == (force, {1: "its own"}, 0.4)
+    with xr.open_dataset(path, engine="scipy") as maps:
+        values = {name: maps[name].values for name in maps.data_vars}
+    np.testing.assert_allclose(values["acceleration_rms"], [[2, 4, 6, 8]] * 3)
+    np.testing.assert_allclose(values["displacement_rms"], [[3, 6, 9, 12]] * 3)
+    np.testing.assert_allclose(values["core_shear_xz_rms"], 3 * 2 * 0.1)
+    assert not values["core_shear_yz_rms"].any() and (values["relative_error"] == 0.1).all()
