@@ -22,6 +22,9 @@ def test_a_grid_begins_at_the_corner_of_the_panel_wherever_that_is():
     places = places_on(shapely.box(1.0, 2.0, 2.5, 3.0), (0.2, 0.2), (0.1, 0.1), [])
     from_corner = places_on(PANEL, (0.2, 0.2), (0.1, 0.1), []).lower
     np.testing.assert_allclose(places.lower, np.add(from_corner, [1.0, 2.0]))
+    for size in ((1.6, 0.2), (0.2, 1.1)):
+        with pytest.raises(NoPlace, match="larger than the panel"):
+            places_on(shapely.box(1.0, 2.0, 2.5, 3.0), size, (0.1, 0.1), [])
 
 
 def test_a_panel_of_millimetres_has_its_places():
