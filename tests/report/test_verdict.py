@@ -18,11 +18,12 @@ def shifted(db, band):
 
 @pytest.mark.parametrize(
     ("rms", "band_db", "holds"),
-    [(10.0, 0.0, "yes"), (10.0 * (1 + 1.01 * RMS_LIMIT), 0.0, "no"), (10.0, -0.51, "no"),
-     (10.0 * (1 - 0.99 * RMS_LIMIT), 0.49, "yes")],
+    [(10.0, 0.0, "yes"), (10.0 * (1 + 1.01 * 0.03), 0.0, "no"), (10.0, -0.51, "no"),
+     (10.0 * (1 - 0.99 * 0.03), 0.49, "yes")],
 )  # fmt: skip
 def test_both_limits_hold_of_an_exact_run(rms, band_db, holds):
-    # red: in _holds, abs(off) + 2 * error < 2 * limit
+    # red: in _holds, abs(off) + 2 * error < 2 * limit; RMS_LIMIT = 0.033
+    assert RMS_LIMIT == 0.03
     found = distance(rms, shifted(band_db, 2), run())
     assert found.holds == holds
     assert found.rms == pytest.approx(rms / 10.0 - 1, abs=1e-12)
@@ -35,6 +36,14 @@ def test_a_band_far_below_the_highest_does_not_count():
     assert 20 * np.log10(BANDS.max() / BANDS[3]) > 20
     assert distance(10.0, shifted(9.0, 3), run()).holds == "yes"
     assert distance(10.0, shifted(9.0, 2), run()).holds == "no"
+
+
+@pytest.mark.parametrize(("depth", "holds"), [(19.9, "no"), (20.1, "yes")])
+def test_a_band_counts_to_twenty_decibels_below_the_highest(depth, holds):
+    # red: 11 for 10; 21 for 20
+    bands = np.array([1.0, 10 ** (-depth / 20)])
+    coupled = CoupledRun(10.0, 0.0, bands, np.zeros(2))
+    assert distance(10.0, bands * [1.0, 2.0], coupled).holds == holds
 
 
 @pytest.mark.parametrize(("off", "holds"), [(0.29, "yes"), (0.31, "open"), (0.69, "open"), (0.71, "no")])  # fmt: skip
