@@ -56,3 +56,8 @@ def test_an_error_of_the_run_leaves_open_what_it_could_decide(off, holds):
 def test_no_weighs_more_than_open():
     # red: "open" if "open" in outcomes else "no" if "no" in outcomes else "yes"
     assert distance(12.0, BANDS, run(band_error=0.3)).holds == "no"
+
+
+def test_the_error_of_a_run_is_relative_to_its_rms():
+    # red: the product
+    assert distance(10.0, BANDS, run(rms_error=0.2)).rms_error == pytest.approx(0.02)
