@@ -68,6 +68,8 @@ def test_a_damper_lowers_points_and_force_and_brings_its_errors(shaken):
     bare, damped = (rows.loc[(label, "centre")] for label in ("bare", "PID-1_r0.5"))
     assert damped["acceleration_rms_g"] < bare["acceleration_rms_g"]
     assert damped["interface_force_rms_n"] < bare["interface_force_rms_n"]
+    assert 0 < damped["interface_force_rms_error_n"] < 0.5 * damped["interface_force_rms_n"]
+    assert np.isnan(bare["interface_force_rms_error_n"])
     assert damped["acceleration_rms_error_g"] > 0 and np.isnan(bare["acceleration_rms_error_g"])
 
 

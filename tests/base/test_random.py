@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from moving import APPARENT, DAMPING, WHITE, solved
 
-from pidpanel.base.random import interface_force_psd
+from pidpanel.base.random import force_slopes, interface_force_psd
 from pidpanel.solve.layout import DamperLayout, Load, layouts
 from pidpanel.solve.lines import frequency_grid, root_mean_square
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel
+from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.supports import TABLE_MASS, BaseExcitation
 
 MASS, OWN, RATIO, LEVEL = 2.0, 50.0, 0.05, 3.0
@@ -85,3 +86,28 @@ def test_the_solver_agrees_with_transfer_functions(panel, loaded):
         answer.apparent_mass,
     )  # fmt: skip
     np.testing.assert_allclose(pulled, WHITE * np.abs(force) ** 2, rtol=1e-5)
+
+
+def test_the_slopes_of_the_force_are_those_of_the_solver(panel):
+    # red: m_a in the place of C_e; the force without the pull of the dampers
+    frequency = np.array([30.0, 65.0, 130.0, 224.0, 390.0])
+    modal = ModalPanel(panel.modal, panel.patches, frequency, panel.observed, frequency)
+    solver = PanelSolver(modal, panel.excitation)
+
+    def answer(damping, mass):
+        load = Load(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
+        (response,) = layouts(modal, panel.excitation, [DamperLayout((load,))])
+        psd = interface_force_psd(
+            frequency, response.response.cross_psd[:, -1], response.loads,
+            response.equivalent_damping, response.apparent_mass,
+        )  # fmt: skip
+        return response, psd
+
+    response, psd = answer(DAMPING, APPARENT)
+    slopes = force_slopes(solver, response, psd)
+    h = 1e-3
+    up, down = answer(DAMPING * np.exp(h), APPARENT)[1], answer(DAMPING * np.exp(-h), APPARENT)[1]
+    np.testing.assert_allclose(slopes.of_damping[0, :, 0], np.log(up / down) / (2 * h), atol=1e-4)
+    up, down = answer(DAMPING, APPARENT + h)[1], answer(DAMPING, APPARENT - h)[1]
+    np.testing.assert_allclose(slopes.of_mass[0, :, 0], np.log(up / down) / (2 * h), atol=1e-4)
+    assert np.abs(slopes.of_damping).max() > 0.1

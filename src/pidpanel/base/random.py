@@ -10,10 +10,18 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.base.notching import Limit, NotchedInput, notched
+from pidpanel.base.sine import interface_force
+from pidpanel.base.transfer import Transfer
+from pidpanel.damping.broadband import BroadbandError
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases
 from pidpanel.response.dampers import DampingModels
-from pidpanel.response.model_error import model_error_of, with_model_error
+from pidpanel.response.model_error import (
+    broadband_error_of,
+    log_error,
+    model_error_of,
+    with_model_error,
+)
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.results import standard_errors
 from pidpanel.solve.dampers import patch_stiffness
@@ -21,10 +29,13 @@ from pidpanel.solve.layout import LayoutResponse, solve_layouts
 from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.supports import BaseExcitation
-from pidpanel.solve.uncertainty import StandardErrors
+from pidpanel.solve.uncertainty import FurtherPsd, StandardErrors
 
 ROUNDS = 12
 """Most rounds of notching: less input is less motion, and that is other damping."""
+
+STEP = 1e-3
+"""Of ln C_e, and of m_a [kg/m²], in the slopes of the force."""
 
 SETTLED = 2e-3
 """Change of the notched input from round to round that ends them, of ln S."""
@@ -44,8 +55,8 @@ class RandomResponse:
     force
         (nf,) PSD of the force of all supports on panel and particles [N²/Hz].
     errors
-        Standard errors of the absolute accelerations at the points; None where the damping has
-        none.
+        Standard errors of the absolute accelerations at the points, then of the force; None where
+        the damping has none.
     patch_acceleration_g
         (n_loads,) Γ of each load.
     outside_share
@@ -104,10 +115,19 @@ def random_cases(
             continue
         stated = _response(case, case.response)
         if case.model == COUPLED and case.scenario.label in coupled_errors:
-            stated = replace(stated, errors=coupled_errors[case.scenario.label])
+            stated = replace(stated, errors=_of_points(coupled_errors[case.scenario.label]))
         random = RandomCase(case.scenario, case.model, panel.frequency, stated)
         cases.append(_with_notches(random, case, solver, limits) if limits else random)
     return cases
+
+
+def _of_points(errors: StandardErrors) -> StandardErrors:
+    """Return errors of points alone, that of the force not known."""
+    return replace(
+        errors,
+        log_psd=np.pad(errors.log_psd, ((0, 0), (0, 1)), constant_values=np.nan),
+        log_rms=np.append(errors.log_rms, np.nan),
+    )
 
 
 def _with_notches(
@@ -142,24 +162,75 @@ def _with_level(solver: PanelSolver, frequency: Array, psd: Array) -> BaseExcita
 
 def _response(case: SolvedCase, response: LayoutResponse) -> RandomResponse:
     frequency, cross = response.response.frequency, response.response.cross_psd
-    points, interface = cross[:, :-1], cross[:, -1]
+    points = cross[:, :-1]
     omega = 2 * np.pi * frequency
-    error = with_model_error(standard_errors(case, response), model_error_of(case, response))
-    if error is not None:  # the last is that of 1ᵀM u, not of the force
-        error = replace(error, log_psd=error.log_psd[:, :-1], log_rms=error.log_rms[:-1])
+    force = _force_psd(response)
     inside = response.inside.all(axis=0).mean() if len(response.inside) else 1.0
     return RandomResponse(
         case.solver.excitation.spectrum(frequency),
         omega[:, None] ** 4 * points[:, :, 0, 0].real,
         np.asarray(points[:, :, 1, 1].real, dtype=np.float64),
-        interface_force_psd(
-            frequency, interface, response.loads, response.equivalent_damping,
-            response.apparent_mass,
-        ),
-        error,
+        force,
+        _errors(case, response, force),
         response.patch_acceleration_g,
         1 - float(inside),
     )  # fmt: skip
+
+
+def _force_psd(response: LayoutResponse) -> Array:
+    """Return the PSD (nf,) of the force of the supports [N²/Hz]."""
+    return interface_force_psd(
+        response.response.frequency, response.response.cross_psd[:, -1], response.loads,
+        response.equivalent_damping, response.apparent_mass,
+    )  # fmt: skip
+
+
+def _errors(case: SolvedCase, response: LayoutResponse, force: Array) -> StandardErrors | None:
+    """Return the errors of the points, then of the force, from those of the damping."""
+    if case.model == COUPLED or not case.dampers:
+        return None
+    stated = standard_errors(case, response, force_slopes(case.solver, response, force))
+    if stated is not None:  # before the force is 1ᵀM u, in the place of a point
+        stated = replace(
+            stated,
+            log_psd=np.delete(stated.log_psd, -2, axis=1),
+            log_rms=np.delete(stated.log_rms, -2),
+        )
+    model = model_error_of(case, response)
+    if model is not None:
+        f, undamped = response.response.frequency, _force_psd(case.dead_weight or case.bare)
+        error = broadband_error_of(case)
+        of_psd = log_error(BroadbandError(error.of_effect, 2 * error.of_rms), undamped, force)
+        rms = np.sqrt([np.trapezoid(psd, f) for psd in (undamped, force)])
+        model.log_psd[:, -1], model.log_rms[-1] = of_psd, log_error(error, rms[0], rms[1])
+    return with_model_error(stated, model)
+
+
+def force_slopes(solver: PanelSolver, response: LayoutResponse, force: Array) -> FurtherPsd:
+    """Return how ln of the PSD of the force (nf,) follows C_e and m_a, by central differences."""
+    excitation, panel, loads = solver.excitation, solver.panel, response.loads.tolist()
+    if not isinstance(excitation, BaseExcitation):
+        raise TypeError("the panel is not under base motion")
+    f, observed = panel.frequency, panel.points[-1]
+    transfer = Transfer.of_panel(
+        f, panel.basis, panel.patches.subset(loads), excitation.force, observed
+    )
+
+    def log_psd(damping: Array, mass: Array) -> Array:
+        stiffness = patch_stiffness(f, damping, mass)
+        motion = transfer.motions(slice(None), stiffness)[:, : len(observed)]
+        pull = interface_force(f, motion, loads, stiffness)
+        return np.asarray(2 * np.log(np.abs(pull)))
+
+    value, mass = response.equivalent_damping, response.apparent_mass
+    of_damping, of_mass = np.empty((2, len(loads), f.size, 1))
+    for index, unit in enumerate(np.eye(len(loads))[:, :, None]):
+        step = STEP * unit
+        change = log_psd(value * (1 + step), mass) - log_psd(value * (1 - step), mass)
+        of_damping[index, :, 0] = change / (2 * STEP)
+        change = log_psd(value, mass + step) - log_psd(value, mass - step)
+        of_mass[index, :, 0] = change / (2 * STEP)
+    return FurtherPsd(force[:, None], of_damping, of_mass)
 
 
 def interface_force_psd(

@@ -24,6 +24,8 @@ VARIABLES = {
     "interface_force_psd": ("N2 Hz-1", "one-sided PSD of the force of all supports"),
     "log_error": ("1", "standard error of ln of the absolute acceleration PSD"),
     "log_rms_error": ("1", "standard error of ln of the rms absolute acceleration"),
+    "force_log_error": ("1", "standard error of ln of the PSD of the force"),
+    "force_log_rms_error": ("1", "standard error of ln of the rms force"),
     "outside_share": ("1", "share of the lines at which the damping is outside its data"),
     "acceleration": ("m s-2", "amplitude of the absolute acceleration"),
     "relative_displacement": ("m", "amplitude of the deflection relative to the supports"),
@@ -34,7 +36,12 @@ VARIABLES = {
 
 BY_POINT = {name for name in VARIABLES if name.startswith(("absolute", "relative", "log"))}
 BY_POINT |= {"acceleration"}
-BY_LINE = set(VARIABLES) - {"log_rms_error", "outside_share", "motion_residual"}
+BY_LINE = set(VARIABLES) - {
+    "log_rms_error",
+    "force_log_rms_error",
+    "outside_share",
+    "motion_residual",
+}
 
 
 def mode_rows(basis: PanelBasis, inertia: Inertia) -> pd.DataFrame:
@@ -102,10 +109,14 @@ def random_dataset(
                 "outside_share": part.outside_share,
                 "log_error": np.full(part.absolute.shape, np.nan),
                 "log_rms_error": np.full(len(points), np.nan),
+                "force_log_error": np.full(part.force.shape, np.nan),
+                "force_log_rms_error": np.nan,
             }
             if part.errors is not None:
-                values["log_error"] = part.errors.log_psd
-                values["log_rms_error"] = part.errors.log_rms
+                values["log_error"] = part.errors.log_psd[:, :-1]
+                values["log_rms_error"] = part.errors.log_rms[:-1]
+                values["force_log_error"] = part.errors.log_psd[:, -1]
+                values["force_log_rms_error"] = float(part.errors.log_rms[-1])
             place = {"reading": case.model, "scenario": case.scenario.label, "input": name}
             parts.append(case_dataset(case.frequency, points, values, place))
     return merged(parts, reading=models, scenario=labels, input=INPUTS)
@@ -128,6 +139,8 @@ def summary_rows(curves: xr.Dataset) -> pd.DataFrame:
             "peak_transmissibility": gain.max("frequency"),
             "peak_frequency_hz": gain.idxmax("frequency"),
             "interface_force_rms_n": rms["interface_force_psd"],
+            "interface_force_rms_error_n": rms["interface_force_psd"]
+            * curves["force_log_rms_error"],
             "peak_dynamic_mass_kg": mass.max("frequency"),
             "outside_run_points_share": curves["outside_share"],
         }

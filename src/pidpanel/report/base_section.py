@@ -112,6 +112,7 @@ def _of_random(base: BaseResults, good: pd.DataFrame) -> str:
 def _summary_table(good: pd.DataFrame, names: Names, points: Sequence[str]) -> Table:
     """Return g rms, displacement and force of each scenario, by input."""
     decimals = common_decimals(good["acceleration_rms_error_g"])
+    force_decimals = common_decimals(good["interface_force_rms_error_n"])
 
     def acceleration(point: str) -> Cell:
         value, error = "acceleration_rms_g", "acceleration_rms_error_g"
@@ -137,7 +138,9 @@ def _summary_table(good: pd.DataFrame, names: Names, points: Sequence[str]) -> T
             "input, g rms": lambda row: f"{row['input']}, {row['input_rms_g']:.2f}",
             **{f"{point}: g rms": acceleration(point) for point in points},
             "displacement, mm rms": lambda row: number(row["displacement"]),
-            "interface force, N rms": lambda row: number(row["interface_force_rms_n"]),
+            "interface force, N rms": lambda row: value_text(
+                row["interface_force_rms_n"], row["interface_force_rms_error_n"], force_decimals
+            ),
         },
     )
 
@@ -189,7 +192,12 @@ def _random_pictures(psd: xr.Dataset, names: Names, points: Sequence[str]) -> It
     level = _curves(stated["input_psd"] / square_g, names)[0]
     inputs.append(replace(level, label="stated input", colour="#777777", line="dashed"))
     charts = [
-        Chart("force", f, "force PSD, N²/Hz", _curves(stated["interface_force_psd"], names)),
+        Chart(
+            "force",
+            f,
+            "force PSD, N²/Hz",
+            _curves(stated["interface_force_psd"], names, stated["force_log_error"]),
+        ),
         Chart("input", f, "acceleration PSD, g²/Hz", inputs),
     ]
     caption = f"Force of all supports under the stated input, and inputs; {READINGS[reading]}."

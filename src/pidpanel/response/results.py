@@ -101,9 +101,9 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
 
 
 def standard_errors(
-    case: SolvedCase, response: LayoutResponse
+    case: SolvedCase, response: LayoutResponse, further: uncertainty.FurtherPsd | None = None
 ) -> uncertainty.StandardErrors | None:
-    """Return the standard errors of a response from those of its damping.
+    """Return the standard errors of a response from those of its damping, further PSDs last.
 
     Dampers of one source have its errors in common; those of different ones are independent. None
     for the bare panel and where no damper has errors.
@@ -126,9 +126,8 @@ def standard_errors(
         for i, row in enumerate(case.dampers)
     ]
     covariance, _ = uncertainty.joint_covariance(blocks, len(nodes))
-    return uncertainty.sensitivity(case.solver, case.layout, response, nodes).standard_errors(
-        covariance
-    )
+    sensitivity = uncertainty.sensitivity(case.solver, case.layout, response, nodes, further)
+    return sensitivity.standard_errors(covariance)
 
 
 class _Rows:

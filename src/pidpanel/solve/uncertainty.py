@@ -24,6 +24,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -35,6 +36,15 @@ from pidpanel.solve.solvers import PanelSolver, Request
 
 STEP = 0.05
 """ε, of ln Γ: central differences are then good to ε²/6 of a derivative's own scale."""
+
+
+class FurtherPsd(NamedTuple):
+    """PSDs that follow the damping besides those of the points."""
+
+    psd: Array  # (nf, k)
+    # (n_loads, nf, k) ∂ ln S/∂ ln C_e and ∂ ln S/∂ m_a at given Γ
+    of_damping: Array
+    of_mass: Array
 
 
 @dataclass(frozen=True)
@@ -99,7 +109,11 @@ def _standard_error(derivative: Array, covariance: Array) -> Array:
 
 
 def sensitivity(
-    solver: PanelSolver, layout: DamperLayout, response: LayoutResponse, nodes: Array
+    solver: PanelSolver,
+    layout: DamperLayout,
+    response: LayoutResponse,
+    nodes: Array,
+    further: FurtherPsd | None = None,
 ) -> Sensitivity:
     """Return how the response of a layout follows its damping.
 
@@ -111,6 +125,8 @@ def sensitivity(
         Its answer; with its slopes, or they are computed here.
     nodes
         (n,) rising [Hz], of all loads.
+    further
+        PSDs whose derivatives follow those of the points.
     """
     loads, patches = layout.loads, layout.patches
     value, mass = response.equivalent_damping, response.apparent_mass
@@ -123,6 +139,13 @@ def sensitivity(
     psd = response.response.acceleration_psd
     by_node = _hats(solver.panel.frequency, nodes)
     local = _local(slope, psd, solver.panel.frequency, value)
+    if further is not None:
+        psd = np.hstack([psd, further.psd])
+        of_damping, of_mass = local
+        local = (
+            np.concatenate([of_damping, further.of_damping], axis=2),
+            np.concatenate([of_mass, further.of_mass], axis=2),
+        )
     # Γ held
     rows = _rows(local, by_node)  # (k, nf, points)
     log_acceleration = np.zeros((len(rows), len(loads)))
