@@ -4,6 +4,7 @@ import pytest
 from moving import HERE, run_stages
 
 from pidpanel.check import checked_study
+from pidpanel.cli.parser import parser
 from pidpanel.coupled.from_study import coupled_scenarios, depends_on
 from pidpanel.report.from_study import write_study_page
 from pidpanel.study import StudyError, load_study
@@ -123,3 +124,10 @@ def test_coupled_runs_move_the_supports_of_a_study_without_sound(alone, tmp_path
         return
     with pytest.raises(StudyError, match=says):
         load_study(path)
+
+
+def test_an_export_without_sound_is_refused_in_a_line(alone, tmp_path):
+    # red: a target that Snakemake does not know
+    args = parser().parse_args(["export", str(alone), "--directory", str(tmp_path)])
+    with pytest.raises(StudyError, match="sound: missing; this is a study of base motion alone"):
+        args.call(args)

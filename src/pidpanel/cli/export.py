@@ -39,6 +39,7 @@ def call(args: argparse.Namespace) -> int:
     from pidpanel.study import load_study
 
     study = load_study(args.study)
+    _ = study.acoustics  # of a shaker alone nothing is exported
     check_owner(study, args.study, args.directory / "results")
     folder = make(args.study, args.directory, f"results/{study.name}/response/export", "export")
     if args.to is not None:
