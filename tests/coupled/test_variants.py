@@ -162,7 +162,7 @@ def test_damping_follows_the_motion_as_it_changes_the_motion():
         psd = (2 * np.pi * LINES[:, None]) ** 2 * closed_form(case, damping, MASS, (1, 1))
         return np.array([np.trapezoid(psd[:, part] @ weight, LINES) for part in parts])
 
-    recorded = squares(DAMPING) * [1.06, 0.97]
+    recorded = squares(DAMPING) * [1.006, 0.997]
 
     def apart(log_factor):
         ratio = recorded / squares(DAMPING * np.exp(log_factor))
@@ -170,7 +170,7 @@ def test_damping_follows_the_motion_as_it_changes_the_motion():
 
     wanted = scipy.optimize.fsolve(apart, [0.0, 0.0])
     found = np.log(computed(case).at_motion(recorded))
-    assert np.abs(found - wanted).max() < 0.02 * np.abs(wanted).max()
+    assert np.abs(found - wanted).max() < 0.003 * np.abs(wanted).max()
 
 
 def test_the_own_force_of_the_simulated_cells_moves_the_points():
