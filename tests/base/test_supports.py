@@ -56,13 +56,15 @@ def test_a_simply_supported_plate_moves_as_its_modal_series(panel):
 
 
 def test_the_translation_moves_all_points_alike_and_bends_nothing(panel):
-    # red: 1.1 at the quadrature points or the vertices; 1 for a curvature or a shear
+    # red: a row of zeros more; 1.1 at the quadrature points or the vertices; 1 for a curvature or a shear
     basis = panel.basis
     for name in ("shape_at_points", "shape_at_quadrature", "shape_at_vertices"):
         np.testing.assert_array_equal(getattr(basis, name)[..., -1], 1)
     for name in ("curvature", "shear"):
         for place in ("points", "vertices"):
             np.testing.assert_array_equal(getattr(basis, f"{name}_at_{place}")[..., -1], 0)
+    # two motions of each of two points; the momentum of the interface and the integral of one patch
+    assert panel.observed.shape == (3, 2, panel.modal.natural_frequency.size)
     # what it has in common with the other shapes are their integrals over patch and face
     weight, shape = basis.quadrature_weight, basis.shape_at_quadrature
     np.testing.assert_allclose(basis.face_overlap[-1], weight @ shape, rtol=1e-6, atol=1e-9)
