@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.report import style
 from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import CoupledResults
-from pidpanel.report.layout import WIDTH, frequency_axis, pick_items
+from pidpanel.report.layout import WIDTH, frequency_axis, pick
 from pidpanel.report.text import number, plain, signed
 
 CURVES = 6  # patches in the figure at most
@@ -92,9 +93,8 @@ def coupled_figure(table: pd.DataFrame, names: Mapping[str, str]) -> Figure:
     """Draw C_e and m_a over frequency, at most `CURVES` patches."""
     figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
     damping, mass = figure.subplots(1, 2)
-    beds = pick_items(
-        [(key, rows) for key, rows in table.groupby(["scenario", "patch"], sort=False)], CURVES
-    )
+    groups = list(table.groupby(["scenario", "patch"], sort=False))
+    beds = [groups[int(place)] for place in pick(np.arange(float(len(groups))), CURVES)]
     for index, ((label, patch), rows) in enumerate(beds):
         several = table.loc[table["scenario"] == label, "patch"].nunique() > 1
         look = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from math import hypot
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from matplotlib import ticker
@@ -18,8 +18,6 @@ from matplotlib.transforms import BboxBase
 
 from pidpanel.arrays import Array
 from pidpanel.report import style
-
-Value = TypeVar("Value")
 
 WIDTH = 10.0  # width of a figure that fills the page [inch]
 
@@ -42,11 +40,6 @@ def frequency_axis(axes: Axes, low: float, high: float) -> None:
     axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(ticker.NullFormatter())
     axes.set_xlabel("frequency, Hz")
-
-
-def pick_items(values: Sequence[Value], count: int) -> list[Value]:
-    """Return at most ``count`` of some values, evenly spaced, the first and the last included."""
-    return [values[int(index)] for index in pick(np.arange(float(len(values))), count)]
 
 
 def pick(values: Array, count: int) -> Array:
