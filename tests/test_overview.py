@@ -8,7 +8,7 @@ import pytest
 
 from pidpanel.check import checked_study
 from pidpanel.cli.stage_costs import panel_costs, shape_count
-from pidpanel.cli.study_overview import overview, solve
+from pidpanel.cli.study_overview import coupled_count, overview, solve
 from pidpanel.coupled.from_study import estimated_cpu_seconds
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import normal_modes
@@ -52,7 +52,7 @@ def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
 
 
 def test_coupled_runs_are_counted_and_their_time_is_told(tmp_path):
-    # red: the cost of coupled runs left out
+    # red: the cost of coupled runs left out; carried scenarios counted
     study = checked_study(STUDIES / "layouts.yaml")
     head, *_, time = overview(study, tmp_path).split("\n")
     assert head.endswith("; panel and particles together in 4")
@@ -61,6 +61,9 @@ def test_coupled_runs_are_counted_and_their_time_is_told(tmp_path):
     of_unit = {"s": 1, "min": 60, "h": 3600}[unit]
     seconds = estimated_cpu_seconds(study)
     assert float(number) * of_unit == pytest.approx(seconds, abs=0.51 * of_unit)
+    coupled = study.damping.coupled.model_copy(update={"scenarios": ("first", "third")})
+    damping = study.damping.model_copy(update={"coupled": coupled})
+    assert coupled_count(study.model_copy(update={"damping": damping})) == 2
 
 
 def test_masses_holes_and_tables_count(tmp_path):

@@ -51,7 +51,7 @@ def test_coupled_runs_are_doubted_beyond_twice_the_wanted_error():
     study = load_study(WORKFLOW / "studies" / "launch.yaml")
     row = {**GOOD, "reading": "coupled", "scenario": "PID-1_r0.5_136.7dB", "point": "326"}
     for wanted, said in ((0.02, ""), (0.01, "known to ± 3 % only (more damping.coupled.runs)")):
-        found = judged(scenarios_of(study), pd.DataFrame([row]), wanted)
+        found = judged(scenarios_of(study), pd.DataFrame([row]), None, wanted)
         assert found["doubts"].tolist() == [said]
 
 
@@ -66,14 +66,13 @@ def test_every_row_says_whether_to_trust_it_and_where_its_damping_comes_from():
         for point in ("326", "189")
     ]
     rows[4]["status"] = rows[5]["status"] = "unstable"
-    rows[2]["acceleration_rms_error_g"] = math.nan
-    found = judged(scenarios_of(study), pd.DataFrame(rows), accuracy)
+    found = judged(scenarios_of(study), pd.DataFrame(rows), {"PID-1_r0.9_136.7dB"}, accuracy)
     assert found["trusted"].tolist() == ["yes", "yes", "no", "no", "no", "no"]
-    assert found["doubts"].tolist()[2:] == ["no stated error"] * 2 + ["unstable"] * 2
+    assert found["doubts"].tolist()[2:] == ["carried from another level"] * 2 + ["unstable"] * 2
     assert set(found["damping_source"][:2]) == {"none"}
     assert set(found["damping_source"][2:]) == {"coupled runs of this study"}
     assert [doubts_in(row) for row in found.to_dict("records")][1:3] == [
-        (), ("no stated error",),
+        (), ("carried from another level",),
     ]  # fmt: skip
     scenario = next(one for one in scenarios_of(study) if one.is_coupled)
     assert source_of("stated", scenario) == "as stated for each damper"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pidpanel.cli.study_overview import all_cases, other_stages
+from pidpanel.cli.study_overview import all_cases, coupled_count, other_stages
 from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
 from pidpanel.study import CouponStudy, Study
 
@@ -41,7 +41,7 @@ def _of_coupled(study: Study) -> str:
     # two seconds of imports that other studies do not need
     from pidpanel.coupled.from_study import estimated_cpu_seconds
 
-    count, minutes = len(study.coupled_scenarios()), estimated_cpu_seconds(study) / 60
+    count, minutes = coupled_count(study), estimated_cpu_seconds(study) / 60
     return (
         f"panel and particles together in {count} scenarios, {minutes:.0f} min of CPU time or more"
     )

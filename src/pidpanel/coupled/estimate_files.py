@@ -192,6 +192,7 @@ def _impedance(scenario: str, stored: xr.Dataset) -> pd.DataFrame:
                     "patch": str(patch),
                     "band_hz": stored["band"].to_numpy(),
                     **values,
+                    "carried_from": "",
                 }
             )
         )

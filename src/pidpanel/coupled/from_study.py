@@ -13,7 +13,7 @@ import pandas as pd
 from pidpanel.acceleration_table import read_base_table
 from pidpanel.break_points import BreakPoints
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupled import estimate_files
+from pidpanel.coupled import carried, estimate_files, tables
 from pidpanel.coupled.beds import cpu_per_interval, rayleigh_time_of
 from pidpanel.coupled.excited_panel import ExcitedPanel
 from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings, SimulatedPatch
@@ -30,7 +30,8 @@ from pidpanel.provenance.digests import stamp
 from pidpanel.solve.supports import BaseExcitation, supported_panel, with_translation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import excitation_of, read_air, spectrum_of
-from pidpanel.study import Filling, Study, StudyError
+from pidpanel.study import Filling, Scenario, Study, StudyError
+from pidpanel.study.damping import NEIGHBOURS_DB
 
 
 class CoupledFiles(NamedTuple):
@@ -49,6 +50,14 @@ class CoupledTables(NamedTuple):
     third_octaves: Path
     impedance: Path
     psd: Path
+
+
+def _run_scenarios(study: Study) -> list[Scenario]:
+    """Return the scenarios of a study that are run."""
+    if not study.is_coupled:
+        return []
+    labels = study.damping.coupled.scenarios
+    return [s for s in study.coupled_scenarios() if s.label in (labels or [s.label])]
 
 
 def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
@@ -78,7 +87,7 @@ def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
                 if study.all_dampers[str(filling.damper)].coupon is None
             ),
         )
-        for scenario in study.coupled_scenarios()
+        for scenario in _run_scenarios(study)
     }
 
 
@@ -97,7 +106,7 @@ def depends_on(study: Study, label: str) -> dict[str, Any]:
     response = {"frequency_hz", "damper_mass", "radiation", "air_mass"}
     return {
         "scenario": scenario.model_dump(),
-        "coupled": study.damping.coupled.model_dump(),
+        "coupled": study.damping.coupled.model_dump(exclude={"scenarios"}),
         "dampers": [study.all_dampers[name].model_dump(exclude=unused) for name in sorted(dampers)],
         "damping_ratio": study.panel.damping_ratio,
         **_excitation_values(study),
@@ -221,15 +230,39 @@ def estimated_cpu_seconds(study: Study) -> float:
 
 def write_coupled(study: Study, estimates: Sequence[Path], outputs: CoupledTables) -> None:
     """Write the tables of all scenarios, from the estimates of `coupled_scenarios` in order."""
-    scenarios = study.coupled_scenarios()
+    scenarios = _run_scenarios(study)
     frames = [
         estimate_files.frames(scenario.label, estimate_files.read_estimate(path))
         for scenario, path in zip(scenarios, estimates, strict=True)
     ]
+    impedances = [frame.impedance for frame in frames]
+    carried_impedances = _carried(study, dict(zip(scenarios, impedances, strict=True)))
     for path, parts in (
         (outputs.summary, [frame.summary for frame in frames]),
         (outputs.third_octaves, [frame.third_octaves for frame in frames]),
         (outputs.psd, [frame.psd for frame in frames]),
-        (outputs.impedance, [frame.impedance for frame in frames]),
+        (outputs.impedance, impedances + carried_impedances),
     ):
         pd.concat(parts).to_csv(path, index=False, float_format="%.6g")
+
+
+def _carried(study: Study, impedances: dict[Scenario, pd.DataFrame]) -> list[pd.DataFrame]:
+    """Return C_e, m_a and own force of the scenarios that were not run, from other levels."""
+    overall = spectrum_of(study.acoustics).oaspl
+    levels = {scenario: scenario.oaspl_db or overall for scenario in study.coupled_scenarios()}
+    parts = []
+    for scenario in levels:
+        if scenario in impedances:
+            continue
+        alike = [run for run in impedances if run.fillings == scenario.fillings]
+        chosen = carried.nearest(levels[scenario], [levels[run] for run in alike], NEIGHBOURS_DB)
+        near = [alike[index] for index in chosen]
+        parts.append(
+            tables.carried_impedances(
+                scenario.label,
+                " and ".join(run.label for run in near),
+                levels[scenario],
+                [(levels[run], impedances[run]) for run in near],
+            )
+        )
+    return parts

@@ -29,7 +29,7 @@ def coupled_section(
     results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
 ) -> PageSection:
     """Return what the coupled runs know and found: a table, and C_e and m_a over frequency."""
-    figure = coupled_figure(results.impedance, names)
+    figure = coupled_figure(run_itself(results.impedance), names)
     blocks: list[Block] = [
         Paragraph(METHOD),
         coupled_table(results, names, points),
@@ -43,23 +43,33 @@ def coupled_section(
     return PageSection("coupled", "Panel and particles together", blocks)
 
 
+def run_itself(impedance: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of ``coupled/impedance.csv`` that are not carried from other levels."""
+    return impedance[impedance["carried_from"].isna() | (impedance["carried_from"] == "")]
+
+
 def coupled_table(
     results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
 ) -> Table:
     """Return a row for each scenario; parameters are those of `coupled_section`."""
     summary = results.summary[results.summary["point"].isin(points)]
+    simulated = set(run_itself(results.impedance)["scenario"])
     by_label = dict(list(results.impedance.groupby("scenario")))
     rows = []
     for label, beds in ((name, by_label[name]) for name in names if name in by_label):
         of_scenario = summary[summary["scenario"] == label]
-        error = 100 * of_scenario["g_rms_error"] / of_scenario["g_rms"]
-        share = 100 * (1 - (of_scenario["linear_g_rms"] / of_scenario["g_rms"]) ** 2)
-        cells = [
-            str(int(of_scenario["runs"].iloc[0])),
-            _range([number(value, 2) for value in (error.min(), error.max())]),
-            _range([signed(f(of_scenario["residual_db"]), 2) for f in (min, max)]),
-            _range([plain(value, 1) for value in (share.min(), share.max())]),
-        ]
+        if label in simulated:
+            error = 100 * of_scenario["g_rms_error"] / of_scenario["g_rms"]
+            share = 100 * (1 - (of_scenario["linear_g_rms"] / of_scenario["g_rms"]) ** 2)
+            cells = [
+                str(int(of_scenario["runs"].iloc[0])),
+                _range([number(value, 2) for value in (error.min(), error.max())]),
+                _range([signed(f(of_scenario["residual_db"]), 2) for f in (min, max)]),
+                _range([plain(value, 1) for value in (share.min(), share.max())]),
+            ]
+        else:
+            near = str(beds["carried_from"].iloc[0]).split(" and ")
+            cells = [f"0, from {' and '.join(names.get(name, name) for name in near)}", *["–"] * 3]
         columns = ("youngs_modulus_mpa", "particle_mass_per_area_kg_m2")
         rows.append([names[label], *cells, *(_by_patch(beds, column) for column in columns)])
     return Table(

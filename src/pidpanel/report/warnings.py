@@ -19,6 +19,7 @@ from pidpanel.report.inputs import Inputs, ReportedStudy
 from pidpanel.report.text import READINGS, number, percent, records
 from pidpanel.response.trust import (
     BETWEEN,
+    CARRIED,
     EXTRAPOLATED,
     KNOWN_TO,
     MESH_ERROR,
@@ -37,6 +38,7 @@ DOUBTS = {
     "panel's thickness. A real panel stiffens there through membrane stress, which is not modelled",
     EXTRAPOLATED: "damping partly extrapolated beyond its data (up to {share} of the change in "
     "mean square; extend {missing})",
+    CARRIED: "not run; C_e and m_a are interpolated from coupled runs at other levels",
     KNOWN_TO: "g rms is {known}",
     "several solutions": "damping and motion agree at several accelerations; the highest is shown",
     "motion not converged": "the acceleration for C_e is not converged; the resulting motion "

@@ -84,7 +84,10 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
         rows.add(case, basis_error, mesh)
     labels = [scenario.label for scenario in tabulation.scenarios]
     axes = (panel.frequency, list(tabulation.models), labels, basis.point_names)
-    summary = judged(tabulation.scenarios, pd.DataFrame(rows.summary), tabulation.coupled_accuracy)
+    run = tabulation.coupled_errors
+    summary = judged(
+        tabulation.scenarios, pd.DataFrame(rows.summary), run, tabulation.coupled_accuracy
+    )
     write_csv(output.summary_csv, summary)
     write_csv(output.layouts_csv, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
     psds = psd_dataset(rows.responses, rows.dead_weight, *axes, basis.patch_names)

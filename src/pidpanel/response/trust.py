@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -30,7 +30,7 @@ EXTRAPOLATED_SHARE = 0.05
 """Share of the change in mean square that may rest on damping a factor of two beyond its data."""
 
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
-KNOWN_TO = "known to"
+CARRIED, KNOWN_TO = "carried from another level", "known to"
 
 TOO_FAR = 2.0
 """Standard error of a coupled g rms over the wanted one, from which it is doubted [1]."""
@@ -59,6 +59,7 @@ STATED, NONE = "as stated for each damper", "none"
 def judged(
     scenarios: Sequence[ResponseScenario],
     summary: pd.DataFrame,
+    run: Collection[str] | None,
     coupled_accuracy: float,
 ) -> pd.DataFrame:
     """Return ``summary.csv`` with the columns ``trusted``, ``doubts`` and ``damping_source``.
@@ -69,6 +70,8 @@ def judged(
         Of the study.
     summary
         Its rows, a point each.
+    run
+        Labels of the scenarios that coupled runs are of; None for all.
     coupled_accuracy
         Wanted relative standard error of coupled rms accelerations [1].
     """
@@ -82,8 +85,10 @@ def judged(
             reasons[key] = [str(point_rows[0]["status"])]
             continue
         if reading == COUPLED and scenario.is_coupled:
-            limit = TOO_FAR * coupled_accuracy
-            reasons[key] = doubts(moving, limit, " (more damping.coupled.runs)")
+            is_carried = run is not None and scenario.label not in run
+            remedy = "" if is_carried else " (more damping.coupled.runs)"
+            reasons[key] = doubts(moving, TOO_FAR * coupled_accuracy, remedy)
+            reasons[key] += [CARRIED] * is_carried
         else:
             reasons[key] = doubts(moving, math.inf if scenario.is_bare else LARGEST_ERROR)
     keys = list(zip(summary["reading"], summary["scenario"], strict=True))

@@ -25,6 +25,9 @@ Reading = Literal[
     "table",
     "coupled",
 ]
+NEIGHBOURS_DB = 3.0
+# farthest level to which what a coupled run found is carried [dB]: beds begin to cross their gap
+# within some decibels, and push a thousand times as much then
 COUPLED: Reading = "coupled"  # reading of panel and particles in one time integration
 
 
@@ -73,6 +76,9 @@ class Coupled(SectionModel):
     youngs_modulus_mpa: Modulus | None = None
     """Young's modulus of the contacts [MPa]; by default the softest that lowers g rms by at most 2
     %, which is part of the error."""
+    scenarios: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
+    """Labels of the scenarios to run; by default all. Other levels of the same layouts within 3 dB
+    are interpolated from them, with larger errors."""
 
     @property
     def run_s(self) -> float:
