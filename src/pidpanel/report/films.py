@@ -10,20 +10,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import EllipseCollection
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from PIL import Image
 
-from pidpanel.arrays import Array, Flags
-from pidpanel.coupon import geometry
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.film import Film, watch
 from pidpanel.coupon.liggghts.failures import SolverFailure
-from pidpanel.coupon.packing import Packing
+from pidpanel.report import pictures
 from pidpanel.report.html import Picture
 from pidpanel.report.layout import pick
 
@@ -37,8 +30,6 @@ CELLS_SHOWN = 2  # cells of an animation at most
 SECONDS = 2.0  # how long an animation takes for one cycle [s]
 
 PIXELS = 400  # width of an animation [pixel]
-
-PITCH = 1.35  # distance of neighbouring cells of an animation over their width
 
 
 @dataclass(frozen=True)
@@ -124,69 +115,33 @@ def film_picture(shot: Shot) -> Picture:
     packing, drive = run.packing, run.drive
     cells = min(packing.count, CELLS_SHOWN)
     index = pick(np.arange(len(film.time), dtype=float), CYCLES * FRAMES).astype(int)[:-1]
-    inside, shift = in_a_row(film.position[0], packing, cells)
+    row = pictures.CellRow(packing.outline, packing.across_flats, packing.depth, cells)
+    inside, shift = row.take(film.position[0], packing.count)
     speed = np.linalg.norm(film.velocity[index][:, inside], axis=2)
     fastest = float(np.quantile(speed, 0.99))
-    lift = drive.amplitude * np.sin(2 * np.pi * drive.frequency * film.time[index])
-    places = film.position[index][:, inside] + shift
-    images = draw_frames(packing, cells, places, film.diameters[inside], speed / fastest, lift)
+    images = pictures.spheres_film(
+        film.position[index][:, inside] + shift,
+        film.diameters[inside],
+        speed,
+        (0.0, fastest),
+        row,
+        lift=drive.amplitude * np.sin(2 * np.pi * drive.frequency * film.time[index]),
+        pixels=PIXELS,
+    )
     slow = SECONDS * drive.frequency
     caption = (
         f"{CYCLES} cycles at {drive.frequency:g} Hz, Γ = {drive.gamma:.4g}, r = "
         f"{run.fill_fraction:g}, {slow:.0f} times slower: computed positions of the particles "
-        f"in {cells} of {packing.count} cells, seen from the side. The cells move "
+        f"in {cells} of {packing.count} cells, seen from outside. The cells move "
         f"by ±{1e3 * drive.amplitude:.2g} mm. Colour: speed relative to the cell, 0 (dark) to "
         f"{fastest:.2g} m/s (bright)."
     )
     return Picture("film", _webp(images, SECONDS * CYCLES / len(images)), caption, format="webp")
 
 
-def in_a_row(positions: Array, packing: Packing, cells: int) -> tuple[Flags, Array]:
-    """Return which spheres (n, 3) are in the first cells, and what moves these into a row [m]."""
-    centres = geometry.cell_centres(packing.across_flats, packing.count)
-    nearest = np.linalg.norm(positions[:, None, :2] - centres, axis=2).argmin(axis=1)
-    row = np.outer(np.arange(cells), [PITCH * packing.across_flats, 0.0])
-    inside: Flags = nearest < cells
-    return inside, np.pad(row - centres[:cells], ((0, 0), (0, 1)))[nearest[inside]]
-
-
-def draw_frames(
-    packing: Packing, cells: int, positions: Array, diameters: Array, colour: Array, lift: Array
-) -> list[Image.Image]:
-    """Draw spheres in a row of cells from the side, x to the right and z up, frame by frame.
-
-    Positions (n_frames, n, 3) relative to the cells and their lift (n_frames,) in m; colours
-    (n_frames, n) from 0 to 1.
-    """
-    start, stop = packing.outline[:, 0].min(), packing.outline[:, 0].max()
-    step, gap = PITCH * packing.across_flats, 0.1 * packing.across_flats
-    low, high = -np.abs(lift).max() - gap, packing.depth + np.abs(lift).max() + gap
-    width = (cells - 1) * step + stop - start + 2 * gap
-    figure = Figure(figsize=(PIXELS / 100, PIXELS / 100 * (high - low) / width), dpi=100)
-    canvas, images = FigureCanvasAgg(figure), []
-    for places, values, up in zip(positions, colour, lift, strict=True):
-        figure.clear()
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(start - gap, start - gap + width))
-        axes.set(ylim=(low, high))
-        axes.set_axis_off()
-        far_first = np.argsort(-places[:, 1])
-        size = diameters[far_first]
-        spheres = EllipseCollection(
-            size, size, 0 * size, units="xy", offsets=places[far_first][:, [0, 2]] + [0.0, up],
-            offset_transform=axes.transData, array=values[far_first], cmap="plasma",
-            norm=Normalize(0, 1), edgecolors="black", linewidths=0.5,
-        )  # fmt: skip
-        axes.add_collection(spheres)
-        for number in range(cells):
-            wall = Rectangle((start + number * step, up), stop - start, packing.depth, fill=False)
-            axes.add_patch(wall)
-        canvas.draw()
-        images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
-    return images
-
-
-def _webp(frames: list[Image.Image], seconds: float) -> bytes:
+def _webp(images: list[pictures.Image], seconds: float) -> bytes:
     """Return images as an animation without end, each shown for so long [s]."""
+    frames = [Image.fromarray(image) for image in images]
     buffer = BytesIO()
     frames[0].save(
         buffer, "WEBP", save_all=True, append_images=frames[1:], duration=round(1e3 * seconds),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Any, Self, TypeVar
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
 
@@ -20,6 +20,17 @@ class SectionModel(BaseModel):
 
     # docstrings of keys are for the schema, which reads them itself: pydantic does at each import
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    removed_keys: ClassVar[Mapping[str, str]] = {}  # keys of earlier versions, what to say of each
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_removed(cls, values: Any) -> Any:
+        if isinstance(values, Mapping):
+            old = [Mistake((key,), says) for key, says in cls.removed_keys.items() if key in values]
+            if old:
+                raise Mistakes(old)
+        return values
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what of the keys does not fit together; each is good on its own."""

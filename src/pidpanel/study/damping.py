@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from pidpanel.paths import DATA
 from pidpanel.study.base import RelativeError, SectionModel
@@ -25,6 +25,7 @@ Reading = Literal[
     "table",
     "coupled",
 ]
+REMOVED = "was removed; use 'coupled', the default for sound"
 NEIGHBOURS_DB = 3.0
 # farthest level to which what a coupled run found is carried [dB]: beds begin to cross their gap
 # within some decibels, and push a thousand times as much then
@@ -90,10 +91,28 @@ class Coupled(SectionModel):
             yield Mistake(("cells",), f"must be a multiple of stations = {self.stations}")
 
 
+def _without_removed(name: Any) -> Any:
+    if name in ("random", "random_with_source"):
+        raise ValueError(f"'{name}' {REMOVED}")
+    return name
+
+
 class Damping(SectionModel):
     """Damping models, the sources of C_e and m_a. The PSDs are computed with each of them."""
 
-    readings: Annotated[tuple[Reading, ...], Field(min_length=1)] | None = None
+    removed_keys: ClassVar[Mapping[str, str]] = {
+        "random": f"{REMOVED}, with the keys of damping.coupled",
+        "target": "was removed, because its errors were too small; the whole of coupon.sweep is "
+        "run",
+        "tones": "was removed; use 'coupled', or extend coupon.sweep to the motions",
+    }
+
+    readings: (
+        Annotated[
+            tuple[Annotated[Reading, BeforeValidator(_without_removed)], ...], Field(min_length=1)
+        ]
+        | None
+    ) = None
     """Damping models. ``stated``: each patch as defined in ``dampers``. ``coupled``: panel and
     particles are integrated together; patches without a coupon as in ``stated``. The others use
     the same damping for all patches: ``dem`` the section ``coupon`` under single tones,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, ClassVar, Literal
 
 from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.mistakes import Mistake
@@ -18,6 +18,11 @@ LEAST_SPAN = 1.02
 
 class Response(SectionModel):
     """The frequencies of the response, and the terms of the panel's equation of motion."""
+
+    removed_keys: ClassVar[Mapping[str, str]] = {
+        "radiation_beside": "was removed; run a copy of the study with response.radiation, and "
+        "pidpanel compare both"
+    }
 
     frequency_hz: tuple[Frequency, Frequency] = (20.0, 2000.0)
     """Lowest and highest frequency [Hz]."""
