@@ -248,7 +248,7 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
 
 def _check_base(random: RandomMotion, response: Response) -> Iterator[Mistake]:
     """Yield what is wrong with the table of base motion, and an overall value it does not have."""
-    from pidpanel.acceleration_table import read_base_table
+    from pidpanel.spectra.acceleration_table import read_base_table
 
     keys = ("base", "random")
     try:
@@ -267,7 +267,7 @@ def _check_base(random: RandomMotion, response: Response) -> Iterator[Mistake]:
 
 
 def _check_limits(severity: Severity) -> Iterator[Mistake]:
-    from pidpanel.acceleration_table import read_base_table
+    from pidpanel.spectra.acceleration_table import read_base_table
 
     for point, path in severity.limits.items():
         try:

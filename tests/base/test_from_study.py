@@ -8,13 +8,13 @@ import yaml
 from moving import HERE, shaken_study
 from reference_pages import FILES
 
-from pidpanel.acceleration_table import read_base_table
 from pidpanel.base.from_study import base_scenarios
 from pidpanel.paths import DATA
 from pidpanel.report import style
 from pidpanel.report.base_section import base_section
 from pidpanel.report.html import Table, unfolded
 from pidpanel.report.read import read_base
+from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study import load_study
 
 G = 9.80665

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pidpanel.acceleration_table import read_base_table
 from pidpanel.columns import ColumnsError
 from pidpanel.paths import DATA
+from pidpanel.spectra.acceleration_table import read_base_table
 
 HEADER = "frequency_hz,acceleration_psd_g2_hz,slope_db_octave\n"
 

@@ -43,7 +43,8 @@ from _pytest.runner import runtestprotocol
 from mutants import Mutant, mutants_of
 
 FORMULAS = {
-    "": "break_points chebyshev damping_ratio third_octaves",
+    "": "chebyshev damping_ratio",
+    "spectra": "acceleration_table break_points third_octaves",
     "geometry": "cells plane_mesh plane_waves polygon sizes",
     "coupon": "balance contact cycles drive geometry packings rows states",
     "damping": "broadband constants coupled fit forms gaussian_process inelastic interpolation jump laws readings sides simulated_range "
@@ -55,10 +56,11 @@ FORMULAS = {
     "model motions moved panel power search sharpness solvers source stress supports uncertainty",
     "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "
     "excited_panel panel_motion scenario_runs segments softening force_record spectra stations tables variants",
-    "response": "cases coupled_errors dampers extrapolation mapping model_error panel patch_rows tabdmp1 tables",
+    "response": "bushes cases coupled_errors dampers extrapolation mapping model_error panel patch_rows tabdmp1 tables",
     "base": "basis_check notching random sine transfer",
     "severity": "fatigue moments oscillators strength",
-    "optimise": "alternatives bound places proposal reduced search variants",
+    "optimise": "alternatives bound objectives places proposal reduced search variants",
+    "measurement": "differences",
     "report": "verdict",
 }
 """Modules with formulas, by stage; first those of all stages."""

@@ -77,6 +77,7 @@ ORPHAN = "HALF * s → HALF / s"
 
 OTHERS = {
     "": "api arrays check columns constants paths progress text_files",
+    "spectra": "",
     "geometry": "",
     "solve": "",
     "coupon": "attempts batches bed cases coding deadline estimate film finished from_study judgement legs "
@@ -88,6 +89,7 @@ OTHERS = {
     "base": "from_study panel tables",
     "severity": "from_study tables",
     "optimise": "finalists from_study options placed",
+    "measurement": "files from_study",
     "response": "export exports from_study map_files nastran psd_files refinement results trust",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""

@@ -6,12 +6,12 @@ import pytest
 from scipy.integrate import quad
 
 import pidpanel
-from pidpanel.break_points import BreakPoints
 from pidpanel.paths import DATA
 from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.sound.spectrum import REFERENCE_PRESSURE, PsdSpectrum, SpectrumError, pressure_psd
 from pidpanel.sound.table import SpectrumTableError
+from pidpanel.spectra.break_points import BreakPoints
 
 BANDS = DATA / "spl" / "smc_s_016_2014_min_third.csv"
 POINTS = BreakPoints(np.array([50.0, 200, 200, 800, 2000]), np.array([2.0, 8, 4, 1, 0.01]))

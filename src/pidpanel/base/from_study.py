@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from pidpanel.acceleration_table import read_base_table
 from pidpanel.arrays import Array
 from pidpanel.base import tables
 from pidpanel.base.basis_check import checked_panel
@@ -19,7 +18,6 @@ from pidpanel.base.panel import shaken_panel
 from pidpanel.base.random import random_cases
 from pidpanel.base.sine import interface_force, sweep
 from pidpanel.base.transfer import Transfer
-from pidpanel.break_points import BreakPoints
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.plate_files import read_plate
@@ -36,6 +34,8 @@ from pidpanel.solve.supports import (
     SupportedPanel,
     observed_motions,
 )
+from pidpanel.spectra.acceleration_table import read_base_table
+from pidpanel.spectra.break_points import BreakPoints
 from pidpanel.study import Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
 from pidpanel.study.damping import COUPLED

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from pidpanel.break_points import BreakPoints
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolving
@@ -15,6 +14,7 @@ from pidpanel.solve.basis_error import MovedFace
 from pidpanel.solve.moved import Matrices
 from pidpanel.solve.supports import BaseExcitation, SupportedPanel, with_translation
 from pidpanel.sound.radiation import Air
+from pidpanel.spectra.break_points import BreakPoints
 
 
 @dataclass(frozen=True)

@@ -241,7 +241,7 @@ def _of_sound(study: Study) -> str:
 
 
 def _of_base(base: BaseMotion) -> Iterator[str]:
-    from pidpanel.acceleration_table import read_base_table
+    from pidpanel.spectra.acceleration_table import read_base_table
 
     if base.random is not None:
         level = read_base_table(base.random.spectrum).rms
@@ -303,8 +303,7 @@ def _of_cost(cost: Cost) -> str:
 
 def _of_all(costs: list[Cost]) -> str:
     total = sum(cost.seconds for cost in costs)
-    measured = "; pidpanel estimate measures the runs" if costs[0].stage == "coupon" else ""
-    return f"; in all about {_duration(total)} of CPU time{measured}"
+    return f"; in all about {_duration(total)} of CPU time"
 
 
 def _duration(seconds: float) -> str:

@@ -10,8 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from pidpanel.acceleration_table import read_base_table
-from pidpanel.break_points import BreakPoints
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled import carried, estimate_files, tables
 from pidpanel.coupled.beds import cpu_per_interval, rayleigh_time_of
@@ -30,6 +28,8 @@ from pidpanel.provenance.digests import stamp
 from pidpanel.solve.supports import BaseExcitation, supported_panel, with_translation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import excitation_of, read_air, spectrum_of
+from pidpanel.spectra.acceleration_table import read_base_table
+from pidpanel.spectra.break_points import BreakPoints
 from pidpanel.study import Filling, Scenario, Study, StudyError
 from pidpanel.study.damping import NEIGHBOURS_DB
 

@@ -50,8 +50,8 @@ DOUBTS = {
 
 SINGLE_TONES = (
     "C_e and m_a are those of single tones with the patch's rms acceleration, Γ = √2 a_rms/g. "
-    "Under broadband sound C_e is lower at high frequencies (by about 6 at 2 kHz in one "
-    "measurement), so reductions are overestimated."
+    "Broadband motion is damped less, by 30 % of the effect of the damping on average. The stated "
+    "errors contain that."
 )
 
 

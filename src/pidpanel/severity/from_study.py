@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import pandas as pd
 import xarray as xr
 
-from pidpanel.acceleration_table import read_base_table
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.provenance.digests import stamp
 from pidpanel.response.psd_files import is_steady, read_psd
@@ -27,6 +26,7 @@ from pidpanel.severity.tables import (
     peak_rows,
     strength_rows,
 )
+from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study import Study, StudyError
 from pidpanel.study.severity import Fatigue, Strengths
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.third_octaves import center_frequency, edge_frequency
+from pidpanel.spectra.third_octaves import center_frequency, edge_frequency
 
 
 def third_octaves(low: float, high: float) -> tuple[Array, Array]:

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.break_points import BreakPoints
 from pidpanel.columns import Allowed, ColumnsError, TableRows, faults_of_names, numbers, read_rows
 from pidpanel.sound.spectrum import PsdSpectrum, Spectrum
 from pidpanel.sound.table import SpectrumTableError, read_spl_table
+from pidpanel.spectra.break_points import BreakPoints
 
 HEADER = ("frequency_hz", "psd_pa2_hz")
 

@@ -10,9 +10,9 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pidpanel import third_octaves
 from pidpanel.arrays import Array, Index
-from pidpanel.break_points import BreakPoints
+from pidpanel.spectra import third_octaves
+from pidpanel.spectra.break_points import BreakPoints
 
 BandKind = Literal["third octave", "octave"]
 PressureReference = Literal["surface", "room", "incident"]

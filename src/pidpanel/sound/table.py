@@ -15,7 +15,7 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.columns import Allowed, ColumnsError, TableRows, faults_of_names, numbers, read_rows
 from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum, SpectrumError
-from pidpanel.third_octaves import center_frequency
+from pidpanel.spectra.third_octaves import center_frequency
 
 HEADER = ("center_hz", "spl_db")
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.break_points import BreakPoints
 from pidpanel.columns import Allowed, ColumnsError, faults_of_names, numbers, read_rows
+from pidpanel.spectra.break_points import BreakPoints
 
 FREQUENCY, LEVEL, SLOPE = COLUMNS = ("frequency_hz", "acceleration_psd_g2_hz", "slope_db_octave")
 

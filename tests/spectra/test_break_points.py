@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pidpanel.break_points import BreakPoints
+from pidpanel.spectra.break_points import BreakPoints
 
 STEPS = BreakPoints(np.array([20.0, 80.0, 80.0, 90.0, 200.0]), np.array([1.0, 16.0, 2.0, 2.0, 0.9]))
 

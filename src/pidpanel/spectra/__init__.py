@@ -1,0 +1,1 @@
+"""PSDs in tables: break points with slopes, tables of accelerations, third octaves."""
