@@ -35,7 +35,7 @@ ALLOWED = {
     "coupled": UPSTREAM,
     "optimise": UPSTREAM | {"response", "severity"},
     "severity": UPSTREAM | {"response", "base"},
-    "measurement": UPSTREAM | {"response"},
+    "measurement": UPSTREAM | {"response", "base"},
     "report": UPSTREAM | {"response", "base", "coupled", "optimise", "severity", "measurement"},
     "verification": UPSTREAM | {"response", "base", "report"},
 }

@@ -8,14 +8,18 @@ import yaml
 from moving import HERE, shaken_study
 from reference_pages import FILES
 
-from pidpanel.base.from_study import base_scenarios
+from pidpanel.base.from_study import base_labels, base_scenarios
+from pidpanel.check import checked_study
+from pidpanel.measurement.from_study import write_measurements
 from pidpanel.paths import DATA
 from pidpanel.report import style
 from pidpanel.report.base_section import base_section
-from pidpanel.report.html import Table, unfolded
+from pidpanel.report.html import Paragraph, Table, unfolded
+from pidpanel.report.inputs import MeasurementResults
+from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.report.read import read_base
 from pidpanel.spectra.acceleration_table import read_base_table
-from pidpanel.study import load_study
+from pidpanel.study import StudyError, load_study
 
 G = 9.80665
 pytestmark = pytest.mark.slow
@@ -170,3 +174,63 @@ def test_a_study_of_a_sine_alone_has_no_random_motion(tmp_path):
     path = tmp_path / "sine.yaml"
     path.write_text("\n".join(lines))
     assert load_study(path).base.parts == {"random": False, "limits": False, "sine": True}
+
+
+def test_measurements_under_base_motion_are_compared_with_the_base(shaken, tmp_path):
+    # red: a transmissibility taken for a PSD; the notched input; the response to the sound
+    with xr.open_dataset(shaken[1] / "psd.nc", engine="scipy") as psd:
+        case = psd.load().sel(scenario="PID-1_r0.5", point="aside", input="stated", reading="table")
+    f = case["frequency"].to_numpy()
+    density = case["absolute_acceleration_psd"].to_numpy()
+    gain = np.sqrt(density / case["input_psd"].to_numpy())
+    columns = {"acceleration_psd_g2_hz": density / G**2 / 2, "transmissibility": gain / 2}
+    measurements = {}
+    for name, values in columns.items():
+        table = pd.DataFrame({"frequency_hz": f, name: values})
+        table.to_csv(tmp_path / f"{name}.csv", index=False)
+        about = {"point": "aside", "scenario": "PID-1_r0.5_143dB", "excitation": "base"}
+        measurements[name] = {"file": f"{name}.csv", **about}
+    study = yaml.safe_load((HERE / "shaken.yaml").read_text())
+    study["damping"]["table"] = str(DATA / "damping" / "acrylic_2mm.csv")
+    (tmp_path / "test.yaml").write_text(yaml.safe_dump({**study, "measurements": measurements}))
+    study = checked_study(tmp_path / "test.yaml")
+    files = [tmp_path / f"{name}.csv" for name in ("measured", "differences")]
+    write_measurements(study, {"base": shaken[1] / "psd.nc"}, *files)
+    rows = pd.read_csv(files[1]).query("reading == 'table'").set_index("measurement")
+    of_psd, of_gain = (rows.loc[name] for name in columns)
+    np.testing.assert_allclose(of_psd["difference_db"], 10 * np.log10(2), atol=1e-3)
+    np.testing.assert_allclose(of_gain["difference_db"], 20 * np.log10(2), atol=1e-3)
+    assert of_psd["measured_psd_g2_hz"].notna().all() and (of_gain["difference_error_db"] > 0).all()
+    ratio = of_gain["computed_transmissibility"] / of_gain["measured_transmissibility"]
+    np.testing.assert_allclose(ratio, 2, rtol=1e-3)
+    measured = MeasurementResults(*(pd.read_csv(file) for file in files))
+    names = dict.fromkeys(base_labels(study).values(), "half full")
+    curves = curves_of(read_base(shaken[1], study.base.parts))
+    with style.context():
+        section = measurement_section(measured, {"base": curves}, names)
+    texts = [block.text for block in section.blocks if isinstance(block, Paragraph)]
+    assert "point aside under base motion, half full" in texts[0]
+    assert texts[1].startswith("transmissibility: transmissibility of point aside under base")
+
+
+def test_a_transmissibility_needs_base_motion_and_a_psd_random_motion(tmp_path):
+    study = yaml.safe_load((HERE / "shaken.yaml").read_text())
+    study["damping"]["table"] = str(DATA / "damping" / "acrylic_2mm.csv")
+    (tmp_path / "gain.csv").write_text("frequency_hz,transmissibility\n30,1\n300,2\n")
+    (tmp_path / "psd.csv").write_text("frequency_hz,acceleration_psd_g2_hz\n30,1\n300,2\n")
+
+    def refused(values, **measurement):
+        about = {"point": "aside", **measurement}
+        (tmp_path / "test.yaml").write_text(
+            yaml.safe_dump({**values, "measurements": {"a": about}})
+        )
+        with pytest.raises(StudyError) as error:
+            checked_study(tmp_path / "test.yaml")
+        (line,) = str(error.value).splitlines()
+        return line
+
+    without = {key: value for key, value in study.items() if key != "base"}
+    assert "needs a section base" in refused(without, file="gain.csv")
+    assert "base motion alone" in refused(study, file="gain.csv", excitation="sound")
+    sweep = {**study, "base": {"sine": study["base"]["sine"]}}
+    assert "needs base.random" in refused(sweep, file="psd.csv", excitation="base")

@@ -51,6 +51,7 @@ def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
     [
         ("a.csv", "frequency_hz,psd\n20,1\n", "column 'psd': unknown"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n", "at least two lines"),
+        ("a.csv", "frequency_hz,transmissibility\n20,0\n30,0\n", "the transmissibility must be"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n10,1\n", "must rise; 10 Hz"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,-1\n30,1\n", "at least 0"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,0\n30,0\n", "not 0 everywhere"),
@@ -70,8 +71,8 @@ def test_a_file_that_is_wrong_is_refused_in_a_line(tmp_path, name, content, says
 
 def test_a_universal_file_of_another_function_or_of_several_is_refused(tmp_path):
     # red: func_type not looked at; the first of several taken
-    with pytest.raises(ColumnsError, match="4 is a frequency response"):
-        read_measured(universal(tmp_path / "frf.uff", func_type=4))
+    with pytest.raises(ColumnsError, match="6 is a coherence"):
+        read_measured(universal(tmp_path / "coherence.uff", func_type=6))
     with pytest.raises(ColumnsError, match="must be an acceleration"):
         read_measured(universal(tmp_path / "force.uff", ordinate_spec_data_type=13))
     two = universal(universal(tmp_path / "two.uff"), data=3 * PSD)
@@ -80,6 +81,26 @@ def test_a_universal_file_of_another_function_or_of_several_is_refused(tmp_path)
     np.testing.assert_allclose(read_measured(two, 2).psd, 3 * PSD, rtol=1e-6)
     with pytest.raises(ColumnsError, match="record is 3"):
         read_measured(two, 3)
+
+
+def test_a_transmissibility_is_read_from_a_table_and_a_frequency_response(tmp_path):
+    # red: the real part; the magnitude as a PSD; g²/Hz
+    gain = PSD * np.exp(2j * FREQUENCY)
+    table = tmp_path / "gain.csv"
+    frame = pd.DataFrame({"frequency_hz": FREQUENCY, "transmissibility": np.abs(gain)})
+    frame.to_csv(table, index=False)
+    accelerations = {"func_type": 4, "data": gain, "orddenom_spec_data_type": 12}
+    labels = {"ordinate_axis_units_lab": "m/s^2", "orddenom_axis_units_lab": "m/s^2"}
+    for path in (table, universal(tmp_path / "frf.uff", **accelerations, **labels)):
+        read = read_measured(path)
+        assert read.over_base
+        np.testing.assert_allclose(read.psd, PSD**2, rtol=1e-6)
+    forces = accelerations | {"orddenom_spec_data_type": 13}
+    with pytest.raises(ColumnsError, match="over the acceleration of the base, data type 12"):
+        read_measured(universal(tmp_path / "force.uff", **forces))
+    with pytest.raises(ColumnsError, match="one unit above and below, not g and m/s"):
+        labels["ordinate_axis_units_lab"] = "g"
+        read_measured(universal(tmp_path / "units.uff", **accelerations, **labels))
 
 
 def test_differences_are_those_of_the_bands_that_both_have():

@@ -295,8 +295,8 @@ def table(tmp_path_factory, write_study, table_values):
     read["maps"] = made / "maps.nc"
     call("severity", study, read, severity)
     (folder / "measurement").mkdir()
-    measured = within(folder / "measurement", {n: f"{n}.csv" for n in ("psd", "differences")})
-    call("measurement", study, {"psd": response["psd"]}, measured)
+    measured = within(folder / "measurement", {n: f"{n}.csv" for n in ("measured", "differences")})
+    call("measurement", study, {"response": response["psd"]}, measured)
     page = within(folder, {"page": "report.html", "figures": "report"})
     runs = folder.parent / "coupon"
     call("report", study, {}, page, params={"results": str(folder)}, coupon=runs)

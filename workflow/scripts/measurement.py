@@ -1,4 +1,4 @@
-"""Measured PSDs beside computed ones."""
+"""Measured PSDs and transmissibilities beside computed ones."""
 
 from pidpanel.measurement.from_study import write_measurements
 from pidpanel.provenance.job import Job, run
@@ -6,9 +6,10 @@ from pidpanel.study import load_study
 
 
 def main(job: Job) -> None:
-    """From the PSDs of the response."""
-    made = job.output
-    write_measurements(load_study(job.study), job.input.psd, made.psd, made.differences)
+    """From the curves of the response and of base motion."""
+    read, made = job.input, job.output
+    curves = {"sound": read.get("response"), "base": read.get("base")}
+    write_measurements(load_study(job.study), curves, made.measured, made.differences)
 
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ from pidpanel.spectra.break_points import BreakPoints
 from pidpanel.study import Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
 from pidpanel.study.damping import COUPLED
-from pidpanel.study.scenarios import level_suffix
+from pidpanel.study.scenarios import Scenario, level_suffix
 
 
 class BaseInputs(NamedTuple):
@@ -52,20 +52,36 @@ class BaseInputs(NamedTuple):
 
 def base_scenarios(study: Study) -> list[ResponseScenario]:
     """Return the scenarios of a study, once for each layout: they have no sound level."""
-    layouts: dict[tuple[PatchFilling, ...], ResponseScenario] = {}
+    layouts: dict[str, ResponseScenario] = {}
+    labels = base_labels(study)
     for scenario in study.all_scenarios():
-        fillings = tuple(
-            PatchFilling(filling.patch, filling.damper, filling.fill_fraction)
-            for filling in scenario.fillings
-        )
-        label = scenario.label.removesuffix(level_suffix(scenario.oaspl_db))
+        label = labels[scenario.label]
         layouts.setdefault(
-            fillings,
+            label,
             ResponseScenario(
-                label, "bare", np.nan, 1.0, fillings, scenario.patch, scenario.fill_fraction
+                label, "bare", np.nan, 1.0, _layout_of(scenario), scenario.patch,
+                scenario.fill_fraction,
             ),
-        )
+        )  # fmt: skip
     return list(layouts.values())
+
+
+def base_labels(study: Study) -> dict[str, str]:
+    """Return the label under base motion of every scenario: that of the first with its layout."""
+    labels: dict[tuple[PatchFilling, ...], str] = {}
+    return {
+        scenario.label: labels.setdefault(
+            _layout_of(scenario), scenario.label.removesuffix(level_suffix(scenario.oaspl_db))
+        )
+        for scenario in study.all_scenarios()
+    }
+
+
+def _layout_of(scenario: Scenario) -> tuple[PatchFilling, ...]:
+    return tuple(
+        PatchFilling(filling.patch, filling.damper, filling.fill_fraction)
+        for filling in scenario.fillings
+    )
 
 
 def limits_of(motion: BaseMotion, points: Sequence[str]) -> list[Limit]:

@@ -1,1 +1,1 @@
-"""Measured PSDs of the response points beside computed ones."""
+"""Measured PSDs and transmissibilities of the response points beside computed ones."""

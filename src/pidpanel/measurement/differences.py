@@ -16,13 +16,13 @@ LEAST_SPAN = 10**0.1
 
 
 class BandDifference(NamedTuple):
-    """Mean PSDs of a band [g²/Hz], and how much higher the computed one is [dB]."""
+    """Mean PSDs of a band, and how much higher the computed one is [dB]."""
 
     center_hz: float
     lower_hz: float
     upper_hz: float
-    measured_psd_g2_hz: float
-    computed_psd_g2_hz: float
+    measured: float
+    computed: float
     difference_db: float
     difference_error_db: float
 
@@ -41,7 +41,7 @@ def band_differences(
     Parameters
     ----------
     frequency, psd
-        (nf,) computed [Hz], [g²/Hz].
+        (nf,) computed [Hz], in the unit of the measured one.
     log_error
         (nf,) standard error of ln of the PSD, correlated over the lines; None without one.
     """

@@ -1,4 +1,4 @@
-"""Measured acceleration PSDs from CSV tables and universal files (data set 58)."""
+"""Measured PSDs and transmissibilities from CSV tables and universal files (data set 58)."""
 
 from __future__ import annotations
 
@@ -16,27 +16,46 @@ from pidpanel.constants import STANDARD_GRAVITY
 COLUMNS = {
     "frequency_hz": Allowed(0.0, low_itself=False),
     "acceleration_psd_g2_hz": Allowed(0.0, high=1e6),
+    "transmissibility": Allowed(0.0, high=1e6),
 }
+FREQUENCY_COLUMN, PSD_COLUMN, RATIO_COLUMN = COLUMNS
 UNIVERSAL = (".uff", ".unv", ".uf58")
 
-PSD, AUTO_SPECTRUM, FREQUENCY, ACCELERATION = 9, 2, 18, 12
-"""Codes of data set 58: two kinds of function, kind of abscissa and of ordinate."""
+RESPONSE, PSD, ACCELERATION = 4, 9, 12
+"""Codes of data set 58: two kinds of function, and the kind of ordinate."""
 FUNCTIONS = {1: "a time history", 2: "an auto spectrum without a width", 3: "a cross spectrum",
-             4: "a frequency response", 6: "a coherence"}  # fmt: skip
+             6: "a coherence"}  # fmt: skip
 
 IN_G = re.compile(r"g(n|\^2|\*\*2|²)?\s*(/|$)", re.IGNORECASE)
 """Label of an axis in g²/Hz."""
 
 
 class MeasuredPsd(NamedTuple):
-    """A measured acceleration PSD over frequency: (nf,) rising [Hz] and [g²/Hz]."""
+    """A measured acceleration PSD.
+
+    Attributes
+    ----------
+    frequency, psd
+        (nf,) rising [Hz] and [g²/Hz].
+    over_base
+        Whether the PSD is over that of the supports [1]: the square of a transmissibility.
+    """
 
     frequency: Array
     psd: Array
+    over_base: bool = False
+
+    @property
+    def columns(self) -> dict[str, Array]:
+        """Values by the names of a table."""
+        name, values = PSD_COLUMN, self.psd
+        if self.over_base:
+            name, values = RATIO_COLUMN, np.sqrt(values)
+        return {FREQUENCY_COLUMN: self.frequency, name: values}
 
 
 def read_measured(path: Path, record: int | None = None) -> MeasuredPsd:
-    """Read a measured PSD.
+    """Read a measured PSD or transmissibility.
 
     Parameters
     ----------
@@ -53,31 +72,35 @@ def read_measured(path: Path, record: int | None = None) -> MeasuredPsd:
     if path.suffix.lower() in UNIVERSAL:
         return _checked(path, *_universal(path, record))
     table = read_rows(path)
-    faults = [(table.line, says) for says in faults_of_names(table.header, list(COLUMNS))]
+    over_base = RATIO_COLUMN in table.header
+    names = [FREQUENCY_COLUMN, RATIO_COLUMN if over_base else PSD_COLUMN]
+    faults = [(table.line, says) for says in faults_of_names(table.header, names)]
     if not faults:
-        missing = [name for name in COLUMNS if name not in table.header]
+        missing = [name for name in names if name not in table.header]
         faults = [(table.line, f"column {name}: missing") for name in missing]
-    _, columns, of_cells = numbers(table, COLUMNS)
+    _, columns, of_cells = numbers(table, {name: COLUMNS[name] for name in names})
     if faults or of_cells:
         ordered = sorted([*faults, *of_cells], key=lambda fault: fault[0])
         raise ColumnsError([f"{path}, line {line}: {says}" for line, says in ordered])
-    return _checked(path, *(columns[name] for name in COLUMNS))
+    frequency, values = (columns[name] for name in names)
+    return _checked(path, frequency, values, over_base)
 
 
-def _checked(path: Path, frequency: Array, psd: Array) -> MeasuredPsd:
+def _checked(path: Path, frequency: Array, values: Array, over_base: bool) -> MeasuredPsd:
     if frequency.size < 2:
         raise ColumnsError([f"{path}: must have at least two lines, not {frequency.size}"])
     falls = np.flatnonzero(np.diff(frequency) <= 0)
     if falls.size:
         low = frequency[falls[0] + 1]
         raise ColumnsError([f"{path}: frequencies must rise; {low:g} Hz follows a higher one"])
-    if not (np.isfinite(psd).all() and (psd >= 0).all() and psd.any()):
-        raise ColumnsError([f"{path}: the PSD must be finite, not negative, and not 0 everywhere"])
-    return MeasuredPsd(frequency, psd)
+    if not (np.isfinite(values).all() and (values >= 0).all() and values.any()):
+        says = f"the {'transmissibility' if over_base else 'PSD'} must be finite, not negative, "
+        raise ColumnsError([f"{path}: {says}and not 0 everywhere"])
+    return MeasuredPsd(frequency, values**2 if over_base else values, over_base)
 
 
-def _universal(path: Path, record: int | None) -> tuple[Array, Array]:
-    """Return frequency and PSD [g²/Hz] of a data set 58."""
+def _universal(path: Path, record: int | None) -> tuple[Array, Array, bool]:
+    """Return frequency, PSD [g²/Hz] or transmissibility, and which, of a data set 58."""
 
     def refuse(says: str) -> ColumnsError:
         return ColumnsError([f"{path}: {says}"])
@@ -98,11 +121,23 @@ def _universal(path: Path, record: int | None) -> tuple[Array, Array]:
         raise
     except Exception as error:  # whatever the library meets in a broken file
         raise refuse(f"is no universal file that can be read ({type(error).__name__})") from None
-    if kind != PSD:
-        says = FUNCTIONS.get(kind, "another function")
-        raise refuse(f"must be a power spectral density, function type {PSD}; {kind} is {says}")
+    if kind not in (PSD, RESPONSE):
+        says = f"a power spectral density or frequency response, function type {PSD} or {RESPONSE}"
+        raise refuse(f"must be {says}; {kind} is {FUNCTIONS.get(kind, 'another function')}")
     if int(data["ordinate_spec_data_type"]) not in (0, ACCELERATION):
         raise refuse("must be an acceleration, data type 12 of the ordinate")
-    in_g = IN_G.match(label.strip().lstrip("("))
-    factor = 1.0 if in_g else STANDARD_GRAVITY**-2
-    return x.astype(float), values.real.astype(float) * factor
+    if kind == RESPONSE:
+        below = str(data["orddenom_axis_units_lab"])
+        if int(data["orddenom_spec_data_type"]) not in (0, ACCELERATION):
+            says = "must be over the acceleration of the base, data type 12 of the denominator"
+            raise refuse(says)
+        stated = {text.strip() for text in (label, below)} - {"", "NONE"}
+        if len({_in_g(text) for text in stated}) > 1:
+            raise refuse(f"must have one unit above and below, not {label} and {below}")
+        return x.astype(float), np.abs(values).astype(float), True
+    factor = 1.0 if _in_g(label) else STANDARD_GRAVITY**-2
+    return x.astype(float), values.real.astype(float) * factor, False
+
+
+def _in_g(label: str) -> bool:
+    return IN_G.match(label.strip().lstrip("(")) is not None

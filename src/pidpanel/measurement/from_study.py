@@ -2,22 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from pidpanel.base.from_study import base_labels, spectra
 from pidpanel.columns import ColumnsError
-from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.measurement.computed import computed_psd
 from pidpanel.measurement.differences import BandDifference, band_differences, common_range
-from pidpanel.measurement.files import read_measured
-from pidpanel.response.psd_files import is_steady, read_psd
+from pidpanel.measurement.files import COLUMNS as FILE_COLUMNS
+from pidpanel.measurement.files import MeasuredPsd, read_measured
+from pidpanel.response.psd_files import read_psd
 from pidpanel.response.results import write_csv
 from pidpanel.study import Study
+from pidpanel.study.measurement import Measurement
 from pidpanel.study.mistakes import Mistake
 
-NAMES = ("measurement", "reading", "scenario", "point")
+COLUMNS = (
+    "measurement", "excitation", "reading", "scenario", "point", "center_hz", "lower_hz",
+    "upper_hz", "measured_psd_g2_hz", "measured_transmissibility", "computed_psd_g2_hz",
+    "computed_transmissibility", "difference_db", "difference_error_db",
+)  # fmt: skip
+
+
+def excitation_of(study: Study, measurement: Measurement, measured: MeasuredPsd) -> str:
+    """Return what excited the panel: ``sound`` or ``base``."""
+    if measured.over_base:
+        return "base"
+    return measurement.excitation or ("base" if study.sound is None else "sound")
 
 
 def mistakes_of_files(study: Study) -> Iterator[Mistake]:
@@ -29,33 +43,59 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
         except ColumnsError as error:
             yield from (Mistake(keys, fault) for fault in error.faults)
             continue
+        if measured.over_base and (study.base is None or measurement.excitation == "sound"):
+            says = "is a transmissibility, which is compared with base motion alone"
+            yield Mistake(keys, says if study.base else f"{says}; needs a section base")
+            continue
         low, high = study.response.frequency_hz
+        if excitation_of(study, measurement, measured) == "base" and study.base is not None:
+            if study.base.random is None and not measured.over_base:
+                yield Mistake(keys, "is a PSD, which under base motion needs base.random")
+                continue
+            try:
+                low, high = next(iter(spectra(study).values())).frequency[[0, -1]]
+            except ColumnsError:  # a mistake of base.random
+                continue
         if common_range(measured, low, high) is None:
             first, last = measured.frequency[[0, -1]]
             says = f"its lines are {first:g} to {last:g} Hz; must share a third octave with the "
             yield Mistake(keys, f"{says}response, {low:g} to {high:g} Hz")
 
 
-def write_measurements(study: Study, psd_nc: Path, psd_csv: Path, differences_csv: Path) -> None:
-    """Write the measured PSDs, and their differences from those of every damping model."""
-    psd = read_psd(psd_nc)
-    frequency = psd["frequency"].to_numpy()
+def write_measurements(
+    study: Study, curves: Mapping[str, Path | None], measured_csv: Path, differences_csv: Path
+) -> None:
+    """Write the measured curves, and their differences from those of every damping model.
+
+    Parameters
+    ----------
+    curves
+        Files of the computed PSDs by excitation, ``sound`` and ``base``.
+    """
+    computed = {name: read_psd(path) for name, path in curves.items() if path is not None}
+    labels = {"base": base_labels(study), "sound": {}}
     lines, rows = [], []
     for name, measurement in study.measurements.items():
         measured = read_measured(measurement.file, measurement.record)
+        excitation = excitation_of(study, measurement, measured)
         label = measurement.scenario or study.all_scenarios()[0].label
-        columns = {"frequency_hz": measured.frequency, "acceleration_psd_g2_hz": measured.psd}
-        lines.append(pd.DataFrame({"measurement": name, **columns}))
-        for reading in study.readings:
-            if not is_steady(psd, reading, label):
+        label = labels[excitation].get(label, label)
+        lines.append(pd.DataFrame({"measurement": name, **measured.columns}))
+        for reading in computed[excitation]["reading"].to_numpy().tolist():
+            where = {"reading": reading, "scenario": label, "point": measurement.point}
+            case = computed_psd(computed[excitation], where, over_base=measured.over_base)
+            if case is None:
                 continue
-            case = psd.sel(reading=reading, scenario=label, point=measurement.point)
-            values = case["acceleration_psd"].to_numpy() / STANDARD_GRAVITY**2
-            error = case.get("acceleration_psd_log_error")
-            log_error = None if error is None else np.asarray(error)
-            where = (name, reading, label, measurement.point)
-            bands = band_differences(measured, frequency, values, log_error)
-            rows += [(*where, *band) for band in bands]
-    write_csv(psd_csv, pd.concat(lines))
-    columns_of_rows = [*NAMES, *BandDifference._fields]
-    write_csv(differences_csv, pd.DataFrame(rows, columns=columns_of_rows))
+            names = (name, excitation, *where.values())
+            for band in band_differences(measured, *case):
+                rows.append((*names, *_columns(band, over_base=measured.over_base)))
+    write_csv(measured_csv, pd.concat(lines).reindex(columns=("measurement", *FILE_COLUMNS)))
+    write_csv(differences_csv, pd.DataFrame(rows, columns=COLUMNS))
+
+
+def _columns(band: BandDifference, *, over_base: bool) -> Iterator[float]:
+    """Yield the numbers of a row, with PSDs and transmissibilities in columns apart."""
+    yield from band[:3]
+    for value in (band.measured, band.computed):
+        yield from (np.nan, np.sqrt(value)) if over_base else (value, np.nan)
+    yield from band[-2:]

@@ -127,6 +127,7 @@ def read_panel_inputs(study: Study, folder: Path) -> PanelInputs:
             for name in study.surfaces
         },
         base=read.read_base(folder / "base", study.base.parts) if study.base else None,
+        measurements=read.read_measurements(folder / "measurement") if study.measurements else None,
     )
 
 
@@ -154,7 +155,6 @@ def read_inputs(study: Study, on_panel: PanelInputs, folder: Path) -> Inputs:
         else read.read_severity(
             folder / "severity", study.severity.quality, study.severity.duration_s
         ),
-        measured=read.read_measurements(folder / "measurement") if study.measurements else None,
     )
 
 

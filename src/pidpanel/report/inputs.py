@@ -160,7 +160,7 @@ class SeverityResults:
 class MeasurementResults:
     """What the measurement stage left."""
 
-    psd: pd.DataFrame  # ``measurement/psd.csv``
+    measured: pd.DataFrame  # ``measurement/measured.csv``
     differences: pd.DataFrame  # ``measurement/differences.csv``
 
 
@@ -190,6 +190,7 @@ class PanelInputs:
     damping: Mapping[str, DampingResults] = field(default_factory=dict)  # by damper
     coupled: CoupledResults | None = None  # None without coupled runs
     base: BaseResults | None = None  # None without base motion
+    measurements: MeasurementResults | None = None  # None without the section ``measurements``
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,7 +205,6 @@ class Inputs(PanelInputs):
     maps: xr.Dataset | None = None  # ``response/maps.nc``
     proposal: ProposalResults | None = None  # None without the section ``optimise``
     severity: SeverityResults | None = None  # None without the section ``severity``
-    measured: MeasurementResults | None = None  # None without the section ``measurements``
 
     @property
     def moving_points(self) -> list[str]:

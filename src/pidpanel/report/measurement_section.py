@@ -1,4 +1,4 @@
-"""Measured PSDs on the page, drawn over computed ones, with the difference by third octave."""
+"""Measured curves on the page, drawn over computed ones, with the difference by third octave."""
 
 from __future__ import annotations
 
@@ -8,43 +8,64 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.measurement.computed import computed_psd
 from pidpanel.report import style
-from pidpanel.report.charts import chart_of
-from pidpanel.report.html import PageSection, Paragraph, Picture, Table, table_of
-from pidpanel.report.inputs import MeasurementResults
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, psd_figure
-from pidpanel.report.rms import log_error_of
+from pidpanel.report.base_figures import charts_figure
+from pidpanel.report.html import (
+    Chart,
+    PageCurve,
+    PageSection,
+    Paragraph,
+    Picture,
+    Table,
+    table_of,
+)
+from pidpanel.report.inputs import BaseResults, MeasurementResults
 from pidpanel.report.text import READINGS, number, records, with_error
 
-MEASURED = style.BARE
+PSD, RATIO = "psd_g2_hz", "transmissibility"
+"""Ends of the columns of either quantity."""
+
+Curves = Mapping[str, xr.Dataset | None]
+"""Computed curves by excitation, ``sound`` and ``base``."""
+
+
+def curves_of(base: BaseResults | None) -> xr.Dataset | None:
+    """Return the curves of random motion of the supports, or of a sweep without any."""
+    return None if base is None else base.sine if base.psd is None else base.psd
 
 
 def measurement_section(
-    measured: MeasurementResults, psd: xr.Dataset, names: Mapping[str, str]
+    measured: MeasurementResults, curves: Curves, names: Mapping[str, str]
 ) -> PageSection:
-    """Return each measurement with the computed PSDs of its point and scenario."""
+    """Return each measurement with the computed curves of its point and scenario."""
     blocks: list[Paragraph | Picture | Table] = []
     for index, (name, rows) in enumerate(measured.differences.groupby("measurement", sort=False)):
         blocks.append(Paragraph(_sentence(str(name), rows, names)))
-        lines = measured.psd[measured.psd["measurement"] == name]
-        blocks.append(_picture(f"measurement_{index + 1}", lines, rows, psd))
+        lines = measured.measured[measured.measured["measurement"] == name]
+        blocks.append(_picture(f"measurement_{index + 1}", lines, rows, curves))
     table = table_of(
         records(measured.differences),
-        "Mean PSDs of third octaves, and how much higher the computed one is. ±: one standard "
-        "error of the computed PSD due to the damping. Numbers are in measurement/differences.csv.",
+        "Mean PSDs of third octaves [g²/Hz], or rms transmissibilities [1], and how much higher "
+        "the computed one is. ±: one standard error of the computed one due to the damping. "
+        "Numbers are in measurement/differences.csv.",
         {
             "measurement": lambda row: row["measurement"],
             "damping model": lambda row: READINGS[row["reading"]],
             "band, Hz": lambda row: number(row["center_hz"]),
-            "measured, g²/Hz": lambda row: number(row["measured_psd_g2_hz"]),
-            "computed, g²/Hz": lambda row: number(row["computed_psd_g2_hz"]),
+            "measured": lambda row: number(_either(row, "measured")),
+            "computed": lambda row: number(_either(row, "computed")),
             "difference, dB": _difference,
         },
         folded=True,
         title="Differences by third octave",
     )
     return PageSection("measurement", "Measured and computed", [*blocks, table])
+
+
+def _either(row: Mapping[str, float], kind: str) -> float:
+    psd = row[f"{kind}_{PSD}"]
+    return psd if np.isfinite(psd) else row[f"{kind}_{RATIO}"]
 
 
 def _difference(row: Mapping[str, float]) -> str:
@@ -57,42 +78,52 @@ def _difference(row: Mapping[str, float]) -> str:
 def _sentence(name: str, rows: pd.DataFrame, names: Mapping[str, str]) -> str:
     """Return rms values in the common range, and the differences of its bands."""
     first = rows.iloc[0]
+    is_psd = bool(np.isfinite(first[f"measured_{PSD}"]))
     parts = []
     for reading, bands in rows.groupby("reading", sort=False):
-        width = bands["upper_hz"] - bands["lower_hz"]
-        measured, computed = (
-            float(np.sqrt((bands[f"{kind}_psd_g2_hz"] * width).sum()))
-            for kind in ("measured", "computed")
-        )
-        level = 20 * np.log10(computed / measured)
         mean = bands["difference_db"].replace([np.inf, -np.inf], np.nan).abs().mean()
-        parts.append(
-            f"{READINGS[str(reading)]}: {number(computed)} g rms computed, {number(measured)} "
-            f"g rms measured ({level:+.1f} dB); bands differ by {mean:.1f} dB on average"
-        )
+        text = f"bands differ by {mean:.1f} dB on average"
+        if is_psd:
+            width = bands["upper_hz"] - bands["lower_hz"]
+            measured, computed = (
+                float(np.sqrt((bands[f"{kind}_{PSD}"] * width).sum()))
+                for kind in ("measured", "computed")
+            )
+            level = 20 * np.log10(computed / measured)
+            rms = f"{number(computed)} g rms computed, {number(measured)} g rms measured"
+            text = f"{rms} ({level:+.1f} dB); {text}"
+        parts.append(f"{READINGS[str(reading)]}: {text}")
     low, high = rows["lower_hz"].min(), rows["upper_hz"].max()
+    under = "base motion" if first["excitation"] == "base" else "sound"
     return (
-        f"{name}: point {first['point']}, {names[first['scenario']]}, {number(low)} to "
-        f"{number(high)} Hz. {'; '.join(parts)}."
+        f"{name}: {'' if is_psd else 'transmissibility of '}point {first['point']} under {under}, "
+        f"{names[first['scenario']]}, {number(low)} to {number(high)} Hz. {'; '.join(parts)}."
     )
 
 
-def _picture(name: str, lines: pd.DataFrame, rows: pd.DataFrame, psd: xr.Dataset) -> Picture:
-    frequency = psd["frequency"].to_numpy()
-    test = np.interp(
-        frequency, lines["frequency_hz"], lines["acceleration_psd_g2_hz"], left=np.nan, right=np.nan
-    )
-    curves = [PsdCurve("measured", test * STANDARD_GRAVITY**2, MEASURED, width=1.4)]
-    where = rows[["reading", "scenario", "point"]].drop_duplicates()
-    for colour, (reading, scenario, point) in zip(style.PLACES, where.to_numpy(), strict=False):
-        at = {"reading": reading, "scenario": scenario, "point": point}
-        values = psd["acceleration_psd"].sel(at).to_numpy()
-        error = log_error_of(psd, reading, scenario, point)
-        label = f"{READINGS[reading]}, computed"
-        curves.append(PsdCurve(label, values, colour, log_error=error))
-    figure = psd_figure(frequency, [FigurePanel("", "", curves)])
+def _picture(name: str, lines: pd.DataFrame, rows: pd.DataFrame, curves: Curves) -> Picture:
+    first = rows.iloc[0]
+    is_psd = bool(np.isfinite(first[f"measured_{PSD}"]))
+    column, unit = "acceleration_psd_g2_hz", "acceleration PSD, g²/Hz"
+    if not is_psd:
+        column, unit = RATIO, "acceleration over that of the supports"
+    computed, drawn = curves[first["excitation"]], []
+    if computed is None:
+        raise ValueError(f"{first['measurement']}: no computed curves")
+    frequency = computed["frequency"].to_numpy()
+    test = np.interp(frequency, lines["frequency_hz"], lines[column], left=np.nan, right=np.nan)
+    places = rows[["reading", "scenario", "point"]].drop_duplicates()
+    for colour, place in zip(style.PLACES, records(places), strict=False):
+        case = computed_psd(computed, place, over_base=not is_psd)
+        if case is None:
+            continue
+        power = 1.0 if is_psd else 0.5
+        error = None if case.log_error is None else power * case.log_error
+        label = f"{READINGS[place['reading']]}, computed"
+        drawn.append(PageCurve(label, case.psd**power, colour, log_error=error))
+    chart = Chart("", frequency, unit, [PageCurve("measured", test, style.BARE), *drawn])
     caption = (
-        "Acceleration PSD, measured (straight between its lines) and computed. Bands: one "
-        "standard error due to the damping."
+        f"{'Acceleration PSD' if is_psd else 'Transmissibility'}, measured (straight between its "
+        "lines) and computed. Bands: one standard error due to the damping."
     )
-    return Picture(name, style.png(figure), caption, [chart_of("", frequency, curves)])
+    return Picture(name, style.png(charts_figure([chart])), caption, [chart])

@@ -77,7 +77,7 @@ def read_severity(folder: Path, quality: float, duration: float) -> SeverityResu
 def read_measurements(folder: Path) -> MeasurementResults:
     """Read what the measurement stage left."""
     return MeasurementResults(
-        *(read_by_point(folder / f"{name}.csv") for name in ("psd", "differences"))
+        *(read_by_point(folder / f"{name}.csv") for name in ("measured", "differences"))
     )
 
 

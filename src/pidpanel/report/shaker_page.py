@@ -16,6 +16,7 @@ from pidpanel.report.coupled_section import coupled_section
 from pidpanel.report.facts import damping_facts, panel_facts, software_facts
 from pidpanel.report.html import CAVEATS, Page, Picture
 from pidpanel.report.inputs import BaseResults, PanelInputs
+from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.report.panel_section import panel_section
 from pidpanel.report.study_page import coupon_sections
 from pidpanel.report.text import READINGS, number, percent, records, value_text
@@ -49,6 +50,9 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
     sections = [on_panel, *coupon_sections(inputs)]
     if inputs.coupled is not None:
         sections.append(coupled_section(inputs.coupled, study.names, study.panel.points))
+    if inputs.measurements is not None:
+        curves = {"base": curves_of(base)}
+        sections.insert(0, measurement_section(inputs.measurements, curves, study.names))
     return Page(
         title=study.title,
         answer=answer,

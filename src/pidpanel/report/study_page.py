@@ -22,7 +22,7 @@ from pidpanel.report.html import CAVEATS, Page, PageSection, Paragraph, Table
 from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.maps_section import maps_section
-from pidpanel.report.measurement_section import measurement_section
+from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.report.names import with_names
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import is_papers_panel, panel_section
@@ -115,10 +115,11 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     if inputs.coupled is not None and inputs.coupled.verdict is not None:
         verdict = with_names(inputs.coupled.verdict, names)
         sections.append(verdict_section(verdict, points, inputs.psd, inputs.coupled.psd))
-    if inputs.measured is not None:
-        sections.append(measurement_section(inputs.measured, inputs.psd, names))
+    layouts = {scenario.layout_label: scenario.name for scenario in study.scenarios}
+    if inputs.measurements is not None:
+        curves = {"sound": inputs.psd, "base": curves_of(inputs.base)}
+        sections.append(measurement_section(inputs.measurements, curves, {**layouts, **names}))
     if inputs.base is not None:
-        layouts = {scenario.layout_label: scenario.name for scenario in study.scenarios}
         sections.append(base_section(inputs.base, layouts, points, study.panel.thickness_mm))
     if inputs.maps is not None:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))

@@ -159,7 +159,6 @@ def _mistakes_without_sound(study: Study) -> Iterator[Mistake]:
     asked: dict[Keys, bool] = {
         ("optimise",): study.optimise is not None,
         ("severity",): study.severity is not None,
-        ("measurements",): bool(study.measurements),
         ("response", "maps"): bool(response.maps),
         ("response", "radiation"): response.radiation != "none",
     }

@@ -65,7 +65,7 @@ class Study(CouponStudy):
     severity: Severity | None = None
     """Oscillator spectra, peaks in a duration and fatigue; none without this section."""
     measurements: Mapping[str, Measurement] = {}
-    """Measured PSDs to draw over computed ones, by name."""
+    """Measured PSDs and transmissibilities to draw over computed ones, by name."""
 
     def mistakes(self) -> Iterator[Mistake]:
         yield from super().mistakes()

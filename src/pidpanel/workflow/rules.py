@@ -23,6 +23,9 @@ NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"coupled"}}
 PROPOSAL = ("layouts", "front", "summary", "search", "psd")
 """Tables of the proposed layouts."""
 
+MEASUREMENT = ("measured", "differences")
+"""Tables of the measurements."""
+
 SEVERITY = ("oscillators", "peaks", "fatigue", "strength", "margins")
 """Tables of the severity of the responses."""
 
@@ -46,8 +49,9 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     panel = _panel(plan, study)
     base = {} if study.base is None else {"base": _base(plan, study, panel)}
     if study.sound is None:
-        report = _report(plan, study, panel, _outputs(base), {})
-        return {"panel": panel, **base, "report": report}
+        measurement = _measurement(plan, study, base)
+        report = _report(plan, study, panel, _outputs(base | measurement), {})
+        return {"panel": panel, **base, **measurement, "report": report}
     sound = _sound(plan, study, panel.output)
     basis = {
         "modes": panel.output["modes"],
@@ -62,7 +66,7 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     severity = (
         {} if study.severity is None else {"severity": _severity(plan, study, response, maps)}
     )
-    measurement = {} if not study.measurements else {"measurement": _measurement(plan, response)}
+    measurement = _measurement(plan, study, {"response": response, **base})
     tables = [file for key, file in response.output.items() if key not in ("stress", "left_out")]
     under_sound = {
         "response": tables,
@@ -211,13 +215,20 @@ def _severity(plan: Plan, study: Study, response: Rule, maps: Rule) -> Rule:
     )
 
 
-def _measurement(plan: Plan, response: Rule) -> Rule:
-    return Rule(
+def _measurement(plan: Plan, study: Study, computed: Mapping[str, Rule]) -> dict[str, Rule]:
+    """Return the rule of the measurements of a study, with the curves of some rules."""
+    if not study.measurements:
+        return {}
+    curves = {
+        name: rule.output.get("psd") or rule.output["sine"] for name, rule in computed.items()
+    }
+    rule = Rule(
         plan.results("measurement/measurement.log"),
-        {"psd": response.output["psd"]},
-        {name: plan.results(f"measurement/{name}.csv") for name in ("psd", "differences")},
+        curves,
+        {name: plan.results(f"measurement/{name}.csv") for name in MEASUREMENT},
         {"study": plan.section("measurements")},
     )
+    return {"measurement": rule}
 
 
 def _base(plan: Plan, study: Study, panel: Rule) -> Rule:
