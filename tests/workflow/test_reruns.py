@@ -208,4 +208,4 @@ def test_a_study_of_a_table_runs_from_the_mesh_to_the_report_and_rests_on_its_ta
     assert (results / "report.html").is_file()
     with edited(tmp_path / "lab.csv", "0.3,40,3,", "0.3,40,3,1"):
         runs = set(jobs(snakemake(project, path, "-n")))
-        assert runs == {"response", "severity", "maps", "export", "report"}
+        assert runs == {"response", "severity", "measurement", "maps", "export", "report"}
