@@ -6,7 +6,7 @@ import math
 import pytest
 
 from pidpanel.coupon import cases, coding, contact
-from pidpanel.coupon.from_study import cases_at, cases_of
+from pidpanel.coupon.from_study import cases_of
 from pidpanel.study.coupon import Coupon
 
 
@@ -280,15 +280,3 @@ def test_walls_are_as_the_spheres_unless_they_are_said_to_differ():
     assert (run.packing.wall_friction, run.bed.constants.wall_restitution) == (0.3, 0.8)
     run = cases_of(coupon(walls={"friction": 0.2, "restitution": 0.9}))[0].point
     assert (run.packing.wall_friction, run.bed.constants.wall_restitution) == (0.2, 0.9)
-
-
-def test_a_tone_at_a_point_of_the_sweep_is_its_case_and_elsewhere_another_of_the_same_beds():
-    # red: gamma * STANDARD_GRAVITY without its factor; packings of one seed for all
-    whole = coupon()
-    swept = {case.label: case for case in cases_of(whole)}
-    same, other = cases_at(whole, [(0.6, 500.0, 50.0), (0.6, 123.0, 29.1)])
-    assert swept[same.label] == same
-    assert other.label not in swept and other.label.startswith("r0.6_f123Hz_a29.1g_d2mm_")
-    assert other.point.drive.gamma == pytest.approx(29.1)
-    beds = {run.bed for case in swept.values() for run in case.runs}
-    assert {run.bed for run in other.runs} <= beds

@@ -5,10 +5,13 @@ jobs run, Snakemake ends them first; that they failed then is no news.
 """
 
 import logging
+import os
 import signal
 import sys
 from types import FrameType
 from typing import NoReturn
+
+from pidpanel.provenance.locks import WORKFLOW_PROCESS
 
 
 def interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
@@ -19,6 +22,8 @@ def interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
 
 def main() -> None:
     """Run Snakemake; exit with its code, or with 130 after Ctrl-C."""
+    # no job of a workflow that this process, or one above it, has planned
+    os.environ.pop(WORKFLOW_PROCESS, None)
     try:
         # a process in the background ignores Ctrl-C, and so it stays
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
