@@ -57,10 +57,10 @@ FORMULAS = {
     "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "
     "excited_panel panel_motion scenario_runs segments softening force_record spectra stations tables variants",
     "response": "bushes cases coupled_errors dampers extrapolation mapping model_error panel patch_rows tabdmp1 tables",
-    "base": "basis_check notching random sine transfer",
+    "base": "basis_check notching random sine sine_errors transfer",
     "severity": "fatigue moments oscillators strength",
     "optimise": "alternatives bound objectives places proposal reduced search variants",
-    "measurement": "differences",
+    "measurement": "computed differences",
     "report": "verdict",
 }
 """Modules with formulas, by stage; first those of all stages."""
