@@ -64,6 +64,18 @@ def test_what_is_computed_under_sound_alone_is_refused_without_it(alone, tmp_pat
     assert f": {key} = " in line and line.endswith("only allowed with a section sound")
 
 
+def test_layouts_are_not_searched_under_base_motion(alone, tmp_path):
+    # red: the search of a panel without any excitation
+    path = tmp_path / "asks.yaml"
+    dampers = "dampers: {pad: {equivalent_damping_n_s_m3: 400, apparent_mass_kg_m2: 4}}"
+    search = "optimise: {mass_kg: 1, patch_size_m: [0.2, 0.2]}"
+    path.write_text(f"{alone.read_text()}{dampers}\n{search}\n")
+    with pytest.raises(StudyError) as error:
+        load_study(path)
+    (line,) = str(error.value).splitlines()
+    assert ": optimise = " in line and line.endswith("layouts are searched under sound alone")
+
+
 def test_panel_base_and_report_are_all_that_runs(alone, tmp_path, monkeypatch):
     # red: the base from the shapes of the response stage
     monkeypatch.chdir(tmp_path)
