@@ -234,3 +234,16 @@ def test_a_transmissibility_needs_base_motion_and_a_psd_random_motion(tmp_path):
     assert "base motion alone" in refused(study, file="gain.csv", excitation="sound")
     sweep = {**study, "base": {"sine": study["base"]["sine"]}}
     assert "needs base.random" in refused(sweep, file="psd.csv", excitation="base")
+
+
+def test_peaks_of_a_sweep_have_the_errors_of_their_lines(shaken):
+    # red: the largest error of any line
+    with xr.open_dataset(shaken[1] / "sine.nc", engine="scipy") as sine:
+        curves = sine.load().sel(reading="table")
+    rows = read(shaken, "sine.csv").query("reading == 'table'")
+    for row in rows.itertuples():
+        case = curves.sel(scenario=row.scenario, direction=row.direction, point=row.point)
+        line = int(case["acceleration"].to_numpy().argmax())
+        error = float(case["acceleration_log_error"][line]) * row.peak_acceleration_g
+        assert row.peak_acceleration_error_g == pytest.approx(error, rel=1e-4, nan_ok=True)
+        assert np.isnan(error) == (row.scenario == "bare")

@@ -10,13 +10,14 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Complexes
 from pidpanel.base import tables
 from pidpanel.base.basis_check import checked_panel
 from pidpanel.base.notching import Limit
 from pidpanel.base.panel import shaken_panel
 from pidpanel.base.random import random_cases
-from pidpanel.base.sine import interface_force, sweep
+from pidpanel.base.sine import SineSweep, interface_force, sweep
+from pidpanel.base.sine_errors import damping_errors, sweep_errors
 from pidpanel.base.transfer import Transfer
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
@@ -24,10 +25,11 @@ from pidpanel.panel.plate_files import read_plate
 from pidpanel.provenance.digests import stamp
 from pidpanel.response.cases import ResponseScenario, plan_cases
 from pidpanel.response.coupled_errors import read_errors
-from pidpanel.response.dampers import DampingModels, PatchFilling
+from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import damping_models, read_panel_mass
 from pidpanel.response.panel import ResponsePanel, Settings
 from pidpanel.response.results import write_csv
+from pidpanel.solve.layout import Load
 from pidpanel.solve.supports import (
     BaseExcitation,
     Inertia,
@@ -198,35 +200,63 @@ def _sweeps(
     """Return every scenario with every damping model in a sweep up and one down."""
     observed = observed_motions(panel.basis, inertia)
     force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
-    f, basis = panel.frequency, panel.basis
-    amplitude, omega = sine.acceleration_g * STANDARD_GRAVITY, 2 * np.pi * f[:, None]
     of_tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
     parts = []
     for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:
         if model not in of_tones:
             continue
-        patches = [damper.carrier for damper in dampers]
         transfer = Transfer.of_panel(
-            f, panel.modal, panel.patches.subset(patches), force,
+            panel.frequency, panel.modal,
+            panel.patches.subset([damper.carrier for damper in dampers]), force,
             observed.reshape(-1, observed.shape[2]),
         )  # fmt: skip
         for direction in tables.DIRECTIONS:
-            run = sweep(
-                transfer, [damper.load for damper in dampers], sine.acceleration_g,
-                panel.settings.stated_acceleration_g, down=direction == "down",
-            )  # fmt: skip
-            if np.any(run.stiffness.imag < 0):
+            values = _sweep(
+                panel, transfer, observed.shape[:2], dampers, sine, down=direction == "down"
+            )
+            if values is None:
                 print(f"{model}, {scenario.label}: C_e is negative", file=sys.stderr)
                 continue
-            motion = run.motion.reshape(f.size, *observed.shape[:2])
-            pull = interface_force(f, motion[:, -1], patches, run.stiffness)
-            values: dict[str, Array | float] = {
-                "acceleration": amplitude * omega**2 * np.abs(motion[:, :-1, 0]),
-                "relative_displacement": amplitude * np.abs(motion[:, :-1, 1]),
-                "interface_force": amplitude * np.abs(pull),
-                "motion_residual": float(run.residual.max()),
-            }
             place = {"reading": model, "scenario": scenario.label, "direction": direction}
-            parts.append(tables.case_dataset(f, basis.point_names, values, place))
+            names = panel.basis.point_names
+            parts.append(tables.case_dataset(panel.frequency, names, values, place))
     labels = [scenario.label for scenario in scenarios]
     return tables.merged(parts, reading=of_tones, scenario=labels, direction=tables.DIRECTIONS)
+
+
+def _sweep(
+    panel: ResponsePanel,
+    transfer: Transfer,
+    shape: tuple[int, ...],
+    dampers: Sequence[PatchDamper],
+    sine: SineMotion,
+    *,
+    down: bool,
+) -> dict[str, Array | float] | None:
+    """Return amplitudes and their errors; None where C_e is negative."""
+    f, stated_g = panel.frequency, panel.settings.stated_acceleration_g
+    amplitude, omega = sine.acceleration_g * STANDARD_GRAVITY, 2 * np.pi * f[:, None]
+
+    def swept(loads: Sequence[Load]) -> tuple[SineSweep, Complexes, dict[str, Array]]:
+        run = sweep(transfer, loads, sine.acceleration_g, stated_g, down=down)
+        motion = run.motion.reshape(f.size, *shape)
+        pull = interface_force(f, motion[:, -1], [load.patch for load in loads], run.stiffness)
+        acceleration = amplitude * omega**2 * np.abs(motion[:, :-1, 0])
+        force = amplitude * np.abs(pull)
+        return run, motion, {"acceleration": acceleration, "interface_force": force}
+
+    run, motion, values = swept([damper.load for damper in dampers])
+    if np.any(run.stiffness.imag < 0):
+        return None
+    gammas = run.acceleration_g if stated_g is None else np.full((len(dampers), f.size), stated_g)
+    errors = [
+        damping_errors(damper, f, gamma) for damper, gamma in zip(dampers, gammas, strict=True)
+    ]
+    log_errors = sweep_errors(dampers, errors, lambda loads: swept(loads)[2])
+    for name, value in tuple(values.items()):
+        values[f"{name}_log_error"] = log_errors.get(name, np.full(value.shape, np.nan))
+    return {
+        **values,
+        "relative_displacement": amplitude * np.abs(motion[:, :-1, 1]),
+        "motion_residual": float(run.residual.max()),
+    }

@@ -30,12 +30,14 @@ VARIABLES = {
     "acceleration": ("m s-2", "amplitude of the absolute acceleration"),
     "relative_displacement": ("m", "amplitude of the deflection relative to the supports"),
     "interface_force": ("N", "amplitude of the force of all supports"),
+    "acceleration_log_error": ("1", "standard error of ln of that amplitude"),
+    "interface_force_log_error": ("1", "standard error of ln of that amplitude"),
     "motion_residual": ("1", "largest residual of the consistent motion of any line"),
 }
 """Unit and long name of each variable."""
 
 BY_POINT = {name for name in VARIABLES if name.startswith(("absolute", "relative", "log"))}
-BY_POINT |= {"acceleration"}
+BY_POINT |= {"acceleration", "acceleration_log_error"}
 BY_LINE = set(VARIABLES) - {
     "log_rms_error",
     "force_log_rms_error",
@@ -176,13 +178,20 @@ def input_rows(cases: Sequence[RandomCase], limits: Sequence[Limit]) -> pd.DataF
 def peak_rows(curves: xr.Dataset, level_g: float) -> pd.DataFrame:
     """Return the peaks of sweeps at a level [g], a row per case, direction and point."""
     acceleration, force = curves["acceleration"] / STANDARD_GRAVITY, curves["interface_force"]
+
+    def error_at_peak(values: xr.DataArray, log_error: str) -> xr.DataArray:
+        at_peak = values == values.max("frequency")
+        return (values * curves[log_error]).where(at_peak).max("frequency")
+
     peaks = xr.Dataset(
         {
             "peak_acceleration_g": acceleration.max("frequency"),
+            "peak_acceleration_error_g": error_at_peak(acceleration, "acceleration_log_error"),
             "peak_frequency_hz": acceleration.idxmax("frequency"),
             "peak_transmissibility": acceleration.max("frequency") / level_g,
             "peak_relative_displacement_mm": 1e3 * curves["relative_displacement"].max("frequency"),
             "peak_interface_force_n": force.max("frequency"),
+            "peak_interface_force_error_n": error_at_peak(force, "interface_force_log_error"),
             "motion_residual": curves["motion_residual"],
         }
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -254,9 +255,12 @@ def _peak_table(peaks: pd.DataFrame, names: Names) -> Table:
     """Return the peaks of the sweeps, up and down in one cell where they differ."""
     up, down = (records(peaks[peaks["direction"] == way]) for way in ("up", "down"))
 
-    def both(column: str) -> Cell:
+    def both(column: str, error: str = "") -> Cell:
         return lambda row: " / ".join(
-            dict.fromkeys(number(sweep[column]) for sweep in (row, row["down"]))
+            dict.fromkeys(
+                value_text(sweep[column], sweep.get(error, math.nan))
+                for sweep in (row, row["down"])
+            )
         )
 
     rows = [
@@ -265,15 +269,16 @@ def _peak_table(peaks: pd.DataFrame, names: Names) -> Table:
     ]
     return table_of(
         rows,
-        "Sine sweep: peaks at the points and of the interface force; up / down where they differ.",
+        "Sine sweep: peaks at the points and of the interface force; up / down where they differ. "
+        "±: one standard error from the damping.",
         {
             **SCENARIO,
             "point": lambda row: row["point"],
-            "peak, g": both("peak_acceleration_g"),
+            "peak, g": both("peak_acceleration_g", "peak_acceleration_error_g"),
             "at, Hz": both("peak_frequency_hz"),
             "transmissibility": both("peak_transmissibility"),
             "displacement, mm": both("peak_relative_displacement_mm"),
-            "interface force, N": both("peak_interface_force_n"),
+            "interface force, N": both("peak_interface_force_n", "peak_interface_force_error_n"),
         },
         folded=True,
         title="Peaks of the sine sweep",
@@ -284,15 +289,28 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
     """Yield amplitudes at the points and of the interface force, two at a time."""
     f, reading = sine["frequency"].to_numpy(), str(sine["reading"].to_numpy()[0])
     shown, jumps = sine.sel(reading=reading), [names[label] for label in _with_jumps(sine)]
-    values = {f"point {p}": shown["acceleration"].sel(point=p) / STANDARD_GRAVITY for p in points}
+    values = {
+        f"point {p}": (
+            shown["acceleration"].sel(point=p) / STANDARD_GRAVITY,
+            shown["acceleration_log_error"].sel(point=p),
+        )
+        for p in points
+    }
+    force = shown["interface_force"], shown["interface_force_log_error"]
     charts = []
-    for title, amplitude in {**values, "interface force": shown["interface_force"]}.items():
-        up, down = (_curves(amplitude.sel(direction=way), names) for way in ("up", "down"))
+    for title, (amplitude, error) in {**values, "interface force": force}.items():
+        up, down = (
+            _curves(amplitude.sel(direction=way), names, error.sel(direction=way))
+            for way in ("up", "down")
+        )
         differing = [curve for curve in down if curve.label in jumps]
         dotted = [replace(c, label=f"{c.label}, down", line="dotted") for c in differing]
         unit = f"amplitude, {'g' if title in values else 'N'}"
         charts.append(Chart(title, f, unit, [*up, *dotted]))
-    caption = f"Sine sweep: amplitudes of absolute accelerations and force; {READINGS[reading]}."
+    caption = (
+        f"Sine sweep: amplitudes of absolute accelerations and force; {READINGS[reading]}. Bands: "
+        "one standard error from the damping."
+    )
     for start in range(0, len(charts), 2):
         yield _picture(f"sine_{start}", caption, charts[start : start + 2])
 
