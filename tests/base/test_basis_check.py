@@ -1,6 +1,7 @@
 """The basis under base motion against all elements."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from pidpanel.solve.basis_error import (
     modal_basis,
     point_vertices,
 )
+from pidpanel.solve.elements import ElementMotion, Pull
 
 LINES = np.array([35.0, 110.0, 224.0, 390.0])
 
@@ -71,6 +73,22 @@ def test_the_error_is_that_against_dense_matrices(panel, count):
             whole, reduced = dense_gains(panel, frequency, *damper, modes)
             exact = np.abs(reduced - whole).max() / whole.max()
             assert error == pytest.approx(exact, rel=0.1, abs=1e-3)
+
+
+def test_dampers_on_both_parts_of_the_face_are_one_on_the_whole_face(panel):
+    # red: the force on the first patch alone
+    basis, vectors = panel.supported.basis, panel.supported.vectors
+    draw = np.random.default_rng(0)
+    of_basis, whole = (1e-5j * draw.normal(size=(rows, 2)) for rows in vectors.T.shape)
+    motion = ElementMotion(of_basis, whole, whole)
+    inside = basis.cell_in_patch[0]
+    errors = [
+        base_errors(SimpleNamespace(cells=basis.cells, cell_in_patch=parts), panel.plate, vectors)(
+            [Pull(40.0, np.full(len(parts), 3e5j - 2e4))], [motion]
+        )
+        for parts in (np.array([inside, ~inside]), np.array([inside | ~inside]))
+    ]
+    assert errors[0] == pytest.approx(errors[1], rel=1e-9)
 
 
 def test_all_elements_move_as_the_shapes(panel):

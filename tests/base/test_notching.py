@@ -51,9 +51,10 @@ def test_all_limits_hold_together_whatever_their_order():
 
 
 @pytest.mark.parametrize("unit", [1.0, 1e-3])
-def test_no_limit_takes_what_another_has_taken(unit):
+@pytest.mark.parametrize(("second", "first"), [(0.05, 0.0), (0.2, 0.05)])
+def test_no_limit_takes_what_another_has_taken(unit, second, first):
     # red: atol = 1; caps in turn, each below those before; the second is then kept with room to spare
-    narrow = np.array([GAIN[0], GAIN[0] + 0.05 * GAIN[1]])
+    narrow = np.array([GAIN[0] + first * GAIN[1], GAIN[0] + second * GAIN[1]])
     for limits in (
         [Limit(0, "a", 10 * unit, is_rms=True), Limit(1, "b", 14 * unit, is_rms=True)],
         [Limit(1, "b", 14 * unit, is_rms=True), Limit(0, "a", 10 * unit, is_rms=True)],

@@ -1,9 +1,10 @@
 """Sine sweeps: single tones at the amplitude of each frequency, and jumps between motions."""
 
 import numpy as np
+import pytest
 from moving import solved, transfer_of
 
-from pidpanel.base.sine import _Damping, sweep
+from pidpanel.base.sine import _Damping, _other_motion, interface_force, sweep
 from pidpanel.base.transfer import Transfer
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import Load
@@ -39,6 +40,89 @@ def test_the_damping_is_held_beyond_a_thousand_times_the_motion_of_the_base():
     highest = patch_stiffness(np.array([50.0]), np.array([[2000.0**2]]), np.array([[0.5]]))
     for gamma in (2000.0, 9000.0):
         np.testing.assert_allclose(damping.at(0, np.log([gamma])), highest, rtol=1e-12)
+
+
+def test_the_damping_is_straight_between_sixty_motions_and_held_below_the_lowest():
+    # red: GRID = 61; RANGE from 0.011
+    damping = _Damping([damper(lambda gamma: gamma**2)], np.array([50.0]), 2.0, None)
+    ratio = 1e5 ** (1 / 59)
+    for gamma, value in (
+        (1e-3, 0.02**2),
+        (0.02, 0.02**2),
+        (0.02 * ratio**0.5, 0.02**2 * (1 + ratio**2) / 2),
+    ):
+        exact = 2j * np.pi * 50 * value - (2 * np.pi * 50) ** 2 * 0.5
+        read = damping.at(0, np.log([gamma]))[0, 0]
+        assert (read.real, read.imag) == pytest.approx((exact.real, exact.imag), rel=1e-9)
+
+
+class Prescribed:
+    """In place of a transfer: ln Γ that follow on each line, from a C_e of 10 + ln Γ."""
+
+    width = 1
+
+    def __init__(self, frequency, outcomes):
+        self.frequency, self.outcomes = np.array(frequency), outcomes
+
+    def patch_acceleration(self, lines, stiffness):
+        log_gamma = stiffness[:, 0].imag / (2 * np.pi * self.frequency[lines]) - 10
+        return np.exp(self.outcomes[lines.start](log_gamma))[None]
+
+    def motions(self, lines, stiffness):
+        return np.stack([self.frequency, 2 * self.frequency, 0 * self.frequency], axis=1)
+
+
+@pytest.mark.parametrize(("down", "last"), [(False, 2.0), (True, 0.0)])
+def test_each_line_is_solved_once_from_the_line_before(down, last):
+    # red: the highest line solved again after a sweep down; motions of the patches returned
+    outcomes = [lambda x: 0 * x + 2, lambda x: 0 * x + 2, lambda x: x - x * (x - 1) * (x - 2) / 2]
+    transfer = Prescribed([40.0, 50.0, 60.0], outcomes)
+    result = sweep(transfer, [damper(lambda gamma: 10 + np.log(gamma))], AMPLITUDE, down=down)
+    np.testing.assert_allclose(np.log(result.acceleration_g[0]), [2.0, 2.0, last], atol=1e-5)
+    np.testing.assert_array_equal(result.motion, [[40, 80], [50, 100], [60, 120]])
+
+
+def leaping(roots):
+    """ln Γ that leap to and fro without a motion, but near the roots: (place, slope, reach)."""
+
+    def outcome(x):
+        surplus = 1.0 if int(np.floor(4 * x)) % 2 else -1.0
+        for place, slope, reach in roots:
+            if abs(x - place) <= reach:
+                surplus = slope * (x - place)
+        return x + surplus
+
+    return outcome
+
+
+def test_the_motion_that_follows_is_the_nearest_stable_one_of_all_loads():
+    # red: the farthest; an unstable one; the load that changes least; signed distances
+    first = leaping([(1.5, 0.5, 0.2), (2.9, -1.0, 0.3), (-1.3, -1.0, 0.4)])
+
+    def outcome(x):
+        return np.array([first(x[0]), x[0] if x[0] > 0 else 1.0])
+
+    ended, residual = _other_motion(outcome, np.array([1.0, 1.0]))
+    np.testing.assert_allclose(ended, [2.9, 2.9], atol=1e-5)
+    assert residual <= 1e-6
+
+
+@pytest.mark.parametrize("jump", [-2.5, -0.5, 0.5, 2.5])
+def test_a_motion_is_looked_for_in_steps_of_a_half_up_to_five_halves(jump):
+    # beside the only one Γ grows without end; red: other ends or another number of JUMPS
+    def outcome(x):
+        return np.where(np.abs(x - 1 - jump) < 0.02, 1 + jump, x + 1)
+
+    ended, residual = _other_motion(outcome, np.array([1.0]))
+    assert (ended[0], residual) == pytest.approx((1 + jump, 0.0), abs=1e-6)
+
+
+def test_the_force_of_the_supports_is_that_of_all_momenta_and_of_each_damper():
+    # red: the integral over another patch; momentum with the other sign
+    motion = np.array([[2.0 + 1j, 7.0, 11.0, 13.0], [1.0, 5.0, 3.0, 2.0]])
+    s = np.array([[1j, 2.0], [10.0, 100j]])
+    force = interface_force(np.array([0.5, 1.0]) / np.pi, motion, [0, 2], s)
+    np.testing.assert_allclose(force, [-2 - 1j + 7j + 130, -4 + 10 + 200j])
 
 
 def test_where_two_motions_are_possible_the_sweeps_differ(panel):

@@ -36,6 +36,20 @@ def test_slopes_give_levels_forward_and_backward(read):
     np.testing.assert_allclose(spectrum(np.array([20.0, 80.0, 800.0])), [0.05, 0.1, 0.025], 1e-5)
 
 
+def test_slopes_lead_over_several_rows_either_way(read):
+    # red: slopes over another number of rows, over octaves or from the row after
+    spectrum = read("20,,3\n80,,-6\n160,0.1,3\n1280,,-2\n2560,,\n")
+    decibels = [0.0, 6.0, 0.0, 9.0, 7.0]
+    np.testing.assert_allclose(10 * np.log10(spectrum.psd / 0.1), decibels, atol=1e-9)
+
+
+def test_the_ends_of_what_is_allowed_are_allowed(read):
+    # red: from 0.55 Hz; slopes within 0.4 dB
+    assert read("0.5,10,\n20000,1e-9,\n").psd.tolist() == [10, 1e-9]
+    assert read("20,0.1,100\n20.2,,-100\n20.4,,\n").frequency.size == 3
+    assert read("20,0.1,0.49\n40,0.1,\n").psd.tolist() == [0.1, 0.1]
+
+
 def test_the_slope_of_minus_three_decibels_has_its_own_integral(read):
     # red: no case p = 0
     spectrum = read("20,0.1\n40,0.05\n", "frequency_hz,acceleration_psd_g2_hz\n")
@@ -53,6 +67,11 @@ def test_the_slope_of_minus_three_decibels_has_its_own_integral(read):
         ("20,0.01,\n50,16,\n", 3, "must be above 0 and at most 10 (in (m/s²)²/Hz?)"),
         ("20,0.01,\n50,-0.1,\n", 3, "must be above 0"),
         ("0.02,0.01,\n2,0.1,\n", 2, "must be at least 0.5"),
+        ("20,0.01,\n20100,0.1,\n", 3, "at most 20000"),
+        ("20,0.01,-101\n20.2,,\n", 2, "at least -100"),
+        ("20,0.01,101\n20.2,,\n", 2, "at most 100"),
+        ("20,0.1,0.52\n40,0.1,\n", 2, "= 0.52 between 20 and 40 Hz, where the levels give +0.00"),
+        ("20,0.1,\n40,0.1,\n80,0.1,3\n", 4, "slope_db_octave = 3 at the last row"),
         ("20,0.01,steep\n50,0.1,\n", 2, "must be a finite number"),
         ("20,0.01\n50,0.1,\n", 2, "has 2 values, must have 3"),
     ],

@@ -25,6 +25,23 @@ def test_only_neighbours_are_carried():
         nearest(142.0, [136.7, 152.0], 3.0)
 
 
+def test_a_level_has_a_neighbour_on_each_side_within_twice_the_largest_distance():
+    # red: sides told by 1 dB; distances with a sign; three times the largest distance
+    assert nearest(139.5, [139.0, 140.0], 3.0) == (0, 1)
+    assert nearest(139.0, [139.5, 150.0], 3.0) == (0,)
+    assert nearest(142.0, [120.0, 143.0], 3.0) == (1,)
+    assert nearest(142.0, [134.5, 143.0], 3.0) == (1,)
+
+
+def test_an_own_force_of_zero_is_a_million_millionth_of_the_largest():
+    # red: the floor from the smallest, from one side alone, or over the largest
+    first = replace(LOW, own_psd=np.array([0.0, 2.0, 40.0]))
+    second = replace(HIGH, own_psd=np.array([16.0, 1.0, 8.0]))
+    for low, high in ((first, second), (second, first)):
+        expected = [np.sqrt(40e-12 * 16), np.sqrt(2.0), np.sqrt(320.0)]
+        assert interpolated(0.5, low, high).own_psd == pytest.approx(np.array(expected))
+
+
 def test_between_two_levels_damping_is_a_power_of_the_motion():
     # red: mean of C_e itself (500); own force not in its ln; coherence of the one level
     found = interpolated(0.5, LOW, HIGH)
@@ -81,3 +98,17 @@ def test_rows_say_where_they_come_from():
         .unique()
     )
     assert own == pytest.approx(np.log(10) / 2)
+
+
+def test_patches_of_one_band_are_carried_each_from_its_own_rows_in_their_order():
+    # red: patches sorted; the rows of the other patch; the second band for the first
+    def rows(scale):
+        bands = dict.fromkeys(BAND_COLUMNS.values(), [scale, 9 * scale])
+        return pd.DataFrame(bands | {"patch": ["Q", "P"], "common_error": [0.1, 0.2]})
+
+    carried = carried_impedances("m", "l, h", 135.0, [(130.0, rows(1.0)), (140.0, rows(4.0))])
+    assert list(carried["patch"]) == ["Q", "P"]
+    assert list(carried["equivalent_damping_n_s_m3"]) == pytest.approx([2.0, 18.0])
+    assert list(carried["common_error"]) == pytest.approx(
+        [np.hypot(np.log(4) / 4, 0.1), np.hypot(np.log(4) / 4, 0.2)]
+    )

@@ -1,8 +1,10 @@
 """Searches within limits against all layouts, and the gap that they state."""
 
 import numpy as np
+import pytest
 from random_panels import RandomPanel, exhaustive
 
+from pidpanel.optimise.bound import PriceOfMass, weights_of_points
 from pidpanel.optimise.search import branch_and_bound, greedy, sample_property
 
 PANELS = 20
@@ -47,3 +49,49 @@ def test_violations_of_the_property_are_counted_and_enlarge_the_bound():
     assert heavy.violations > 0
     assert heavy.largest > light.largest
     assert heavy.ratio >= light.ratio >= 1
+
+
+def test_the_largest_is_bounded_by_means_of_one_two_and_all_points():
+    # red: the mean alone where the largest counts, or means where it does not
+    two = [[0.5, 0.5], [1, 0], [0, 1], [0.25, 0.75], [0.5, 0.5], [0.75, 0.25]]
+    np.testing.assert_allclose(weights_of_points(2, is_largest=True), two)
+    np.testing.assert_allclose(weights_of_points(1, is_largest=True), [[1]])
+    np.testing.assert_allclose(weights_of_points(4, is_largest=False), [[0.25] * 4])
+    four = weights_of_points(4, is_largest=True)
+    assert four.shape == (1 + 4 + 3 * 6, 4)
+    np.testing.assert_allclose(four.sum(axis=1), 1)
+    assert sorted(np.count_nonzero(four, axis=1)) == [1] * 4 + [2] * 18 + [4]
+    np.testing.assert_allclose(np.sort(four[5:11], axis=1), [[0, 0, 0.25, 0.75]] * 6)
+
+
+GAIN = np.array([[7.0, 1.0], [2.0, 3.0], [5.0, 8.0], [4.0, -6.0], [6.0, 2.0]])
+GROUP = np.array([2, 0, 2, 1, 0])
+
+
+@pytest.mark.parametrize(
+    ("count", "most"), [(1, [7.0, 8.0]), (2, [13.0, 11.0]), (3, [17.0, 11.0]), (9, [17.0, 11.0])]
+)
+def test_with_mass_to_spare_the_best_of_the_best_groups_are_removed(count, most):
+    # red: two of a group; a damper that adds counted as less than none
+    prices = PriceOfMass(GAIN, np.full(5, 2.0), GROUP, count)
+    np.testing.assert_allclose(prices.most(np.ones(5, bool), 100.0), most)
+
+
+def test_only_what_is_allowed_is_removed():
+    # red: options in another order than their groups
+    prices = PriceOfMass(GAIN, np.full(5, 2.0), GROUP, 3)
+    allowed = np.array([False, True, True, True, False])
+    np.testing.assert_allclose(prices.most(allowed, 100.0), [11.0, 11.0])
+    np.testing.assert_allclose(prices.most(~allowed, 100.0), [13.0, 3.0])
+
+
+def test_dampers_that_share_a_mass_are_bounded_by_those_that_may_be_divided():
+    # 10 of 1 kg and 4 p of 4 kg: of 3 kg the first and half of the second, 10 + 2 p, where p is a
+    # price that is tried: twelve over three decades below the steepest, 10
+    # red: PRICES = 13; steepest from another quotient
+    for number in (1, 4, 10):
+        p = 10 * 10 ** (-3 * number / 11)
+        gain, mass = np.array([[4 * p], [10.0]]), np.array([4.0, 1.0])
+        prices = PriceOfMass(gain, mass, np.array([0, 1]), 2)
+        np.testing.assert_allclose(prices.most(np.ones(2, bool), 3.0), [10 + 2 * p])
+    np.testing.assert_allclose(prices.most(np.array([False, True]), 0.3), [3.0])

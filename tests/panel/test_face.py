@@ -1,5 +1,7 @@
 """The face as the sound needs it: few points, the same forces."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -34,6 +36,14 @@ def test_the_overlap_of_the_face_is_the_mass_of_a_uniform_panel_over_its_mass_pe
     modal_mass = paper_basis.modal_mass
     scale = np.sqrt(np.outer(modal_mass, modal_mass)) / 4.0
     np.testing.assert_allclose(overlap / scale, np.eye(len(overlap)), atol=0.01)
+
+
+def test_the_modes_alone_count_in_the_waves_of_a_face():
+    # four modes on π m² reach to κ = 4 rad/m; red: residual vectors for modes
+    basis = SimpleNamespace(
+        is_residual=np.arange(11) >= 4, quadrature_weight=np.full(10, np.pi / 10)
+    )
+    assert face_wavenumber(basis, 1.0) == pytest.approx(8.0)
 
 
 @pytest.mark.parametrize("sound", [1.0, 100.0])

@@ -1,5 +1,7 @@
 """Errors of damping models under broadband motion."""
 
+import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -61,3 +63,16 @@ def test_both_errors_are_independent():
     assert both.log_psd.item() == both.log_rms.item() == pytest.approx(5)
     assert with_model_error(None, second) is second and with_model_error(first, None) is first
     assert with_model_error(None, None) is None
+
+
+def test_the_errors_are_those_of_the_scenarios_that_set_them():
+    # the table of 16 scenarios at three points; red: 0.44; 0.22
+    page = (Path(__file__).parents[2] / "docs" / "damping_models.md").read_text()
+    rows = [line.split("|") for line in page.splitlines() if line.startswith("| acrylic")]
+    assert len(rows) == 16
+    shares = np.array([cells[4].split("/") for cells in rows], float)
+    assert np.sqrt(np.mean(shares**2)) == pytest.approx(SINGLE_TONES.of_effect, abs=0.03)
+    of_law = np.array([cells[5].strip(" %").split("/") for cells in rows], float) / 100
+    assert np.sqrt(np.mean(np.log(1 + of_law) ** 2)) == pytest.approx(PAPER_LAW.of_rms, abs=0.01)
+    stated = re.search(r"tones\*\*.*: (\d+) % of what .* dB.* (\d+) % of g rms are added", page)
+    assert [int(number) / 100 for number in stated.groups()] == pytest.approx(SINGLE_TONES)
