@@ -8,8 +8,10 @@ import pytest
 import scipy.linalg as la
 from moving import APPARENT, DAMPING, HIGHEST, RATIO, solved
 
+from pidpanel.base import basis_check
 from pidpanel.base.basis_check import base_errors
 from pidpanel.damping_ratio import DampingRatio
+from pidpanel.response.refinement import ATTEMPTS
 from pidpanel.solve.basis_error import (
     ALLOWED,
     PatchDampers,
@@ -73,6 +75,41 @@ def test_the_error_is_that_against_dense_matrices(panel, count):
             whole, reduced = dense_gains(panel, frequency, *damper, modes)
             exact = np.abs(reduced - whole).max() / whole.max()
             assert error == pytest.approx(exact, rel=0.1, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("missed", "calls", "error", "lines"),
+    [
+        ([0, 0], 1, 0.001, 0),  # good for both motions at once
+        ([2, 0], ATTEMPTS, 0.001, ATTEMPTS - 1),
+        ([0, 3], ATTEMPTS, 0.2, ATTEMPTS),
+    ],
+)
+def test_a_basis_is_widened_by_what_all_motions_miss_until_the_last_attempt(
+    monkeypatch, capsys, missed, calls, error, lines
+):
+    # red: the smallest error; an attempt more or less; silence above what is allowed
+    widths = []
+
+    def supported_in(start, plate, further_shapes, highest, mass):
+        widths.append(further_shapes.shape[1])
+        return len(widths)
+
+    def check(panel, *_):
+        missing = np.ones((5, missed[panel]))
+        return SimpleNamespace(
+            error=np.array([[error, 0.0], [error / 4, 0.0]]) / (1 + panel), missing_shapes=missing
+        )
+
+    monkeypatch.setattr(basis_check, "supported_panel", supported_in)
+    monkeypatch.setattr(basis_check, "_check", check)
+    plate = SimpleNamespace(shapes=np.zeros((5, 4)))
+    last, largest = basis_check.checked_panel(
+        None, plate, HIGHEST, 1.0, lambda supported: (0, 1), [], None
+    )
+    assert (last, largest) == (calls, error)
+    assert widths == [sum(missed) * attempt for attempt in range(calls)]
+    assert len(capsys.readouterr().err.splitlines()) == lines
 
 
 def test_dampers_on_both_parts_of_the_face_are_one_on_the_whole_face(panel):

@@ -1,12 +1,19 @@
 """What is stated of a search."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from random_panels import RandomPanel
 
-from pidpanel.optimise.proposal import damper_rows
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.optimise import proposal
+from pidpanel.optimise.finalists import Finalist
+from pidpanel.optimise.options import FilledDamper, Options
+from pidpanel.optimise.proposal import Proposals, damper_rows, search_table
+from pidpanel.optimise.search import Problem, Proof, Sampling
 
 
 def test_a_damper_without_damping_reduces_as_its_dead_weight_and_another_more():
@@ -17,3 +24,152 @@ def test_a_damper_without_damping_reduces_as_its_dead_weight_and_another_more():
     assert rows["reduction_db of mass"] == pytest.approx(rows["dead_weight_reduction_db of mass"])
     assert rows["reduction_db of damper 0"] > rows["dead_weight_reduction_db of damper 0"]
     assert np.isfinite(list(rows.values())).all()
+
+
+SQUARES = ([4.0, 1.0], [1.0, 0.5], [16.0, 4.0], [1.02, 0.1])
+DEAD = ([8.0, 4.0], [0.5, 0.25], [16.0, 1.0], [2.0, 1.0])
+LAYOUTS = ((0,), (1, 2), (2,), (0, 2))
+LINES = np.array([20.0, 30.0])
+
+
+def answer(square):
+    """A response with mean squares of two groups, whose points have 1 and 3 times g."""
+    rms = STANDARD_GRAVITY * np.array([1.0, 3.0]) * square[0]
+    psd = STANDARD_GRAVITY**2 * square[0] * np.array([[1.0, 3.0], [2.0, 4.0]])
+    return SimpleNamespace(
+        square=np.array(square), acceleration_rms=rms, frequency=LINES, acceleration_psd=psd
+    )
+
+
+def proposals(is_largest=True, error=0.02):
+    """Four layouts of three options with made-up responses."""
+    mass = np.array([1.0, 2.0, 4.0])
+    options = Options(np.array([0, 1, 2]), np.array([0, 0, 1]), mass, None, None)
+    centre = np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]])
+    places = SimpleNamespace(centre=centre, size=(0.2, 0.3), lower=centre)
+    panel = SimpleNamespace(bare=np.array([16.0, 4.0]), points=2)
+    evaluated = dict(zip(LAYOUTS, (8.0, 2.0, 1.6, 0.16), strict=True))
+    problem = Problem(panel, options, places, 7.0, 2, is_largest, evaluated)
+    fillings = [
+        FilledDamper(name, fill, None, True, 1.0) for name, fill in (("a", 0.5), ("b", None))
+    ]
+    finalists = [
+        Finalist(
+            answer(square), answer([16.0, 4.0]), answer(dead), error * np.array([3.0, 1.0]),
+            np.arange(1.0, 3.0)[: len(layout)], 0.001,
+        )
+        for square, dead, layout in zip(SQUARES, DEAD, LAYOUTS, strict=True)
+    ]  # fmt: skip
+    objective = SimpleNamespace(
+        mean_square=lambda response: response.square,
+        point_of_group=np.array([1, 0]), scale=0.5, unit="MPa",
+    )  # fmt: skip
+    variants = np.array([[1.0] * 6, [2.0] * 5 + [0.0], [0.0] * 6, [1.5] * 6])
+    return Proposals(
+        problem, fillings, LAYOUTS, finalists, np.array([1]), objective, variants,
+        lambda mass: (10 * mass, 20 * mass),
+    )  # fmt: skip
+
+
+def decibels(ratio):
+    return 10 * np.log10(ratio)
+
+
+def test_the_table_of_layouts_has_the_reductions_of_their_responses_the_best_first():
+    # red: 10 lg of rms values; the lightest alone on the front; the error of the other point
+    table = proposals().front_table()
+    assert list(table["layout"]) == [1, 2, 3, 4]
+    assert list(table["confirmed"]) == [1, 3, 0, 2]
+    assert list(table["mass_kg"]) == [6.0, 5.0, 1.0, 4.0]
+    expected = {
+        "patches": [2, 2, 1, 1],
+        "objective": [0.5, 0.5 * np.sqrt(1.02), 1.0, 2.0],
+        "bare_objective": [2.0] * 4,
+        "reduction_db": decibels(16 / np.array([1, 1.02, 4, 16])),
+        "dead_weight_reduction_db": decibels(16 / np.array([0.5, 2, 8, 16])),
+        "search_reduction_db": decibels(16 / np.array([2, 0.16, 8, 1.6])),
+        "reduction_error_db": [0.4 / np.log(10)] * 4,
+        "face_sheets_reduction_db": [60, 50, 10, 40],
+        "damping_layer_reduction_db": [120, 100, 20, 80],
+        # over variants the best are 2 and, of the last, 1.5
+        "largest_regret_db": [1.5, 0.5, 1.0, 2.0],
+    }
+    for name, values in expected.items():
+        np.testing.assert_allclose(table[name], values, rtol=1e-12, atol=1e-12, err_msg=name)
+    assert list(table["loses_to_dead_weight"]) == [True, False, False, False]
+    # within 0.17 dB of the best; of the front, 4 kg reduce less than 1 kg
+    assert list(table["is_equivalent"]) == [True, True, False, False]
+    assert list(table["is_on_front"]) == [True, True, True, False]
+    assert set(table["objective_unit"]) == {"MPa"}
+
+
+def test_reductions_are_equivalent_within_what_computing_leaves_and_means_share_errors():
+    # 16/1.02 is 0.086 dB less than 16; red: COMPUTED = 0.1; shares of rms values
+    assert list(proposals(error=0.0).front_table()["is_equivalent"]) == [True, False, False, False]
+    of_mean = proposals(is_largest=False)
+    table = of_mean.front_table()
+    np.testing.assert_allclose(table["reduction_db"], decibels(10 / np.array([0.56, 0.75, 2.5, 10])))
+    first = of_mean.finalists[0]  # squares of 4 and 1 at points with errors of 2 % and 6 %
+    assert of_mean.error(first) == pytest.approx((0.8 * 0.4 + 0.2 * 1.2) / np.log(10))
+
+
+def test_tables_of_patches_points_and_psds_are_those_of_each_layout():
+    # red: the response of the layout for the bare one; options for places
+    made = proposals()
+    front = made.front_table()
+    patches = made.patch_table(front)
+    assert list(patches["layout"]) == [1, 1, 2, 2, 3, 4]
+    assert list(patches["damper"]) == ["a", "b", "a", "b", "a", "b"]
+    assert list(patches["centre_x_m"]) == [0.3, 0.5, 0.1, 0.5, 0.1, 0.5]
+    assert list(patches["centre_y_m"]) == [0.4, 0.6, 0.2, 0.6, 0.2, 0.6]
+    assert list(patches["mass_kg"]) == [2, 4, 1, 4, 1, 4]
+    assert list(patches["acceleration_g"]) == [1, 2, 1, 2, 1, 1]
+    assert (patches["size_x_m"] == 0.2).all() and (patches["size_y_m"] == 0.3).all()
+    points = made.point_table(front, ["p", "q"]).query("layout == 2")
+    assert list(points["counts"]) == [False, True]
+    np.testing.assert_allclose(points["acceleration_rms_g"], [1.02, 3.06])
+    np.testing.assert_allclose(points["bare_rms_g"], [16, 48])
+    np.testing.assert_allclose(points["dead_weight_rms_g"], [2, 6])
+    np.testing.assert_allclose(points["acceleration_rms_error_g"], [1.02 * 0.06, 3.06 * 0.02])
+    psds = made.psd_table(front, ["p", "q"]).set_index(["layout", "point"])
+    for layout, square in ((0, 16.0), (1, 1.0), (3, 4.0)):
+        at = psds.loc[(layout, "q"), "acceleration_psd_g2_hz"]
+        np.testing.assert_allclose(at, [3 * square, 4 * square])
+    assert len(psds) == 5 * 2 * 2
+
+
+def test_what_is_confirmed_are_the_best_five_and_the_lightest_of_each_fifth(monkeypatch):
+    # red: the budget of the study in all searches; the heaviest; four of the best
+    problem = proposals().problem
+    budget, budgets = 10.0, []
+    monkeypatch.setattr(proposal, "greedy", lambda problem: budgets.append(problem.budget))
+    problem.options = replace(problem.options, mass=np.array([7.9, 9, 9.5, 9.8, 9.9, 4, 2, 1.5, 6]))
+    problem.budget = budget
+    values = [3.0, 1.0, 2.0, 2.5, 2.6, 5.0, 8.0, 7.0, 4.0]
+    problem.evaluated = {(option,): value for option, value in enumerate(values)}
+    chosen = proposal.layouts_to_confirm(problem, (1,))
+    assert budgets == pytest.approx([2.0, 4.0, 6.0, 8.0]) and problem.budget == budget
+    assert chosen == [(1,), (2,), (3,), (4,), (0,), (7,), (5,), (8,)]
+
+
+def test_the_table_of_the_search_counts_layouts_as_good_as_the_best_within_its_error():
+    # red: 20 lg of mean squares; all options for those of one damper
+    panel = RandomPanel(1)
+    problem = panel.problem()
+    problem.evaluated = {(0,): 1.0, (1,): 1.04, (2,): 1.06, (3,): 2.0}
+    front = pd.DataFrame({"reduction_error_db": [0.2, 9.0]})  # 0.2 dB are 4.7 %
+    proof, sampling = Proof((0,), 1.0, 0.5, 7), Sampling(11, 2, 0.3, 1.2)
+    table = search_table(problem, panel.fillings, proof, sampling, front, 0.01)
+    value = dict(zip(table["quantity"], table["value"], strict=True))
+    assert (value["evaluated_layouts"], value["equivalent_layouts"]) == (4, 2)
+    assert value["equivalent_within_db"] == 0.2 and value["nodes"] == 7
+    assert value["gap_db"] == pytest.approx(decibels(2))
+    front["reduction_error_db"] = 0.0
+    table = search_table(problem, panel.fillings, proof, sampling, front, 0.01)
+    assert dict(zip(table["quantity"], table["value"], strict=True))["equivalent_layouts"] == 1
+    # what one damper reduces is the best of its options alone, and its mass the same without C_e
+    bare = problem.objective(problem.panel.bare)
+    for filling, name in enumerate(("damper 0", "damper 1")):
+        mine = problem.options.filling == filling
+        least = problem.objective(problem.additions(()))[mine].min()
+        assert value[f"reduction_db of {name}"] == pytest.approx(decibels(bare / least), rel=1e-5)
