@@ -103,7 +103,7 @@ def test_rows_say_where_they_come_from():
 def test_patches_of_one_band_are_carried_each_from_its_own_rows_in_their_order():
     # red: patches sorted; the rows of the other patch; the second band for the first
     def rows(scale):
-        bands = dict.fromkeys(BAND_COLUMNS.values(), [scale, 9 * scale])
+        bands = {column: [scale, 9 * scale] for column in BAND_COLUMNS.values()}
         return pd.DataFrame(bands | {"patch": ["Q", "P"], "common_error": [0.1, 0.2]})
 
     carried = carried_impedances("m", "l, h", 135.0, [(130.0, rows(1.0)), (140.0, rows(4.0))])

@@ -1,5 +1,6 @@
 """What is stated of a search."""
 
+import copy
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -14,6 +15,9 @@ from pidpanel.optimise.finalists import Finalist
 from pidpanel.optimise.options import FilledDamper, Options
 from pidpanel.optimise.proposal import Proposals, damper_rows, search_table
 from pidpanel.optimise.search import Problem, Proof, Sampling
+from pidpanel.optimise.variants import reductions
+from pidpanel.solve.excitation import ModalForce
+from pidpanel.solve.model import ModalBasis
 
 
 def test_a_damper_without_damping_reduces_as_its_dead_weight_and_another_more():
@@ -108,7 +112,9 @@ def test_reductions_are_equivalent_within_what_computing_leaves_and_means_share_
     assert list(proposals(error=0.0).front_table()["is_equivalent"]) == [True, False, False, False]
     of_mean = proposals(is_largest=False)
     table = of_mean.front_table()
-    np.testing.assert_allclose(table["reduction_db"], decibels(10 / np.array([0.56, 0.75, 2.5, 10])))
+    np.testing.assert_allclose(
+        table["reduction_db"], decibels(10 / np.array([0.56, 0.75, 2.5, 10]))
+    )
     first = of_mean.finalists[0]  # squares of 4 and 1 at points with errors of 2 % and 6 %
     assert of_mean.error(first) == pytest.approx((0.8 * 0.4 + 0.2 * 1.2) / np.log(10))
 
@@ -173,3 +179,50 @@ def test_the_table_of_the_search_counts_layouts_as_good_as_the_best_within_its_e
         mine = problem.options.filling == filling
         least = problem.objective(problem.additions(()))[mine].min()
         assert value[f"reduction_db of {name}"] == pytest.approx(decibels(bare / least), rel=1e-5)
+
+
+def varied(panel, factor=1.0, level_db=0.0, mass=1.0):
+    """A panel with other damping ratios, under other sound, or with other fillings."""
+    other = copy.copy(panel)
+    basis = panel.basis
+    other.basis = ModalBasis(
+        basis.natural_frequency, basis.modal_mass, factor * basis.damping_ratio
+    )
+    other.excitation = ModalForce(lambda f: 10 ** (level_db / 10) * panel.spectrum(f), panel.force)
+    other.fillings = [
+        replace(filling, damping=lambda f, gamma, filling=filling: (
+            mass * filling.damping(f, gamma)[0], mass * filling.damping(f, gamma)[1], f > 0,
+        ))
+        for filling in panel.fillings
+    ]  # fmt: skip
+    return other
+
+
+def test_variants_are_those_of_other_panels_other_sound_and_other_masses():
+    # the first damper follows its motion, the second is linear
+    # red: 6 dB as 10**(6/20); damping frozen at the nominal level; reductions with the other sign
+    panel = RandomPanel(3)
+    panel.frequency = panel.frequency[::5]
+    panel.fillings[1] = replace(panel.fillings[1], depends_on_acceleration=False)
+    panel.fillings[1] = replace(
+        panel.fillings[1], damping=lambda f, _gamma: (400 + 0 * f, 0.3 + 0 * f, f > 0)
+    )
+    problem, count = panel.problem(), len(panel.patches.area)
+    layouts = [(0,), (count,)]
+    found = reductions(
+        problem, panel.fillings, layouts, lambda factor: varied(panel, factor).reduced(rank=4)
+    )
+    others = [
+        *(varied(panel, level_db=level) for level in (-6, 6)),
+        *(varied(panel, factor) for factor in (0.5, 2)),
+        *(varied(panel, mass=mass) for mass in (0.9, 1.1)),
+    ]
+    assert found.shape == (2, len(others))
+    for column, other in enumerate(others):
+        at_home = other.problem()
+        bare = at_home.panel.bare.max()
+        for row, layout in enumerate(layouts):
+            if column < 4 or row == 1:  # of other masses the first damper keeps its motion
+                expected = decibels(bare / at_home.mean_square(layout).max())
+                assert found[row, column] == pytest.approx(expected, abs=1e-3)
+    assert np.ptp(found[0, :2]) > 0.01 and abs(np.ptp(found[1, :2])) < 1e-3
