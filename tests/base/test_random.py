@@ -1,16 +1,25 @@
 """Random motion of the supports: Miles' oscillator, the solver against transfer functions."""
 
+from dataclasses import fields, replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from moving import APPARENT, DAMPING, WHITE, solved
 
+from pidpanel.base import random
+from pidpanel.base.notching import Limit
 from pidpanel.base.random import force_slopes, interface_force_psd
+from pidpanel.damping.broadband import BroadbandError
+from pidpanel.damping.coupled import COUPLED
+from pidpanel.response.cases import SolvedCase
 from pidpanel.solve.layout import DamperLayout, Load, layouts
 from pidpanel.solve.lines import frequency_grid, root_mean_square
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.supports import TABLE_MASS, BaseExcitation
+from pidpanel.solve.uncertainty import StandardErrors
 
 MASS, OWN, RATIO, LEVEL = 2.0, 50.0, 0.05, 3.0
 """Of an oscillator [kg, Hz, 1] and PSD of the acceleration of its base [(m/s²)²/Hz]."""
@@ -111,3 +120,99 @@ def test_the_slopes_of_the_force_are_those_of_the_solver(panel):
     up, down = answer(DAMPING, APPARENT + h)[1], answer(DAMPING, APPARENT - h)[1]
     np.testing.assert_allclose(slopes.of_mass[0, :, 0], np.log(up / down) / (2 * h), atol=1e-4)
     assert np.abs(slopes.of_damping).max() > 0.1
+
+
+LINES = np.array([10.0, 20.0])
+
+
+def made_up(square, inside=None, loads=(), stiffness=(0.0, 0.0), model="stated"):
+    """A case whose points and momenta have a matrix of cross-PSDs (3, 3) on two lines."""
+    cross = np.zeros((2, 3, 3, 3), np.complex128)
+    cross[:] = square
+    C, m = (np.full((len(loads), 2), value) for value in stiffness)
+    answer = SimpleNamespace(
+        response=SimpleNamespace(frequency=LINES, cross_psd=cross),
+        inside=np.zeros((0, 2), bool) if inside is None else inside,
+        loads=np.array(loads, int), equivalent_damping=C, apparent_mass=m,
+        patch_acceleration_g=np.zeros(len(loads)),
+    )  # fmt: skip
+    excitation = SimpleNamespace(spectrum=lambda f: 3 * f)
+    solver = SimpleNamespace(excitation=excitation)
+    return SimpleNamespace(solver=solver, model=model, dampers=loads), answer
+
+
+def test_a_response_has_accelerations_deflections_and_the_force_of_its_patches():
+    # red: ω² for ω⁴; the integral over another patch; a line inside for one load alone
+    square = np.diag([2.0, 5.0, 7.0])
+    inside = np.array([[True, True], [True, False]])
+    case, answer = made_up(square, inside, (0, 1), (3.0, 0.5), COUPLED)
+    made = random._response(case, answer)
+    omega = np.array([62.83185307, 125.66370614])
+    np.testing.assert_allclose(made.input, [30, 60])
+    np.testing.assert_allclose(made.absolute, 2 * np.outer(omega**4, [1, 1]), rtol=1e-6)
+    np.testing.assert_allclose(made.relative, np.full((2, 2), 5.0))
+    pull = np.abs(3j * omega - 0.5 * omega**2) ** 2
+    np.testing.assert_allclose(made.force, 2 * omega**4 + (5 + 7) * pull, rtol=1e-6)
+    assert made.outside_share == 0.5 and made.errors is None
+    assert random._response(*made_up(square)).outside_share == 0
+
+
+def test_errors_of_coupled_runs_are_of_points_alone():
+    # red: a line or a column more; on the other side
+    errors = random._of_points(StandardErrors(np.ones((2, 3)), np.ones(3), np.ones(1)))
+    np.testing.assert_array_equal(errors.log_psd, [[1, 1, 1, np.nan]] * 2)
+    np.testing.assert_array_equal(errors.log_rms, [1, 1, 1, np.nan])
+
+
+@pytest.mark.parametrize("dead", [False, True])
+def test_errors_of_the_force_are_in_place_of_its_momentum_with_those_of_the_model(
+    monkeypatch, dead
+):
+    # a force of which damping takes 3/4 of the PSD, half of the rms value
+    # red: the momentum kept; shares of a PSD for an rms value; the bare panel for dead weight
+    stated = StandardErrors(np.array([[1.0, 2, 3, 4, 5]] * 2), np.arange(1.0, 6), np.ones(1))
+    model = StandardErrors(np.zeros((2, 4)), np.zeros(4), np.zeros(1))
+    monkeypatch.setattr(random, "standard_errors", lambda *_: stated)
+    monkeypatch.setattr(random, "force_slopes", lambda *_: None)
+    monkeypatch.setattr(random, "model_error_of", lambda *_: model)
+    monkeypatch.setattr(random, "broadband_error_of", lambda _: BroadbandError(4 / np.log(2), 3.0))
+    momentum = np.diag([2.0, 5.0, 7.0])
+    case, answer = made_up(momentum, loads=(0,))
+    _, case.bare = made_up(momentum * (0.1 if dead else 1))
+    case.dead_weight = made_up(momentum)[1] if dead else None
+    undamped = 2 * (2 * np.pi * LINES) ** 4
+    errors = random._errors(case, answer, undamped / 4)
+    np.testing.assert_allclose(errors.log_psd[:, :3], [[1, 2, 3]] * 2)
+    np.testing.assert_allclose(errors.log_psd[:, 3], np.hypot(5, np.hypot(8, 6)))
+    np.testing.assert_allclose(errors.log_rms, [1, 2, 3, np.hypot(5, 5)])
+    case.model = COUPLED
+    assert random._errors(case, answer, undamped / 4) is None
+    case.model, case.dampers = "stated", ()
+    assert random._errors(case, answer, undamped) is None
+
+
+def test_a_linear_panel_is_solved_once_more_with_its_notches(monkeypatch):
+    # red: all rounds; the change of the input from nothing
+    inputs = []
+
+    def lowered(_solver, _frequency, psd):
+        inputs.append(psd)
+        return psd
+
+    def answer(_case, response):
+        none = np.zeros((2, 1))
+        return random.RandomResponse(
+            response, 9 * response[:, None], none, response, None, np.zeros(0), 0.0
+        )
+
+    monkeypatch.setattr(random, "_with_level", lowered)
+    monkeypatch.setattr(random, "solve_layouts", lambda solver, _: [solver])
+    monkeypatch.setattr(random, "_response", answer)
+    solver = SimpleNamespace(with_excitation=lambda psd: psd)
+    case = SolvedCase(*[None] * len(fields(SolvedCase)))
+    case = replace(case, layout=None)
+    stated = random.RandomCase(None, "stated", LINES, answer(None, np.array([0.2, 0.5])))
+    notched = random._with_notches(stated, case, solver, [Limit(0, "psd", 2.7)])
+    np.testing.assert_allclose(inputs, [[0.2, 0.3]])
+    np.testing.assert_allclose(notched.notched.absolute[:, 0], [1.8, 2.7])
+    assert notched.notches.reason.tolist() == [-1, 0]
