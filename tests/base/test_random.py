@@ -216,3 +216,21 @@ def test_a_linear_panel_is_solved_once_more_with_its_notches(monkeypatch):
     np.testing.assert_allclose(inputs, [[0.2, 0.3]])
     np.testing.assert_allclose(notched.notched.absolute[:, 0], [1.8, 2.7])
     assert notched.notches.reason.tolist() == [-1, 0]
+
+
+def test_errors_of_coupled_runs_are_those_of_their_own_cases(monkeypatch):
+    # red: those of another model of the scenario; a run that was not made
+    kinds = [(COUPLED, "a"), (COUPLED, "b"), ("stated", "a")]
+    none = SolvedCase(*[None] * len(fields(SolvedCase)))
+    cases = [replace(none, model=kind, scenario=SimpleNamespace(label=x)) for kind, x in kinds]
+    plan = SimpleNamespace(solve=lambda _: cases)
+    monkeypatch.setattr(random, "plan_cases", lambda *_: plan)
+    empty = random.RandomResponse(*[np.zeros((2, 1))] * 4, None, np.zeros(0), 0.0)
+    monkeypatch.setattr(random, "_response", lambda *_: empty)
+    panel = SimpleNamespace(
+        solver=lambda: SimpleNamespace(with_lines=lambda *_: None), frequency=LINES
+    )
+    errors = {"a": StandardErrors(np.ones((2, 1)), np.ones(1), np.ones(0))}
+    made = random.random_cases(panel, np.zeros(0), [], None, [], errors)
+    assert [case.stated.errors is None for case in made] == [False, True, True]
+    np.testing.assert_array_equal(made[0].stated.errors.log_rms, [1, np.nan])

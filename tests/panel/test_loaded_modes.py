@@ -6,6 +6,7 @@ import scipy.linalg as la
 import xarray as xr
 
 from pidpanel.geometry.polygon import Rectangle
+from pidpanel.panel import shapes as shapes_module
 from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import loaded_modes
@@ -57,6 +58,25 @@ def test_the_basis_carries_every_mass_up_to_the_heaviest(plate, share):
     found = frequencies_in(plate, shapes.vectors, mass)[: len(expected)]
     # a PSD within 0.5 % asks for frequencies within a tenth of the bandwidth, 2ζ = 2 %
     np.testing.assert_allclose(found, expected, rtol=1e-4)
+
+
+def test_loaded_shapes_reach_to_one_and_a_half_times_the_highest_frequency(monkeypatch, plate):
+    # and have the frequencies of their energies; red: √ or 2π left out; twice the highest
+    limits = []
+
+    def joining(plate, mass, limit):
+        limits.append(limit)
+        return loaded_modes(plate, mass, 200.0)
+
+    monkeypatch.setattr(shapes_module, "loaded_modes", joining)
+    shapes = panel_shapes(plate, 400.0, damper_mass={"part": 80.0})
+    assert limits == [300.0]
+    energy = [
+        np.einsum("ki,ki->i", shapes.residuals, matrix @ shapes.residuals)
+        for matrix in (plate.stiffness, plate.mass)
+    ]
+    omega = 2 * np.pi * shapes.residual_frequency
+    np.testing.assert_allclose(omega**2, energy[0] / energy[1], rtol=1e-6)
 
 
 def test_a_light_damper_adds_few_shapes(plate):
@@ -129,7 +149,7 @@ def test_a_basis_has_the_static_answers_of_all_higher_modes_down_to_one_in_ten_t
     patch = {"a": Rectangle((0.35, 0.2), (0.3, 0.2))}
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", (1.0, 0.8), (10, 8), patch, {})
     plate = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))
-    basis = panel_basis(mesh, plate, 1600.0)
+    basis, shapes = panel_basis(mesh, plate, 1600.0), panel_shapes(plate, 1600.0)
     square, vectors = la.eigh(plate.stiffness.toarray(), plate.mass.toarray())
     below = np.sqrt(square) < 2 * np.pi * 1600
     modes, others = vectors[:, below], vectors[:, ~below] / np.sqrt(square[~below])
@@ -138,3 +158,4 @@ def test_a_basis_has_the_static_answers_of_all_higher_modes_down_to_one_in_ten_t
     assert basis.is_residual.tolist() == [False] * below.sum() + [True] * np.sum(
         size > 1e-4 * size[0]
     )
+    assert shapes.residuals.shape[1] == basis.is_residual.sum()
