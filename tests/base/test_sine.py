@@ -119,10 +119,10 @@ def test_a_motion_is_looked_for_in_steps_of_a_half_up_to_five_halves(jump):
 
 def test_the_force_of_the_supports_is_that_of_all_momenta_and_of_each_damper():
     # red: the integral over another patch; momentum with the other sign
-    motion = np.array([[2.0 + 1j, 7.0, 11.0, 13.0], [1.0, 5.0, 3.0, 2.0]])
+    motion = np.array([[2.0 + 1j, 7.0, 11.0], [1.0, 5.0, 3.0]])
     s = np.array([[1j, 2.0], [10.0, 100j]])
-    force = interface_force(np.array([0.5, 1.0]) / np.pi, motion, [0, 2], s)
-    np.testing.assert_allclose(force, [-2 - 1j + 7j + 130, -4 + 10 + 200j])
+    force = interface_force(np.array([0.5, 1.0]) / np.pi, motion, [0, 1], s)
+    np.testing.assert_allclose(force, [-2 - 1j + 7j + 110, -4 + 10 + 300j])
 
 
 def test_where_two_motions_are_possible_the_sweeps_differ(panel):

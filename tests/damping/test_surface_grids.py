@@ -15,7 +15,10 @@ from pidpanel.damping.surface_cases import (
     MASS_ERROR,
     PARTICLE_MASS,
     VALUE,
+    SurfaceBed,
+    counted,
     groups,
+    training_data,
 )
 
 FILLS, FREQUENCIES, ACCELERATIONS = (0.2, 0.45, 0.8), (35.0, 120.0, 900.0), (4.0, 25.0, 160.0)
@@ -170,3 +173,28 @@ def test_cases_in_one_plane_have_a_hull_of_no_volume():
     middle = np.array([[0.45, 120.0, 12.0], [0.3, 60.0, 4.0 * (60.0 / 35.0) ** slope]])
     assert surface.simulated.contains(middle).all()
     assert not surface.simulated.contains(middle * [1, 1, 1.2]).any()
+
+
+def test_cases_made_of_given_processes_teach_them_back():
+    # C_e = r f h e^g and m_a = r [h g_m + (1 − h) 12], above an onset of 1.5 g
+    # red: h over r; all mass at rest left; errors times r h
+    g, g_m = np.array([0.3, -1.2, 2.0]), np.array([7.0, 3.0, 0.5])
+    r, f, gamma = np.array([[0.2, 0.5, 0.8], [40.0, 90.0, 400.0], [3.0, 15.0, 1.875]])
+    h = np.array([0.75, 0.99, 0.36])
+    columns = {
+        AXES[0]: r, AXES[1]: f, AXES[2]: gamma,
+        VALUE: r * f * h * np.exp(g), MASS: r * (h * g_m + (1 - h) * 12),
+        PARTICLE_MASS: 12 * r,
+    }  # fmt: skip
+    rows, mass_per_fill = counted(pd.DataFrame(columns)[::-1], 1.5)
+    assert mass_per_fill == pytest.approx(12.0)
+    # in the order of the table, with errors of 0 where none are stated
+    assert list(rows.columns) == [*AXES, VALUE, ERROR, MASS, MASS_ERROR]
+    assert list(rows[AXES[0]]) == [0.8, 0.5, 0.2]
+    assert not rows[[ERROR, MASS_ERROR]].to_numpy().any()
+    rows = rows.assign(**{ERROR: 0.1 * rows[VALUE], MASS_ERROR: 0.05})
+    data = training_data(rows, SurfaceBed(1.5, 12.0, np.nan))
+    np.testing.assert_allclose(data.log_damping, g[::-1])
+    np.testing.assert_allclose(data.log_error, 0.1)
+    np.testing.assert_allclose(data.mass, g_m[::-1], atol=1e-12)
+    np.testing.assert_allclose(data.mass_error, 0.05 / (r * h)[::-1])
