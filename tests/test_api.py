@@ -92,7 +92,7 @@ def test_what_rests_on_liggghts_asks_for_a_run(tmp_path):
 
 
 def test_coupled_runs_ask_for_a_run_and_have_no_damping_of_any_motion(tmp_path):
-    # red: `is_coupled` left out of _is_simulated; dampers without a surface among the known
+    # red: `is_coupled` left out of `_result`; dampers without a surface among the known
     model = pidpanel.Model("layouts.yaml", tmp_path)
     with pytest.raises(pidpanel.ResultsError, match=r"missing; .* call run\(\) first"):
         model.response()

@@ -45,8 +45,8 @@ RESPONSE_FILES = (
 
 FILLS = (0.1, 0.3, 0.5, 0.7, 0.9)
 ACCELERATIONS = (3.0, 10.0, 30.0, 100.0, 300.0)
+# Where `Model.damping` reads by default: r, Γ, and how many frequencies of the response.
 FREQUENCIES = 30
-"""Where `Model.damping` reads by default: r, Γ, and how many frequencies of the response."""
 
 Source = str | Path | Mapping[str, Any]
 
@@ -208,8 +208,7 @@ class Model:
 
     def modes(self) -> xr.Dataset:
         """Return the modes of the panel: frequencies, masses, shapes at the points and the mesh."""
-        with xr.open_dataset(self._stages["modes.nc"], engine="scipy") as dataset:
-            basis = dataset.load()
+        basis = xr.load_dataset(self._stages["modes.nc"], engine="scipy")
         modes = basis.isel(shape=np.flatnonzero(basis["is_residual"].to_numpy() == 0))
         modes = modes.sortby("natural_frequency").rename({"shape": "mode"})
         names = [str(name) for name in basis["point_names"].to_numpy()]
@@ -247,8 +246,7 @@ class Model:
         study, files = self._with_panel(), self._stages
         if "psd.nc" not in files:
             self._respond()
-        with xr.open_dataset(files["psd.nc"], engine="scipy") as dataset:
-            psd = dataset.load()
+        psd = xr.load_dataset(files["psd.nc"], engine="scipy")
         summary, psd = without_errors(partly_known(study), self.summary(), psd)
         index = summary.set_index(["reading", "scenario", "point"])
         template = psd["acceleration_psd"].isel(frequency=0, drop=True)
@@ -280,10 +278,6 @@ class Model:
         frequencies = [f for c in self.study.coupons.values() for f in c.sweep.frequencies]
         return min(frequencies), max(frequencies)
 
-    @property
-    def _is_simulated(self) -> bool:
-        return bool(self.study.coupons) or self.study.is_coupled
-
     def _result(self, name: str) -> Path:
         path = self.results / name
         if not path.is_file():
@@ -294,7 +288,7 @@ class Model:
     def _stages(self) -> dict[str, Path]:
         """Files of the stages by name: of `run`, or computed here into a folder of their own."""
         study = self._with_panel()
-        if self._is_simulated:
+        if self.study.coupons or self.study.is_coupled:
             psd = self._result("response/psd.nc")
             with xr.open_dataset(psd, engine="scipy") as dataset:
                 if dataset.attrs["study_hash"] != stamp(study)["study_hash"]:
@@ -353,6 +347,7 @@ class Model:
         return self._result(str(of_damper(Path("damping"), damper, "surface.nc")))
 
 
+# Columns of ``summary.csv``: name in a dataset, unit, factor.
 RMS = {
     "acceleration_rms_g": ("acceleration_rms", "m s-2", STANDARD_GRAVITY),
     "acceleration_rms_error_g": ("acceleration_rms_error", "m s-2", STANDARD_GRAVITY),
@@ -362,7 +357,6 @@ RMS = {
     "reduction_error_db": ("reduction_error", "dB", 1.0),
     "added_mass_kg": ("added_mass", "kg", 1.0),
 }
-"""Columns of ``summary.csv``: name in a dataset, unit, factor."""
 
 
 def _of_mapping(values: Mapping[str, Any], folder: Path) -> Study | CouponStudy:

@@ -1,7 +1,5 @@
 """What can be known to be wrong before anything runs."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import tempfile
@@ -34,8 +32,8 @@ from pidpanel.text_files import TextFileError, read_text
 LARGEST_DECK = 1_000_000  # most bytes of a deck
 QUIETEST = 100.0  # level of a table [dB] below which it is taken for one in other units
 MOST_CARRIED = 5  # heaviest mass on a panel over that of the panel
+# Difference of a stated overall value and that of its table: levels have two digits.
 OVERALL_TOLERANCE = 0.03
-"""Difference of a stated overall value and that of its table: levels have two digits."""
 
 
 def checked_study(path: str | Path) -> Study | CouponStudy:

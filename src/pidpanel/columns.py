@@ -4,8 +4,6 @@ The first line names the columns, separated by commas; ``#`` starts a comment. A
 or without its mark.
 """
 
-from __future__ import annotations
-
 import csv
 import difflib
 import re
@@ -43,8 +41,7 @@ class Allowed(NamedTuple):
     low: float = -np.inf
     low_itself: bool = True
     high: float = np.inf
-    hint: str = ""
-    """Said of what is above ``high``."""
+    hint: str = ""  # said of what is above ``high``
 
     def refuses(self, value: float) -> str:
         """Return what is allowed in place of a value; empty if it is."""

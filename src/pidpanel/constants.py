@@ -1,14 +1,13 @@
 """Constants that more than one stage needs."""
 
-STANDARD_GRAVITY = 9.80665
-"""m/s², exact by definition (3rd CGPM, 1901)."""
+STANDARD_GRAVITY = 9.80665  # m/s², exact by definition (3rd CGPM, 1901)
 
+# The version that the decks and readers are written for; no other is run.
 LIGGGHTS_VERSION = "3.8.0"
-"""The version that the decks and readers are written for; no other is run."""
 
+# η of particles that do not rebound is at most 4/π = 1.27; more is taken for percent [1].
 MOST_LOSS_FACTOR = 2.0
-"""η of particles that do not rebound is at most 4/π = 1.27; more is taken for percent [1]."""
 
+# Most m_a over the mass of the particles. Particles that ride along have 1, in resonance with
+# their gap a few times that; what is above is taken for a wrong unit.
 MOST_OF_MASS = 10.0
-"""Most m_a over the mass of the particles. Particles that ride along have 1, in resonance with
-their gap a few times that; what is above is taken for a wrong unit."""

@@ -2,28 +2,24 @@
 
 from pathlib import Path
 
-PACKAGE = Path(__file__).resolve().parent
-"""Folder of this package."""
+PACKAGE = Path(__file__).resolve().parent  # folder of this package
 
+# Root of the checkout, or the copy of its Snakefile, workflow and templates in a wheel.
 PROJECT = PACKAGE / "project" if (PACKAGE / "project").is_dir() else PACKAGE.parents[1]
-"""Root of the checkout, or the copy of its Snakefile, workflow and templates in a wheel."""
 
 SNAKEFILE = PROJECT / "Snakefile"
 PROFILE = PROJECT / "profiles" / "default"
 TEMPLATES = PROJECT / "templates"
 WORKFLOW = PROJECT / "workflow"
 STUDIES = WORKFLOW / "studies"
+# Tables that come with pidpanel: spectra, core materials, the paper's own numbers.
 DATA = WORKFLOW / "data"
-"""Tables that come with pidpanel: spectra, core materials, the paper's own numbers."""
 
-PAPER_TABLE = DATA / "paper" / "table_1.csv"
-"""Natural frequencies as the paper printed them."""
+PAPER_TABLE = DATA / "paper" / "table_1.csv"  # natural frequencies as the paper printed them
 
-COUPON = Path("results") / "coupon"
-"""LIGGGHTS runs of all studies, below the working folder."""
+COUPON = Path("results") / "coupon"  # LIGGGHTS runs of all studies, below the working folder
 
-SECTION = "coupon"
-"""Name of the damper that the section ``coupon`` of a study is."""
+SECTION = "coupon"  # name of the damper that the section ``coupon`` of a study is
 
 
 def study_path(name: str) -> Path:

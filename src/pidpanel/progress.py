@@ -1,7 +1,5 @@
 """How far a long stage has come, in its log: a line now and then, with the time that is left."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterator, Sequence

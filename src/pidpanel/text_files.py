@@ -1,7 +1,5 @@
 """Text files of a user: read as UTF-8, or refused in a line."""
 
-from __future__ import annotations
-
 import re
 import stat
 from pathlib import Path

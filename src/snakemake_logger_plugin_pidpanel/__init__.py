@@ -32,11 +32,9 @@ JOB_BY_JOB = {
 }
 CHATTER = ("Select jobs to execute", "Execute ")
 SECONDS_BETWEEN_LINES = 60.0
-SECONDS_BETWEEN_LOOKS = 5.0
-"""After which the logs of the jobs that run are looked at."""
+SECONDS_BETWEEN_LOOKS = 5.0  # after which the logs of the jobs that run are looked at
 
-END_OF_LOG = 4096
-"""Bytes of a log that are looked at."""
+END_OF_LOG = 4096  # bytes of a log that are looked at
 
 
 def said_last(log: Path) -> str:

@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.coupled.carried import extrapolated, interpolated, nearest
-from pidpanel.coupled.tables import carried_impedances
+from pidpanel.coupled.carried import carried_impedances, extrapolated, interpolated, nearest
 from pidpanel.damping.coupled import BAND_COLUMNS, BandDamping
 
 ONES = np.ones(3)

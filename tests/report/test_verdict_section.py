@@ -9,9 +9,8 @@ import xarray as xr
 
 from pidpanel.report import response_section
 from pidpanel.report.inputs import CoupledResults
-from pidpanel.report.verdict_bands import band_differences, band_figure
 from pidpanel.report.verdict_files import BARE, COLUMNS
-from pidpanel.report.verdict_section import verdict_section, worst
+from pidpanel.report.verdict_section import band_differences, band_figure, verdict_section, worst
 
 
 def row(reading, point, level, difference, band, holds):

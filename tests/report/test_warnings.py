@@ -156,7 +156,7 @@ def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(
 
 
 def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, said):
-    # red: coupon_warnings or _of_air left out of study_warnings
+    # red: coupon_warnings left out of study_warnings
     cases.loc[2, "status"] = "NotSteady"
     lines = said(
         inputs.summary,

@@ -174,5 +174,5 @@ def test_a_record_with_a_changed_number_is_made_anew(coupled, tmp_path):
 
 @pytest.mark.liggghts
 def test_every_column_of_coupled_runs_is_described(coupled):
-    # red: residual_db renamed in coupled/tables.py; another unit of impulse in record_files.py
+    # red: residual_db renamed in coupled/estimate_files.py; another unit of impulse in record_files.py
     assert untold((coupled / TABLES).parent)[0] == []

@@ -4,20 +4,18 @@ Each subcommand is a module here with ``HELP``, ``add_arguments`` and ``call``. 
 a study or numpy before it is called, so that help and completion come at once.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import sys
 from collections.abc import Sequence
 
+# Exit codes, as ``pidpanel --help`` tells them.
 DONE, FAILED, MISTAKE, MACHINE, INTERRUPTED = 0, 1, 2, 3, 130
-"""Exit codes, as ``pidpanel --help`` tells them."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
+# Exit codes by the name of the error, so that none is imported before it is raised.
 OF_CLASS = {"SolverMissing": MACHINE, "MachineError": MACHINE, "RunError": FAILED,
             "WorkflowRunning": FAILED}  # fmt: skip
-"""Exit codes by the name of the error, so that none is imported before it is raised."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

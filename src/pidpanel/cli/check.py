@@ -1,7 +1,5 @@
 """Report the mistakes of a study, one per line, or print what it would run."""
 
-from __future__ import annotations
-
 import argparse
 
 from pidpanel.cli.parser import add_study

@@ -4,8 +4,6 @@ Differences larger than twice their standard error are listed. The page has tabl
 The arguments are studies or folders of results, results/<study>.
 """
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import replace
 from pathlib import Path

@@ -4,8 +4,6 @@ In ~/.bashrc: eval "$(pidpanel completion bash)". For zsh, in a folder of $fpath
 pidpanel completion zsh > _pidpanel
 """
 
-from __future__ import annotations
-
 import argparse
 
 HELP = "Print a script for completion in bash, zsh or tcsh."

@@ -1,7 +1,5 @@
 """The draft of a study: what is known of a panel, as a commented YAML file that can be run."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -22,11 +20,9 @@ from pidpanel.study import StudyError, load_study
 from pidpanel.study.files import found_file
 
 LOWEST, HIGHEST = 30.0, 2000.0
-FILLS = (0.3, 0.5, 0.7, 0.9)
-"""Of a response, where the spectrum goes that far [Hz]."""
+FILLS = (0.3, 0.5, 0.7, 0.9)  # of a response, where the spectrum goes that far [Hz]
 
-FINER = 6
-"""How often the elements are halved until the mesh resolves the waves."""
+FINER = 6  # how often the elements are halved until the mesh resolves the waves
 
 
 @dataclass(frozen=True)

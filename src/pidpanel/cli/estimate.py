@@ -1,7 +1,5 @@
 """Estimate the computing time of each stage, on a core of 2.5 GHz."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

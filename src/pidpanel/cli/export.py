@@ -5,8 +5,6 @@ results/<study>/response/export; --to copies them to another folder. --figures w
 the report as SVG or PDF to results/<study>/figures, or to that folder.
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

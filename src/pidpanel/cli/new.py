@@ -3,8 +3,6 @@
 Without options it asks, on a terminal. The study states its default assumptions.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys
@@ -30,30 +28,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--title", help="title of the report (default: the name of the file)")
     add("--size", type=size, metavar="AxB", help="edges of the panel [m] (default: 1.5x1.0)")
     add("--supports", choices=SUPPORTS, help="edges of the panel (default: simply_supported)")
-    add(
-        "--hold-down",
-        dest="hold_downs",
-        action="append",
-        type=place,
-        metavar="X,Y",
-        help="hold-down, 2 cm in radius [m]; the edges are then free by default; repeatable",
-    )
-    add(
-        "--hole",
-        dest="holes",
-        action="append",
-        type=hole,
-        metavar="X,Y,D",
-        help="round hole: centre and diameter [m]; repeatable",
-    )
-    add(
-        "--point",
-        dest="points",
-        action="append",
-        type=place,
-        metavar="X,Y",
-        help="further response point [m]; repeatable",
-    )
+    for name, read, form, meaning in (
+        ("hold-down", place, "X,Y", "hold-down, 2 cm in radius [m]; the edges are then free by "
+         "default"),
+        ("hole", hole, "X,Y,D", "round hole: centre and diameter [m]"),
+        ("point", place, "X,Y", "further response point [m]"),
+    ):  # fmt: skip
+        add(
+            f"--{name}", dest=f"{name.replace('-', '_')}s", action="append", type=read,
+            metavar=form, help=f"{meaning}; repeatable",
+        )  # fmt: skip
     add("--budget-kg", type=above_zero, help="search layouts of dampers within this mass [kg]")
     add(
         "--shaker", metavar="TABLE", help="CSV table of base motion, such as gevs_qualification.csv"

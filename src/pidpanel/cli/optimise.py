@@ -5,8 +5,6 @@ of the best layouts, which computes all else of them: maps, stresses, coupled ru
 are simulated.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """How long what a study would run takes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from pidpanel.cli.study_overview import all_cases, coupled_count, other_stages

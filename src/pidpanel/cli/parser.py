@@ -1,7 +1,5 @@
 """The arguments of all commands, and what ``--help`` says of them."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping, Sequence
 from importlib import import_module
@@ -11,26 +9,16 @@ from typing import NoReturn
 
 from pidpanel.paths import study_path
 
+# In the order in which a study needs them; each is a module of this package.
 COMMANDS = (
-    "new",
-    "check",
-    "estimate",
-    "run",
-    "optimise",
-    "status",
-    "report",
-    "compare",
-    "export",
-    "deck",
-    "schema",
-    "completion",
-)
-"""In the order in which a study needs them; each is a module of this package."""
+    "new", "check", "estimate", "run", "optimise", "status", "report", "compare", "export",
+    "deck", "schema", "completion",
+)  # fmt: skip
 
 # as in shtab, which is imported for the command `completion` alone
 FILES = {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"}
+# What completes an argument in each shell.
 FOLDERS = {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"}
-"""What completes an argument in each shell."""
 
 DESCRIPTION = """\
 From a study file to the acceleration PSDs of a panel with particle dampers.

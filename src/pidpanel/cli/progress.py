@@ -1,7 +1,5 @@
 """How far a run has come: its cases, its stages, the jobs that run, those that failed."""
 
-from __future__ import annotations
-
 import json
 import re
 import time
@@ -18,6 +16,7 @@ from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.coupon.liggghts.failures import BY_INPUTS
 from pidpanel.study import CouponStudy, Study
 
+# Stage of a rule, where it is not the rule's own name.
 STAGE_OF = {
     "pour": "coupon",
     "loosen": "coupon",
@@ -33,7 +32,6 @@ STAGE_OF = {
     "verdict": "coupled",
     "coupon_report": "report",
 }
-"""Stage of a rule, where it is not the rule's own name."""
 
 _ERROR = re.compile(r"^Error in rule (\w+):")
 _LOG = re.compile(r"^ +log: (.*?)(?: \(check log file.*)?$")

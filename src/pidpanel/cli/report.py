@@ -1,7 +1,5 @@
 """Regenerate the report of a study if it is out of date, and print its path."""
 
-from __future__ import annotations
-
 import argparse
 
 from pidpanel.cli.parser import add_directory, add_study

@@ -1,7 +1,5 @@
 """Results that are made from others which are complete."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from pidpanel.cli.snakemake import RunError, jobs_left, run

@@ -1,7 +1,5 @@
 """Print the JSON schema (2020-12) of a study, for editors that complete and check YAML."""
 
-from __future__ import annotations
-
 import argparse
 
 HELP = "Print the JSON schema of a study."

@@ -5,14 +5,12 @@ One thread of a 2.5 GHz core. Coefficients are fitted to runs in ``benchmarks/RE
 sandwich door of 13 000 coordinates (30 s). Within a factor of 2.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 IMPORTS = 250e6  # memory of a process before it computes [bytes]
+# Coordinates times solved columns of the check of the basis, at most; see `basis_error.WORK`.
 CHECK = 1.2e7
-"""Coordinates times solved columns of the check of the basis, at most; see `basis_error.WORK`."""
 RESIDUALS = 20  # shapes beside the modes for each patch; as many again for the loaded panel
 
 
@@ -30,8 +28,7 @@ def shape_count(area: float, half_wave: float, patches: int) -> int:
     return max(12, round(area * wavenumber**2 / (4 * math.pi))) + RESIDUALS * patches
 
 
-NOTCH_ROUNDS = 6
-"""Solutions of a scenario with limits after its first, usually."""
+NOTCH_ROUNDS = 6  # solutions of a scenario with limits after its first, usually
 
 
 def base_cost(shapes: int, lines: int, sine_lines: int, cases: int, *, notched: bool) -> Cost:

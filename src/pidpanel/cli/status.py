@@ -3,8 +3,6 @@
 It also works while the study runs, from any shell.
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -15,15 +15,15 @@ what such a damper is, C_e, m_a and the force of the bed that is its own, is fou
     Panel and spheres step by step; the balance of energy.
 `linear`
     The same panel with linear dampers, over frequency.
-`identification`
+`impedance`, `own_force`
     C_e, m_a and the bed's own force from records, with the excitation as instrument.
-`estimation`
+`estimate`
     Third octaves and rms of the whole patch from those of the run, with errors.
 `beds`, `process`
     The spheres of a run in LIGGGHTS as a library, and the process around it.
 `scenario`, `excited_panel`, `scenario_runs`
     Settings, the panel with the patches of a scenario, and its runs.
-`record_files`, `estimate_files`, `tables`
+`record_files`, `estimate_files`
     What runs leave.
 `from_study`
     The runs of a study, and their files.

@@ -1,7 +1,5 @@
 """The bed of a patch in LIGGGHTS, cell by cell."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Mapping
 from ctypes import CDLL
@@ -16,9 +14,9 @@ from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.library import Spheres
 
+# CPU time of a call of LIGGGHTS with what the panel does meanwhile, of a step, and of a sphere in
+# it [s]: 192 to 1128 spheres on a quiet core.
 CALL_S, STEP_S, SPHERE_STEP_S = 70e-6, 5e-6, 105e-9
-"""CPU time of a call of LIGGGHTS with what the panel does meanwhile, of a step, and of a sphere in
-it [s]: 192 to 1128 spheres on a quiet core."""
 
 
 def cpu_per_interval(spheres: int, substeps: int) -> float:

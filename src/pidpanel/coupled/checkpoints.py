@@ -21,8 +21,7 @@ from pidpanel.arrays import Array
 from pidpanel.coupled.integration import Rows, State
 from pidpanel.provenance import durable
 
-FILE = "state.npz"
-"""Rows so far, the state, and the restarts that belong to it with their hashes."""
+FILE = "state.npz"  # rows so far, the state, and the restarts that belong to it with their hashes
 
 
 def identity_of(*parts: Array | str | float) -> str:

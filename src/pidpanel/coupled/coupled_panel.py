@@ -1,7 +1,5 @@
 """A panel under its excitation with filled patches, of which some cells are simulated."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -17,8 +15,8 @@ from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.source import PatchParts, own_force_load
 
+# Z of a patch over frequency: (nf,) [Hz] to (nf,) [N s/m³].
 Impedance = Callable[[Array], Complexes]
-"""Z of a patch over frequency: (nf,) [Hz] to (nf,) [N s/m³]."""
 
 
 @dataclass(frozen=True)

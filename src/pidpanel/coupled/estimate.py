@@ -18,8 +18,6 @@ under the same sound is the residual. Beyond its own scatter it is an error of t
 walls' force into a linear and an own part.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -33,9 +31,9 @@ from pidpanel.coupled.own_force import OwnForce, fitted_own_force
 from pidpanel.coupled.segments import RecordSegments, SettledRecord
 from pidpanel.coupled.variants import EXPONENT, EXPONENT_ERROR, Variants, simulated_psd
 
+# Passes in which the instrument is the motion with the impedance of the pass before; C_e moves
+# by less than 1 % from the second to the third.
 PASSES = 3
-"""Passes in which the instrument is the motion with the impedance of the pass before; C_e moves
-by less than 1 % from the second to the third."""
 
 
 class RecordTooShort(ValueError):

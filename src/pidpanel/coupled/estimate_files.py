@@ -1,7 +1,5 @@
 """File of the estimate of a scenario: NetCDF; and its tables."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,8 +14,7 @@ from pidpanel.coupled.estimate import ScenarioEstimate
 from pidpanel.provenance import durable
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 
-DECIBEL = 10 / np.log(10)
-"""dB of ln of a mean square."""
+DECIBEL = 10 / np.log(10)  # dB of ln of a mean square
 
 
 class SimulatedBed(NamedTuple):
@@ -94,12 +91,6 @@ def _point_variables(estimate: ScenarioEstimate) -> dict[str, Any]:
     }
 
 
-def read_estimate(path: Path) -> xr.Dataset:
-    """Read what `write_estimate` wrote."""
-    with xr.open_dataset(path, engine="scipy") as dataset:
-        return dataset.load()
-
-
 class Frames(NamedTuple):
     """Tables of a scenario; units as in the names of the columns."""
 
@@ -161,6 +152,7 @@ def frames(scenario: str, stored: xr.Dataset) -> Frames:
     )
 
 
+# Names in the file of an estimate by the columns of the table.
 IMPEDANCE_COLUMNS = {
     "frequency_hz": "impedance_frequency",
     "equivalent_damping_n_s_m3": "equivalent_damping",
@@ -176,7 +168,6 @@ IMPEDANCE_COLUMNS = {
     "particle_mass_per_area_kg_m2": "mass_per_area",
     "youngs_modulus_mpa": "youngs_modulus",
 }
-"""Names in the file of an estimate by the columns of the table."""
 
 
 def _impedance(scenario: str, stored: xr.Dataset) -> pd.DataFrame:

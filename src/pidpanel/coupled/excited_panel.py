@@ -1,7 +1,5 @@
 """The panel of a study under its excitation, with the patches of a scenario."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -25,11 +23,9 @@ from pidpanel.solve.source import PatchParts
 from pidpanel.solve.supports import BaseExcitation
 from pidpanel.sound.radiation import Air
 
-LINES_PER_BANDWIDTH = 3.0
-"""Of rms values within 1e-3."""
+LINES_PER_BANDWIDTH = 3.0  # of rms values within 1e-3
 
-PARTS = 64
-"""Parts of a patch over which the own force is summed."""
+PARTS = 64  # parts of a patch over which the own force is summed
 
 
 @dataclass(frozen=True)

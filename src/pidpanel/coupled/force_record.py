@@ -5,26 +5,23 @@ has on average, in each resonance. With drawn sizes too, the rms velocity of a p
 0.1 scatters by 20 % in records of 1.6 s.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.excitation import Excitation
 
+# Spacing of the nodes of G over 1/L in wavenumber, L the diameter of the panel: linear between
+# them, G errs by (0.2)²/24 = 0.2 % of its largest value.
 NODE_SPACING = 0.2
-"""Spacing of the nodes of G over 1/L in wavenumber, L the diameter of the panel: linear between
-them, G errs by (0.2)²/24 = 0.2 % of its largest value."""
 
+# Largest relative spacing of the nodes: G ∝ k^p errs by p (p − 1)/8 of its square.
 NODE_RATIO = 0.05
-"""Largest relative spacing of the nodes: G ∝ k^p errs by p (p − 1)/8 of its square."""
 
-FLOOR = 1e-3
-"""Least √G_ii over the largest to which a shape's own force is resolved [1]."""
+FLOOR = 1e-3  # least √G_ii over the largest to which a shape's own force is resolved [1]
 
+# Added to the diagonal of G over √(G_ii G_jj), which is not of full rank where waves are long:
+# far below the 0.2 % of the nodes.
 RIDGE = 1e-6
-"""Added to the diagonal of G over √(G_ii G_jj), which is not of full rank where waves are long:
-far below the 0.2 % of the nodes."""
 
 
 def force_nodes(low: float, high: float, wave_speed: float, diameter: float) -> Array:
@@ -38,10 +35,7 @@ def force_nodes(low: float, high: float, wave_speed: float, diameter: float) -> 
 
 
 def draw_modal_force(
-    frequency: Array,
-    excitation: Excitation,
-    nodes: Array,
-    rng: np.random.Generator,
+    frequency: Array, excitation: Excitation, nodes: Array, rng: np.random.Generator
 ) -> Complexes:
     """Draw the amplitudes of tones whose modal forces have the PSDs S_p G.
 

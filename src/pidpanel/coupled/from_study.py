@@ -1,7 +1,5 @@
 """The coupled runs of a study: the only module of the stage that knows it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,9 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupled import carried, estimate_files, tables
+from pidpanel.coupled import carried, estimate_files
 from pidpanel.coupled.beds import cpu_per_interval, rayleigh_time_of
 from pidpanel.coupled.excited_panel import ExcitedPanel
 from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings, SimulatedPatch
@@ -232,7 +231,7 @@ def write_coupled(study: Study, estimates: Sequence[Path], outputs: CoupledTable
     """Write the tables of all scenarios, from the estimates of `coupled_scenarios` in order."""
     scenarios = _run_scenarios(study)
     frames = [
-        estimate_files.frames(scenario.label, estimate_files.read_estimate(path))
+        estimate_files.frames(scenario.label, xr.load_dataset(path, engine="scipy"))
         for scenario, path in zip(scenarios, estimates, strict=True)
     ]
     impedances = [frame.impedance for frame in frames]
@@ -258,7 +257,7 @@ def _carried(study: Study, impedances: dict[Scenario, pd.DataFrame]) -> list[pd.
         chosen = carried.nearest(levels[scenario], [levels[run] for run in alike], NEIGHBOURS_DB)
         near = [alike[index] for index in chosen]
         parts.append(
-            tables.carried_impedances(
+            carried.carried_impedances(
                 scenario.label,
                 " and ".join(run.label for run in near),
                 levels[scenario],

@@ -19,14 +19,14 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled.spectra import band_sums
 
+# Lines of Hann windows that overlap by half for one that is independent of the others [1]: the
+# sum of the squared correlations of a line with all others in its segment, 1.94, and in the next
+# ones.
 LINES_PER_FREEDOM = 2.1
-"""Lines of Hann windows that overlap by half for one that is independent of the others [1]: the
-sum of the squared correlations of a line with all others in its segment, 1.94, and in the next
-ones."""
 
+# Expected relative change of Z from one third octave to the next [1]: that of a mass grows by
+# 26 %, that of an agitated bed is flat.
 BAND_STEP = 0.3
-"""Expected relative change of Z from one third octave to the next [1]: that of a mass grows by
-26 %, that of an agitated bed is flat."""
 
 
 @dataclass(frozen=True)

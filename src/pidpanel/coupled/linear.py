@@ -18,8 +18,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 
-LINES_AT_ONCE = 64
-"""Frequency lines solved together."""
+LINES_AT_ONCE = 64  # frequency lines solved together
 
 
 @dataclass(frozen=True)

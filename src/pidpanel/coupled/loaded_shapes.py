@@ -6,8 +6,6 @@ of C_e D to their damping. What is left out changes the motion in which the part
 little, and C_e and m_a hardly; the response is computed with all of it (`pidpanel.response`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -18,8 +16,7 @@ from scipy.linalg import eigh
 from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.model import ModalBasis
 
-AIR_NODES = 25
-"""Frequencies at which the air is looked at."""
+AIR_NODES = 25  # frequencies at which the air is looked at
 
 
 class LinearDamper(NamedTuple):

@@ -7,8 +7,6 @@ both move freely in between: no force is needed before it is known, none acts la
 kept to rounding. Of a band-limited force the impulses are exact below half their rate.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import scipy.linalg
 

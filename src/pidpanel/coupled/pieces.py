@@ -1,7 +1,5 @@
 """A run of panel and particles in pieces, each resumed from the state that the last one left."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 import tempfile
@@ -23,20 +21,19 @@ from pidpanel.coupon.liggghts.failures import RunFailed, RunStopped
 from pidpanel.coupon.liggghts.library import load_library
 from pidpanel.coupon.preparation import BED_FILE
 
-SILENCE_S = 300.0
-"""Longest time without a finished row [s of wall time], which takes milliseconds."""
+SILENCE_S = 300.0  # longest time without a finished row [s of wall time], which takes milliseconds
 
+# CPU time that a piece may take over its estimate, and at least [s].
 LIMIT_PER_ESTIMATE, LIMIT_AT_LEAST_S = 20.0, 600.0
-"""CPU time that a piece may take over its estimate, and at least [s]."""
 
+# Estimated CPU time of a piece [s]: the most that a stopped run repeats. The pieces of a run are
+# always the same.
 PIECE_S = 8.0
-"""Estimated CPU time of a piece [s]: the most that a stopped run repeats. The pieces of a run are
-always the same."""
 
+# Version of the algorithms that integrate a run: `integration`, `panel_motion`, `beds` and
+# `coupon.liggghts.library`. A change of the bits of a run needs a new number; runs are then
+# integrated again.
 INTEGRATION_VERSION = 1
-"""Version of the algorithms that integrate a run: `integration`, `panel_motion`, `beds` and
-`coupon.liggghts.library`. A change of the bits of a run needs a new number; runs are then
-integrated again."""
 
 
 class StartedBed(NamedTuple):
@@ -100,11 +97,7 @@ def _limited(work: Callable[[Progress], Checkpoint], name: str, report: Progress
 
 
 def _piece(
-    run: Integration,
-    checkpoint: Checkpoint,
-    beds: Sequence[StartedBed],
-    end: int,
-    folder: Path,
+    run: Integration, checkpoint: Checkpoint, beds: Sequence[StartedBed], end: int, folder: Path
 ) -> Callable[[Progress], Checkpoint]:
     """Return the work from a checkpoint to a row; it returns the new rows alone."""
 

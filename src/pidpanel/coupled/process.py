@@ -5,8 +5,6 @@ progress; silence, or more CPU time than it was given, ends it. Wall time does n
 machine may be busy.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import math
 import multiprocessing
@@ -21,11 +19,9 @@ from typing import Any, TypeVar
 from pidpanel.coupon.liggghts.failures import RunStopped
 
 Result = TypeVar("Result")
-Progress = Callable[[float], None]
-"""Takes the share of the work that is done [1]."""
+Progress = Callable[[float], None]  # takes the share of the work that is done [1]
 
-LAST_WORDS = 2000
-"""Characters of the child's output that a failure repeats."""
+LAST_WORDS = 2000  # characters of the child's output that a failure repeats
 
 
 def in_child(

@@ -1,7 +1,5 @@
 """File of a record of panel and particles: NetCDF."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,8 +10,8 @@ from pidpanel.coupled.checkpoints import identity_of
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.provenance import durable
 
+# Attributes with the hash of all that a record depends on, and of what it holds.
 IDENTITY, CONTENT = "identity", "content"
-"""Attributes with the hash of all that a record depends on, and of what it holds."""
 
 
 def write_record(
@@ -58,8 +56,7 @@ def write_record(
 def read_record(path: Path, identity: str) -> SettledRecord | None:
     """Read the record of a run; None without one, of another run, or with a changed byte."""
     try:
-        with xr.open_dataset(path, engine="scipy") as dataset:
-            data = dataset.load()
+        data = xr.load_dataset(path, engine="scipy")
         if data.attrs[IDENTITY] != identity or data.attrs[CONTENT] != _content(data):
             return None
         real, imaginary = (data[f"modal_force_{part}"].to_numpy() for part in ("real", "imag"))

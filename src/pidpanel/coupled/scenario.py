@@ -1,7 +1,5 @@
 """What the runs of a study need of it, as data."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

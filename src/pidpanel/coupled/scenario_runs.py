@@ -1,7 +1,5 @@
 """The runs of a scenario: drawn, integrated and recorded."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,22 +25,20 @@ from pidpanel.provenance import durable
 from pidpanel.solve.bands import whole_third_octaves
 from pidpanel.solve.supports import BaseExcitation
 
+# Rows of a record in a period of the highest frequency: what is linear between them is 3 % low
+# there, for which the modal forces are corrected.
 ROWS_PER_PERIOD = 10.0
-"""Rows of a record in a period of the highest frequency: what is linear between them is 3 % low
-there, for which the modal forces are corrected."""
 
+# Fewest intervals of the integration in a period of the highest frequency.
 INTERVALS_PER_PERIOD = 60.0
-"""Fewest intervals of the integration in a period of the highest frequency."""
 
+# Time step over the Rayleigh time of the smallest sphere [1]: 0.1, 0.2 and 0.4 give the same
+# g rms within their scatter (docs/coupled.md).
 STEP_RAYLEIGH = 0.4
-"""Time step over the Rayleigh time of the smallest sphere [1]: 0.1, 0.2 and 0.4 give the same
-g rms within their scatter (docs/coupled.md)."""
 
-FREE = 1e-3
-"""Natural frequency over the lowest of the run below which a shape is not held [1]."""
+FREE = 1e-3  # natural frequency over the lowest of the run below which a shape is not held [1]
 
-BALANCE_LIMIT = 0.01
-"""Largest share of the energy put in that may be missing in a run [1]."""
+BALANCE_LIMIT = 0.01  # largest share of the energy put in that may be missing in a run [1]
 
 
 @dataclass(frozen=True)

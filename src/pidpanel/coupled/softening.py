@@ -11,8 +11,6 @@ A softer sphere allows a longer time step. Two things go wrong with it:
 Runs in docs/coupled.md; ``benchmarks/convergence.py`` makes them.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -22,26 +20,20 @@ from pidpanel.coupon import contact
 from pidpanel.coupon.bed import Bed
 from pidpanel.damping.surface_cases import clear_gap
 
+# Moduli to choose from below that of the material [Pa].
 CHOICES = (50e6, 200e6, 800e6, 3200e6, 12800e6, 51200e6)
-"""Moduli to choose from below that of the material [Pa]."""
 
-LARGEST_BIAS = 0.02
-"""Largest bias of g rms that a softer modulus may cause [1]."""
+LARGEST_BIAS = 0.02  # largest bias of g rms that a softer modulus may cause [1]
 
-PER_LAYER = 0.8
-"""Bias of g rms over s for each layer of the bed [1]."""
+PER_LAYER = 0.8  # bias of g rms over s for each layer of the bed [1]
 
-PER_OVERLAP = 1.0
-"""Bias of g rms over δ/R where the bed crosses [1]."""
+PER_OVERLAP = 1.0  # bias of g rms over δ/R where the bed crosses [1]
 
-FASTEST = 3.0
-"""Velocity of the deepest impacts over the rms velocity of the patch [1]."""
+FASTEST = 3.0  # velocity of the deepest impacts over the rms velocity of the patch [1]
 
-CROSSES = 0.2
-"""Stroke of the bare patch over the clear gap from which its bed may cross [1]."""
+CROSSES = 0.2  # stroke of the bare patch over the clear gap from which its bed may cross [1]
 
-USUAL = 400e6
-"""Geometric mean of the moduli of acrylic from 122 to 142 dB [Pa]."""
+USUAL = 400e6  # geometric mean of the moduli of acrylic from 122 to 142 dB [Pa]
 
 
 class RmsMotion(NamedTuple):

@@ -1,7 +1,5 @@
 """Spectra of overlapping segments of a record (Welch 1967)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TypeVar
 

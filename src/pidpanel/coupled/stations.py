@@ -1,7 +1,5 @@
 """Stations of a patch: points where cells are simulated, each representing a part of its area."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -18,12 +18,11 @@ from pidpanel.coupled.spectra import band_sums
 from pidpanel.solve.bands import band_rms
 from pidpanel.solve.source import interpolated_load
 
+# γ of C_e ∝ v^−γ, and how far it may be off: 1 of a bed that is thrown up and caught, −1 of one
+# that crosses its gap, 0.75 of acrylic at r = 0.5 from 131 to 137 dB.
 EXPONENT, EXPONENT_ERROR = 0.75, 0.35
-"""γ of C_e ∝ v^−γ, and how far it may be off: 1 of a bed that is thrown up and caught, −1 of one
-that crosses its gap, 0.75 of acrylic at r = 0.5 from 131 to 137 dB."""
 
-SMALL = 0.01
-"""Change of Z, over its size, from which derivatives are taken [1]."""
+SMALL = 0.01  # change of Z, over its size, from which derivatives are taken [1]
 
 
 @dataclass(frozen=True)

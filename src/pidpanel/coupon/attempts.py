@@ -4,8 +4,6 @@ A failure is an outcome with a name, so that a sweep continues and its coverage 
 or a bed that is missing or is not as it was left is made again where it is needed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math
@@ -22,56 +20,37 @@ from typing import TypeVar
 
 import numpy as np
 
-from pidpanel.coupon import coding, cycles, rows, states
+from pidpanel.coupon import coding, cycles, records, rows, states
 from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import Case, RunTarget
-from pidpanel.coupon.liggghts import deck
-from pidpanel.coupon.liggghts.failures import (
-    BY_INPUTS,
-    DAMAGED,
-    FilesFailed,
-    RunFailed,
-    RunStopped,
-    SolverFailure,
-    SolverMissing,
-)
+from pidpanel.coupon.liggghts import deck, failures
 from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.preparation import BED_FILE, PACKING_FILE, loosen, pour
-from pidpanel.coupon.records import (
-    OK,
-    Attempt,
-    LoosenOutcome,
-    PourOutcome,
-    ShakeOutcome,
-    check_files,
-    check_same,
-    files_of,
-)
 from pidpanel.coupon.runs import shake
 from pidpanel.progress import tracked
 from pidpanel.provenance import durable
 from pidpanel.provenance.locks import exclusive_lock
 
 Product = TypeVar("Product")
-Outcome = TypeVar("Outcome", bound=PourOutcome | LoosenOutcome)
+Outcome = TypeVar("Outcome", bound=records.PourOutcome | records.LoosenOutcome)
 
+# Of the algorithms that decide from its rows whether a run is steady, long enough or in several
+# states, and what its errors are. With another version every run is judged again from its rows.
 JUDGING_VERSION = 1
-"""Of the algorithms that decide from its rows whether a run is steady, long enough or in several
-states, and what its errors are. With another version every run is judged again from its rows."""
 
 
-def pour_packing(packing: Packing, file: Path) -> PourOutcome:
+def pour_packing(packing: Packing, file: Path) -> records.PourOutcome:
     """Pour a packing, in the folder of ``packing.json``, and write that."""
     with exclusive_lock(_lock(file.parent)):
         attempt, poured = _attempted(lambda: pour(packing, file.parent), file.parent)
-        files = files_of(file.parent, (PACKING_FILE,) if poured else ())
-        outcome = PourOutcome(**vars(attempt), packing=packing, found=poured, files=files)
+        files = records.files_of(file.parent, (PACKING_FILE,) if poured else ())
+        outcome = records.PourOutcome(**vars(attempt), packing=packing, found=poured, files=files)
         _write(file, outcome)
     return outcome
 
 
-def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
+def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> records.LoosenOutcome:
     """Shake a bed loose, in the folder of ``bed.json``, and write that or a failed packing."""
     source = sound_packing(bed.packing, packing_file)
     poured = source.found
@@ -83,8 +62,8 @@ def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
             attempt, loosened = _attempted(
                 lambda: loosen(bed, packing_file.parent, file.parent, full), file.parent
             )
-        files = files_of(file.parent, (BED_FILE, deck.WALLS_FILE) if loosened else ())
-        outcome = LoosenOutcome(**vars(attempt), bed=bed, found=loosened, files=files)
+        files = records.files_of(file.parent, (BED_FILE, deck.WALLS_FILE) if loosened else ())
+        outcome = records.LoosenOutcome(**vars(attempt), bed=bed, found=loosened, files=files)
         _write(file, outcome)
     return outcome
 
@@ -94,17 +73,17 @@ def _lock(folder: Path) -> Path:
     return folder.with_name(f".{folder.name}.lock")
 
 
-def sound_packing(packing: Packing, file: Path) -> PourOutcome:
+def sound_packing(packing: Packing, file: Path) -> records.PourOutcome:
     """What ``packing.json`` says; a packing that is not as it was left is poured again."""
-    return _sound(PourOutcome, "packing", packing, file, partial(pour_packing, packing))
+    return _sound(records.PourOutcome, "packing", packing, file, partial(pour_packing, packing))
 
 
-def sound_bed(bed: Bed, packing_file: Path, file: Path) -> LoosenOutcome:
+def sound_bed(bed: Bed, packing_file: Path, file: Path) -> records.LoosenOutcome:
     """What ``bed.json`` says; a bed that is not as it was left is made again.
 
     The same spheres to the last bit, so that jobs that do so at the same time do no harm.
     """
-    return _sound(LoosenOutcome, "bed", bed, file, partial(loosen_bed, bed, packing_file))
+    return _sound(records.LoosenOutcome, "bed", bed, file, partial(loosen_bed, bed, packing_file))
 
 
 def _sound(
@@ -117,9 +96,9 @@ def _sound(
     """The record of a file; ``make`` repeats the step in a scratch folder if it is not sound."""
     try:
         outcome = coding.read(kind, file)
-        check_same(getattr(outcome, key), expected, file)
+        records.check_same(getattr(outcome, key), expected, file)
         check_sound(outcome, file)
-    except SolverFailure as failure:
+    except failures.SolverFailure as failure:
         if file.exists():
             print(f"{failure}; made again", file=sys.stderr)
         file.parent.parent.mkdir(parents=True, exist_ok=True)
@@ -129,17 +108,17 @@ def _sound(
     return outcome
 
 
-def bed_in_store(bed: Bed, file: Path) -> LoosenOutcome:
+def bed_in_store(bed: Bed, file: Path) -> records.LoosenOutcome:
     """`sound_bed` where the packings lie in ``../../packing`` of the folder of the bed."""
     packings = file.parent.parent.parent / "packing"
     return sound_bed(bed, packings / bed.packing.label / "packing.json", file)
 
 
-def check_sound(outcome: PourOutcome | LoosenOutcome, file: Path) -> None:
+def check_sound(outcome: records.PourOutcome | records.LoosenOutcome, file: Path) -> None:
     """Refuse what is not as it was left, and a failure that need not come again."""
-    if outcome.status != OK and outcome.status not in BY_INPUTS:
-        raise RunFailed(outcome.status, f"{file}: {outcome.status}")
-    check_files(file.parent, outcome.files)
+    if outcome.status != records.OK and outcome.status not in failures.BY_INPUTS:
+        raise failures.RunFailed(outcome.status, f"{file}: {outcome.status}")
+    records.check_files(file.parent, outcome.files)
 
 
 def _take(source: Path, folder: Path, names: Iterable[str]) -> None:
@@ -152,7 +131,7 @@ def _take(source: Path, folder: Path, names: Iterable[str]) -> None:
         (source / name).replace(folder / name)
 
 
-def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> ShakeOutcome:
+def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> records.ShakeOutcome:
     """Shake a run in a folder; hand on the failure of its bed.
 
     The packing of the bed is looked for in ``../../packing`` of the folder of ``bed.json``, should
@@ -163,12 +142,12 @@ def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> Shak
         attempt, shaken = _handed_on(bed), None
     else:
         attempt, shaken = _attempted(lambda: shake(run, target, bed_file.parent, folder), folder)
-    return ShakeOutcome(**vars(attempt), run=run, target=target, found=shaken)
+    return records.ShakeOutcome(**vars(attempt), run=run, target=target, found=shaken)
 
 
 def shake_seeds(
     seeds: Sequence[Run], target: RunTarget, bed_files: Sequence[Path], folders: Sequence[Path]
-) -> list[ShakeOutcome]:
+) -> list[records.ShakeOutcome]:
     """Shake each seed of a case; seeds that are apart continue.
 
     A bed can dwell in a state of motion that does not last, and look steady (100 Hz, 80 g,
@@ -205,7 +184,7 @@ def are_apart(damping: Sequence[cycles.Estimate]) -> bool:
     return states.are_apart(low.mean, low.error, high.mean, high.error)
 
 
-def shake_case(case: Case, folder: Path) -> list[ShakeOutcome]:
+def shake_case(case: Case, folder: Path) -> list[records.ShakeOutcome]:
     """Shake the seeds of a case, and those of its reserve if its cells end in several states.
 
     A case of which that is possible lasts at least a third of ``state_cycles``. With several states
@@ -226,8 +205,8 @@ def shake_case(case: Case, folder: Path) -> list[ShakeOutcome]:
 
 
 def _with_time_of(
-    earlier: Sequence[ShakeOutcome], later: Sequence[ShakeOutcome]
-) -> list[ShakeOutcome]:
+    earlier: Sequence[records.ShakeOutcome], later: Sequence[records.ShakeOutcome]
+) -> list[records.ShakeOutcome]:
     """Return outcomes with the CPU time of those before, which are of the same runs."""
     spent = [outcome.solver_cpu_s for outcome in earlier] + [0.0] * (len(later) - len(earlier))
     return [
@@ -245,7 +224,7 @@ def first_target(case: Case) -> RunTarget:
     return replace(target, min_cycles=case.least_cycles, max_cycles=largest)
 
 
-def has_states(case: Case, outcomes: Sequence[ShakeOutcome], folder: Path) -> bool:
+def has_states(case: Case, outcomes: Sequence[records.ShakeOutcome], folder: Path) -> bool:
     """Whether the cells of the runs that succeeded are in more than one state of motion."""
     estimates = []
     for run, run_folder, outcome in zip(case.runs, case.folders(folder), outcomes, strict=False):
@@ -257,7 +236,7 @@ def has_states(case: Case, outcomes: Sequence[ShakeOutcome], folder: Path) -> bo
     return len(estimates) > 1 and len(states.states_of(means, errors)) > 1
 
 
-def _shake_all(case: Case, target: RunTarget, folder: Path) -> list[ShakeOutcome]:
+def _shake_all(case: Case, target: RunTarget, folder: Path) -> list[records.ShakeOutcome]:
     """Shake all runs of a case to a target; what they leave is that of the case's own."""
     beds = [folder / "bed" / run.bed.label / "bed.json" for run in case.runs]
     outcomes = shake_seeds(case.runs, target, beds, case.folders(folder))
@@ -288,17 +267,19 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
 def _spent(file: Path) -> float:
     """Return the CPU time that earlier calls spent on a run [s]: this one goes on from there."""
     try:
-        return coding.read(ShakeOutcome, file).solver_cpu_s
-    except SolverFailure:
+        return coding.read(records.ShakeOutcome, file).solver_cpu_s
+    except failures.SolverFailure:
         return 0.0
 
 
-def _write(file: Path, outcome: Attempt) -> None:
+def _write(file: Path, outcome: records.Attempt) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     coding.write(file, outcome)
 
 
-def _attempted(action: Callable[[], Product], folder: Path) -> tuple[Attempt, Product | None]:
+def _attempted(
+    action: Callable[[], Product], folder: Path
+) -> tuple[records.Attempt, Product | None]:
     """Do it, twice if need be; a failure is kept by its name.
 
     The first failure may be the machine's; the second is reported. A stopped run continues from
@@ -310,26 +291,28 @@ def _attempted(action: Callable[[], Product], folder: Path) -> tuple[Attempt, Pr
     while True:
         attempts += 1
         product: Product | None = None
-        status, message = OK, ""
+        status, message = records.OK, ""
         try:
             product = action()
-        except SolverMissing:
+        except failures.SolverMissing:
             raise
-        except SolverFailure as failure:
+        except failures.SolverFailure as failure:
             status, message = type(failure).__name__, str(failure)
         except OSError as error:
-            status, message = FilesFailed.__name__, f"{folder}: {error}"
-        if status == OK or attempts == 2:
+            status, message = failures.FilesFailed.__name__, f"{folder}: {error}"
+        if status == records.OK or attempts == 2:
             end = resource.getrusage(resource.RUSAGE_CHILDREN)
             spent = end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime
-            return Attempt(status, message, attempts, VERSION, round(max(spent, 0.0), 2)), product
-        if status in DAMAGED:
+            return records.Attempt(
+                status, message, attempts, VERSION, round(max(spent, 0.0), 2)
+            ), product
+        if status in failures.DAMAGED:
             durable.set_aside(folder, message)
-        elif status != RunStopped.__name__:
+        elif status != failures.RunStopped.__name__:
             print(f"{message}; tried again", file=sys.stderr)
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _handed_on(attempt: Attempt) -> Attempt:
+def _handed_on(attempt: records.Attempt) -> records.Attempt:
     """The failure of the step before."""
-    return Attempt(attempt.status, attempt.message, attempt.attempts, attempt.liggghts, 0.0)
+    return records.Attempt(attempt.status, attempt.message, attempt.attempts, attempt.liggghts, 0.0)

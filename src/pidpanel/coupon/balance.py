@@ -14,8 +14,6 @@ its time step, of a wall that leaks, of a contact law that is not the one asked 
 tangential springs is not listed separately; its change over a cycle is negligible.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -163,12 +161,7 @@ def contact_losses(
         )
         turning = spin if with_wall else spin - spheres.spin[f, j]
         rolling = -_dot(rest, turning)
-    return (
-        -(along - hertz) * speed,
-        -_dot(sideways, relative),
-        rolling,
-        2 / 5 * hertz * depth,
-    )
+    return (-(along - hertz) * speed, -_dot(sideways, relative), rolling, 2 / 5 * hertz * depth)
 
 
 def _pair_losses(

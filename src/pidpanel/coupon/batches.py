@@ -4,8 +4,6 @@ Cheap cases share what a process costs. Where jobs have a time limit, a case tha
 long: its seeds are shaken by jobs of their own (`Part`), each in legs (`legs`).
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
@@ -20,19 +18,18 @@ from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import StepCost, run_steps, spheres_in
 from pidpanel.coupon.runs import ORDINARY_STEP
 
+# CPU time of LIGGGHTS for which a process is begun [s]; it costs 0.4 s itself, and Snakemake as
+# much to look after it.
 WORTH = 120.0
-"""CPU time of LIGGGHTS for which a process is begun [s]; it costs 0.4 s itself, and Snakemake as
-much to look after it."""
 
+# Share of the longest time of a job that short runs are put together for [1]: no last job of many
+# is long, and what a job costs Slurm and Snakemake is some per cent of it.
 SHARE = 0.25
-"""Share of the longest time of a job that short runs are put together for [1]: no last job of many
-is long, and what a job costs Slurm and Snakemake is some per cent of it."""
 
-LONG = 0.3
-"""Share of the longest time of a job from which a case is long [1]."""
+LONG = 0.3  # share of the longest time of a job from which a case is long [1]
 
+# Of an ordinary core: only which cases share a process depends on it, never a result.
 STEP = StepCost(*ORDINARY_STEP)
-"""Of an ordinary core: only which cases share a process depends on it, never a result."""
 
 
 @dataclass(frozen=True)

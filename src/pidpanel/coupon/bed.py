@@ -1,7 +1,5 @@
 """Beds that are shaken loose, and runs of a bed under a drive."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,9 +13,9 @@ from pidpanel.coupon.liggghts import deck, process, trust
 from pidpanel.coupon.packing import Constants, Packing, identity_digest
 from pidpanel.paths import TEMPLATES
 
+# Of the algorithm that shakes a bed loose and picks its spheres: `preparation.loosen`; see
+# `packing.PLACEMENT_VERSION`.
 LOOSEN_VERSION = 1
-"""Of the algorithm that shakes a bed loose and picks its spheres: `preparation.loosen`; see
-`packing.PLACEMENT_VERSION`."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +35,11 @@ class Loosening:
     samples_per_cycle: int = 100
 
 
+# A start from the other side: so many times the acceleration of the drive, for so many cycles.
+# Beds of acrylic at r = 0.5, 100 Hz, 80 g come to other states from there than from rest.
 HARD, HARD_CYCLES = 2.5, 20
-"""A start from the other side: so many times the acceleration of the drive, for so many cycles.
-Beds of acrylic at r = 0.5, 100 Hz, 80 g come to other states from there than from rest."""
 
-MOST_CELLS = 24
-"""Most cells of which each has rows of its own: LIGGGHTS has 32 groups."""
+MOST_CELLS = 24  # most cells of which each has rows of its own: LIGGGHTS has 32 groups
 
 LOOSENING = Loosening(drive=Tone(frequency=100.0, acceleration=10 * STANDARD_GRAVITY))
 

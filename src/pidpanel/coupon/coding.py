@@ -5,8 +5,6 @@ checks what comes back without converting it: no key is missing or unknown, no v
 type. A file holds the hash of its values, which shows a changed digit.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping
@@ -65,8 +63,7 @@ def _plain(values: Any) -> str:
     return json.dumps(json.loads(json.dumps(values), parse_int=float), sort_keys=True)
 
 
-DIGEST = "digest"
-"""Key of a file with the hash of all its other values."""
+DIGEST = "digest"  # key of a file with the hash of all its other values
 
 
 def write(path: Path, record: Any) -> None:

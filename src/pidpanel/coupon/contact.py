@@ -1,11 +1,9 @@
 """Closed forms of one elastic contact: how stiff, how long, how deep."""
 
-from __future__ import annotations
-
 import math
 
+# 2 ∫₀¹ dx/√(1 − x^{5/2}): duration of a Hertz contact in units of δ_max/v.
 HERTZ_DURATION = 2.9432750
-"""2 ∫₀¹ dx/√(1 − x^{5/2}): duration of a Hertz contact in units of δ_max/v."""
 
 
 def rayleigh_time(
@@ -51,16 +49,15 @@ def wall_contact_time(
     )
 
 
-CROSSING = 0.1
-"""Stroke over clear gap W/L from which a bed can cross its gap [1]; below, it rides."""
+CROSSING = 0.1  # stroke over clear gap W/L from which a bed can cross its gap [1]; below, it rides
 
 
+# Height of a bed over the diameter of its spheres up to which its rebound in series takes no
+# longer than was measured at half fill [1].
 DEEP = 6.25
-"""Height of a bed over the diameter of its spheres up to which its rebound in series takes no
-longer than was measured at half fill [1]."""
 
+# Γ from which on a bed is agitated whatever its height, and no more thrown as one body.
 AGITATED = 80.0
-"""Γ from which on a bed is agitated whatever its height, and no more thrown as one body."""
 
 
 def deepening(layers: float, acceleration_g: float) -> float:

@@ -5,8 +5,6 @@ On a cluster a job has so much time and no more. A run can stop where it leaves 
 numbers do not depend on how long its jobs were.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import time
@@ -18,8 +16,7 @@ class Continues(Exception):
 
 
 class _Deadline:
-    end = math.inf
-    """On the monotonic clock [s]."""
+    end = math.inf  # on the monotonic clock [s]
 
 
 @contextlib.contextmanager

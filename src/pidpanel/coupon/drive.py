@@ -21,8 +21,6 @@ C_e and m_a are read from the first harmonic of a row (`cycles.first_harmonic`):
 than one tone needs a way of its own to be read. A study's sweep becomes drives in `from_study`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal
@@ -103,5 +101,4 @@ class Tone:
         return self.acceleration * np.sin(phase)
 
 
-Drive = Tone
-"""What a coupon can be shaken with."""
+Drive = Tone  # what a coupon can be shaken with

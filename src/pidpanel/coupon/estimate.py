@@ -1,7 +1,5 @@
 """How long a sweep will take, before it starts: a count of steps times what a step costs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,35 +14,31 @@ from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
 from pidpanel.geometry.sizes import Sizes
 
+# Bulk fraction of a poured bed in a wide cell [1], and what diameter over width takes of it: good
+# to 3 % in hexagons of 4.8 to 12.7 mm with spheres of 1 to 2.5 mm, to 8 % with wider ones.
 BULK_WIDE, BULK_PER_WIDTH = 0.60, 0.45
-"""Bulk fraction of a poured bed in a wide cell [1], and what diameter over width takes of it: good
-to 3 % in hexagons of 4.8 to 12.7 mm with spheres of 1 to 2.5 mm, to 8 % with wider ones."""
 
+# Scatter of one cell from cycle to cycle over the mean [1], its memory included: the error after
+# n cycles of N cells is `SCATTER`/√(n N). In 319 runs of six studies it lies between 0.09 and 0.43
+# for half of them.
 SCATTER = 0.35
-"""Scatter of one cell from cycle to cycle over the mean [1], its memory included: the error after
-n cycles of N cells is `SCATTER`/√(n N). In 319 runs of six studies it lies between 0.09 and 0.43
-for half of them."""
 
+# Cycles run over cycles needed, by cost [1] (1.2 in the paper study, 1.5 to 2.1 in those of
+# friction, restitution, gravity, modulus and time step): a run that is short of its target grows
+# by half, and one in twenty takes eight times as long.
 MISSED = 1.6
-"""Cycles run over cycles needed, by cost [1] (1.2 in the paper study, 1.5 to 2.1 in those of
-friction, restitution, gravity, modulus and time step): a run that is short of its target grows
-by half, and one in twenty takes eight times as long."""
 
-PER_JOB = 0.4
-"""CPU time of a process besides LIGGGHTS [s]: Python and its imports."""
+PER_JOB = 0.4  # CPU time of a process besides LIGGGHTS [s]: Python and its imports
 
-PLAN = 3.0
-"""CPU time of Snakemake from its start to the first job, and of the table of cases [s]."""
+PLAN = 3.0  # CPU time of Snakemake from its start to the first job, and of the table of cases [s]
 
-PER_RUN = 0.15
-"""CPU time of a run in that process [s]: its decks, its rows, its energy balance."""
+PER_RUN = 0.15  # CPU time of a run in that process [s]: its decks, its rows, its energy balance
 
 
+# Of a process with numpy and the lists of contacts of an energy balance [bytes].
 PROCESS_MEMORY = 300e6
-"""Of a process with numpy and the lists of contacts of an energy balance [bytes]."""
 
-LIGGGHTS_MEMORY = 60e6, 2e4
-"""Of LIGGGHTS, and of it for each sphere [bytes]."""
+LIGGGHTS_MEMORY = 60e6, 2e4  # of LIGGGHTS, and of it for each sphere [bytes]
 
 
 @dataclass(frozen=True)
@@ -73,8 +67,8 @@ class Costs:
     diameter: float  # [m]
 
 
+# On a core of 2.5 GHz: measured on cells with 30 and 150 acrylic spheres of 2 mm.
 USUAL_COSTS = Costs(StepCost(4.9e-6, 7.1e-8, 2.1e-5), 7.3e-3, 0.002)
-"""On a core of 2.5 GHz: measured on cells with 30 and 150 acrylic spheres of 2 mm."""
 
 
 def travel(run: Run) -> float:

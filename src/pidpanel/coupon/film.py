@@ -4,8 +4,6 @@ Nothing that is counted is touched: the watched cycles come after those of the r
 their own.
 """
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 from dataclasses import dataclass

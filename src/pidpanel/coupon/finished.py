@@ -1,7 +1,5 @@
 """Whether what runs have left is as they left it, so that what is not is made again."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from functools import cache
@@ -13,12 +11,7 @@ from pidpanel.coupon.batches import Batch
 from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.liggghts.failures import BY_INPUTS, FileDamaged, SolverFailure
-from pidpanel.coupon.records import (
-    LoosenOutcome,
-    PourOutcome,
-    ShakeOutcome,
-    files_of,
-)
+from pidpanel.coupon.records import LoosenOutcome, PourOutcome, ShakeOutcome, files_of
 from pidpanel.coupon.runs import last_file
 
 

@@ -3,8 +3,6 @@
 The code of this module enters the label of every packing and bed; see `pidpanel.coupon.packing`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -12,17 +10,17 @@ import numpy as np
 from pidpanel.arrays import Array, Index
 from pidpanel.geometry.sizes import Sizes
 
+# Distance of neighbouring cells' centres over their width [1]. The cells are closed off from each
+# other; the space between takes up the wall triangles that reach past their cell.
 CELL_SPACING = 3.0
-"""Distance of neighbouring cells' centres over their width [1]. The cells are closed off from each
-other; the space between takes up the wall triangles that reach past their cell."""
 
+# Bulk fraction at which spheres start in the chimney [1]; random sequential addition jams at
+# 0.38 in bulk, and slows down long before that between walls.
 LOOSE_FRACTION = 0.18
-"""Bulk fraction at which spheres start in the chimney [1]; random sequential addition jams at
-0.38 in bulk, and slows down long before that between walls."""
 
+# Bulk fraction of random close packing [1]: no poured bed is denser, so pouring this much always
+# over-fills.
 DENSEST_FRACTION = 0.64
-"""Bulk fraction of random close packing [1]: no poured bed is denser, so pouring this much always
-over-fills."""
 
 
 def cell_centres(across_flats: float, count: int) -> Array:

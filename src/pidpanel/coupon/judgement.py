@@ -3,8 +3,6 @@
 Nothing here enters a label: changed code makes the table again from the stored rows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,12 +11,7 @@ from pathlib import Path
 from pidpanel.coupon import coding, cycles, rows
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.liggghts.failures import (
-    EnergyNotClosed,
-    LossesApart,
-    NotSteady,
-    SolverFailure,
-)
+from pidpanel.coupon.liggghts.failures import EnergyNotClosed, LossesApart, NotSteady, SolverFailure
 from pidpanel.coupon.records import Shaken, ShakeOutcome
 from pidpanel.coupon.window import CLOSURE_LIMIT
 
@@ -27,14 +20,11 @@ from pidpanel.coupon.window import CLOSURE_LIMIT
 class SeedEstimate:
     """What one seed of a case gives."""
 
-    damping: cycles.Estimate
-    """C_e [N s/m³]."""
-    apparent_mass: cycles.Estimate
-    """m_a [kg/m²]."""
-    cells: list[rows.CellEstimate]
-    """Of each cell that holds particles, or of all together."""
+    damping: cycles.Estimate  # C_e [N s/m³]
+    apparent_mass: cycles.Estimate  # m_a [kg/m²]
+    cells: list[rows.CellEstimate]  # of each cell that holds particles, or of all together
+    # Least and largest work of the shaker in a cycle of the second half [J].
     work: tuple[float, float]
-    """Least and largest work of the shaker in a cycle of the second half [J]."""
     shaken: Shaken
 
 
@@ -54,15 +44,15 @@ def read_run(run: Run, file: Path) -> SeedEstimate:
     )
 
 
+# Largest ratio of what the contacts lose in the window of the energy balance, often one cycle, to
+# the mean of the rows [1]. In 180 runs of the paper's study it lay between 0.145 and 2.28; a single
+# cell that lands every third cycle loses next to nothing in the two between (0.01 was seen), so
+# that less than nothing is the lower limit.
 LOSSES_APART = 30.0
-"""Largest ratio of what the contacts lose in the window of the energy balance, often one cycle, to
-the mean of the rows [1]. In 180 runs of the paper's study it lay between 0.145 and 2.28; a single
-cell that lands every third cycle loses next to nothing in the two between (0.01 was seen), so that
-less than nothing is the lower limit."""
 
+# How far the work of the window may lie outside that of the rows, over their range and size [1]: a
+# bed may do next what it did not do before, but not of another order.
 WORK_APART = 3.0
-"""How far the work of the window may lie outside that of the rows, over their range and size [1]: a
-bed may do next what it did not do before, but not of another order."""
 
 
 def problems_of(run: Run, read: SeedEstimate, folder: Path) -> list[SolverFailure]:

@@ -6,8 +6,6 @@ changes none of their numbers: they go cycle by cycle, and a restart after any o
 bit.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,8 +13,8 @@ from pathlib import Path
 from pidpanel.coupon import attempts, coding, deadline
 from pidpanel.coupon.cases import Case
 
+# Status of a leg whose runs go on in the next one, and of one that leaves nothing to do.
 CONTINUES, DONE = "continues", "done"
-"""Status of a leg whose runs go on in the next one, and of one that leaves nothing to do."""
 
 
 def write_leg(

@@ -1,7 +1,5 @@
 """Packings: cells with poured spheres, and how they are poured."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import dataclass
@@ -15,13 +13,13 @@ from pidpanel.coupon.liggghts import deck, process
 from pidpanel.geometry.cells import SHAPES, ShapeName
 from pidpanel.geometry.sizes import Sizes
 
+# Of the algorithms that draw the spheres, scatter them over the cells, and write spheres and walls
+# for LIGGGHTS: `sizes`, `geometry`, `start_files`, `preparation.scattered`. Like `POUR_VERSION` and
+# `bed.LOOSEN_VERSION` it increases when their results change (`tests/coupon/test_versions.py`).
 PLACEMENT_VERSION = 1
-"""Of the algorithms that draw the spheres, scatter them over the cells, and write spheres and walls
-for LIGGGHTS: `sizes`, `geometry`, `start_files`, `preparation.scattered`. Like `POUR_VERSION` and
-`bed.LOOSEN_VERSION` it increases when their results change (`tests/coupon/test_versions.py`)."""
 
+# Of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`.
 POUR_VERSION = 1
-"""Of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`."""
 
 
 def identity_digest(*parts: Any) -> str:

@@ -11,17 +11,13 @@ c_i the mean, the scatter s is that for which
 0 where the left side is smaller without it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from pidpanel.arrays import Array, Flags
 
-FEWEST = 6
-"""Degrees of freedom from which a fill is looked at alone: its s² is then known to 60 %."""
+FEWEST = 6  # degrees of freedom from which a fill is looked at alone: its s² is then known to 60 %
 
-LOWEST, HIGHEST = 1e-6, 1.0
-"""Between which s is looked for."""
+LOWEST, HIGHEST = 1e-6, 1.0  # between which s is looked for
 
 
 def scatter(means: Sequence[Array], errors: Sequence[Array]) -> float:

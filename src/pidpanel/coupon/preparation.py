@@ -3,8 +3,6 @@
 A change of the bits that are written takes a new version number in `packing` or `bed`.
 """
 
-from __future__ import annotations
-
 import math
 import shutil
 from pathlib import Path

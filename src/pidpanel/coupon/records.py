@@ -18,11 +18,9 @@ from pidpanel.coupon.cases import RunTarget
 from pidpanel.coupon.liggghts.failures import FileDamaged, RunFailed
 from pidpanel.coupon.packing import Packing
 
-OK = "ok"
-"""Status of a step that did what it should; any other is the name of a failure."""
+OK = "ok"  # status of a step that did what it should; any other is the name of a failure
 
-Files = Mapping[str, str]
-"""Names of files of a folder, and the hash of the content of each."""
+Files = Mapping[str, str]  # names of files of a folder, and the hash of the content of each
 
 
 def files_of(folder: Path, names: Iterable[str]) -> Files:
@@ -48,22 +46,17 @@ def check_files(folder: Path, files: Files) -> None:
 class Poured:
     """A poured packing."""
 
-    poured: int
-    """Spheres in all cells, up to above the lid."""
-    spheres_full: int
-    """N_full: spheres of a full cell."""
-    bulk_fraction: float
-    """Volume of the spheres over that of the cell, where it is full [1]."""
+    poured: int  # spheres in all cells, up to above the lid
+    spheres_full: int  # N_full: spheres of a full cell
+    bulk_fraction: float  # volume of the spheres over that of the cell, where it is full [1]
 
 
 @dataclass(frozen=True)
 class Loosened:
     """A bed that was shaken loose."""
 
-    spheres: int
-    """In all cells."""
-    deepest_overlap_m: float
-    """[m]"""
+    spheres: int  # in all cells
+    deepest_overlap_m: float  # [m]
 
 
 @dataclass(frozen=True)
@@ -71,8 +64,7 @@ class MeasuredBalance:
     """The energy balance of a run over a window; see `window`."""
 
     energies: EnergyBalance
-    closure: float
-    """Residual over the work [1]."""
+    closure: float  # residual over the work [1]
     cycles: int
     frames: int
 
@@ -81,22 +73,15 @@ class MeasuredBalance:
 class Shaken:
     """A run that went to its target."""
 
-    cycles: int
-    """That the target took; more may have been run for another."""
+    cycles: int  # that the target took; more may have been run for another
+    # Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …
     legs: tuple[int, ...]
-    """Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …"""
-    spheres: int
-    """In all cells."""
-    mass_kg: float
-    """Of all spheres [kg]."""
-    ended_by: str
-    """``accuracy`` or ``max_cycles``."""
-    balance: MeasuredBalance | None
-    """None where the deck cannot list its contacts."""
-    rows_digest: str
-    """Hash of the rows of these cycles; see `rows.digest`."""
-    last_digest: str
-    """Hash of the file with the spheres at the end; see `runs.last_file`."""
+    spheres: int  # in all cells
+    mass_kg: float  # of all spheres [kg]
+    ended_by: str  # ``accuracy`` or ``max_cycles``
+    balance: MeasuredBalance | None  # none where the deck cannot list its contacts
+    rows_digest: str  # hash of the rows of these cycles; see `rows.digest`
+    last_digest: str  # hash of the file with the spheres at the end; see `runs.last_file`
 
 
 def check_same(left: Packing | Bed | Run, expected: Packing | Bed | Run, file: Path) -> None:
@@ -109,14 +94,11 @@ def check_same(left: Packing | Bed | Run, expected: Packing | Bed | Run, file: P
 class Attempt:
     """How a step ended."""
 
-    status: str
-    """`OK`, or the name of a failure of `liggghts.failures`."""
+    status: str  # `OK`, or the name of a failure of `liggghts.failures`
     message: str
     attempts: int
-    liggghts: str
-    """Version."""
-    solver_cpu_s: float
-    """CPU time of LIGGGHTS [s]."""
+    liggghts: str  # version
+    solver_cpu_s: float  # CPU time of LIGGGHTS [s]
 
 
 @dataclass(frozen=True)
@@ -144,9 +126,9 @@ class ShakeOutcome(Attempt):
     run: Run
     target: RunTarget
     found: Shaken | None
+    # Seeds of its case that were run: more than the case has runs where its cells are in several
+    # states; 0 where that was not looked for.
     seeds: int = 0
-    """Seeds of its case that were run: more than the case has runs where its cells are in several
-    states; 0 where that was not looked for."""
 
     def check_run(self, run: Run, file: Path) -> None:
         """Refuse a record of another run; a deck may have moved."""
@@ -170,36 +152,27 @@ class ShakeOutcome(Attempt):
 class End:
     """What a run left where it met a target."""
 
-    cycles: int
-    """Of the run so far."""
+    cycles: int  # of the run so far
+    # Of the cycles that follow; None where the deck cannot list its contacts.
     balance: MeasuredBalance | None
-    """Of the cycles that follow; None where the deck cannot list its contacts."""
-    last_digest: str
-    """As of `Shaken`."""
+    last_digest: str  # as of `Shaken`
 
 
 @dataclass(frozen=True)
 class RunState:
     """What of a run's folder counts."""
 
-    run: str
-    """`Run.identity`; the files of another run do not count."""
-    spheres: int
-    """In all cells."""
-    mass: float
-    """Of all spheres [kg]."""
+    run: str  # `Run.identity`; the files of another run do not count
+    spheres: int  # in all cells
+    mass: float  # of all spheres [kg]
+    # Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …
     legs: tuple[int, ...] = ()
-    """Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …"""
-    restart: str = ""
-    """File from which the run can continue; empty before the first."""
-    ends: tuple[End, ...] = ()
-    """One for each length at which the run has met a target."""
+    restart: str = ""  # file from which the run can continue; empty before the first
+    ends: tuple[End, ...] = ()  # one for each length at which the run has met a target
+    # `window.BALANCE_VERSION` when their balances were measured; those of another do not count.
     balance_version: int = 0
-    """`window.BALANCE_VERSION` when their balances were measured; those of another do not count."""
-    rows_digest: str = ""
-    """Hash of all rows; see `rows.digest`."""
-    files: Files = field(default_factory=dict)
-    """What a leg starts from: spheres, walls, restart."""
+    rows_digest: str = ""  # hash of all rows; see `rows.digest`
+    files: Files = field(default_factory=dict)  # what a leg starts from: spheres, walls, restart
 
     @property
     def cycles(self) -> int:

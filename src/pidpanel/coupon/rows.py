@@ -4,8 +4,6 @@ A run has a row a cycle, in the files of its legs. Nothing here enters a label: 
 the stored rows again.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -20,12 +18,12 @@ from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.failures import FileDamaged, LogTruncated, Unphysical
 from pidpanel.coupon.records import Shaken
 
+# An error below this share of the inelastic bound ends a run too [1]: a bed that dissipates next
+# to nothing never reaches an error relative to itself.
 FLOOR = 2e-4
-"""An error below this share of the inelastic bound ends a run too [1]: a bed that dissipates next
-to nothing never reaches an error relative to itself."""
 
+# Difference of the halves over its error beyond which a run is called drifting [1].
 DRIFT_LIMIT = 3.0
-"""Difference of the halves over its error beyond which a run is called drifting [1]."""
 
 
 class CellEstimate(NamedTuple):
@@ -138,12 +136,12 @@ def _column(rows: Array, name: str) -> Array:
     return rows[:, output.CYCLE_COLUMNS.index(name)]
 
 
+# Relative tolerance of a comparison of two columns: rows are written with six digits [1].
 ROUNDING = 1e-5
-"""Relative tolerance of a comparison of two columns: rows are written with six digits [1]."""
 
+# Share of its height by which overlaps may shorten a bed [1]: half of it is the deepest overlap
+# that softened contacts have at the speed of the drive, over the radius.
 OVERLAP = 0.1
-"""Share of its height by which overlaps may shorten a bed [1]: half of it is the deepest overlap
-that softened contacts have at the speed of the drive, over the radius."""
 
 
 def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:

@@ -7,8 +7,6 @@ measured where a target is met, the energy balance, is kept for each; where it i
 is repeated to there. So a study gives the same numbers, to the last bit, whatever ran before.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import shutil
@@ -26,8 +24,7 @@ from pidpanel.coupon.preparation import read_bed, write_start
 from pidpanel.coupon.records import End, RunState, Shaken, check_files, files_of
 from pidpanel.provenance import durable
 
-REPEAT_FOLDER = "again"
-"""Folder below that of a run in which something of it is made again."""
+REPEAT_FOLDER = "again"  # folder below that of a run in which something of it is made again
 
 
 def last_file(cycles: int) -> str:
@@ -38,13 +35,13 @@ def last_file(cycles: int) -> str:
     return f"at_{cycles}.dump"
 
 
+# CPU time of a step, and of it for each sphere, by which work is divided [s]: that of a core which
+# is one to four times slower than those of today.
 ORDINARY_STEP = 15e-6, 0.35e-6
-"""CPU time of a step, and of it for each sphere, by which work is divided [s]: that of a core which
-is one to four times slower than those of today."""
 
+# Longest time between two restarts on such a core [s], but never less than a cycle. A run goes
+# cycle by cycle, so that a restart after any of them changes no bit of it.
 CHECKPOINT = 600.0
-"""Longest time between two restarts on such a core [s], but never less than a cycle. A run goes
-cycle by cycle, so that a restart after any of them changes no bit of it."""
 
 
 def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken:

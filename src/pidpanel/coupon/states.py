@@ -8,19 +8,16 @@ between 0.15 and 0.25 (twice), from a bed that was shaken hard at 0.05 (five tim
 was there after 150 cycles at the latest. A mean with the scatter of two runs hides that.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from pidpanel.arrays import Array, Index
 
+# Share of their mean by which two values differ that are in different states of motion [1];
+# packings of few spheres alone differ by a tenth (11 of about 85 cases of the paper's study by four
+# standard errors or more; ten of them by 2 to 12 % of their mean, one by 44 %).
 MARGIN = 0.25
-"""Share of their mean by which two values differ that are in different states of motion [1];
-packings of few spheres alone differ by a tenth (11 of about 85 cases of the paper's study by four
-standard errors or more; ten of them by 2 to 12 % of their mean, one by 44 %)."""
 
-ERRORS = 4.0
-"""Standard errors of their difference by which they differ [1]."""
+ERRORS = 4.0  # standard errors of their difference by which they differ [1]
 
 
 def are_apart(low: float, low_error: float, high: float, high_error: float) -> bool:

@@ -3,8 +3,6 @@
 Nothing here enters a label: changed code makes the table again from the stored rows.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Sequence
@@ -21,8 +19,7 @@ from pidpanel.coupon.judgement import SeedEstimate, error_of, judged_by, problem
 from pidpanel.coupon.liggghts.failures import NotSteady, RunFailed, SolverFailure
 from pidpanel.coupon.records import OK, MeasuredBalance
 
-Row = dict[str, Any]
-"""A row of ``cases.csv``: column and value."""
+Row = dict[str, Any]  # A row of ``cases.csv``: column and value
 
 
 class CoverageMissed(RuntimeError):
@@ -54,18 +51,13 @@ def packing_scatter(
 class States:
     """States of motion of the cells of a case, and how far its cells differ."""
 
-    damping: tuple[float, ...]
-    """C_e of each, the lowest first [N s/m³]."""
-    share: tuple[float, ...]
-    """Of the cells [1]."""
+    damping: tuple[float, ...]  # C_e of each, the lowest first [N s/m³]
+    share: tuple[float, ...]  # of the cells [1]
+    # Largest distance of a state from the mean of all cells; 0 with one state [N s/m³].
     damping_error: float
-    """Largest distance of a state from the mean of all cells; 0 with one state [N s/m³]."""
-    mass_error: float
-    """The same of m_a [kg/m²]."""
-    mean: float
-    """C_e of all cells once they have settled [N s/m³]."""
-    mass_mean: float
-    """The same of m_a [kg/m²]."""
+    mass_error: float  # the same of m_a [kg/m²]
+    mean: float  # C_e of all cells once they have settled [N s/m³]
+    mass_mean: float  # the same of m_a [kg/m²]
 
 
 NO_STATES = States((), (), 0.0, 0.0, math.nan, math.nan)
@@ -75,19 +67,15 @@ NO_STATES = States((), (), 0.0, 0.0, math.nan, math.nan)
 class SeedMean:
     """The seeds of a case together; NaN where none is left."""
 
-    damping: float = math.nan
-    """C_e [N s/m³]."""
+    damping: float = math.nan  # C_e [N s/m³]
     damping_error: float = math.nan
+    # Of C_e, by the seeds alone, without the scatter of packings [N s/m³].
     seed_error: float = math.nan
-    """Of C_e, by the seeds alone, without the scatter of packings [N s/m³]."""
-    apparent_mass: float = math.nan
-    """m_a [kg/m²]."""
+    apparent_mass: float = math.nan  # m_a [kg/m²]
     apparent_mass_error: float = math.nan
-    spheres: float = math.nan
-    """In all cells."""
+    spheres: float = math.nan  # in all cells
     mass_kg: float = math.nan
-    drift: float = math.nan
-    """Of the seed that drifts most, in standard errors."""
+    drift: float = math.nan  # of the seed that drifts most, in standard errors
     states: States = NO_STATES
 
 

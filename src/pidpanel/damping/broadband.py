@@ -16,12 +16,11 @@ class BroadbandError(NamedTuple):
     of_rms: float  # part that does not depend on the effect [1]
 
 
+# Coupled runs, whose errors contain it, and dampers that are linear.
 EXACT = BroadbandError(0.0, 0.0)
-"""Coupled runs, whose errors contain it, and dampers that are linear."""
 
+# C_e from single tones: the effect is 30 % too large on average; far from the patch the force of
+# the particles adds motion.
 SINGLE_TONES = BroadbandError(0.4, 0.02)
-"""C_e from single tones: the effect is 30 % too large on average; far from the patch the force of
-the particles adds motion."""
 
-PAPER_LAW = BroadbandError(0.0, 0.2)
-"""The paper's law, which does not depend on the motion."""
+PAPER_LAW = BroadbandError(0.0, 0.2)  # the paper's law, which does not depend on the motion

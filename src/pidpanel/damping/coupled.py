@@ -13,13 +13,13 @@ from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT
 from pidpanel.damping.readings import DampingValues, Point
 
-COUPLED = "coupled"
-"""Name of this damping model in a study."""
+COUPLED = "coupled"  # name of this damping model in a study
 
+# C_e of a band below this many of its standard errors is taken as so many: what is not resolved
+# must not feed the panel.
 FLOOR = 0.5
-"""C_e of a band below this many of its standard errors is taken as so many: what is not resolved
-must not feed the panel."""
 
+# Columns of ``coupled/impedance.csv`` by the names of `BandDamping`.
 BAND_COLUMNS = {
     "equivalent_damping": "equivalent_damping_n_s_m3",
     "equivalent_damping_error": "equivalent_damping_error_n_s_m3",
@@ -28,15 +28,14 @@ BAND_COLUMNS = {
     "own_psd": "own_force_psd_pa2_hz",
     "own_coherence": "own_force_coherence",
 }
-"""Columns of ``coupled/impedance.csv`` by the names of `BandDamping`."""
 
+# Columns with one value a patch, by the names of `CoupledDamping`.
 SCALARS = {
     "own_length": "own_force_length_m_hz",
     "cell_area": "cell_area_m2",
     "weight": "particle_mass_per_area_kg_m2",
     "common_error": "common_error",
 }
-"""Columns with one value a patch, by the names of `CoupledDamping`."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,8 +19,6 @@ which is more than their errors where the form does not fit, is taken from the f
 Everything takes any number of data sets at once, along the leading axes of the values.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

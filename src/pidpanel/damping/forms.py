@@ -14,8 +14,6 @@ Errors are those of ln C_e, every case counting alike: what a form leaves over i
 the errors of the cases.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,11 +26,9 @@ from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import AXES, VALUE, clear_gap, onset
 
 CONSTANTS = ("ln_A", "p", "q", "ln_B", "s", "ln_x0", "t")
-START = (0.0, 0.3, 0.9, 1.0, 1.0, -1.0, 2.0)
-"""Of the search."""
+START = (0.0, 0.3, 0.9, 1.0, 1.0, -1.0, 2.0)  # of the search
 
-FEWEST = len(CONSTANTS) + 5
-"""Cases of a fit."""
+FEWEST = len(CONSTANTS) + 5  # cases of a fit
 
 
 @dataclass(frozen=True)

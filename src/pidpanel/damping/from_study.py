@@ -14,13 +14,7 @@ from pidpanel.damping.constants import ConstantDamper
 from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import PaperLaw
 from pidpanel.damping.readings import DampingError, DampingReading
-from pidpanel.damping.table_files import (
-    IMAGINARY,
-    MASS,
-    PARTICLE_MASS,
-    TableError,
-    read_columns,
-)
+from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, TableError, read_columns
 from pidpanel.damping.tables import TableReading
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
@@ -60,8 +54,7 @@ def read_stored_surface(path: Path) -> DampingSurface:
 
     from pidpanel.damping import surface_files
 
-    with xr.open_dataset(path, engine="scipy") as dataset:
-        return surface_files.from_dataset(dataset.load())
+    return surface_files.from_dataset(xr.load_dataset(path, engine="scipy"))
 
 
 def read_table(

@@ -10,8 +10,6 @@ posterior probability under log-normal priors that are wide (a factor e, one sta
 against what data say, and that keep a fit of few points sane.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,13 +18,12 @@ from scipy.optimize import minimize
 
 from pidpanel.arrays import Array
 
-MEAN_SD = 3.0
-"""m, in standard deviations of the values."""
+MEAN_SD = 3.0  # m, in standard deviations of the values
 
 PRIOR_MEDIAN_SIZE, PRIOR_SD_SIZE = 1.5, 0.7
 PRIOR_MEDIAN_LENGTH, PRIOR_SD_LENGTH = 1.5, 1.0
+# Of s and t in standard deviations of the values, of l in those of the points; sd of the log.
 PRIOR_MEDIAN_SCATTER, PRIOR_SD_SCATTER = 0.03, 1.5
-"""Of s and t in standard deviations of the values, of l in those of the points; sd of the log."""
 
 
 @dataclass(frozen=True)

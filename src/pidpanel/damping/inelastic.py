@@ -4,8 +4,6 @@ A body that does not rebound forgets its past at each landing, so its periodic m
 w = A sin ωt follows from one flight. Energies are per cycle, over m A² ω².
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -14,11 +12,11 @@ from scipy.optimize import brentq
 
 from pidpanel.arrays import Array
 
+# L/A = √(π² + 4) = 3.724: beyond it the body no longer meets both walls in every cycle.
 LONGEST_GAP = math.sqrt(math.pi**2 + 4)
-"""L/A = √(π² + 4) = 3.724: beyond it the body no longer meets both walls in every cycle."""
 
+# Γ = √(1 + π²) = 3.297: beyond it a flight is longer than a period.
 LARGEST_GAMMA = math.sqrt(1 + math.pi**2)
-"""Γ = √(1 + π²) = 3.297: beyond it a flight is longer than a period."""
 
 
 def slug_energy(gap_over_amplitude: float) -> float:

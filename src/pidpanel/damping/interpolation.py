@@ -28,8 +28,8 @@ from pidpanel.arrays import Array, Flags, Index
 
 Interpolation = Literal["log", "linear"]
 
+# Of the step between two coordinates: what rounding may put beyond the last row or beside one.
 TOLERANCE = 1e-9
-"""Of the step between two coordinates: what rounding may put beyond the last row or beside one."""
 
 
 class _Line:

@@ -14,8 +14,6 @@ case it is known whether the bed crosses, which says on which side of it τ lies
 and the posterior of τ follows by expectation propagation (Rasmussen and Williams 2006, 3.6).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,23 +23,20 @@ from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import matern
 from pidpanel.damping.inelastic import LONGEST_GAP
 
+# W/L from which on beds were found to dissipate as the closed form of the inelastic body.
 WHOLE = 0.5
-"""W/L from which on beds were found to dissipate as the closed form of the inelastic body."""
 
 CENTRE = 0.5 * np.log(WHOLE / LONGEST_GAP)
+# ln x₀ and the standard deviation of τ: the body meets both walls in every cycle from
+# W/L = 1/√(π² + 4) on, and half of what lies between there and `WHOLE` in the logarithm is one
+# standard deviation.
 SIZE = 0.5 * np.log(WHOLE * LONGEST_GAP)
-"""ln x₀ and the standard deviation of τ: the body meets both walls in every cycle from
-W/L = 1/√(π² + 4) on, and half of what lies between there and `WHOLE` in the logarithm is one
-standard deviation."""
 
-LENGTHS = np.array([0.3, 1.5])
-"""Of r and ln Γ."""
+LENGTHS = np.array([0.3, 1.5])  # of r and ln Γ
 
-WIDTH = 0.02
-"""w: what the sides of two beds of one fill and Γ overlap in ln(W/L)."""
+WIDTH = 0.02  # w: what the sides of two beds of one fill and Γ overlap in ln(W/L)
 
-SURE = 6.0
-"""Standard deviations of τ and w beyond which a case tells nothing that is not known."""
+SURE = 6.0  # standard deviations of τ and w beyond which a case tells nothing that is not known
 
 SWEEPS, CONVERGED = 50, 1e-6
 

@@ -18,8 +18,7 @@ from pidpanel.arrays import Array
 from pidpanel.damping.broadband import PAPER_LAW
 from pidpanel.damping.readings import DampingError, DampingValues, Point
 
-FREQUENCY_RANGE = (5.0, 2000.0)
-"""The range in which the paper shook its coupon [Hz]."""
+FREQUENCY_RANGE = (5.0, 2000.0)  # the range in which the paper shook its coupon [Hz]
 
 
 def paper_constants(fill_fraction: float) -> tuple[float, float, float]:

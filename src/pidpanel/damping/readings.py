@@ -15,8 +15,7 @@ import numpy as np
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.broadband import BroadbandError
 
-NODE_STEP = 0.17
-"""Of ln f, between the nodes of the covariance; a quarter octave."""
+NODE_STEP = 0.17  # of ln f, between the nodes of the covariance; a quarter octave
 
 
 class DampingError(ValueError):
@@ -35,15 +34,13 @@ class DampingValues:
     inside: Flags
 
 
-Point = tuple[float, float]
-"""Fill fraction r and acceleration amplitude Γ at which a patch is read."""
+Point = tuple[float, float]  # fill fraction r and acceleration amplitude Γ at which a patch is read
 
 
 class DampingReading(Protocol):
     """An answer to the question."""
 
-    depends_on_acceleration: bool
-    """Whether C_e or m_a changes with Γ."""
+    depends_on_acceleration: bool  # whether C_e or m_a changes with Γ
 
     @property
     def broadband_error(self) -> BroadbandError:

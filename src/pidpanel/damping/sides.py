@@ -18,8 +18,6 @@ what changes over less than the distance between cases. It is as wide as `GRAIN`
 known to be restless, their further noise is reported.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,8 +26,8 @@ from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import GaussianProcess
 from pidpanel.damping.readings import NODE_STEP
 
+# Of r, ln Γ and ln W/L, over which noise is no longer common; of ln f that is `NODE_STEP`.
 GRAIN = np.array([0.2, 2 * NODE_STEP, 2 * NODE_STEP])
-"""Of r, ln Γ and ln W/L, over which noise is no longer common; of ln f that is `NODE_STEP`."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Where simulated cases lie: their convex hull in r, ln f and ln Γ."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import ConvexHull
 

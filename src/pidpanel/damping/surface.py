@@ -53,9 +53,9 @@ from pidpanel.damping.surface_cases import (
 )
 
 FREQUENCY_STEP = 0.04
+# Steps of ln f and ln Γ between the values that are computed, with linear interpolation between
+# them: ln C_e within 3e-3 in the paper's study away from the jump, a tenth of its standard error.
 ACCELERATION_STEP = 0.05
-"""Steps of ln f and ln Γ between the values that are computed, with linear interpolation between
-them: ln C_e within 3e-3 in the paper's study away from the jump, a tenth of its standard error."""
 
 
 class DampingSurface:

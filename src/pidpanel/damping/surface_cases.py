@@ -1,7 +1,5 @@
 """The cases that a surface is made of: which count, and what they teach its processes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,44 +21,44 @@ VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
 MASS, MASS_ERROR = "apparent_mass_kg_m2", "apparent_mass_error_kg_m2"
 PARTICLE_MASS = "particle_mass_per_area_kg_m2"
 
+# Status of the rows that count; those that are not steady have errors that say so.
 COUNTED = ("ok", "NotSteady")
-"""Status of the rows that count; those that are not steady have errors that say so."""
 
+# Height of a bed pressed onto a wall over that as poured: from W/L = 0.4 on beds that cross then
+# dissipate what the inelastic body does within 12 % up to r = 0.7, and 12 % rms at 0.9 (19 cases of
+# the paper's and launch studies; with 1 they are up to twice as lossy at 0.9).
 PRESSED = 0.94
-"""Height of a bed pressed onto a wall over that as poured: from W/L = 0.4 on beds that cross
-then dissipate what the inelastic body does within 12 % up to r = 0.7, and 12 % rms at 0.9 (19 cases
-of the paper's and launch studies; with 1 they are up to twice as lossy at 0.9)."""
 
+# Shares of the loss of the inelastic body below which beds next to the jump ride and above which
+# they cross: those that ride dissipate 0.07 to 0.2 of it, those that cross 0.7 and more. The few
+# between (0.44 and 0.49, of 40 near the jump) go to and fro; they say where the jump is, and
+# nothing of its sides.
 UNDECIDED = (0.3, 0.6)
-"""Shares of the loss of the inelastic body below which beds next to the jump ride and above which
-they cross: those that ride dissipate 0.07 to 0.2 of it, those that cross 0.7 and more. The few
-between (0.44 and 0.49, of 40 near the jump) go to and fro; they say where the jump is, and nothing
-of its sides."""
 
+# u of `jump.reach` below which beds ride, whatever they dissipate: that of the inelastic body
+# that just meets both walls in every cycle, less a tenth, to which the gap is known.
 LOWEST_REACH = np.log(0.9 / LONGEST_GAP)
-"""u of `jump.reach` below which beds ride, whatever they dissipate: that of the inelastic body
-that just meets both walls in every cycle, less a tenth, to which the gap is known."""
 
+# Scatter of ln C_e next to the jump, on either side, beside that of packings: beds have several
+# motions there (every second or third cycle is not as the last), and 24 tones that differ by a few
+# per cent in f, r or Γ, by 0.2 to 0.3 rms.
 RESTLESS = 0.25
-"""Scatter of ln C_e next to the jump, on either side, beside that of packings: beds have several
-motions there (every second or third cycle is not as the last), and 24 tones that differ by a few
-per cent in f, r or Γ, by 0.2 to 0.3 rms."""
 
 RIDING_RESTLESS = (0.06, 0.15)
+# W/L at which beds are quiet, and from which on they are as restless as `RESTLESS`; linear in
+# ln(W/L) between.
 CROSSING_RESTLESS = (0.45, 0.33)
-"""W/L at which beds are quiet, and from which on they are as restless as `RESTLESS`; linear in
-ln(W/L) between."""
 
+# Of ln C_e/(r f), and of m_a/(r m₁), of beds that ride: what they are taken to differ by where the
+# cases do not say more (1.4 and 0.05 in the launch study).
 LEAST_SPREAD, LEAST_MASS_SPREAD = 1.0, 0.05
-"""Of ln C_e/(r f), and of m_a/(r m₁), of beds that ride: what they are taken to differ by where the
-cases do not say more (1.4 and 0.05 in the launch study)."""
 
+# Of the priors of what beds that cross differ by from the inelastic body, in ln C_e and in m_a
+# over m₁: 8 % where the gap above them is well known, up to a factor of two in nearly full cells.
 UNIT = 0.2
-"""Of the priors of what beds that cross differ by from the inelastic body, in ln C_e and in m_a
-over m₁: 8 % where the gap above them is well known, up to a factor of two in nearly full cells."""
 
+# Of a quantity lengths, size and scatter (d + 2,) of the process of each side.
 Constants = tuple[Array, Array | None]
-"""Of a quantity lengths, size and scatter (d + 2,) of the process of each side."""
 
 
 def onset(acceleration_g: ArrayLike, onset_g: float) -> Array:

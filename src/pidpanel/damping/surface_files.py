@@ -1,7 +1,5 @@
 """The surface as ``damping/surface.nc``: on a grid to look at, with what it is made of."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

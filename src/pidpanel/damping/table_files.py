@@ -7,8 +7,6 @@ one value: ``equivalent_damping_n_s_m3``, ``loss_factor`` with ``particle_mass_p
 separated by commas; ``#`` starts a comment. A text in UTF-8, with or without its mark.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -34,6 +32,7 @@ DAMPING, LOSS_FACTOR = "equivalent_damping_n_s_m3", "loss_factor"
 REAL, IMAGINARY = "impedance_real_n_s_m3", "impedance_imag_n_s_m3"
 VALUES = (DAMPING, LOSS_FACTOR, REAL)
 MASS, PARTICLE_MASS = "apparent_mass_kg_m2", "particle_mass_per_area_kg_m2"
+# Columns of standard errors by those of their values.
 ERRORS: Mapping[str, str] = {
     DAMPING: "equivalent_damping_error_n_s_m3",
     LOSS_FACTOR: "loss_factor_error",
@@ -41,7 +40,6 @@ ERRORS: Mapping[str, str] = {
     IMAGINARY: "impedance_imag_error_n_s_m3",
     MASS: "apparent_mass_error_kg_m2",
 }
-"""Columns of standard errors by those of their values."""
 
 
 class TableError(ColumnsError, DampingError):
@@ -65,9 +63,9 @@ COLUMNS: Mapping[str, Allowed] = {
     PARTICLE_MASS: Allowed(0.0, low_itself=False, high=1000.0, hint="in g/m²?"),
     **dict.fromkeys(ERRORS.values(), NOT_NEGATIVE),
 }
+# Columns of an impedance over frequency.
 IMPEDANCE = (FREQUENCY, DAMPING, MASS, REAL, IMAGINARY, PARTICLE_MASS,
              *(ERRORS[value] for value in (DAMPING, MASS, REAL, IMAGINARY)))  # fmt: skip
-"""Columns of an impedance over frequency."""
 
 
 def read_columns(path: Path, *, impedance: bool = False) -> dict[str, Array]:

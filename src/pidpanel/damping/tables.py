@@ -37,8 +37,8 @@ from pidpanel.damping.table_files import (
     fill_of,
 )
 
+# Frequencies of a table that are nodes of its errors; of more of them even ones are taken.
 MOST_NODES = 40
-"""Frequencies of a table that are nodes of its errors; of more of them even ones are taken."""
 
 
 class TableReading:
@@ -58,11 +58,7 @@ class TableReading:
     """
 
     def __init__(
-        self,
-        columns: Mapping[str, Array],
-        interpolation: Interpolation,
-        *,
-        with_mass: bool = True,
+        self, columns: Mapping[str, Array], interpolation: Interpolation, *, with_mass: bool = True
     ) -> None:
         self._columns, self._interpolation, self._with_mass = columns, interpolation, with_mass
         self._value = next(name for name in (DAMPING, LOSS_FACTOR, REAL) if name in columns)

@@ -8,14 +8,11 @@ as it was run, with its own error; what a surface states as its error is at no p
 scatter of cases, however many there are, so that those left out would narrow it little.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from pidpanel.arrays import Array, Index
 
-MOST_CASES = 600
-"""Cases of a surface at most: `paper.yaml` has 90 of them, `paper_full.yaml` 2955."""
+MOST_CASES = 600  # cases of a surface at most: `paper.yaml` has 90 of them, `paper_full.yaml` 2955
 
 
 def spread_out(points: Array, limit: int) -> Index:

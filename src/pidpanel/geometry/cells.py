@@ -4,8 +4,6 @@ The study offers the names, a packing's walls and area come from the outline, th
 same outline and says the word. The corners enter the label of a packing, the word does not.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -40,9 +38,9 @@ class CellShape:
         return reach * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
+# A further regular shape is a name in `ShapeName` and a line here.
 SHAPES: Mapping[ShapeName, CellShape] = {
     "hexagon": CellShape(6, "hexagonal"),
     "square": CellShape(4, "square"),
     "circle": CellShape(24, "round", round=True),
 }
-"""A further regular shape is a name in `ShapeName` and a line here."""

@@ -15,14 +15,14 @@ from scipy.special import spherical_jn
 
 from pidpanel.arrays import Array, Index
 
+# Largest term of a plane wave's series left out at the largest wavenumber, as `degree` counts.
 TOLERANCE = 1e-5
-"""Largest term of a plane wave's series left out at the largest wavenumber, as `degree` counts."""
 
+# The same at half of it: of a box that is short beside the waves this takes more terms.
 HALF_TOLERANCE = 1e-10
-"""The same at half of it: of a box that is short beside the waves this takes more terms."""
 
+# Edge, in shortest wavelengths, of the boxes in which points are gathered first.
 WAVES_IN_A_BOX = 2.0
-"""Edge, in shortest wavelengths, of the boxes in which points are gathered first."""
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,6 @@
 The code of this module enters the label of every packing and bed; see `pidpanel.coupon.packing`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

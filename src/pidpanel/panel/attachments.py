@@ -43,9 +43,7 @@ class LineMass:
 
 
 def with_attachments(
-    plate: AssembledPlate,
-    attachments: Iterable[Spring | PointMass | LineMass],
-    mesh: PanelMesh,
+    plate: AssembledPlate, attachments: Iterable[Spring | PointMass | LineMass], mesh: PanelMesh
 ) -> AssembledPlate:
     """Add springs and masses: K += k Nᵀ N, M += m Nᵀ N, M += ∫ μ Nᵀ N ds."""
     stiffness, mass, inertia = plate.stiffness, plate.mass, plate.inertia

@@ -7,11 +7,10 @@ import numpy as np
 from pidpanel.geometry.plane_waves import condensed
 from pidpanel.panel.basis import PanelBasis
 
+# Largest wavenumber of the face over the larger of those of the sound and of the shapes.
+#
+# The air's mass needs what shapes have beyond their own wavenumber (`pidpanel.sound.added_mass`).
 REACH = 2.0
-"""Largest wavenumber of the face over the larger of those of the sound and of the shapes.
-
-The air's mass needs what shapes have beyond their own wavenumber (`pidpanel.sound.added_mass`).
-"""
 
 
 def face_wavenumber(basis: PanelBasis, sound: float) -> float:

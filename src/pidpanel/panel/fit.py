@@ -67,9 +67,7 @@ def foot_of(point: PointSupport) -> Circle:
 
 
 def check_fit(
-    area: BaseGeometry,
-    supports: Supports,
-    attachments: Mapping[str, Spring | PointMass | LineMass],
+    area: BaseGeometry, supports: Supports, attachments: Mapping[str, Spring | PointMass | LineMass]
 ) -> None:
     """Refuse supports that are not along the boundary and what is attached beside the panel."""
     slack = _slack(area)

@@ -11,20 +11,10 @@ from shapely.geometry.base import BaseGeometry
 
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel, signed_area
-from pidpanel.panel import layup, supports
+from pidpanel.panel import fit, layup, supports
 from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.face import face_wavenumber, with_condensed_face
-from pidpanel.panel.fit import (
-    area_of,
-    area_within,
-    check_feet,
-    check_fit,
-    check_held,
-    foot_of,
-    narrowest,
-    place_of,
-)
 from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
@@ -171,8 +161,8 @@ class StudiedPanel:
     def area(self) -> BaseGeometry:
         """The area of the panel without its holes [m]."""
         if self.foreign is not None:
-            return area_of(self.foreign.panel_mesh({}, {}))
-        return area_within(self._outline, self._holes.values())
+            return fit.area_of(self.foreign.panel_mesh({}, {}))
+        return fit.area_within(self._outline, self._holes.values())
 
     @property
     def obstacles(self) -> list[BaseGeometry]:
@@ -202,11 +192,11 @@ class StudiedPanel:
             )
             edge = max(a / spec.elements[0], b / spec.elements[1])
             edges, areas = dict.fromkeys(self.shapes, edge), self._areas
-            check_fit(area_within(self._outline, ()), self.supports, self.attachments)
+            fit.check_fit(fit.area_within(self._outline, ()), self.supports, self.attachments)
         elif self.foreign is not None:
             mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
-            check_fit(area_of(mesh), self.supports, self.attachments)
-            check_held(mesh, self.supports)
+            fit.check_fit(fit.area_of(mesh), self.supports, self.attachments)
+            fit.check_held(mesh, self.supports)
             length = element_sizes(mesh.vertices, mesh.cells)
             area_of_cell, edge = cell_areas(mesh.vertices, mesh.cells), float(length.max())
             edges = {name: float(length[cells].max()) for name, cells in mesh.patch_cells.items()}
@@ -217,9 +207,9 @@ class StudiedPanel:
                 self._outline, self._holes, {**self.shapes, **self._feet},
                 {**self.points, **self._anchors, **self._attached},
             )  # fmt: skip
-            area = area_within(self._outline, self._holes.values())
-            check_fit(area, self.supports, self.attachments)
-            check_feet(area, self.supports)
+            area = fit.area_within(self._outline, self._holes.values())
+            fit.check_fit(area, self.supports, self.attachments)
+            fit.check_feet(area, self.supports)
             edge = self._element_size
             edges, areas = dict.fromkeys(self.shapes, edge), self._areas
             edges |= self.patch_sizes(frequency, damper_mass or {})
@@ -291,7 +281,7 @@ class StudiedPanel:
     @property
     def _element_size(self) -> float:
         """Of triangles [m]; a narrow panel has shorter ones than stated."""
-        return min(self.panel.mesh.size_m or 0.0, narrowest(self._outline) / ELEMENTS_ACROSS)
+        return min(self.panel.mesh.size_m or 0.0, fit.narrowest(self._outline) / ELEMENTS_ACROSS)
 
     @property
     def _areas(self) -> dict[str, float]:
@@ -311,7 +301,7 @@ class StudiedPanel:
     @property
     def _feet(self) -> dict[str, Shape]:
         return {
-            f"foot of {name}": foot_of(point)
+            f"foot of {name}": fit.foot_of(point)
             for name, point in self.supports.points.items()
             if point.radius > 0
         }
@@ -332,7 +322,7 @@ class StudiedPanel:
             if isinstance(attached, LineMass):
                 positions |= {f"{name} from_m": attached.start, f"{name} to_m": attached.end}
             else:
-                positions[place_of(name, attached)] = attached.position
+                positions[fit.place_of(name, attached)] = attached.position
         return positions
 
     def _place(self, position: Position | None, grid: int | None) -> Position:

@@ -19,21 +19,19 @@ import psutil
 from pidpanel.panel.flat_mesh import FlatMesh, check_size
 from pidpanel.panel.mesh import gmsh_session
 
-CORNERS = {2: 3, 3: 4}
-"""Corners of the elements that are read, by gmsh's number of their kind."""
+CORNERS = {2: 3, 3: 4}  # corners of the elements that are read, by gmsh's number of their kind
 BEGINNINGS = (b"$MeshFormat", b"$Comments")
+# The sections that are read; views, periods and partitions are not.
 SECTION = re.compile(
     rb"^\$(MeshFormat|PhysicalNames|Entities|Nodes|Elements)[ \t]*\r?\n.*?^\$End\1\b",
     re.DOTALL | re.MULTILINE,
 )
-"""The sections that are read; views, periods and partitions are not."""
-NAME = re.compile(rb"^\$(?!End)[A-Z][A-Za-z]{3,}", re.MULTILINE)
-"""The beginning of any section."""
+NAME = re.compile(rb"^\$(?!End)[A-Z][A-Za-z]{3,}", re.MULTILINE)  # the beginning of any section
+# Of a section in text: the number of nodes or elements, from version 4 on after that of blocks.
 HEADER = re.compile(rb"^\$(Nodes|Elements)[ \t]*\r?\n([0-9 \t]+)\r?$", re.MULTILINE)
-"""Of a section in text: the number of nodes or elements, from version 4 on after that of blocks."""
 MEMORY = 1 << 30
+# Most memory that a file may take in gmsh [bytes], besides that of each of its bytes.
 MEMORY_PER_BYTE = 100
-"""Most memory that a file may take in gmsh [bytes], besides that of each of its bytes."""
 
 
 def read_gmsh(path: Path) -> FlatMesh:

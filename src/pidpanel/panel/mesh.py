@@ -92,8 +92,8 @@ def write_triangles(path: Path, mesh: PanelMesh) -> None:
     meshio.gmsh.write(path, meshio.Mesh(position, [("triangle", mesh.cells)]), "4.1", binary=False)
 
 
+# C's ``signal``: unlike Python's, it works in any thread and returns handlers of C too.
 _set_handler = CDLL(None).signal
-"""C's ``signal``: unlike Python's, it works in any thread and returns handlers of C too."""
 _set_handler.argtypes, _set_handler.restype = (c_int, c_void_p), c_void_p
 
 

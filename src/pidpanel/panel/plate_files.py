@@ -15,8 +15,7 @@ import xarray as xr
 from pidpanel.arrays import Array
 from pidpanel.panel.plate import AssembledPlate
 
-SYMMETRIC = ("stiffness", "mass")
-"""Matrices of which the upper triangle is stored."""
+SYMMETRIC = ("stiffness", "mass")  # matrices of which the upper triangle is stored
 
 
 @dataclass(frozen=True)

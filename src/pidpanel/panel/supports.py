@@ -16,7 +16,6 @@ from pidpanel.geometry.plane_mesh import boundary_edges, edge_lengths
 from pidpanel.geometry.polygon import Position, signed_area
 from pidpanel.panel.mesh import PanelMesh
 
-POINT_KINDS = ("hinge", "hold_down")
 EDGE_KINDS = ("simply_supported", "simply_supported_soft", "clamped", "free")
 # Edges that turn by less are read as a smooth curve drawn by straight pieces.
 SMOOTH_TURN = np.radians(30.0)

@@ -1,7 +1,5 @@
 """Files that a killed process or a power cut leaves as they were, or whole."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil
@@ -9,11 +7,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-BROKEN = ".broken"
-"""What the name of a damaged file ends with once it is set aside."""
+BROKEN = ".broken"  # what the name of a damaged file ends with once it is set aside
 
-DRAFT = ".new_"
-"""What the name of a file begins with until it is whole; its suffix stays."""
+DRAFT = ".new_"  # what the name of a file begins with until it is whole; its suffix stays
 
 
 @contextlib.contextmanager

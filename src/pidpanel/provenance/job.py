@@ -18,25 +18,25 @@ from pidpanel.paths import COUPON
 from pidpanel.provenance import durable, requests
 from pidpanel.provenance.locks import WORKFLOW_PROCESS, end_with, exclusive_lock
 
+# Variables with the file of the study and the longest time of a job [s]. They are no parameters:
+# neither changes a result.
 STUDY, JOB_SECONDS = "PIDPANEL_STUDY", "PIDPANEL_JOB_SECONDS"
-"""Variables with the file of the study and the longest time of a job [s]. They are no parameters:
-neither changes a result."""
 
 GROUPS = ("--input", "--output", "--params")
 
+# Errors that are no fault of pidpanel.
 OF_THE_MACHINE = {
     errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO,
     errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ESTALE,
 }  # fmt: skip
-"""Errors that are no fault of pidpanel."""
 
+# M_MMAP_MAX and M_TRIM_THRESHOLD [bytes] of glibc: memory of arrays is used again for the next
+# ones. Handed back to the system, its pages are cleared each time: a tenth of the CPU time of the
+# response of a wing, more of that of a large one. It stays with the process until that ends.
 MALLOPT = {-4: 0, -1: 256 << 20}
-"""M_MMAP_MAX and M_TRIM_THRESHOLD [bytes] of glibc: memory of arrays is used again for the next
-ones. Handed back to the system, its pages are cleared each time: a tenth of the CPU time of the
-response of a wing, more of that of a large one. It stays with the process until that ends."""
 
+# What an import says where there is no memory for its library.
 NOT_LOADED = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory")
-"""What an import says where there is no memory for its library."""
 
 
 class Files:

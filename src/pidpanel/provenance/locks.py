@@ -1,7 +1,5 @@
 """Locks of what two processes must not write at the same time, and the end of orphans."""
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os
@@ -13,11 +11,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
+# Variable with the number of the Snakemake process of this machine for which scripts run.
 WORKFLOW_PROCESS = "PIDPANEL_WORKFLOW_PROCESS"
-"""Variable with the number of the Snakemake process of this machine for which scripts run."""
 
-RUNNING = ".running"
-"""File in a folder of results that the workflow locks."""
+RUNNING = ".running"  # file in a folder of results that the workflow locks
 
 
 @contextlib.contextmanager

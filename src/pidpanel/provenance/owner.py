@@ -1,7 +1,5 @@
 """Whose results a folder holds: two studies of one name would overwrite each other's."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path
@@ -11,12 +9,11 @@ from pidpanel.provenance.digests import by_content
 from pidpanel.study import CouponStudy, StudyError, load_any_study
 from pidpanel.study.document import Document
 
+# File in ``results/<study>`` with the path of the study, relative to ``results``.
+#
+# So a copied or moved folder holds results of the study that was copied or moved with it, and a
+# study that is not there any more, or not on this machine, holds none.
 MARK = ".study"
-"""File in ``results/<study>`` with the path of the study, relative to ``results``.
-
-So a copied or moved folder holds results of the study that was copied or moved with it, and a study
-that is not there any more, or not on this machine, holds none.
-"""
 
 
 class OwnerError(RuntimeError):

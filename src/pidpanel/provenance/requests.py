@@ -7,8 +7,6 @@ beside it: the digests of that and of all the files that it made. Before Snakema
 values have changed, or a file is damaged or lost, the request is new, and Snakemake runs the job.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -20,17 +18,14 @@ from typing import Any
 from pidpanel.provenance import durable
 
 FOLDER, RECORD = ".made", ".record"
+# Key of a request that makes its content another one, since Snakemake compares checksums.
 ATTEMPT = "attempt"
-"""Key of a request that makes its content another one, since Snakemake compares checksums."""
 
-LONG_AGO = 1.0
-"""Time stamp of the request of a job that need not run [s since 1970]."""
+LONG_AGO = 1.0  # time stamp of the request of a job that need not run [s since 1970]
 
-MAKER = "PIDPANEL_MAKER"
-"""Variable with the module that runs jobs in place of Snakemake."""
+MAKER = "PIDPANEL_MAKER"  # variable with the module that runs jobs in place of Snakemake
 
-CHUNK = 1 << 20
-"""Bytes that are read at a time."""
+CHUNK = 1 << 20  # bytes that are read at a time
 
 
 def request_of(output: str | Path) -> Path:

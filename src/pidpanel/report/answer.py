@@ -5,8 +5,6 @@ difference. Errors of scenarios are combined as independent ones; those read fro
 and fall together, so that the error of their difference is smaller than taken here.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,15 +19,15 @@ from pidpanel.report.rms import moving_points
 from pidpanel.report.text import records
 from pidpanel.response.trust import doubts_in
 
+# Standard errors of a difference beyond which it counts (95 % of a normal distribution).
 SIGNIFICANCE = 2.0
-"""Standard errors of a difference beyond which it counts (95 % of a normal distribution)."""
 
 ROWS = 5  # scenarios in the first table at most, beside the bare panel
 
+# Readings of the damping, the one that answers first: what is measured before a law.
 PREFERRED = (
     "coupled", "stated", "dem", "table", "paper_corrected", "paper_printed", "bare",
 )  # fmt: skip
-"""Readings of the damping, the one that answers first: what is measured before a law."""
 
 
 @dataclass(frozen=True)

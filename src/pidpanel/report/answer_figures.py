@@ -4,8 +4,6 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 that their text can be read where a page is as wide as a telephone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

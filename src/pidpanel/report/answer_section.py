@@ -1,7 +1,5 @@
 """The answer on the page: a table of few rows, the panel, one PSD, reductions against mass."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence
@@ -12,18 +10,11 @@ from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, select
 from pidpanel.report.answer_figures import WIDTH as NARROW
 from pidpanel.report.answer_figures import group_of, mass_figure, panel_figure
 from pidpanel.report.answer_text import level_text, worst_map
-from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Picture, Table
 from pidpanel.report.inputs import Inputs
-from pidpanel.report.response_figures import FigurePanel, PsdCurve
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of
 from pidpanel.report.rms import inside_of, log_error_of
-from pidpanel.report.text import (
-    DECIBEL_DECIMALS,
-    READINGS,
-    common_decimals,
-    number,
-    value_text,
-)
+from pidpanel.report.text import DECIBEL_DECIMALS, READINGS, common_decimals, number, value_text
 
 POINTS_SHOWN = 4  # points with a column of their own in the first table, those of most motion
 

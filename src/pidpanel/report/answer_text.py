@@ -1,7 +1,5 @@
 """The answer of a study in words: a sentence, and what a reader must know before he uses it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
@@ -9,25 +7,10 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.report.answer import (
-    Candidate,
-    PointResponse,
-    StudyAnswer,
-    are_apart,
-    is_gain,
-)
+from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, are_apart, is_gain
 from pidpanel.report.inputs import Inputs
-from pidpanel.report.text import (
-    common_decimals,
-    number,
-    plain,
-    value_text,
-    with_error,
-)
-from pidpanel.response.trust import (
-    KNOWN_TO,
-    NO_ERROR,
-)
+from pidpanel.report.text import common_decimals, number, plain, value_text, with_error
+from pidpanel.response.trust import KNOWN_TO, NO_ERROR
 
 NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
 

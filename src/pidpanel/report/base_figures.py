@@ -1,7 +1,5 @@
 """Figures of base motion: curves over frequency, drawn from the charts of the page."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,8 +12,7 @@ from pidpanel.report.layout import WIDTH, frequency_axis
 
 LINES = {"solid": "-", "dashed": "--", "dotted": ":"}
 
-DECADES = 7
-"""Decades shown below the highest value at most."""
+DECADES = 7  # decades shown below the highest value at most
 
 
 def charts_figure(charts: Sequence[Chart], height: float = 3.9) -> Figure:

@@ -1,7 +1,5 @@
 """Base motion on the page: transmissibility, PSDs, effective masses, notches, the sine sweep."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -29,23 +27,21 @@ from pidpanel.report.html import (
 from pidpanel.report.inputs import BaseResults
 from pidpanel.report.text import READINGS, common_decimals, number, percent, records, value_text
 
-MODES_SHOWN = 12
-"""Modes with the largest effective masses in the table."""
+MODES_SHOWN = 12  # modes with the largest effective masses in the table
 
+# Effective mass over that of the panel below which a mode does not move with the supports.
 LEAST_SHARE = 1e-6
-"""Effective mass over that of the panel below which a mode does not move with the supports."""
 
+# Relative difference of amplitudes of the two sweeps from which there are several motions.
 SAME_MOTION = 0.01
-"""Relative difference of amplitudes of the two sweeps from which there are several motions."""
 
-Names = Mapping[str, str]
-"""Names of the scenarios by label, without a sound level."""
+Names = Mapping[str, str]  # names of the scenarios by label, without a sound level
 
+# First columns of the tables.
 SCENARIO: Mapping[str, Cell] = {
     "scenario": lambda row: row["name"],
     "damping model": lambda row: READINGS[row["reading"]],
 }
-"""First columns of the tables."""
 
 
 def base_section(

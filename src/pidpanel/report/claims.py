@@ -29,13 +29,13 @@ from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_b
 from pidpanel.report.text import READINGS, percent, value_text
 from pidpanel.solve.bands import reduction
 
+# Difference [dB] below which two rms values are one to the reader of a plot of six decades.
 ALIKE = 1.0
-"""Difference [dB] below which two rms values are one to the reader of a plot of six decades."""
 
 MOST_EFFECTIVE_FILL = 0.1  # fill fraction that the paper finds most effective (its section 3.1)
 
+# Fill fractions between which the paper finds the responses almost the same.
 ALIKE_FILLS = (0.7, 0.9)
-"""Fill fractions between which the paper finds the responses almost the same."""
 
 
 def decided(margin: ArrayLike, error: ArrayLike) -> bool | None:

@@ -1,7 +1,5 @@
 """Results of two studies against each other: what differs by more than the stated errors."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence

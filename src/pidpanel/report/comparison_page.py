@@ -1,7 +1,5 @@
 """The page of two studies against each other: table, PSDs and maps side by side."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +7,6 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.report import style
-from pidpanel.report.charts import chart_of
 from pidpanel.report.comparison import (
     BEST,
     Difference,
@@ -22,11 +19,11 @@ from pidpanel.report.comparison import (
 )
 from pidpanel.report.html import Page, PageSection, Paragraph, Picture, Table, render
 from pidpanel.report.maps_figures import map_figure, scale_ends
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, psd_figure
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of, psd_figure
 from pidpanel.report.text import READINGS
 
+# Of the two studies, told apart with the common kinds of colour blindness.
 COLOURS = ("#0072B2", "#D55E00")
-"""Of the two studies, told apart with the common kinds of colour blindness."""
 
 
 def write_comparison(first: Side, second: Side, file: Path) -> None:
@@ -54,10 +51,6 @@ def comparison_page(first: Side, second: Side) -> Page:
         answer=outcome(shared),
         first=tables,
         facts=_facts(first, second),
-        assumptions=(),
-        summary=(),
-        warnings=(),
-        claims=None,
         sections=[
             PageSection("psd", "Acceleration PSDs", _psds(first, second, shared)),
             *_maps(first, second),

@@ -1,7 +1,5 @@
 """Coupled runs on the page: how well they know g rms, and C_e and m_a of every patch."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

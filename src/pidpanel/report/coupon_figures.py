@@ -3,8 +3,6 @@
 Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -216,8 +214,7 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
         axes.set_xticks([], minor=True)
         axes.margins(x=0.1)
         axes.set_xlabel(ACCELERATION.label)
-    handles, names = left.get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=6)
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=6)
     return figure
 
 
@@ -263,7 +260,6 @@ def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
             axes.set_xticks(list(place.values()), [style.as_typed(str(value)) for value in values])
             axes.margins(x=0.25)
     grid[0].set_ylabel(EQUIVALENT_DAMPING.label)
-    handles, names = grid[0].get_legend_handles_labels()
     figure.tight_layout(rect=(0, 0.1, 1, 1))
-    figure.legend(handles, names, loc="lower center", ncols=4)
+    figure.legend(*grid[0].get_legend_handles_labels(), loc="lower center", ncols=4)
     return figure

@@ -1,7 +1,5 @@
 """The page of a study of the coupon alone: which parts it has, in which order."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -48,17 +46,13 @@ def coupon_page(
         answer=findings[0],
         first=first,
         caveats=warnings[:CAVEATS],
-        facts=[
-            ("Coupon", cases_text(coupon.cases)),
-            ("Software", software_text(stamp, dem=True)),
-        ],
+        facts=[("Coupon", cases_text(coupon.cases)), ("Software", software_text(stamp, dem=True))],
         assumptions=assumptions,
         summary=findings[1:],
         warnings=[
             *warnings[CAVEATS:],
             *(f"{row['case']}: {row['status']}: {row['message']}" for _, row in lost.iterrows()),
         ],
-        claims=None,
         sections=[replace(section, folded=True) for section in sections],
         steps=steps,
     )

@@ -1,7 +1,5 @@
 """The coupon on the page: a film, and what came out of its runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -22,20 +20,12 @@ from pidpanel.report.coupon_figures import (
 )
 from pidpanel.report.facts import cases_text
 from pidpanel.report.films import film_picture
-from pidpanel.report.html import (
-    Block,
-    Cell,
-    PageSection,
-    Paragraph,
-    Picture,
-    Table,
-    table_of,
-)
+from pidpanel.report.html import Block, Cell, PageSection, Paragraph, Picture, Table, table_of
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.text import counted, number, percent, records, value_text, with_error
 
+# C_e [N s/m³] of frequency [Hz], shape ``(n,)``, and fill fraction.
 Law = Callable[[Array, float], Array]
-"""C_e [N s/m³] of frequency [Hz], shape ``(n,)``, and fill fraction."""
 
 STATES = "states: C_e (share of the cells)"
 

@@ -3,8 +3,6 @@
 Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import matplotlib as mpl
@@ -35,8 +33,7 @@ FINE = 61  # values of the surface along each axis of a map
 
 MAPS = 5  # values of the third axis that are shown at most, a column each
 
-OUTSIDE = "#ffffff"
-"""Colour outside the simulated range."""
+OUTSIDE = "#ffffff"  # colour outside the simulated range
 
 
 def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
@@ -95,8 +92,8 @@ def _fine(surface: DampingSurface, axis: str) -> Array:
     return np.linspace(low, high, FINE) if axis == FILL else np.geomspace(low, high, FINE)
 
 
+# C_e [N s/m³] of frequency [Hz], shape ``(n,)``, fill fraction and Γ; NaN where undefined.
 Law = Callable[[Array, float, float], Array]
-"""C_e [N s/m³] of frequency [Hz], shape ``(n,)``, fill fraction and Γ; NaN where undefined."""
 
 
 def law_figure(surface: DampingSurface, law: Law) -> Figure:

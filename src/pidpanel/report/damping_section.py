@@ -1,7 +1,5 @@
 """The damping on the page: the surface, the laws as an engineer quotes them."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What was computed, with what, and how to reproduce it."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Iterable, Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A shaken cell in motion: made by LIGGGHTS, kept as a file, drawn as an animation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
@@ -20,8 +18,8 @@ from pidpanel.report import pictures
 from pidpanel.report.html import Picture
 from pidpanel.report.layout import pick
 
+# Fill fraction, frequency [Hz] and Γ of the case in the film, or of the nearest to it.
 PICTURED = (0.5, 158.0, 10.0)
-"""Fill fraction, frequency [Hz] and Γ of the case in the film, or of the nearest to it."""
 
 CYCLES, FRAMES = 2, 24  # cycles of the drive that are shown, and frames in each
 
@@ -97,8 +95,7 @@ def read_film(cases: Mapping[str, Case], file: Path) -> Shot | None:
     """Read a file of `write_film`; None where there is none, or it has no frames."""
     if not file.is_file():
         return None
-    with xr.open_dataset(file, engine="scipy") as dataset:
-        data = dataset.load()
+    data = xr.load_dataset(file, engine="scipy")
     case = cases.get(data.attrs["case"])
     if case is None:
         return None

@@ -1,7 +1,5 @@
 """The door of the report for studies: what a page tells of its study, and from where it reads."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,19 +13,11 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.provenance.digests import stamp
-from pidpanel.report import read, style
+from pidpanel.report import inputs, read, style
 from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.films import read_film
 from pidpanel.report.html import Page
-from pidpanel.report.inputs import (
-    CouponResults,
-    Inputs,
-    PanelInputs,
-    ReportedFamily,
-    ReportedPanel,
-    ReportedStudy,
-)
 from pidpanel.report.known_errors import PARTLY, without_errors
 from pidpanel.report.names import FilledPatch, ReportedScenario
 from pidpanel.report.shaker_page import shaker_page
@@ -103,10 +93,10 @@ def _decks(study: CouponStudy) -> Iterator[Path]:
         yield from coupon.decks
 
 
-def read_panel_inputs(study: Study, folder: Path) -> PanelInputs:
+def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
     """Read what pages of studies with a panel have in common."""
     panel = folder / "panel"
-    return PanelInputs(
+    return inputs.PanelInputs(
         study=reported_study(study),
         stamp=stamp(study),
         modes=pd.read_csv(panel / "modes.csv"),
@@ -131,7 +121,7 @@ def read_panel_inputs(study: Study, folder: Path) -> PanelInputs:
     )
 
 
-def read_inputs(study: Study, on_panel: PanelInputs, folder: Path) -> Inputs:
+def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inputs.Inputs:
     """Read all that the page of a study under sound is made from."""
     response = folder / "response"
     summary, psd = without_errors(
@@ -139,7 +129,7 @@ def read_inputs(study: Study, on_panel: PanelInputs, folder: Path) -> Inputs:
         read.read_by_point(response / "summary.csv"),
         read.read_dataset(response / "psd.nc"),
     )
-    return Inputs(
+    return inputs.Inputs(
         **vars(on_panel),
         summary=summary,
         layouts=read.read_by_point(response / "layouts.csv"),
@@ -158,7 +148,7 @@ def read_inputs(study: Study, on_panel: PanelInputs, folder: Path) -> Inputs:
     )
 
 
-def read_coupon(study: CouponStudy, damper: str, table: Path) -> CouponResults:
+def read_coupon(study: CouponStudy, damper: str, table: Path) -> inputs.CouponResults:
     """Read what the coupon stage left of a damper; refuse a table of other cases."""
     if damper not in study.coupons:
         raise StudyError(f"{study.name}: no coupon named {damper!r}")
@@ -170,7 +160,7 @@ def read_coupon(study: CouponStudy, damper: str, table: Path) -> CouponResults:
         )
     words, accuracy = coupon_words(study.coupons[damper])
     shot = read_film(cases, table.with_name("film.nc"))
-    return CouponResults(rows, words, accuracy, varied_keys(study), shot)
+    return inputs.CouponResults(rows, words, accuracy, varied_keys(study), shot)
 
 
 def varied_keys(study: CouponStudy) -> list[str]:
@@ -196,10 +186,10 @@ def partly_known(study: Study) -> list[str]:
     ]
 
 
-def reported_study(study: Study) -> ReportedStudy:
+def reported_study(study: Study) -> inputs.ReportedStudy:
     """Return what a page tells of a study."""
     families = {
-        name: ReportedFamily(
+        name: inputs.ReportedFamily(
             name,
             family.title,
             family.varied,
@@ -210,7 +200,7 @@ def reported_study(study: Study) -> ReportedStudy:
     response, level, sound = study.response, study.damping.level, study.sound
     spectrum = None if sound is None else spectrum_of(sound)
     mass = "included" if response.damper_mass else "neglected"
-    return ReportedStudy(
+    return inputs.ReportedStudy(
         name=study.name,
         title=study.title or study.name,
         assumptions=study.assumptions,
@@ -230,7 +220,6 @@ def reported_study(study: Study) -> ReportedStudy:
         radiation=response.radiation,
         read_at=read_at_text(study),
         read_kind=level.kind,
-        coupled_error=study.damping.coupled.relative_error,
         surfaces=study.surfaces,
         massless=study.massless_dampers,
     )
@@ -252,13 +241,13 @@ def damping_text(panel: Panel) -> str:
     return f"ζ = {low:g} to {high:g} {kind}"
 
 
-def _reported_panel(panel: Panel) -> ReportedPanel:
+def _reported_panel(panel: Panel) -> inputs.ReportedPanel:
     words = [damping_text(panel), supports_text(panel)]
     if panel.masses:
         total = sum(mass.mass_kg for mass in panel.masses.values())
         words.append(f"{total:g} kg attached ({', '.join(panel.masses)})")
     studied = StudiedPanel(panel)
-    return ReportedPanel(
+    return inputs.ReportedPanel(
         patches=tuple(panel.patches),
         points=tuple(panel.points),
         words=tuple(words),

@@ -1,7 +1,5 @@
 """The front of mass and reduction as SVG, whose points lead to their layouts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -15,12 +13,12 @@ from pidpanel.report.text import number, records
 WIDTH, HEIGHT = 640, 340
 LEFT, RIGHT, TOP, BOTTOM = 52, 12, 12, 44
 
+# Name, colour and mark of what the same mass does otherwise, by the start of its column.
 ALTERNATIVES = {
     "dead_weight": ("dead weight in the same cells", style.PLACES[1], "M-4-4 4 4M-4 4 4-4"),
     "face_sheets": ("thicker face sheets", style.PLACES[2], "M-4 4 0-4 4 4Z"),
     "damping_layer": ("damping layer", style.PLACES[3], "M-4-4H4V4H-4Z"),
 }
-"""Name, colour and mark of what the same mass does otherwise, by the start of its column."""
 
 
 def front_drawing(front: pd.DataFrame) -> str:

@@ -23,11 +23,11 @@ from pidpanel.paths import TEMPLATES
 
 TEMPLATE = TEMPLATES / "report"
 
+# uPlot as its authors ship it.
 LIBRARIES = tuple(TEMPLATE / "uplot" / name for name in ("uPlot.iife.min.js", "uPlot.min.css"))
-"""uPlot as its authors ship it."""
 
+# Dots per inch of the PNG files, and pixels per inch at which a page shows them.
 RESOLUTION, SHOWN_PER_INCH = 180, 100
-"""Dots per inch of the PNG files, and pixels per inch at which a page shows them."""
 
 BROAD = 640  # width from which a picture takes that of the page [pixel]
 
@@ -242,11 +242,11 @@ class Page:
 
     title: str
     facts: Sequence[tuple[str, str]]  # (name, value): what was computed and with what
-    assumptions: Sequence[str]  # where the source states nothing
-    summary: Sequence[str]  # further results in sentences
-    warnings: Sequence[str]  # limitations of the numbers in sentences
-    claims: Table | None  # with their verdicts
     sections: Sequence[PageSection]
+    assumptions: Sequence[str] = ()  # where the source states nothing
+    summary: Sequence[str] = ()  # further results in sentences
+    warnings: Sequence[str] = ()  # limitations of the numbers in sentences
+    claims: Table | None = None  # with their verdicts
     steps: Sequence[tuple[str, str]] = field(default=())  # (text, command) to reproduce the results
     answer: str = ""  # the result in a sentence or two, with its errors
     first: Sequence[Block] = ()  # shown below it: the table, the drawing, the curves that decide

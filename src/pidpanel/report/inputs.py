@@ -1,7 +1,5 @@
 """Records of what the stages left and a page is made from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -66,7 +64,6 @@ class ReportedStudy:
     radiation: str
     read_at: str  # the acceleration for C_e, in words
     read_kind: str  # ``damping.level.kind``
-    coupled_error: float  # requested of coupled runs [1]
     surfaces: tuple[str, ...]  # dampers with a surface of simulated cases
     # dampers whose particles have no mass in the computation, and the key that changes it; None
     # for a table for all patches

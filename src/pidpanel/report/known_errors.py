@@ -1,7 +1,5 @@
 """Scenarios without errors: one damper without a stated error leaves none to the whole."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import numpy as np
@@ -10,8 +8,8 @@ import xarray as xr
 
 from pidpanel.damping.coupled import COUPLED
 
+# Columns of ``response/summary.csv`` with errors.
 COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read_at_error_g")
-"""Columns of ``response/summary.csv`` with errors."""
 
 PARTLY = ("stated", COUPLED)  # readings in which patches are read as the study states them
 

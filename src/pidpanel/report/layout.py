@@ -1,7 +1,5 @@
 """Layout that the figures share: width, margins, legends, the axis of frequency."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from math import hypot
 from typing import Any
@@ -21,8 +19,7 @@ from pidpanel.report import style
 
 WIDTH = 10.0  # width of a figure that fills the page [inch]
 
-GREY = "#555555"
-"""Colour of a legend's line where it stands for all colours."""
+GREY = "#555555"  # colour of a legend's line where it stands for all colours
 
 
 def frequency_axis(axes: Axes, low: float, high: float) -> None:
@@ -115,10 +112,7 @@ def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:
     """Return the entries of a legend for fill fractions."""
     return {
         f"r = {fill:g}": Line2D(
-            [],
-            [],
-            color=style.fill_colour(fill),
-            marker=style.MARKERS[number % len(style.MARKERS)],
+            [], [], color=style.fill_colour(fill), marker=style.MARKERS[number % len(style.MARKERS)]
         )
         for number, fill in enumerate(fills)
     }

@@ -1,27 +1,17 @@
 """Layouts on the page: their PSDs beside those of the same mass as dead weight."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 
 import numpy as np
 
 from pidpanel.report import response_figures, style
-from pidpanel.report.charts import chart_of
-from pidpanel.report.html import (
-    Block,
-    Fold,
-    PageSection,
-    Picture,
-)
+from pidpanel.report.html import Block, Fold, PageSection, Picture
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ReportedScenario
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of, nested_width
 from pidpanel.report.rms import inside_of, log_error_of
-from pidpanel.report.text import (
-    READINGS,
-)
+from pidpanel.report.text import READINGS
 
 DRAWN_TOGETHER = 6  # layouts in one figure at most: as many as there are colours without an order
 

@@ -3,8 +3,6 @@
 Call the functions within `style.context`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
@@ -16,11 +14,11 @@ from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 
+# Fields drawn: label with unit, factor from SI to that unit, colour map.
 FIELD_STYLES = {
     "acceleration_rms": ("rms acceleration, g", 1 / STANDARD_GRAVITY, "viridis"),
     "von_mises_rms": ("rms von Mises stress, MPa", 1e-6, "magma"),
 }
-"""Fields drawn: label with unit, factor from SI to that unit, colour map."""
 
 EXCEEDED_SHARE = 0.01  # share of the area that lies beyond the end of the colour scale
 

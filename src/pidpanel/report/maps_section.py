@@ -1,7 +1,5 @@
 """Maps on the page: rms acceleration and rms von Mises stress of some scenarios."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import xarray as xr

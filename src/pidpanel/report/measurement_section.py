@@ -1,7 +1,5 @@
 """Measured curves on the page, drawn over computed ones, with the difference by third octave."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
@@ -11,23 +9,13 @@ import xarray as xr
 from pidpanel.measurement.computed import computed_psd
 from pidpanel.report import style
 from pidpanel.report.base_figures import charts_figure
-from pidpanel.report.html import (
-    Chart,
-    PageCurve,
-    PageSection,
-    Paragraph,
-    Picture,
-    Table,
-    table_of,
-)
+from pidpanel.report.html import Chart, PageCurve, PageSection, Paragraph, Picture, Table, table_of
 from pidpanel.report.inputs import BaseResults, MeasurementResults
 from pidpanel.report.text import READINGS, number, records, with_error
 
-PSD, RATIO = "psd_g2_hz", "transmissibility"
-"""Ends of the columns of either quantity."""
+PSD, RATIO = "psd_g2_hz", "transmissibility"  # ends of the columns of either quantity
 
-Curves = Mapping[str, xr.Dataset | None]
-"""Computed curves by excitation, ``sound`` and ``base``."""
+Curves = Mapping[str, xr.Dataset | None]  # computed curves by excitation, ``sound`` and ``base``
 
 
 def curves_of(base: BaseResults | None) -> xr.Dataset | None:

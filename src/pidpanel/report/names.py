@@ -1,7 +1,5 @@
 """Scenarios as a reader knows them: in every sentence, table and legend of a page the same."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Proposed layouts on the page: where the dampers go, what they take, how good they are."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -14,23 +12,21 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import style
-from pidpanel.report.charts import chart_of
 from pidpanel.report.front_drawing import ALTERNATIVES, front_drawing
 from pidpanel.report.html import Choice, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import ProposalResults
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, psd_figure
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of, psd_figure
 from pidpanel.report.text import number, records, with_error
 
-NARROW = 5.2
-"""Width of a picture, two of which make a row [in]."""
+NARROW = 5.2  # width of a picture, two of which make a row [in]
 
 
+# What the search makes small, where it is no rms acceleration of the points.
 OBJECTIVES = {
     "panel": "largest rms acceleration over the panel, at the response points and 24 vertices,",
     "stress": "largest 3σ von Mises stress at the points",
     "oscillators": "largest rms acceleration of oscillators on the points in the band",
 }
-"""What the search makes small, where it is no rms acceleration of the points."""
 
 
 def _fall(proposal: ProposalResults, counted: pd.DataFrame) -> str:
@@ -315,10 +311,7 @@ def layout_figure(proposal: ProposalResults, basis: PanelBasis, layout: int) -> 
     dampers = sorted(set(proposal.layouts["damper"]))
     for row in patches:
         colour = style.place_colour(row["damper"], dampers)
-        corner = (
-            row["centre_x_m"] - row["size_x_m"] / 2,
-            row["centre_y_m"] - row["size_y_m"] / 2,
-        )
+        corner = (row["centre_x_m"] - row["size_x_m"] / 2, row["centre_y_m"] - row["size_y_m"] / 2)
         axes.add_patch(
             Rectangle(
                 corner, row["size_x_m"], row["size_y_m"], facecolor=colour, edgecolor=colour,

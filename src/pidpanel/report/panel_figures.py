@@ -1,7 +1,5 @@
 """The shapes of the panel; call the function within `style.context`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import matplotlib as mpl
@@ -15,19 +13,14 @@ from matplotlib.tri import Triangulation
 from pidpanel.arrays import Array, Index
 from pidpanel.report.layout import WIDTH
 
+# Axes of a picture of a shape, to the right and up, of one who looks down on the panel.
 SEEN = np.array([[0.9439, -0.3303, 0.0], [0.2376, 0.6789, 0.6947]])
-"""Axes of a picture of a shape, to the right and up, of one who looks down on the panel."""
+# Height of a picture over the panel's diagonal; largest deflection over its least side.
 SPREAD, LIFT = 0.63, 0.1
-"""Height of a picture over the panel's diagonal; largest deflection over its least side."""
 
 
 def shapes_figure(
-    vertices: Array,
-    cells: Index,
-    shapes: Array,
-    lines: Index,
-    points: Array,
-    titles: Sequence[str],
+    vertices: Array, cells: Index, shapes: Array, lines: Index, points: Array, titles: Sequence[str]
 ) -> Figure:
     """Draw shapes (n_vertices, n_shapes) as the deflected panel, coloured from −1 to 1.
 

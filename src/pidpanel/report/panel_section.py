@@ -1,7 +1,5 @@
 """The panel on the page: what it is, its mesh, its section, its modes, the paper's Table 1."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -17,9 +15,9 @@ from pidpanel.report.text import number, plain, records
 
 MODES_SHOWN = 9  # modes of which the shape is drawn
 
+# Relative difference up to which a frequency counts as the printed one: Table 1 has two
+# decimals (8e-5 of the lowest) and the panel is the paper's within that or it is not.
 PRINTED_ROUNDING = 2e-4
-"""Relative difference up to which a frequency counts as the printed one: Table 1 has two
-decimals (8e-5 of the lowest) and the panel is the paper's within that or it is not."""
 
 
 def panel_text(panel: ReportedPanel, basis: PanelBasis, section: pd.DataFrame) -> str:

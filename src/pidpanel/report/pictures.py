@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 Image = NDArray[np.uint8]
 
-ROW_PITCH = 1.35
-"""Distance of neighbouring cells in the picture over their width."""
+ROW_PITCH = 1.35  # distance of neighbouring cells in the picture over their width
 
 
 def _plotter(width: int, height: int) -> pv.Plotter:

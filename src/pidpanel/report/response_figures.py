@@ -4,12 +4,11 @@ Functions return a `matplotlib.figure.Figure` that belongs to no window; call th
 `style.context`.
 """
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -23,6 +22,7 @@ from matplotlib.lines import Line2D
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import style
+from pidpanel.report.html import Chart, PageCurve
 from pidpanel.report.layout import WIDTH, draw_map, frequency_axis
 
 DECADES = 9  # decades of PSD shown below the highest peak at most: a node has no lower end
@@ -41,12 +41,13 @@ class PsdCurve:
     dotted: bool = False  # for what belongs to another curve of the same colour
 
 
+DASHES = (0, (3.5, 1.2))  # of a curve outside the range of its damping's data
 ACROSS = 2  # axes side by side at most: more of them leave no room for titles and numbers
 
 TITLE = 62  # characters of a title over one of two axes side by side
 
+# Width of the uppermost of several curves, that of the widest, and what each below adds [pt].
 WIDTHS = (0.9, 3.3, 0.6)
-"""Width of the uppermost of several curves, that of the widest, and what each below adds [pt]."""
 
 
 def nested_width(index: int, count: int) -> float:
@@ -84,29 +85,17 @@ def _draw(axes: Axes, x: Array, curve: PsdCurve) -> None:
             x, curve.values / factor, curve.values * factor, color=curve.colour, alpha=0.22, lw=0
         )
     if curve.inside is None or curve.inside.all():
-        dashes = ":" if curve.dotted else "-"
-        axes.plot(x, curve.values, color=curve.colour, lw=curve.width, ls=dashes, zorder=order)
+        line = ":" if curve.dotted else "-"
+        axes.plot(x, curve.values, color=curve.colour, lw=curve.width, ls=line, zorder=order)
         return
     outside = ~curve.inside
     # the dashed part reaches to the neighbouring lines, or a gap would be left
     touching = outside.copy()
     touching[1:] |= outside[:-1]
     touching[:-1] |= outside[1:]
-    axes.plot(
-        x,
-        np.where(curve.inside, curve.values, np.nan),
-        color=curve.colour,
-        lw=curve.width,
-        zorder=order,
-    )
-    axes.plot(
-        x,
-        np.where(touching, curve.values, np.nan),
-        color=curve.colour,
-        lw=curve.width,
-        ls=(0, (3.5, 1.2)),
-        zorder=order,
-    )
+    for drawn, dashes in ((curve.inside, "-"), (touching, DASHES)):
+        values = np.where(drawn, curve.values, np.nan)
+        axes.plot(x, values, color=curve.colour, lw=curve.width, ls=dashes, zorder=order)
 
 
 def _heading(axes: Axes, panel: FigurePanel) -> None:
@@ -142,7 +131,7 @@ def _panel_legend(figure: Figure, panels: Sequence[FigurePanel]) -> None:
             dashed |= curve.inside is not None and not bool(curve.inside.all())
     if dashed:
         handles["dashed: $C_e$ outside the range of its data"] = Line2D(
-            [], [], color="#777777", lw=1.2, ls=(0, (3.5, 1.2))
+            [], [], color="#777777", lw=1.2, ls=DASHES
         )
     columns = min(5, max(1, int(figure.get_size_inches()[0] / 1.9)))
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns)
@@ -248,3 +237,29 @@ def _nominal(centre: float) -> str:
     preferred = (1, 1.25, 1.6, 2, 2.5, 3.15, 4, 5, 6.3, 8)
     number = round(10 * np.log10(centre))
     return f"{preferred[number % 10] * 10.0 ** (number // 10):g}"
+
+
+PIXELS = 1.6  # width of a curve on a screen over that in a figure [pixel/pt]
+
+
+def _line(curve: PsdCurve) -> Literal["solid", "dashed", "dotted"]:
+    """Return the line of a curve: those of a figure, but for dashes in a part of a curve."""
+    if curve.dotted:
+        return "dotted"
+    return "solid" if curve.inside is None or curve.inside.any() else "dashed"
+
+
+def chart_of(title: str, frequency: Array, curves: Sequence[PsdCurve]) -> Chart:
+    """Return PSD curves [(m/s²)²/Hz] for a reader to switch [g²/Hz], the first over all others."""
+    drawn = [
+        PageCurve(
+            curve.label,
+            curve.values / STANDARD_GRAVITY**2,
+            curve.colour,
+            _line(curve),
+            1.0 if curve.colour == style.BARE else PIXELS * curve.width,
+            curve.log_error,
+        )
+        for curve in curves
+    ]
+    return Chart(title, frequency, "acceleration PSD, g²/Hz", drawn)

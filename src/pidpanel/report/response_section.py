@@ -1,7 +1,5 @@
 """Families of scenarios on the page: PSDs, reductions, the damping behind them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
@@ -9,20 +7,19 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import response_figures, style
-from pidpanel.report.charts import chart_of
 from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture
 from pidpanel.report.inputs import Inputs, ReportedFamily
 from pidpanel.report.names import ReportedScenario
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
+from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of, nested_width
 from pidpanel.report.rms import band_rms_of, inside_of
 from pidpanel.report.text import READINGS, number
 from pidpanel.solve.bands import reduction
 
+# Where C_e is read, by ``damping.level.kind``.
 READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated acceleration"}
-"""Where C_e is read, by ``damping.level.kind``."""
 
+# What the rows of reductions differ in.
 ROW_NAMES = {"fill_fraction": "fill fraction r", "patch": "patch", "oaspl_db": "sound level, dB"}
-"""What the rows of reductions differ in."""
 
 
 def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:

@@ -1,7 +1,5 @@
 """Rms accelerations of scenarios, over all frequencies and by third octave."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

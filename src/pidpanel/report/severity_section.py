@@ -1,7 +1,5 @@
 """Severity on the page: oscillator spectra, peaks in a duration, fatigue."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 
@@ -11,17 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from pidpanel.arrays import Flags
-from pidpanel.report import style
-from pidpanel.report.html import (
-    Block,
-    Chart,
-    PageCurve,
-    PageSection,
-    Paragraph,
-    Picture,
-    Table,
-    table_of,
-)
+from pidpanel.report import html, style
 from pidpanel.report.inputs import SeverityResults
 from pidpanel.report.layout import WIDTH, frequency_axis
 from pidpanel.report.maps_figures import EXCEEDED_SHARE, map_figure
@@ -29,16 +17,12 @@ from pidpanel.report.maps_section import case_titles
 from pidpanel.report.text import READINGS, number, percent, records, with_error
 
 ACROSS = 3
-POINTS = 6
-"""Points drawn at most; the tables have all."""
+POINTS = 6  # points drawn at most; the tables have all
 
 
 def severity_section(
-    severity: SeverityResults,
-    summary: pd.DataFrame,
-    names: Mapping[str, str],
-    cell_in_patch: Flags,
-) -> PageSection:
+    severity: SeverityResults, summary: pd.DataFrame, names: Mapping[str, str], cell_in_patch: Flags
+) -> html.PageSection:
     """Return the section of a study with the key ``severity``.
 
     Parameters
@@ -53,11 +37,11 @@ def severity_section(
         (n_patches, n_cells) for the edges of the patches in maps.
     """
     spectra, peaks = _oscillators(severity, summary, names), _peaks(severity, names)
-    blocks: list[Block] = [*_margins(severity, names), *_strength(severity, names)]
+    blocks: list[html.Block] = [*_margins(severity, names), *_strength(severity, names)]
     if severity.maps is not None:
         blocks.append(_index_maps(severity.maps, names, cell_in_patch))
     blocks += _fatigue(severity, names)
-    return PageSection("severity", "Peaks, margins and fatigue", [spectra, peaks, *blocks])
+    return html.PageSection("severity", "Peaks, margins and fatigue", [spectra, peaks, *blocks])
 
 
 def drawn_scenarios(summary: pd.DataFrame) -> list[tuple[str, str]]:
@@ -75,7 +59,7 @@ def drawn_scenarios(summary: pd.DataFrame) -> list[tuple[str, str]]:
 
 def _oscillators(
     severity: SeverityResults, summary: pd.DataFrame, names: Mapping[str, str]
-) -> Picture:
+) -> html.Picture:
     table = severity.oscillators
     drawn = drawn_scenarios(summary)
     points = list(dict.fromkeys(table["point"]))[:POINTS]
@@ -91,8 +75,8 @@ def _oscillators(
             ]
             rms = rows["oscillator_rms_g"].to_numpy()
             error = np.log1p(rows["oscillator_rms_error_g"].to_numpy() / rms)
-            curves.append(PageCurve(names[label], rms, colour, log_error=error))
-        charts.append(Chart(f"point {point}", natural, "oscillator, g rms", curves))
+            curves.append(html.PageCurve(names[label], rms, colour, log_error=error))
+        charts.append(html.Chart(f"point {point}", natural, "oscillator, g rms", curves))
     caption = (
         f"Vibration response spectrum at Q = {number(severity.quality)}: rms acceleration of an "
         "oscillator on the point, over its natural frequency, for the bare panel and the scenario "
@@ -100,10 +84,10 @@ def _oscillators(
         "the response. severity/oscillators.csv has all scenarios, with the values of Miles' "
         "equation."
     )
-    return Picture("oscillators", style.png(_figure(charts)), caption, charts)
+    return html.Picture("oscillators", style.png(_figure(charts)), caption, charts)
 
 
-def _figure(charts: Sequence[Chart]) -> Figure:
+def _figure(charts: Sequence[html.Chart]) -> Figure:
     across = min(ACROSS, len(charts))
     rows = math.ceil(len(charts) / across)
     figure = Figure(figsize=(WIDTH, 0.5 + 2.4 * rows), layout="constrained")
@@ -123,18 +107,17 @@ def _figure(charts: Sequence[Chart]) -> Figure:
         axes.set_title(chart.title, loc="left", fontweight="bold")
     for axes in grid[:, 0]:
         axes.set_ylabel("oscillator, g rms")
-    handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
-def _peaks(severity: SeverityResults, names: Mapping[str, str]) -> Table:
+def _peaks(severity: SeverityResults, names: Mapping[str, str]) -> html.Table:
     caption = (
         f"Accelerations in {number(severity.duration)} s at each point. The peak is the mean of "
         "the largest peak of a Gaussian process with the same PSD (Davenport); ν₀ is its upward "
         "zero crossings per second. 3σ is three times the rms value."
     )
-    return table_of(
+    return html.table_of(
         records(severity.peaks),
         caption,
         {
@@ -151,7 +134,9 @@ def _peaks(severity: SeverityResults, names: Mapping[str, str]) -> Table:
     )
 
 
-def _margins(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragraph | Table]:
+def _margins(
+    severity: SeverityResults, names: Mapping[str, str]
+) -> list[html.Paragraph | html.Table]:
     """Return the third octave with the smallest margin at each point with a limit."""
     table = severity.margins
     if table.empty:
@@ -161,7 +146,7 @@ def _margins(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragr
     rows = records(smallest)
     over = [row for row in rows if row["margin_db"] < 0]
     text = f"Limits of the acceleration PSD are exceeded in {len(over)} of {len(rows)} cases."
-    cells = table_of(
+    cells = html.table_of(
         rows,
         "Third octave with the smallest margin between the mean PSD and the mean limit. A "
         "negative margin exceeds the limit. severity/margins.csv has all bands.",
@@ -177,10 +162,12 @@ def _margins(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragr
         folded=True,
         title="Margins to the limits",
     )
-    return [Paragraph(text), cells]
+    return [html.Paragraph(text), cells]
 
 
-def _strength(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragraph | Table]:
+def _strength(
+    severity: SeverityResults, names: Mapping[str, str]
+) -> list[html.Paragraph | html.Table]:
     """Return the layer with the highest failure index at each point."""
     table = severity.strength
     if table.empty:
@@ -195,7 +182,7 @@ def _strength(severity: SeverityResults, names: Mapping[str, str]) -> list[Parag
         if failed
         else "At 3σ no strength is exceeded at the response points."
     )
-    cells = table_of(
+    cells = html.table_of(
         rows,
         "Layer with the highest failure index at each point, for stresses of 3σ with the worst "
         "signs; 1 is failure. The margin of safety is 1/index − 1.",
@@ -216,7 +203,7 @@ def _strength(severity: SeverityResults, names: Mapping[str, str]) -> list[Parag
         folded=True,
         title="Failure indices at 3σ",
     )
-    return [Paragraph(text), cells]
+    return [html.Paragraph(text), cells]
 
 
 INDEX_STYLES = {
@@ -225,7 +212,7 @@ INDEX_STYLES = {
 }
 
 
-def _index_maps(maps: xr.Dataset, names: Mapping[str, str], cell_in_patch: Flags) -> Picture:
+def _index_maps(maps: xr.Dataset, names: Mapping[str, str], cell_in_patch: Flags) -> html.Picture:
     """Return maps of the failure indices that the study has strengths for."""
     styles = {name: look for name, look in INDEX_STYLES.items() if name in maps}
     figure = map_figure(maps, cell_in_patch, case_titles(maps, names), styles=styles)
@@ -237,14 +224,16 @@ def _index_maps(maps: xr.Dataset, names: Mapping[str, str], cell_in_patch: Flags
         f"{percent(EXCEEDED_SHARE)} of the area exceeds: at re-entrant corners and point supports "
         "the stress of a plate has no limit. Numbers are in severity/maps.nc."
     )
-    return Picture("failure_maps", style.png(figure), caption)
+    return html.Picture("failure_maps", style.png(figure), caption)
 
 
-def _fatigue(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragraph | Table]:
+def _fatigue(
+    severity: SeverityResults, names: Mapping[str, str]
+) -> list[html.Paragraph | html.Table]:
     table = severity.fatigue
     if table.empty:
         text = "No fatigue damage: the study states no S-N line (severity.fatigue)."
-        return [Paragraph(text)]
+        return [html.Paragraph(text)]
     place = ["reading", "scenario", "point"]
     worst = table.loc[table.groupby(place, sort=False)["damage_narrow_band"].idxmax()]
     highest = max(records(worst), key=lambda row: row["damage_narrow_band"])
@@ -266,7 +255,7 @@ def _fatigue(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragr
         "narrow-band one up to 50 % high. The factor is one standard error of the damage, from "
         "that of the response."
     )
-    cells = table_of(
+    cells = html.table_of(
         records(worst),
         caption,
         {
@@ -283,4 +272,4 @@ def _fatigue(severity: SeverityResults, names: Mapping[str, str]) -> list[Paragr
         folded=True,
         title="Fatigue damage",
     )
-    return [Paragraph(text), cells]
+    return [html.Paragraph(text), cells]

@@ -1,7 +1,5 @@
 """The page of a study on a shaker without sound: which parts it has, in which order."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -28,8 +26,7 @@ TONES_AT_RANDOM = (
     "effect of a damper under broadband motion."
 )
 
-SAME_DB = 0.05
-"""Reduction below which there is none."""
+SAME_DB = 0.05  # reduction below which there is none
 
 
 def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
@@ -67,7 +64,6 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
         assumptions=study.assumptions,
         summary=summary,
         warnings=warnings[CAVEATS:],
-        claims=None,
         sections=[
             replace(on_shaker, blocks=tail[1:]),
             *(replace(section, folded=True) for section in sections),

@@ -1,7 +1,5 @@
 """The sound on the page: band levels and pressure PSD."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -10,11 +8,11 @@ from pidpanel.report import style
 from pidpanel.report.html import PageSection, Picture
 from pidpanel.report.layout import WIDTH, frequency_axis
 
+# The PSD within a spectrum, by what its table has.
 SHAPES = {
     "bands": "The PSD is constant in each band and integrates to the band's level.",
     "rows": "The PSD is straight between the rows on logarithmic axes; shown are third octaves.",
 }
-"""The PSD within a spectrum, by what its table has."""
 
 
 def sound_section(

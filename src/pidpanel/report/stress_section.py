@@ -1,12 +1,11 @@
 """Strain and stress on the page: the layer of the panel where they are largest."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from pidpanel.report.html import Cell, PageSection, Table, table_of
 from pidpanel.report.text import READINGS, number, records, unit
 
+# Symbols of the quantities of a layer in ``response/stress.csv``.
 SYMBOLS = {
     "von_mises": "σ_v",
     "stress_xx": "σ_xx",
@@ -16,7 +15,6 @@ SYMBOLS = {
     "strain_yy": "ε_yy",
     "strain_xy": "γ_xy",
 }
-"""Symbols of the quantities of a layer in ``response/stress.csv``."""
 
 
 def stress_section(stress: pd.DataFrame) -> PageSection:

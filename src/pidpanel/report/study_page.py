@@ -1,7 +1,5 @@
 """The page of a study with a panel: which parts it has, in which order."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -56,7 +54,6 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         caveats=warnings[:CAVEATS],
         facts=study_facts(inputs),
         assumptions=study.assumptions,
-        summary=[],
         warnings=warnings[CAVEATS:],
         claims=_claims(inputs),
         sections=[*proposed, *(replace(section, folded=True) for section in _sections(inputs))],

@@ -5,8 +5,6 @@ The colours can be told apart with the common kinds of colour blindness: fills r
 bare panel is black throughout. Nothing is set for the process: figures are made within `context`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -25,16 +23,15 @@ from PIL import Image
 
 from pidpanel.report.html import RESOLUTION
 
+# Mathematics that figures write themselves; a dollar of any other text is a dollar.
 _OURS = re.compile(r"(\$(?:[CEm]_[ade]|m A\^2 \\omega\^2|\\mathdefault\{.*?\})\$)")
-"""Mathematics that figures write themselves; a dollar of any other text is a dollar."""
 
 COLOURS = 256  # colours of a PNG file: a third of the bytes, and no difference that is seen
 
-BARE = "#000000"
-"""Colour of the bare panel."""
+BARE = "#000000"  # colour of the bare panel
 
+# Colours of patches, and of anything else without an order.
 PLACES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Colours of patches, and of anything else without an order."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")  # markers of lines beside their colours
 
 _RC: dict[Any, Any] = {

@@ -1,7 +1,5 @@
 """All scenarios on the page, each with every point and reading."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 from typing import Any

@@ -1,7 +1,5 @@
 """Numbers, units and names as the pages write them."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable
@@ -9,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+# Names of the readings of the damping.
 READINGS = {
     "stated": "User-defined dampers",
     "bare": "Bare panel",
@@ -18,7 +17,6 @@ READINGS = {
     "paper_printed": "The paper's law, as printed",
     "table": "The study's table",
 }
-"""Names of the readings of the damping."""
 
 DECIBEL_DECIMALS = 2  # of reductions without an error [dB]
 

@@ -1,7 +1,5 @@
 """What a study of a coupon varies on the page: how much C_e depends on each key."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
@@ -14,6 +12,7 @@ from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
 from pidpanel.report.html import Block, PageSection, Picture, Table
 from pidpanel.report.text import counted, records, value_text
 
+# Names of varied keys with units; any other key is shown as it is written.
 LABELS = {
     "particles.friction": "friction coefficient μ, –",
     "particles.restitution": "coefficient of restitution e, –",
@@ -28,7 +27,6 @@ LABELS = {
     "cell.shape": "shape of the cells",
     "deck": "deck",
 }
-"""Names of varied keys with units; any other key is shown as it is written."""
 
 ROWS_SHOWN = 6  # rows of a table that are shown without being asked for
 

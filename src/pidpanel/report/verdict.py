@@ -5,8 +5,6 @@ every third octave within `BAND_DEPTH` of the highest is within `BAND_LIMIT`. Wh
 coupled run, twice, could decide either way, it is said that this is open.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

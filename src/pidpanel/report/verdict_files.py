@@ -1,7 +1,5 @@
 """``coupled/verdict.csv``: every reading of a study beside its coupled runs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,16 +17,16 @@ from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.lines import root_mean_square
 
+# Beside the readings: no damper, and its mass alone.
 BARE, DEAD_WEIGHT = "bare panel", "dead weight"
-"""Beside the readings: no damper, and its mass alone."""
 
+# Of ``verdict.csv``: differences are of the reading from the coupled run, that of g rms relative,
+# that of the third octave that is furthest off in dB.
 COLUMNS = (
     "scenario", "oaspl_db", "reading", "point", "g_rms", "coupled_g_rms",
     "coupled_g_rms_relative_error", "difference", "band_hz", "band_difference_db", "band_error_db",
     "holds",
 )  # fmt: skip
-"""Of ``verdict.csv``: differences are of the reading from the coupled run, that of g rms relative,
-that of the third octave that is furthest off in dB."""
 
 
 def write_verdict(

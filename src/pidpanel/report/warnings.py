@@ -3,8 +3,6 @@
 Every function returns sentences, none where there is nothing to say.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 
@@ -17,36 +15,27 @@ from pidpanel.report.answer import StudyAnswer, main_reading
 from pidpanel.report.answer_text import worst_map
 from pidpanel.report.inputs import Inputs, ReportedStudy
 from pidpanel.report.text import READINGS, number, percent, records
-from pidpanel.response.trust import (
-    BETWEEN,
-    CARRIED,
-    EXTRAPOLATED,
-    KNOWN_TO,
-    MESH_ERROR,
-    MESH_RMS,
-    NOT_LINEAR,
-    POWER_BALANCE,
-)
+from pidpanel.response import trust
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels
 
 NAMED = 3  # scenarios that a warning names
 
 BETWEEN_POINTS = 1.12  # times the worst point, 1 dB: more anywhere else on the panel is said
 
+# What the doubts in ``response/summary.csv`` mean.
 DOUBTS = {
-    NOT_LINEAR: "the rms displacement, up to {displacement} mm, is more than a tenth of the "
+    trust.NOT_LINEAR: "the rms displacement, up to {displacement} mm, is more than a tenth of the "
     "panel's thickness. A real panel stiffens there through membrane stress, which is not modelled",
-    EXTRAPOLATED: "damping partly extrapolated beyond its data (up to {share} of the change in "
-    "mean square; extend {missing})",
-    CARRIED: "not run; C_e and m_a are interpolated from coupled runs at other levels",
-    KNOWN_TO: "g rms is {known}",
+    trust.EXTRAPOLATED: "damping partly extrapolated beyond its data (up to {share} of the change "
+    "in mean square; extend {missing})",
+    trust.CARRIED: "not run; C_e and m_a are interpolated from coupled runs at other levels",
+    trust.KNOWN_TO: "g rms is {known}",
     "several solutions": "damping and motion agree at several accelerations; the highest is shown",
     "motion not converged": "the acceleration for C_e is not converged; the resulting motion "
     "differs from it by up to {residual}",
     "basis too small": "the basis is too small for these dampers; against all elements PSDs are "
     "off by about {basis}",
 }
-"""What the doubts in ``response/summary.csv`` mean."""
 
 SINGLE_TONES = (
     "C_e and m_a are those of single tones with the patch's rms acceleration, Γ = √2 a_rms/g. "
@@ -65,8 +54,11 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     lines += massless_text(study)
     if study.surfaces or inputs.layouts["damping_read_at_g"].notna().any():
         lines.append(SINGLE_TONES)
-    if answer is not None and answer.candidates:
-        lines += _of_air(inputs.study)
+    if answer is not None and answer.candidates and study.radiation == "none":
+        lines.append(
+            "Radiation damping is not included, so reductions are overestimated "
+            "(response.radiation)."
+        )
     for reading in study.readings:
         if reading != main:
             lines += _doubts(study, summary, reading)
@@ -103,7 +95,7 @@ def _doubts(study: ReportedStudy, summary: pd.DataFrame, reading: str) -> Iterat
             displacement=number(doubted["displacement_rms_mm"].max(), 2),
             share=percent(worst["extrapolated_share"]),
             missing=worst["data_missing"],
-            known="".join(word for word in known.split(BETWEEN) if doubt in word),
+            known="".join(word for word in known.split(trust.BETWEEN) if doubt in word),
             residual=percent(doubted["motion_residual"].max(), 1),
             basis=percent(doubted["basis_error"].max(), 1),
         )
@@ -136,25 +128,16 @@ def massless_text(study: ReportedStudy) -> list[str]:
     ]
 
 
-def _of_air(study: ReportedStudy) -> Iterator[str]:
-    if study.radiation == "none":
-        yield (
-            "Radiation damping is not included, so reductions are overestimated "
-            "(response.radiation)."
-        )
-
-
 def _of_solution(study: ReportedStudy, summary: pd.DataFrame) -> Iterator[str]:
     """Yield where the power or the mesh says that a solution is not right."""
     good = summary[summary["status"] == "ok"]
     balance = good["power_balance_error"].max()
-    if balance > POWER_BALANCE:
+    if balance > trust.POWER_BALANCE:
         yield f"Power input and power loss differ by up to {number(balance, 2)} of the power input."
-    if good["mesh_error"].max() > MESH_ERROR or good["mesh_error_rms"].max() > MESH_RMS:
+    if good["mesh_error"].max() > trust.MESH_ERROR or good["mesh_error_rms"].max() > trust.MESH_RMS:
         largest = records(good.sort_values("mesh_error"))[-1]
         beyond = max(
-            decibels(largest["mesh_error"]) / ALLOWED_DB,
-            good["mesh_error_rms"].max() / ALLOWED_RMS,
+            decibels(largest["mesh_error"]) / ALLOWED_DB, good["mesh_error_rms"].max() / ALLOWED_RMS
         )
         shorter = math.ceil(10 * beyond ** (1 / ORDER)) / 10
         yield (

@@ -9,8 +9,6 @@ so that damping and apparent mass both follow frequency, in SOL 108 and SOL 111 
 without frequency is 0: modes are those of the panel without particles. Units are N, m, s.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -21,11 +19,9 @@ from pidpanel.arrays import Array, Flags, Index
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.response.nastran import large_field_table
 
-FIRST = 9_000_001
-"""First number of elements, properties and tables: most decks have lower ones."""
+FIRST = 9_000_001  # first number of elements, properties and tables: most decks have lower ones
 
-PER_OCTAVE = 24
-"""Nodes of the tables: between them ω² m_a is straight within 2e-4."""
+PER_OCTAVE = 24  # nodes of the tables: between them ω² m_a is straight within 2e-4
 
 LINEAR = ("LINEAR", "LINEAR")
 

@@ -23,20 +23,18 @@ from pidpanel.solve.power import power_balance
 from pidpanel.solve.sharpness import least_damping_ratio
 from pidpanel.solve.solvers import PanelSolver
 
+# To a bandwidth of what the masses of dampers make sharper; see `lines.frequency_grid`.
 ENOUGH_LINES = 4.0
-"""To a bandwidth of what the masses of dampers make sharper; see `lines.frequency_grid`."""
 
+# The same where `LINES_AT_MOST` allow no more: a mean square is then within 2e-4.
 FEWEST_LINES = 3.0
-"""The same where `LINES_AT_MOST` allow no more: a mean square is then within 2e-4."""
 
-MASS_LINES = 12
-"""Frequencies at which the mass of a damper is taken before its motion is known."""
+MASS_LINES = 12  # frequencies at which the mass of a damper is taken before its motion is known
 
+# Fewest and most lines on which the power balance of each scenario is checked.
 BALANCE_LINES = (2, 12)
-"""Fewest and most lines on which the power balance of each scenario is checked."""
 
-BALANCE_WORK = 1e8
-"""Shapes cubed times lines of a power balance, a dense solve each."""
+BALANCE_WORK = 1e8  # shapes cubed times lines of a power balance, a dense solve each
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Standard errors of the coupled runs at the points."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Dampers on the patches of a scenario, each with the damping model that is used for it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -13,8 +11,8 @@ from pidpanel.damping.readings import DampingReading
 from pidpanel.paths import SECTION
 from pidpanel.solve.layout import Load
 
+# Γ at which the mass of a damper is taken before its motion is known.
 MOTIONS_G = (1.0, 10.0, 100.0, 1000.0)
-"""Γ at which the mass of a damper is taken before its motion is known."""
 
 
 @dataclass(frozen=True)

@@ -16,16 +16,14 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.nastran import large_field_table
 from pidpanel.solve.bands import band_rms, reduction, third_octaves
 
+# Codes of Universal File 58: function type, kind of abscissa and of ordinate.
 PSD, FREQUENCY, ACCELERATION = 9, 18, 12
-"""Codes of Universal File 58: function type, kind of abscissa and of ordinate."""
 
-NORMAL_TO_PANEL = 3
-"""Code of the direction +z."""
+NORMAL_TO_PANEL = 3  # code of the direction +z
 
+# Numbers of the data sets that say to a viewer what a file shows and where.
 HEADER, UNITS, NODES = 151, 164, 15
-"""Numbers of the data sets that say to a viewer what a file shows and where."""
-SI, RELATIVE = 1, 2
-"""Codes of the units of a universal file, and of its temperatures."""
+SI, RELATIVE = 1, 2  # codes of the units of a universal file, and of its temperatures
 NO_DATE = "01-Jan-70 00:00:00  "
 
 

@@ -1,7 +1,5 @@
 """Files for other programs: CSV, third octaves, Nastran tables and dampers, UFF 58."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -76,12 +74,7 @@ def write_exports(
 
 
 def _curves(
-    dataset: xr.Dataset,
-    reading: str,
-    label: str,
-    points: Sequence[str],
-    doubts: str,
-    subcase: int,
+    dataset: xr.Dataset, reading: str, label: str, points: Sequence[str], doubts: str, subcase: int
 ) -> list[Curve]:
     psd = dataset["acceleration_psd"]
     errors = dataset["acceleration_psd_log_error"]

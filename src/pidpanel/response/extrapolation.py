@@ -1,7 +1,5 @@
 """How much of a scenario's change rests on damping beyond its data, and how far beyond."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,11 +11,11 @@ from pidpanel.damping.readings import DampingReading
 from pidpanel.response.dampers import PatchDamper
 from pidpanel.solve.layout import LayoutResponse
 
+# Distance beyond the data, in ln Γ or ln f, at which a line counts as fully extrapolated.
 FAR = math.log(2.0)
-"""Distance beyond the data, in ln Γ or ln f, at which a line counts as fully extrapolated."""
 
+# Changes of ln Γ that are tried to reach the data.
 STEPS = FAR * np.array([0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0])
-"""Changes of ln Γ that are tried to reach the data."""
 
 
 @dataclass(frozen=True)

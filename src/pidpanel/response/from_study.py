@@ -3,8 +3,6 @@
 Behind it are functions of data: `cases` solves, `results`, `mapping` and `exports` write.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path

@@ -11,13 +11,12 @@ import xarray as xr
 from pidpanel.arrays import Array, Index
 from pidpanel.solve.stress import QUANTITIES
 
+# Unit of each map; strains and stresses have one for each layer.
 UNITS = {"acceleration": "m s-2", "displacement": "m"} | {
     name: {"1": "1", "Pa": "Pa"}[unit] for name, unit in QUANTITIES.items()
 }
-"""Unit of each map; strains and stresses have one for each layer."""
 
-CORE_STRESSES = ("core_shear_xz", "core_shear_yz")
-"""Maps of a panel with a core [Pa]."""
+CORE_STRESSES = ("core_shear_xz", "core_shear_yz")  # maps of a panel with a core [Pa]
 
 
 def map_dataset(

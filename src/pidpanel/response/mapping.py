@@ -1,7 +1,5 @@
 """Rms values over the whole panel for some scenarios."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

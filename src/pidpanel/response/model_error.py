@@ -1,7 +1,5 @@
 """Errors of damping models under broadband motion, in what the response answers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pidpanel.arrays import Array

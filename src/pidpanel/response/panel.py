@@ -1,7 +1,5 @@
 """The panel of a study under its excitation, ready for the solver."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -33,12 +31,11 @@ from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.source import ParticleForce, elements_of_patch, own_force_load
 from pidpanel.sound.radiation import Air
 
-COARSE_LINES_PER_BANDWIDTH = 3.0
-"""Of the search for Γ: rms of the patch within 1e-3."""
+COARSE_LINES_PER_BANDWIDTH = 3.0  # of the search for Γ: rms of the patch within 1e-3
 
+# Frequencies at which the modal load of the particles' own force is computed; linear in ln f
+# between them.
 OWN_FORCE_NODES = 25
-"""Frequencies at which the modal load of the particles' own force is computed; linear in ln f
-between them."""
 
 
 @dataclass(frozen=True)
@@ -89,9 +86,9 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
     return PatchElements(parts, patch)
 
 
+# (longest edge [m], frequency [Hz], added mass [kg/m²]) → share by which elements raise the
+# frequency [1].
 ShiftOfWave = Callable[[float, float, float], float]
-"""(longest edge [m], frequency [Hz], added mass [kg/m²]) → share by which elements raise the
-frequency [1]."""
 
 
 def no_shift(longest_edge: float, frequency: float, added_mass: float) -> float:

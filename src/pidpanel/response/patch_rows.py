@@ -1,7 +1,5 @@
 """Responses by patch: rows of ``layouts.csv``, and the damping of each patch."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,12 +10,12 @@ from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.tables import OnPatches
 from pidpanel.solve.layout import LayoutResponse
 
+# Columns of ``layouts.csv``.
 PATCH_COLUMNS = (
     "reading", "scenario", "patch", "damper", "fill_fraction", "area_m2", "mass_kg",
     "damping_read_at_g", "patch_motion_g", "bare_patch_motion_g", "lowest_element_motion_g",
     "highest_element_motion_g", "outside_run_points_share",
 )  # fmt: skip
-"""Columns of ``layouts.csv``."""
 
 
 def patch_rows(

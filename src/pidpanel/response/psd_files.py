@@ -1,7 +1,5 @@
 """The dataset of ``response/psd.nc``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +8,7 @@ import xarray as xr
 
 def read_psd(path: Path) -> xr.Dataset:
     """Read the dataset of ``response/psd.nc``, in memory."""
-    with xr.open_dataset(path, engine="scipy") as dataset:
-        return dataset.load()
+    return xr.load_dataset(path, engine="scipy")
 
 
 def is_steady(psd: xr.Dataset, reading: str, scenario: str) -> bool:

@@ -1,7 +1,5 @@
 """The basis of a study's responses: checked in every scenario, and widened until it is right."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -38,16 +36,15 @@ from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.sharpness import LoadedModes, flanks, loaded_modes
 from pidpanel.solve.solvers import PanelSolver
 
-ATTEMPTS = 4
-"""Bases that are tried: each further one holds what the one before left out."""
+ATTEMPTS = 4  # bases that are tried: each further one holds what the one before left out
 
+# Largest shift of a resonance by the mesh over that of `resolution.frequency_shift`: waves along
+# the edges of rectangles have 1.2 times that.
 MARGIN = 1.25
-"""Largest shift of a resonance by the mesh over that of `resolution.frequency_shift`: waves along
-the edges of rectangles have 1.2 times that."""
 
+# Damping ratio of the sharpest resonance below which lines are tried on flanks too: between
+# resonances that far apart a shifted one is not seen.
 SHARP = 5e-3
-"""Damping ratio of the sharpest resonance below which lines are tried on flanks too: between
-resonances that far apart a shifted one is not seen."""
 
 
 @dataclass(frozen=True)

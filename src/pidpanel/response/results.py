@@ -1,7 +1,5 @@
 """PSDs and tables of every scenario with every damping model."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -38,8 +36,7 @@ from pidpanel.solve.mesh_error import MeshError
 from pidpanel.solve.model import PanelResponse, ResponseError, UnstableDamping
 from pidpanel.solve.solvers import PanelSolver, Request
 
-CORE = "core"
-"""Name of the core among the layers of ``stress.csv``."""
+CORE = "core"  # name of the core among the layers of ``stress.csv``
 
 
 class OutsideSimulatedRange(ResponseError):
@@ -92,9 +89,7 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
     write_csv(output.layouts_csv, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
     psds = psd_dataset(rows.responses, rows.dead_weight, *axes, basis.patch_names)
     uncertainty.with_errors(psds, rows.errors).assign_attrs(
-        tabulation.attributes,
-        level=tabulation.level,
-        resolved_damping_ratio=panel.resolved_ratio,
+        tabulation.attributes, level=tabulation.level, resolved_damping_ratio=panel.resolved_ratio
     ).to_netcdf(output.psd_nc, engine="scipy")
     write_csv(output.stress_csv, pd.DataFrame(rows.stress))
     stress_dataset(rows.strains, *axes, rows.layers.names, stress.QUANTITIES).assign_attrs(
@@ -234,10 +229,7 @@ class _Rows:
         ]
 
     def _strains(
-        self,
-        case: SolvedCase,
-        response: PanelResponse,
-        error: uncertainty.StandardErrors | None,
+        self, case: SolvedCase, response: PanelResponse, error: uncertainty.StandardErrors | None
     ) -> tuple[Array, list[dict[str, Any]]]:
         """PSDs of strain and stress in the layers, and the rows of the layers and of the core."""
         model = broadband_error_of(case)

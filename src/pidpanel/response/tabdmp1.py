@@ -8,8 +8,6 @@ the diagonal of the modal damping matrix (paper, Eq. 12). What couples the modes
 modal damping does: 4 to 5 dB off the patch at high frequency in the paper's panel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

@@ -172,8 +172,8 @@ def case_coordinates(
     }
 
 
+# Unit of a quantity: the unit a person reads, and its factor.
 DISPLAY_UNITS = {"1": ("microstrain", 1e6), "Pa": ("MPa", 1e-6)}
-"""Unit of a quantity: the unit a person reads, and its factor."""
 
 
 def stress_rows(

@@ -1,7 +1,5 @@
 """Which numbers of ``summary.csv`` are to be trusted, why not, and the source of the damping."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from typing import Any
@@ -12,35 +10,33 @@ from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS
 
+# Share of the power input that may be unaccounted for: a PSD cannot be read more finely.
 POWER_BALANCE = 1e-3
-"""Share of the power input that may be unaccounted for: a PSD cannot be read more finely."""
 
+# |ln(Γ_out/Γ)| from which a motion is not converged: rms values are good to 1e-3.
 MOTION_RESIDUAL = 1e-3
-"""|ln(Γ_out/Γ)| from which a motion is not converged: rms values are good to 1e-3."""
 
-BASIS_ERROR = 5e-3
-"""Error of a PSD that the shapes of the panel may leave (README)."""
+BASIS_ERROR = 5e-3  # error of a PSD that the shapes of the panel may leave (README)
 
+# Error of a PSD at any line, and of an rms acceleration, that the mesh may make.
 MESH_ERROR, MESH_RMS = 10 ** (ALLOWED_DB / 10) - 1, ALLOWED_RMS
-"""Error of a PSD at any line, and of an rms acceleration, that the mesh may make."""
 
 COARSE_MESH = "mesh too coarse"
 
+# Share of the change in mean square that may rest on damping a factor of two beyond its data.
 EXTRAPOLATED_SHARE = 0.05
-"""Share of the change in mean square that may rest on damping a factor of two beyond its data."""
 
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
 CARRIED, KNOWN_TO = "carried from another level", "known to"
 
-TOO_FAR = 2.0
-"""Standard error of a coupled g rms over the wanted one, from which it is doubted [1]."""
+TOO_FAR = 2.0  # standard error of a coupled g rms over the wanted one, from which it is doubted [1]
 
+# Relative standard error of g rms from which another damping model is doubted: 2 dB [1].
 LARGEST_ERROR = 0.25
-"""Relative standard error of g rms from which another damping model is doubted: 2 dB [1]."""
 
-BETWEEN = "; "
-"""Between the doubts of a scenario."""
+BETWEEN = "; "  # between the doubts of a scenario
 
+# Where the damping comes from, by reading; `STATED` for what the dampers state.
 SOURCES: dict[str, str] = {
     COUPLED: "coupled runs of this study",
     "dem": "simulated coupons under single tones",
@@ -48,10 +44,8 @@ SOURCES: dict[str, str] = {
     "paper_corrected": "law of the paper, corrected",
     "paper_printed": "law of the paper as printed",
 }
-"""Where the damping comes from, by reading; `STATED` for what the dampers state."""
 
-TRUST = ["trusted", "doubts", "damping_source"]
-"""Columns of `judged`."""
+TRUST = ["trusted", "doubts", "damping_source"]  # columns of `judged`
 
 STATED, NONE = "as stated for each damper", "none"
 

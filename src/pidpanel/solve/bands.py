@@ -1,7 +1,5 @@
 """Third-octave bands: rms of a response in each, and how much of it a damper takes."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

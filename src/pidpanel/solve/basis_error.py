@@ -6,8 +6,6 @@ that of all elements. The check is of the structure alone: in vacuum, with the d
 m_a of the scenario. Where the error is above what is allowed, what the basis left out joins it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -27,21 +25,19 @@ from pidpanel.solve.elements import ElementMotion, Elements, Pull
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.moved import Matrices
 
-ALLOWED = 5e-3
-"""Largest error of a PSD that is left to the basis."""
+ALLOWED = 5e-3  # largest error of a PSD that is left to the basis
 
+# Error at the lines tried above which the basis is refined: between them it may be larger.
 REFINED_ABOVE = 4e-3
-"""Error at the lines tried above which the basis is refined: between them it may be larger."""
 
+# Share of `REFINED_ABOVE` that is left where the basis is refined, at the lines tried.
 REMAINDER = 0.1
-"""Share of `REFINED_ABOVE` that is left where the basis is refined, at the lines tried."""
 
-LINES = (2, 12)
-"""Fewest and most lines of a scenario."""
+LINES = (2, 12)  # fewest and most lines of a scenario
 
+# Coordinates times columns of all scenarios that set the number of lines: on a panel of 50 000
+# coordinates with three points and 22 scenarios the check has 3 lines each.
 WORK = 1.2e7
-"""Coordinates times columns of all scenarios that set the number of lines: on a panel of 50 000
-coordinates with three points and 22 scenarios the check has 3 lines each."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +53,11 @@ class MovedFace:
     shape_at_vertices: Array
 
 
-ForceAt = Callable[[float, MovedFace], Matrices]
-"""(frequency [Hz], shapes) → G (n, n) [m⁴]."""
+ForceAt = Callable[[float, MovedFace], Matrices]  # (frequency [Hz], shapes) → G (n, n) [m⁴]
 
+# Pulls at a line and their motions, by scenario → largest relative error of the PSD of a point
+# (n_scenarios,) [1].
 ErrorsAt = Callable[[Sequence[Pull], Sequence[ElementMotion]], Array]
-"""Pulls at a line and their motions, by scenario → largest relative error of the PSD of a point
-(n_scenarios,) [1]."""
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,6 @@ though a patch couples all modes: beside a strong patch the full matrix differs 
 1 kHz. The modal forces stay correlated. The motion at which C_e is read is that of the full form.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes

@@ -19,34 +19,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.solve.dampers import (
-    check_stable,
-    checked_dampers,
-    patch_stiffness,
-    weighted_sum,
-)
+from pidpanel.solve.dampers import check_stable, checked_dampers, patch_stiffness, weighted_sum
 from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.solve.motions import Motions, Reals
 from pidpanel.solve.moved import Matrices, MatrixInput, matrices_at, product
 
+# In the search for Γ, shapes above so many times a line's frequency are left out there: rms of
+# patches that twenty dampers of 8 kg/m² on a panel of 4 kg/m² cover to 40 % within 6e-4 (3e-3 with
+# shapes to three times, 2e-4 to eight times).
 SHAPES_TO = 5.0
-"""In the search for Γ, shapes above so many times a line's frequency are left out there: rms of
-patches that twenty dampers of 8 kg/m² on a panel of 4 kg/m² cover to 40 % within 6e-4 (3e-3 with
-shapes to three times, 2e-4 to eight times)."""
 
-FEW_SHAPES_TO = 2.5
-"""The same where the search only draws near, on few lines."""
+FEW_SHAPES_TO = 2.5  # the same where the search only draws near, on few lines
 
-FEWEST_SHAPES = 10
-"""That the search takes at the lowest lines."""
+FEWEST_SHAPES = 10  # that the search takes at the lowest lines
 
+# Lines of the search solved together: within them the frequency rises by a third.
 LINES_OF_SEARCH = 48
-"""Lines of the search solved together: within them the frequency rises by a third."""
 
 
+# Modal forces (nf, n, k) [N] → motions H F (nf, n, k) [m].
 Receptance = Callable[[Complexes], Complexes]
-"""Modal forces (nf, n, k) [N] → motions H F (nf, n, k) [m]."""
 
 
 @dataclass(frozen=True)

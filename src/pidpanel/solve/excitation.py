@@ -1,7 +1,5 @@
 """What drives a panel: random forces on its modes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol

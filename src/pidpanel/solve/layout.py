@@ -4,8 +4,6 @@ The Γ at which C_e(f, Γ) of a load is read is either stated or consistent: the
 loaded patches reproduce themselves together (`search`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 
@@ -21,15 +19,15 @@ from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.search import LinearisationError, find_motions, starts_between
 from pidpanel.solve.solvers import Answer, PanelSolver, Request
 
+# (frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the simulated range
+# (nf,).
 DampingOfMotion = Callable[[Array, float], tuple[Array, Array, Flags]]
-"""(frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the simulated range
-(nf,)."""
 
+# Lines on which several Γ are searched before all lines of the search are looked at.
 FEW_LINES = 120
-"""Lines on which several Γ are searched before all lines of the search are looked at."""
 
+# |ln(Γ_out/Γ)| to which the Γ of a single damper is closed in: an evaluation costs little.
 CLOSE = 1e-12
-"""|ln(Γ_out/Γ)| to which the Γ of a single damper is closed in: an evaluation costs little."""
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,7 @@ from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.moved import MatrixInput
 from pidpanel.solve.stress import VON_MISES, Layers
 
-MAP_CUTOFF = 1e-4
-"""Eigenvalues of D dropped, see `bare_panels`: 5e-4 in a PSD, which no map shows."""
+MAP_CUTOFF = 1e-4  # eigenvalues of D dropped, see `bare_panels`: 5e-4 in a PSD, which no map shows
 
 
 @dataclass(frozen=True)

@@ -27,13 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.solve.model import (
-    ModalBasis,
-    PatchCoordinates,
-    Patches,
-    ResponseError,
-    checked_array,
-)
+from pidpanel.solve.model import ModalBasis, PatchCoordinates, Patches, ResponseError, checked_array
 from pidpanel.solve.moved import (
     InAir,
     InVacuum,
@@ -44,20 +38,18 @@ from pidpanel.solve.moved import (
     matrices_at,
 )
 
+# Eigenvalues of D below this share of the largest are dropped, see `bare_panels`.
 OVERLAP_CUTOFF = 1e-8
-"""Eigenvalues of D below this share of the largest are dropped, see `bare_panels`."""
 
+# Frequency lines solved together, so that memory does not grow with the number of lines.
 LINES_AT_ONCE = 32
-"""Frequency lines solved together, so that memory does not grow with the number of lines."""
 
+# Of one real matrix of all shapes on the lines solved together.
+#
+# Three times as much takes no less time.
 CHUNK_BYTES = 20e6
-"""Of one real matrix of all shapes on the lines solved together.
 
-Three times as much takes no less time.
-"""
-
-LEAST_LINES = 8
-"""Lines solved together at least: a table of G is read whole for them."""
+LEAST_LINES = 8  # lines solved together at least: a table of G is read whole for them
 
 
 @dataclass(frozen=True)
@@ -229,11 +221,7 @@ def _moved_panel(
 
 
 def patch_motions_in_vacuum(
-    frequency: Array,
-    basis: ModalBasis,
-    patches: Patches,
-    spectrum: Array,
-    modal_force: MatrixInput,
+    frequency: Array, basis: ModalBasis, patches: Patches, spectrum: Array, modal_force: MatrixInput
 ) -> Array:
     """Return the mean PSD of the deflection over each patch of the bare panel.
 

@@ -30,12 +30,9 @@ class Motions(ABC):
     """Mean motions of some patches with dampers on all of them."""
 
     frequency: Array
-    area: Array
-    """(n_patches,) [m²]."""
-    damping_norm: Array
-    """(n_patches,), see `modal.BarePanel`."""
-    weight: Array
-    """(n_patches, r, r) Δ."""
+    area: Array  # (n_patches,) [m²]
+    damping_norm: Array  # (n_patches,), see `modal.BarePanel`
+    weight: Array  # (n_patches, r, r) Δ
 
     @abstractmethod
     def subsampled(self, step: int) -> Self:

@@ -11,8 +11,8 @@ from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.model import ResponseError
 
 Matrices = Array | Complexes
+# (n, n) for all frequencies, (nf, n, n), or a function of frequencies that returns (nf, n, n).
 MatrixInput = Matrices | Callable[[Array], Matrices]
-"""(n, n) for all frequencies, (nf, n, n), or a function of frequencies that returns (nf, n, n)."""
 
 
 @runtime_checkable
@@ -28,8 +28,8 @@ class FactoredForce(Protocol):
         ...
 
 
+# Of two sets of motions (their columns) → leftᵀ Z₀⁻¹ G Z₀⁻ᴴ right, (nf, n_left, n_right).
 Psd = Callable[[slice, slice], Complexes]
-"""Of two sets of motions (their columns) → leftᵀ Z₀⁻¹ G Z₀⁻ᴴ right, (nf, n_left, n_right)."""
 
 
 class MovedPanel(ABC):

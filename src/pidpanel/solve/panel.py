@@ -1,7 +1,5 @@
 """A panel that can carry dampers on its patches, and how finely it is looked at."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +10,9 @@ from pidpanel.solve.modal import checked_motions
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.moved import MatrixInput
 
+# Motion of a point over the largest of its shape below which it does not move [1]: rounding is
+# 1e-16 of the shape, and no panel is known to a millionth.
 FIXED = 1e-6
-"""Motion of a point over the largest of its shape below which it does not move [1]: rounding is
-1e-16 of the shape, and no panel is known to a millionth."""
 
 
 @dataclass(frozen=True)

@@ -77,14 +77,7 @@ def power_balance(
         if air_stiffness is not None:
             air = matrices_at(air_stiffness, frequency, lines, n)
         (bare,) = bare_panels(
-            frequency[lines],
-            basis,
-            [patches],
-            None,
-            spectrum[lines],
-            force,
-            air,
-            overlap_cutoff,
+            frequency[lines], basis, [patches], None, spectrum[lines], force, air, overlap_cutoff
         )
         response = attach_dampers(bare, damping[:, lines], mass[:, lines], allow_negative_damping)
         modal_psd = response.cross_psd[:, 0]  # S_q

@@ -17,8 +17,6 @@ other (Tarski). So the search starts from below and from above all that can be, 
 also with one load high and the others low. Elsewhere a further solution may go unseen.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -36,20 +34,16 @@ class NotConverged(LinearisationError):
     """The search for Γ ended before its tolerance."""
 
 
-Map = Callable[[Array], Array]
-"""x (n,) → F (n,)."""
+Map = Callable[[Array], Array]  # x (n,) → F (n,)
 
+# Solutions that differ by less in every ln Γ are one: the accuracy of the rms accelerations.
 DISTINCT = 1e-3
-"""Solutions that differ by less in every ln Γ are one: the accuracy of the rms accelerations."""
 
-DEPTH = 6
-"""Steps that Anderson's method looks back: more are of no use within the twenty it takes."""
+DEPTH = 6  # steps that Anderson's method looks back: more are of no use within the twenty it takes
 
-LARGEST_STEP = math.log(2)
-"""Of ln Γ: long ones jump over the motions near a start."""
+LARGEST_STEP = math.log(2)  # of ln Γ: long ones jump over the motions near a start
 
-STEP = 0.02
-"""Of ln Γ, for the Jacobian that judges stability."""
+STEP = 0.02  # of ln Γ, for the Jacobian that judges stability
 
 
 @dataclass(frozen=True)

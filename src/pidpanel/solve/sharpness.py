@@ -4,8 +4,6 @@ A mass that does not damp lowers the damping ratio of what it loads: with m″ +
 all over the panel that of a mode is ζ/√(1 + m_a/m″).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -33,22 +33,20 @@ from pidpanel.solve.motions import Motions, ReducedMotions
 from pidpanel.solve.moved import MatrixInput, matrices_at
 from pidpanel.solve.panel import ModalPanel
 
-SEARCH_CUTOFF = 1e-4
-"""Eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3."""
+SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3
 
+# Share of the shapes from which on several patches are solved directly: their low-rank update
+# multiplies two matrices of its width beside the solve, four times the cost of the solve alone.
 DIRECT_SHARE = 0.6
-"""Share of the shapes from which on several patches are solved directly: their low-rank update
-multiplies two matrices of its width beside the solve, four times the cost of the solve alone."""
 
+# Most memory for the bare panel on the lines of the result, and for the matrices of direct solves
+# on those of either the result or a search, each.
 KEPT_BYTES = 400e6
-"""Most memory for the bare panel on the lines of the result, and for the matrices of direct solves
-on those of either the result or a search, each."""
 
-Loaded = tuple[int, ...]
-"""Indices of the patches that carry dampers together."""
+Loaded = tuple[int, ...]  # indices of the patches that carry dampers together
 
+# A panel under its excitation on some lines, ready to carry dampers on some patches.
 SolutionPath = LowRankPanel | DirectPanel
-"""A panel under its excitation on some lines, ready to carry dampers on some patches."""
 
 
 @dataclass(frozen=True)

@@ -101,9 +101,7 @@ def elements_of_patch(
     """
     corners = cells[inside]
     return PatchParts(
-        shape_at_vertices[corners].mean(axis=1),
-        cell_area[inside],
-        position[corners].mean(axis=1),
+        shape_at_vertices[corners].mean(axis=1), cell_area[inside], position[corners].mean(axis=1)
     )
 
 

@@ -22,9 +22,10 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.model import PanelResponse
 
+# A of σ_v² = σᵀ A σ for σ = (σ_xx, σ_yy, τ_xy).
 VON_MISES = np.array([[1.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
-"""A of σ_v² = σᵀ A σ for σ = (σ_xx, σ_yy, τ_xy)."""
 
+# What `layer_psd` returns, with units; strain_xy is the engineering shear strain.
 QUANTITIES = {
     "strain_xx": "1",
     "strain_yy": "1",
@@ -34,10 +35,8 @@ QUANTITIES = {
     "stress_xy": "Pa",
     "von_mises": "Pa",
 }
-"""What `layer_psd` returns, with units; strain_xy is the engineering shear strain."""
 
-CORE_QUANTITIES = {"core_shear_xz": "Pa", "core_shear_yz": "Pa"}
-"""What `core_psd` returns."""
+CORE_QUANTITIES = {"core_shear_xz": "Pa", "core_shear_yz": "Pa"}  # what `core_psd` returns
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ from pidpanel.panel.modes import SHIFT
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.solve.basis_error import basis_shapes, refined
 
+# Mass of the table over that of the panel: dampers move it by 1e-8 of their own motion.
 TABLE_MASS = 1e8
-"""Mass of the table over that of the panel: dampers move it by 1e-8 of their own motion."""
 
 
 @dataclass(frozen=True)

@@ -34,8 +34,7 @@ from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load, read_dampe
 from pidpanel.solve.model import ResponseError
 from pidpanel.solve.solvers import PanelSolver, Request
 
-STEP = 0.05
-"""ε, of ln Γ: central differences are then good to ε²/6 of a derivative's own scale."""
+STEP = 0.05  # ε, of ln Γ: central differences are then good to ε²/6 of a derivative's own scale
 
 
 class FurtherPsd(NamedTuple):

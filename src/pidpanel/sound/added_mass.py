@@ -36,22 +36,20 @@ from pidpanel.sound.wavenumber_table import (
     node_count,
 )
 
+# Largest κ over the mean distance of points of a mesh, to which they serve: half of what they
+# resolve.
 FINEST = 1.5
-"""Largest κ over the mean distance of points of a mesh, to which they serve: half of what they
-resolve."""
 
-SHORTEST_REACH = 2.0
-"""Least wavenumber integrated to, over that of the sound."""
+SHORTEST_REACH = 2.0  # least wavenumber integrated to, over that of the sound
 
+# Exponents p between which the fall of Ā is read: that of a jump, that of a clamped edge.
 FALL = (3.0, 7.0)
-"""Exponents p between which the fall of Ā is read: that of a jump, that of a clamped edge."""
 
-NODES_AT_ONCE = 16
-"""Nodes at which Ā is summed together."""
+NODES_AT_ONCE = 16  # nodes at which Ā is summed together
 
+# Values of Ā at those nodes that are summed together, so that they stay in the processor's own
+# memory.
 VALUES_AT_ONCE = 2**14
-"""Values of Ā at those nodes that are summed together, so that they stay in the processor's own
-memory."""
 
 
 def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> WavenumberTable:

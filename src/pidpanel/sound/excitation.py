@@ -1,7 +1,5 @@
 """A sound field on the panel as an excitation of its modes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from pidpanel.arrays import Array, Complexes

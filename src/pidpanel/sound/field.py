@@ -37,21 +37,20 @@ from pidpanel.sound.wavenumber_table import (
     spare_nodes,
 )
 
+# Largest error of an interpolated G_ij allowed, relative to √(max_k G_ii · max_k G_jj).
 TABLE_TOLERANCE = 1e-9
-"""Largest error of an interpolated G_ij allowed, relative to √(max_k G_ii · max_k G_jj)."""
 
+# Plane waves evaluated together, so that memory stays at 256 nq values whatever k is.
 DIRECTIONS_AT_ONCE = 256
-"""Plane waves evaluated together, so that memory stays at 256 nq values whatever k is."""
 
+# A face is condensed for wavenumbers up to this times those that drive it: it then errs by
+# half of `FACE_ERROR`.
 PLANE_WAVE_MARGIN = 2.0
-"""A face is condensed for wavenumbers up to this times those that drive it: it then errs by
-half of `FACE_ERROR`."""
 
+# Of ∫|φ| dA, in the force of a plane wave on a shape, by a face that is condensed twice.
 FACE_ERROR = 2e-10
-"""Of ∫|φ| dA, in the force of a plane wave on a shape, by a face that is condensed twice."""
 
-SHAPES_CHECKED = 48
-"""Shapes, spread over all, on which a table is held to the direct sum."""
+SHAPES_CHECKED = 48  # shapes, spread over all, on which a table is held to the direct sum
 
 
 class TableNotResolved(FieldError):

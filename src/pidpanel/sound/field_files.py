@@ -9,11 +9,10 @@ from scipy.io import netcdf_file
 from pidpanel.arrays import Array
 from pidpanel.sound.wavenumber_table import WavenumberTable
 
-MODAL_FORCE = "modal_force"
-"""G of the field that drives the panel [m⁴]."""
+MODAL_FORCE = "modal_force"  # G of the field that drives the panel [m⁴]
 
+# G of the diffuse field [m⁴], which tells the radiation, and V of the added mass [m³].
 DIFFUSE, ADDED_VOLUME = "diffuse_modal_force", "added_volume"
-"""G of the diffuse field [m⁴], which tells the radiation, and V of the added mass [m³]."""
 
 KINDS = {
     MODAL_FORCE: ("m4", "modal force per pressure PSD, G"),
@@ -44,11 +43,7 @@ def write_tables(
         variables[name] = (
             dims,
             table.even,
-            {
-                "units": units,
-                "long_name": long_name,
-                "wavenumber_max_rad_m": table.wavenumber_max,
-            },
+            {"units": units, "long_name": long_name, "wavenumber_max_rad_m": table.wavenumber_max},
         )
         if table.odd_over_wavenumber is not None:
             variables[f"{name}_odd"] = (

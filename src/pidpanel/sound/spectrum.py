@@ -17,19 +17,17 @@ from pidpanel.spectra.break_points import BreakPoints
 BandKind = Literal["third octave", "octave"]
 PressureReference = Literal["surface", "room", "incident"]
 
-REFERENCE_PRESSURE = 20e-6
-"""p_ref [Pa], ISO 1683."""
+REFERENCE_PRESSURE = 20e-6  # p_ref [Pa], ISO 1683
 
+# Width of a band in steps of the band number N, where the exact centre is 10^(N/10) Hz.
 BAND_WIDTH: dict[BandKind, int] = {"third octave": 1, "octave": 3}
-"""Width of a band in steps of the band number N, where the exact centre is 10^(N/10) Hz."""
 
+# PSD of the pressure on the face over the PSD of the stated pressure.
+#
+# `surface`: the level is that of the blocked pressure on the face, used as stated.
+# `room`: the level is the average over the volume of a diffuse field; a rigid face doubles its PSD.
+# `incident`: the level is that of an incoming wave alone; a rigid face doubles its pressure.
 PRESSURE_FACTOR: dict[PressureReference, float] = {"surface": 1.0, "room": 2.0, "incident": 4.0}
-"""PSD of the pressure on the face over the PSD of the stated pressure.
-
-`surface`: the level is that of the blocked pressure on the face, used as stated.
-`room`: the level is the average over the volume of a diffuse field; a rigid face doubles its PSD.
-`incident`: the level is that of an incoming wave alone; a rigid face doubles its pressure.
-"""
 
 
 class SpectrumError(ValueError):

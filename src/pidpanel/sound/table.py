@@ -19,16 +19,15 @@ from pidpanel.spectra.third_octaves import center_frequency
 
 HEADER = ("center_hz", "spl_db")
 
+# Relative distance allowed between a stated centre and the exact one.
+#
+# Nominal centres (ISO 266) lie within 0.95 % of 10^(N/10), base-2 ones within 1.4 % above
+# 16 Hz, and half the way to the next third is 12 %.
 CENTER_TOLERANCE = 0.02
-"""Relative distance allowed between a stated centre and the exact one.
 
-Nominal centres (ISO 266) lie within 0.95 % of 10^(N/10), base-2 ones within 1.4 % above
-16 Hz, and half the way to the next third is 12 %.
-"""
-
+# Band levels allowed [dB]: 191 dB is one atmosphere rms, so more is a typing error. A scaled or
+# filtered spectrum may have bands far below the threshold of hearing, 0 dB.
 LEVEL_RANGE = (-100.0, 200.0)
-"""Band levels allowed [dB]: 191 dB is one atmosphere rms, so more is a typing error. A scaled or
-filtered spectrum may have bands far below the threshold of hearing, 0 dB."""
 
 COLUMNS = {
     HEADER[0]: Allowed(0.0, low_itself=False),
@@ -40,8 +39,8 @@ class SpectrumTableError(ColumnsError, SpectrumError):
     """A table of band levels with mistakes; see `ColumnsError`."""
 
 
+# How a comment line `# band: …` may state the kind, which must be what the centres say.
 BAND_WORDS: dict[str, BandKind] = {"1/3 octave": "third octave", "1/1 octave": "octave"}
-"""How a comment line `# band: …` may state the kind, which must be what the centres say."""
 
 
 def read_spl_table(path: str | Path) -> BandSpectrum:
@@ -83,8 +82,7 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
     return BandSpectrum(kind, np.array(band_number), columns[HEADER[1]], source=source)
 
 
-Fault = tuple[int, str]
-"""Line, and what is wrong there."""
+Fault = tuple[int, str]  # line, and what is wrong there
 
 
 def _faults_of_header(header: Sequence[str]) -> Iterator[str]:

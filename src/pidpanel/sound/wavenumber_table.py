@@ -15,36 +15,31 @@ from numpy.typing import ArrayLike, NDArray
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.chebyshev import interpolation, unit_nodes
 
+# Nodes beyond kL/4 in cos θ and kL/2 in azimuth and in the table, up to kL = 66.
+#
+# The series of Bessel functions behind each sum ends faster than exponentially once its order
+# exceeds kL, over a width that grows with its cube root (`spare_nodes`). With 14 nodes the modal
+# forces of smooth shapes err by less than 1e-12 of the largest up to kL = 66, the coherence of two
+# points a diameter apart by 6e-12 at kL = 40, 2e-10 at 66 and 3e-7 at 200.
 SPARE_NODES = 14
-"""Nodes beyond kL/4 in cos θ and kL/2 in azimuth and in the table, up to kL = 66.
 
-The series of Bessel functions behind each sum ends faster than exponentially once its order
-exceeds kL, over a width that grows with its cube root (`spare_nodes`). With 14 nodes the modal
-forces of smooth shapes err by less than 1e-12 of the largest up to kL = 66, the coherence of two
-points a diameter apart by 6e-12 at kL = 40, 2e-10 at 66 and 3e-7 at 200.
-"""
+SPARE_UP_TO = 66.0  # kL up to which `SPARE_NODES` will do
 
-SPARE_UP_TO = 66.0
-"""kL up to which `SPARE_NODES` will do."""
-
+# What the factors of G leave out of the force on a shape, as a share of its mean square: the
+# least that the rounding of the table allows, for a wing of 4 m × 2.5 m to 2 kHz the first.
 FACTOR_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7)
-"""What the factors of G leave out of the force on a shape, as a share of its mean square: the
-least that the rounding of the table allows, for a wing of 4 m × 2.5 m to 2 kHz the first."""
 
-SLACK = 10.0
-"""Times as much at lower wavenumbers of a band, where the pivots are not the best ones."""
+SLACK = 10.0  # times as much at lower wavenumbers of a band, where the pivots are not the best ones
 
+# Of the largest mean square of a force: what the table knows of smaller ones is rounding.
 LEAST_FORCE = 1e-10
-"""Of the largest mean square of a force: what the table knows of smaller ones is rounding."""
 
-BAND = 1.1
-"""Ratio of wavenumbers for which the same shapes stand for all."""
+BAND = 1.1  # ratio of wavenumbers for which the same shapes stand for all
 
+# Rows of G that are read together, so that they stay in the processor's own memory.
 ROWS_AT_ONCE = 16
-"""Rows of G that are read together, so that they stay in the processor's own memory."""
 
-FACTOR_SHARE = 0.5
-"""Share of the shapes from which on a factor of G is no cheaper than G."""
+FACTOR_SHARE = 0.5  # share of the shapes from which on a factor of G is no cheaper than G
 
 
 class FieldError(ValueError):

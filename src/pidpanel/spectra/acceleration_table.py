@@ -4,8 +4,6 @@ The columns are `frequency_hz`, `acceleration_psd_g2_hz` and, where wanted, `slo
 slope from a row to the next. A level may be left empty where a slope gives it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,8 +22,8 @@ ALLOWED = {
     SLOPE: Allowed(-100.0, high=100.0),
 }
 
+# Difference of levels and slope allowed [dB]: levels are stated to two digits.
 SLOPE_TOLERANCE = 0.5
-"""Difference of levels and slope allowed [dB]: levels are stated to two digits."""
 
 
 def read_base_table(path: Path) -> BreakPoints:

@@ -1,7 +1,5 @@
 """What all sections of a study are made of: the model, its mistakes, ranges of numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
@@ -51,24 +49,21 @@ def _as_written(value: Any) -> Any:
 
 
 T = TypeVar("T")
+# Text; a number in a file is the text that was written.
 Text = Annotated[str, BeforeValidator(_as_written, json_schema_input_type=str | float)]
-"""Text; a number in a file is the text that was written."""
 Fraction = Annotated[float, Quantity(0, 1, units=PERCENT)]
+# Number of particles over that of a full cell, r = N/N_full.
 Fill = Annotated[float, Quantity(0.02, 1, units=PERCENT)]
-"""Number of particles over that of a full cell, r = N/N_full."""
 RelativeError = Annotated[float, Quantity(0, 1, low_itself=False, high_itself=False, units=PERCENT)]
 PoissonsRatio = Annotated[
     float, Quantity(-1, 0.5, low_itself=False, high_itself=False, units=PERCENT)
 ]
 OVERALL = Quantity(60, 200, units=PASCAL)
-Level = Annotated[float, OVERALL]
-"""Overall sound pressure level [dB re 20 µPa]."""
-Coordinate = Annotated[float, Quantity(-100, 100, units=METRES)]
-"""x or y [m]."""
-Size = Annotated[float, Quantity(1e-4, 30, units=METRES)]
-"""Of anything on a panel [m]."""
+Level = Annotated[float, OVERALL]  # overall sound pressure level [dB re 20 µPa]
+Coordinate = Annotated[float, Quantity(-100, 100, units=METRES)]  # x or y [m]
+Size = Annotated[float, Quantity(1e-4, 30, units=METRES)]  # of anything on a panel [m]
+# Of a solid [kg/m³]: expanded foam to osmium.
 Density = Annotated[float, Quantity(5, 25000, units=DENSITY)]
-"""Of a solid [kg/m³]: expanded foam to osmium."""
 
 
 def as_tuple(value: T | tuple[T, ...]) -> tuple[T, ...]:

@@ -11,11 +11,11 @@ from pidpanel.study.mistakes import Mistake
 if TYPE_CHECKING:
     from pidpanel.study.study import Study
 
+# Of a record, 1/T apart, in the range of the response: their scatter is the error of C_e.
 FEWEST_LINES = 10
-"""Of a record, 1/T apart, in the range of the response: their scatter is the error of C_e."""
 
+# Of the lowest frequency in a record: both of its halves then resolve a third octave there.
 FEWEST_PERIODS = 10
-"""Of the lowest frequency in a record: both of its halves then resolve a third octave there."""
 
 
 def mistakes_of_coupled(study: Study) -> Iterator[Mistake]:

@@ -1,7 +1,5 @@
 """A study of coupons alone."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 
@@ -11,8 +9,8 @@ from pidpanel.study.coupon import Coupon
 from pidpanel.study.mistakes import Mistake
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+# Of what names folders: studies and dampers.
 NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"
-"""Of what names folders: studies and dampers."""
 
 RESERVED = ("coupon", "verification")  # folders of the results that belong to all studies
 

@@ -1,7 +1,5 @@
 """The section ``dampers`` of a study: what a patch can be filled with, one model for each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -21,12 +19,13 @@ Interpolation = Literal["log", "linear"]
 EquivalentDamping = Annotated[float, Quantity(0, 1e8)]  # C_e [N s/m³]
 ApparentMass = Annotated[float, Quantity(0, 1000, units=MASS_PER_AREA)]  # m_a [kg/m²]
 MassPerArea = Annotated[float, Quantity(1e-3, 1000, units=MASS_PER_AREA)]  # m″ [kg/m²]
+# η; what is above is taken for percent.
 LossFactor = Annotated[float, Quantity(0, MOST_LOSS_FACTOR, units=PERCENT)]
-"""η; what is above is taken for percent."""
 Kind = Literal["coupon", "law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor"]
 
 WeighsAs = Literal["particles"]  # what m_a is: the mass of the particles
 
+# Kinds of a damper, by the key that makes it one, and the keys that may stand beside it.
 ALLOWED: Mapping[Kind, tuple[str, ...]] = {
     "coupon": (),
     "law": (),
@@ -48,7 +47,6 @@ ALLOWED: Mapping[Kind, tuple[str, ...]] = {
         "patch_mass_per_area_kg_m2",
     ),
 }
-"""Kinds of a damper, by the key that makes it one, and the keys that may stand beside it."""
 
 
 def is_massless_table(table: Path) -> bool:

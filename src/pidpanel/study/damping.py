@@ -1,7 +1,5 @@
 """The section ``damping`` of a study: the readings of C_e and m_a, and the target of a sweep."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -17,14 +15,7 @@ from pidpanel.study.particles import Modulus
 from pidpanel.study.quantity import MILLISECONDS, Quantity, whole
 from pidpanel.study.sweep import Gamma
 
-Reading = Literal[
-    "stated",
-    "dem",
-    "paper_corrected",
-    "paper_printed",
-    "table",
-    "coupled",
-]
+Reading = Literal["stated", "dem", "paper_corrected", "paper_printed", "table", "coupled"]
 REMOVED = "was removed; use 'coupled', the default for sound"
 NEIGHBOURS_DB = 3.0
 # farthest level to which what a coupled run found is carried [dB]: beds begin to cross their gap

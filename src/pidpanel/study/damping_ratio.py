@@ -1,7 +1,5 @@
 """The key ``damping_ratio`` of a panel: a number, a list by mode, a table, or its file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path

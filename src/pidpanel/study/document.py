@@ -1,7 +1,5 @@
 """The file of a study: YAML, and the lines at which its keys are."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,10 +12,10 @@ from pidpanel.study.yaml_loader import Loader, problem_of
 from pidpanel.text_files import TextFileError, read_text
 
 LONGEST_VALUE = 60  # longest value that a message shows whole [characters]
+# Most bytes of a study: what is longer belongs into a mesh or a table beside it.
 LARGEST = 1_000_000
-"""Most bytes of a study: what is longer belongs into a mesh or a table beside it."""
+# Keys at the top that begin like this hold what is repeated elsewhere by anchors and ``<<``.
 ASIDE = "x-"
-"""Keys at the top that begin like this hold what is repeated elsewhere by anchors and ``<<``."""
 
 
 class Document:

@@ -1,7 +1,5 @@
 """The mistakes that pydantic finds, at the keys of the file and in a reader's words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 
 from pydantic import BaseModel, ValidationError
@@ -10,6 +8,7 @@ from pydantic_core import ErrorDetails
 from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, unknown_key
 from pidpanel.study.schema import Place, keys_of, kinds_of, lengths_of, place_of
 
+# Words for the types of mistake that pydantic finds; all others are given in its own.
 PYDANTIC_WORDS = {
     "missing": "missing",
     "dict_type": "must be a mapping",
@@ -21,7 +20,6 @@ PYDANTIC_WORDS = {
     "bool_parsing": "must be true or false",
     "literal_error": "must be {expected}",
 }
-"""Words for the types of mistake that pydantic finds; all others are given in its own."""
 
 
 def _values(count: int) -> str:

@@ -1,7 +1,5 @@
 """Files that a study names: beside it, in the working folder, or among those of pidpanel."""
 
-from __future__ import annotations
-
 import stat
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ Editors complete and check a study with it. It knows keys, types, ranges and wha
 keys require of each other, and of the files that they name, `pidpanel check` tells.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import json
@@ -71,10 +69,7 @@ def study_schema() -> dict[str, Any]:
         **schema,
         "title": "A study of pidpanel",
         "if": {"anyOf": [{"required": [key]} for key in of_panel]},
-        "then": {
-            "required": required,
-            "anyOf": [{"required": ["sound"]}, {"required": ["base"]}],
-        },
+        "then": {"required": required, "anyOf": [{"required": ["sound"]}, {"required": ["base"]}]},
         "else": {"required": ["coupon"]},
     }
 

@@ -1,7 +1,5 @@
 """The section ``panel`` of a study: outline, supports, masses, mesh, patches, points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -21,11 +19,7 @@ from pidpanel.geometry.polygon import (
     signed_area,
 )
 from pidpanel.study.base import SectionModel, Size, Text
-from pidpanel.study.damping_ratio import (
-    DampingRatios,
-    damping_ratio_of,
-    mistakes_of_damping_ratio,
-)
+from pidpanel.study.damping_ratio import DampingRatios, damping_ratio_of, mistakes_of_damping_ratio
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.quantity import METRES, Quantity, whole
@@ -37,8 +31,8 @@ EXTENT = Quantity(0.01, 30, units=METRES)  # of a panel [m]
 Length = Annotated[float, EXTENT]
 Radius = Annotated[float, Quantity(0, 15, units=METRES)]  # of corners [m]
 Count = Annotated[int, whole(2, 5000)]  # of elements along an edge
+# Elements that a mesh may have: its modes take more memory than a machine has.
 MOST_ELEMENTS = 400_000
-"""Elements that a mesh may have: its modes take more memory than a machine has."""
 
 
 def _of_known_suffix(file: Path) -> Path:

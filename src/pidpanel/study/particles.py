@@ -1,7 +1,5 @@
 """Particles of a coupon, and the constants of their contacts with each other and the walls."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """Numbers of a study: the bounds that physics sets to them, and the unit that was likely meant."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable
@@ -17,9 +15,9 @@ from pidpanel.columns import NUMBER
 from pidpanel.constants import STANDARD_GRAVITY
 
 Convert = Callable[[float], float]
+# Units in which a value may have been given by mistake, each with what turns it into the right
+# one: a factor or a function.
 Units = tuple[tuple[str, float | Convert], ...]
-"""Units in which a value may have been given by mistake, each with what turns it into the right
-one: a factor or a function."""
 
 PERCENT: Units = (("%", 0.01),)
 METRES: Units = (("mm", 1e-3), ("cm", 1e-2))

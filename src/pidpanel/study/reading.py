@@ -1,7 +1,5 @@
 """A study read from its file: checked, or refused with a line for each mistake."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The section ``response`` of a study: what is computed of the panel in its sound."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Annotated, ClassVar, Literal
 
@@ -12,8 +10,8 @@ from pidpanel.study.quantity import KILOHERTZ, Quantity
 Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]  # [Hz]
 Radiation = Literal["none", "one_side", "two_sides"]
 
+# Least ratio of the highest frequency to the lowest: several bandwidths of a resonance.
 LEAST_SPAN = 1.02
-"""Least ratio of the highest frequency to the lowest: several bandwidths of a resonance."""
 
 
 class Response(SectionModel):

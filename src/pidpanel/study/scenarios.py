@@ -91,10 +91,10 @@ def _kind(values: Any) -> str:
     return "Family"
 
 
+# An entry of ``scenarios``.
 Compared = Annotated[
     Annotated[Family, Tag("Family")] | Annotated[Layout, Tag("Layout")], Discriminator(_kind)
 ]
-"""An entry of ``scenarios``."""
 
 
 class Filling(SectionModel):

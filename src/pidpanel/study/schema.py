@@ -5,8 +5,6 @@ pydantic holds one part that nobody wrote: the name of the alternative that was 
 like any key of the user's, so it is found from the types, never from its spelling.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from types import NoneType, UnionType

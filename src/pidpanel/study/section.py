@@ -1,7 +1,5 @@
 """The section of a panel: a thin or a thick plate, or a sandwich of plies and a core."""
 
-from __future__ import annotations
-
 import csv
 import difflib
 import math

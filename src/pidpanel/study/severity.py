@@ -14,9 +14,9 @@ from pidpanel.study.quantity import MEGAPASCAL, Quantity
 if TYPE_CHECKING:
     from pidpanel.study.study import Study
 
+# Least product of the lowest frequency and the duration: the largest peak of fewer cycles is not
+# that of its formula.
 LEAST_CYCLES = 100.0
-"""Least product of the lowest frequency and the duration: the largest peak of fewer cycles is not
-that of its formula."""
 
 
 class Fatigue(SectionModel):

@@ -1,7 +1,5 @@
 """The section ``sound`` of a study: a spectrum, its level and its field."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """How the contacts of a coupon are softened to save time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated
 
@@ -11,8 +9,8 @@ from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Modulus
 from pidpanel.study.quantity import PERCENT, Quantity
 
+# Of a period or a radius [1].
 Share = Annotated[float, Quantity(0, 0.5, low_itself=False, units=PERCENT)]
-"""Of a period or a radius [1]."""
 Stroke = Annotated[float, Quantity(0, 100, low_itself=False)]  # W/L [1]
 
 

@@ -1,7 +1,5 @@
 """A whole study, and what its sections require of each other."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Iterator, Mapping
@@ -202,13 +200,6 @@ class Study(CouponStudy):
             and damper.coupon is not None
             and filling.fill_fraction is not None
         )
-
-    def coupon_of(self, damper: str) -> Coupon:
-        """Return the coupon of a damper, whether or not its sweep is simulated."""
-        coupon = self.all_dampers[damper].coupon if damper in self.all_dampers else None
-        if coupon is None:
-            raise ValueError(f"{self.name}: no coupon named {damper!r}")
-        return coupon
 
     def _mistakes_of_dampers(self) -> Iterator[Mistake]:
         for name in self.dampers:

@@ -1,7 +1,5 @@
 """What holds the panel, and masses on it; a place is a position or a node of a mesh file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 

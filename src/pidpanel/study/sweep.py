@@ -1,7 +1,5 @@
 """The points at which a coupon is shaken."""
 
-from __future__ import annotations
-
 import bisect
 import math
 from collections.abc import Iterator
@@ -52,10 +50,10 @@ class Range(SectionModel):
 
 
 LARGEST_GAMMA = 2000.0  # largest amplitude of an acceleration [g]
+# Amplitude of an acceleration [g].
 Gamma = Annotated[float, Quantity(0, LARGEST_GAMMA, low_itself=False, units=GRAVITIES)]
-"""Amplitude of an acceleration [g]."""
+# Of a displacement [mm].
 Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, units=MILLIMETRES)]
-"""Of a displacement [mm]."""
 
 
 class Sweep(SectionModel):

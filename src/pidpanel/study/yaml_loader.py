@@ -4,8 +4,6 @@
 are text too: no key of a study is one.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any, ClassVar
@@ -122,6 +120,7 @@ def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
     return (mark.line + 1 if mark else None), f"not YAML: {problem}"
 
 
+# What pyyaml says, and what of it helps.
 PROBLEMS = {
     "character '\\t'": "a tab; indent with spaces",
     "mapping values are not allowed": "a ':' within a value; put the value in quotes, or correct "
@@ -137,7 +136,6 @@ PROBLEMS = {
     "quotes",
     "for merging": "<< must be a mapping or a list of mappings",
 }
-"""What pyyaml says, and what of it helps."""
 
 
 def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:

@@ -1,7 +1,5 @@
 """Base motion held to closed forms: an oscillator, a simply supported plate, its limits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cached_property
@@ -223,10 +221,10 @@ def balance_rows(folder: Path) -> list[Row]:
     return rows
 
 
+# Each computes in a folder and returns its rows.
 CASES: dict[str, Callable[[Path], list[Row]]] = {
     "oscillator": oscillator_rows,
     "supported_plate": plate_rows,
     "limits": limit_rows,
     "balance": balance_rows,
 }
-"""Each computes in a folder and returns its rows."""

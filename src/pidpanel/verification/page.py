@@ -3,8 +3,6 @@
 The rows of `pidpanel.verification.rows` come from any stage.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from importlib.metadata import version
@@ -100,10 +98,7 @@ def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> 
     ]
     return Page(
         title="Verification: computed results against known references",
-        facts=[
-            ("Software", f"pidpanel {version('pidpanel')}, LIGGGHTS {VERSION}"),
-        ],
-        assumptions=[],
+        facts=[("Software", f"pidpanel {version('pidpanel')}, LIGGGHTS {VERSION}")],
         summary=summary,
         warnings=[
             f"{row.case}, {row.quantity}: error {percent(row, row.error, '+')}, tolerance "

@@ -202,8 +202,8 @@ def turned_rows(folder: Path) -> list[Row]:
     ]  # fmt: skip
 
 
+# Each computes in a folder and returns its rows.
 CASES = {
     **{key: partial(frequency_rows, case) for key, case in REFERENCE_PANELS.items()},
     "turned": turned_rows,
 }
-"""Each computes in a folder and returns its rows."""

@@ -97,9 +97,5 @@ def miles_rows(folder: Path) -> list[Row]:
     ]  # fmt: skip
 
 
-CASES = {
-    "nafems_13r": nafems_rows,
-    "miles": miles_rows,
-    **response_layouts.CASES,
-}
-"""Each computes in a folder and returns its rows."""
+# Each computes in a folder and returns its rows.
+CASES = {"nafems_13r": nafems_rows, "miles": miles_rows, **response_layouts.CASES}

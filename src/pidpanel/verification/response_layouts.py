@@ -30,8 +30,8 @@ SIZE, ELEMENTS = (1.5, 1.0), (30, 20)
 SECTION = ThinSection(3273.07, 4.0)
 POINTS = {"in the middle": (0.75, 0.5), "beside it": (0.35, 0.5), "near an edge": (0.10, 0.30)}
 TRUNCATION = 5e-3  # largest error of a PSD that a basis may leave, as the documents say
+# α [1/s] and β [s] of C = αM + βK: a damping that sparse matrices can have too.
 RAYLEIGH = (4.0, 6e-6)
-"""α [1/s] and β [s] of C = αM + βK: a damping that sparse matrices can have too."""
 
 
 class UniformDamper(NamedTuple):
@@ -187,5 +187,5 @@ def power_rows(folder: Path) -> list[Row]:
     ]  # fmt: skip
 
 
+# Each computes in a folder and returns its rows.
 CASES = {"layouts": layout_rows, "power": power_rows}
-"""Each computes in a folder and returns its rows."""

@@ -6,8 +6,6 @@ with ``CASES``: functions that compute in a folder and return rows. `verify` run
 `pidpanel.verification.page` shows those of all stages.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 import tempfile
@@ -74,8 +72,8 @@ class Row:
         return abs(self.error) <= self.tolerance
 
 
+# Columns of the file of rows, besides the error.
 COLUMNS = tuple(field.name for field in fields(Row))
-"""Columns of the file of rows, besides the error."""
 
 
 def verify(stage: str, case: str) -> list[Row]:
@@ -125,6 +123,6 @@ def read_rows(path: Path) -> list[Row]:
     table = pd.read_csv(path, dtype=str, keep_default_na=False)
     if list(table) != [*COLUMNS, "error"]:
         raise ValueError(f"{path}:1: columns {list(table)}, not {[*COLUMNS, 'error']}")
-    numbers = {field.name: float for field in fields(Row) if field.type == "float"}
+    numbers = {field.name: float for field in fields(Row) if field.type is float}
     table = table[list(COLUMNS)].astype(numbers)
     return [Row(*row) for row in table.itertuples(index=False)]

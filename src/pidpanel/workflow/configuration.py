@@ -1,7 +1,5 @@
 """Which study the configuration of Snakemake is."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,8 +9,8 @@ import yaml
 from pidpanel.paths import study_path
 from pidpanel.study import Study, StudyError
 
+# Keys of a configuration that are not of a study.
 SETTINGS = frozenset({"study", "job_minutes", "container"})
-"""Keys of a configuration that are not of a study."""
 
 
 def has_study(config: Mapping[str, Any]) -> bool:

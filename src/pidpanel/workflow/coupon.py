@@ -4,8 +4,6 @@ What a job of them depends on is in its label, so none depends on the package: a
 values that the job needs, and is new only where a batch is to be judged again.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

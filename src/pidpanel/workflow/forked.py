@@ -7,8 +7,6 @@ the other made. Of Snakemake's own records none is written, and those of files m
 removed (`_forget`), since they tell of older ones.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import os
@@ -28,11 +26,11 @@ from pidpanel.provenance.job import arguments_of, run
 from pidpanel.workflow.plan import Plan
 from pidpanel.workflow.rules import Rule
 
+# As Snakemake writes it; what the system does not count is NA.
 BENCHMARK = (
     "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\tcpu_time\n"
     "{s:.2f}\t{hms}\t{rss:.2f}\tNA\tNA\tNA\tNA\tNA\t{load:.2f}\t{cpu:.2f}\n"
 )
-"""As Snakemake writes it; what the system does not count is NA."""
 
 
 def run_rules(plan: Plan, rules: Mapping[str, Rule], jobs: int) -> bool:

@@ -80,6 +80,10 @@ class Plan:
         """Return a file of the study."""
         return str(RESULTS / self.study.name / name)
 
+    def files(self, stage: str, **names: str) -> dict[str, str]:
+        """Return files in the folder of a stage."""
+        return {key: self.results(f"{stage}/{name}") for key, name in names.items()}
+
     def damper_file(self, stage: str, damper: str, name: str) -> str:
         """Return a file of one coupon in the folder of a stage."""
         return str(of_damper(Path(self.results(stage)), damper, name))

@@ -1,7 +1,5 @@
 """The requests of this call of Snakemake."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence

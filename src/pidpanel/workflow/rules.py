@@ -20,14 +20,12 @@ RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles, the choice of maps and of cases, and coupled runs change no response to given damping
 NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"coupled"}}
 
-PROPOSAL = ("layouts", "front", "summary", "search", "psd")
-"""Tables of the proposed layouts."""
+PROPOSAL = ("layouts", "front", "summary", "search", "psd")  # tables of the proposed layouts
 
-MEASUREMENT = ("measured", "differences")
-"""Tables of the measurements."""
+MEASUREMENT = ("measured", "differences")  # tables of the measurements
 
+# Tables of the severity of the responses.
 SEVERITY = ("oscillators", "peaks", "fatigue", "strength", "margins")
-"""Tables of the severity of the responses."""
 
 
 @dataclass(frozen=True)
@@ -115,14 +113,10 @@ def films(plan: Plan) -> list[str]:
 
 
 def _panel(plan: Plan, study: Study) -> Rule:
-    names = {
-        "modes": "modes.nc",
-        "table": "modes.csv",
-        "shapes": "modes.vtu",
-        "mesh": "mesh.msh",
-        "section": "section.csv",
-        "plate": "plate.nc",
-    }
+    output = plan.files(
+        "panel", modes="modes.nc", table="modes.csv", shapes="modes.vtu", mesh="mesh.msh",
+        section="section.csv", plate="plate.nc",
+    )  # fmt: skip
     values = {
         "study": plan.section("panel"),
         # basis and mesh follow the panel with its heaviest dampers
@@ -131,15 +125,11 @@ def _panel(plan: Plan, study: Study) -> Rule:
         "highest": study.response.frequency_hz[1],
         "speed": study.wave_speed,
     }
-    output = {key: plan.results(f"panel/{name}") for key, name in names.items()}
     return Rule(plan.results("panel/panel.log"), {}, output, values)
 
 
 def _sound(plan: Plan, study: Study, panel: Mapping[str, str]) -> Rule:
-    output = {
-        "spectrum": plan.results("sound/spectrum.csv"),
-        "modal_force": plan.results("sound/modal_force.nc"),
-    }
+    output = plan.files("sound", spectrum="spectrum.csv", modal_force="modal_force.nc")
     if study.response.radiation != "none":
         output["air"] = plan.results("sound/air.nc")
     values = {
@@ -151,19 +141,15 @@ def _sound(plan: Plan, study: Study, panel: Mapping[str, str]) -> Rule:
 
 
 def _response(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) -> Rule:
-    names = {
-        "psd": "psd.nc",
-        "summary": "summary.csv",
-        "layouts": "layouts.csv",
-        "stress": "stress.nc",
-        "stress_table": "stress.csv",
-        "left_out": "left_out.nc",
-    }
+    output = plan.files(
+        "response", psd="psd.nc", summary="summary.csv", layouts="layouts.csv", stress="stress.nc",
+        stress_table="stress.csv", left_out="left_out.nc",
+    )  # fmt: skip
     damping = _damping(plan, study)
     return Rule(
         plan.results("response/response.log"),
         {**files, **damping.input},
-        {key: plan.results(f"response/{name}") for key, name in names.items()},
+        output,
         {"study": plan.section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE), **damping.values},
         damping.params,
     )
@@ -208,10 +194,7 @@ def _severity(plan: Plan, study: Study, response: Rule, maps: Rule) -> Rule:
         read["maps"] = maps.output["maps"]
         made["maps"] = plan.results("severity/maps.nc")
     return Rule(
-        plan.results("severity/severity.log"),
-        read,
-        made,
-        {"study": plan.section("severity")},
+        plan.results("severity/severity.log"), read, made, {"study": plan.section("severity")}
     )
 
 
@@ -243,11 +226,8 @@ def _base(plan: Plan, study: Study, panel: Rule) -> Rule:
     damping = _damping(plan, study)
     return Rule(
         plan.results("base/base.log"),
-        {
-            **{name: panel.output[name] for name in ("modes", "plate", "section")},
-            **damping.input,
-        },
-        {key: plan.results(f"base/{name}") for key, name in names.items()},
+        {**{name: panel.output[name] for name in ("modes", "plate", "section")}, **damping.input},
+        plan.files("base", **names),
         {"study": plan.section("base", *RESPONSE_SECTIONS), **damping.values},
         damping.params,
     )
@@ -257,11 +237,8 @@ def _maps(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) ->
     return Rule(
         plan.results("response/maps.log"),
         {**files, "coupled": coupled_files(plan)["impedance"] if study.is_coupled else []},
-        {"maps": plan.results("response/maps.nc"), "folder": plan.results("response/maps")},
-        {
-            "study": plan.section("panel", "sound", "response"),
-            "scenarios": scenarios_digest(study),
-        },
+        plan.files("response", maps="maps.nc", folder="maps"),
+        {"study": plan.section("panel", "sound", "response"), "scenarios": scenarios_digest(study)},
     )
 
 

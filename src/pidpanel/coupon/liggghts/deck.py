@@ -3,8 +3,6 @@
 What the values are is said where the things are: `bed.Run.deck_values`, `drive.Tone.deck_values`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from functools import cache, lru_cache
@@ -17,8 +15,7 @@ import jinja2.meta
 from pidpanel.paths import TEMPLATES
 from pidpanel.provenance.digests import text_digest
 
-START_FILE, WALLS_FILE = "start.data", "walls.stl"
-"""What a deck reads; see `start_files`."""
+START_FILE, WALLS_FILE = "start.data", "walls.stl"  # what a deck reads; see `start_files`
 
 
 def cycles_file(leg: int) -> str:

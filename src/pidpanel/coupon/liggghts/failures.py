@@ -1,7 +1,5 @@
 """Why a run does not count: one class for each reason; the text says where."""
 
-from __future__ import annotations
-
 
 class SolverFailure(RuntimeError):
     """A LIGGGHTS run that does not count; the class says why, the text where."""
@@ -63,10 +61,10 @@ class LossesApart(SolverFailure):
     """What the contacts dissipate in the window is of another size than what the rows say."""
 
 
+# Failures that the same inputs give again; any other is tried again in the next call.
 BY_INPUTS = frozenset(
     kind.__name__ for kind in (Unphysical, NotFinite, ParticlesLost, UnderFilled, NotSteady)
 )
-"""Failures that the same inputs give again; any other is tried again in the next call."""
 
 
 class RunFailed(SolverFailure):
@@ -81,5 +79,5 @@ class RecordUnreadable(SolverFailure):
     """A JSON file of a packing, a bed or a run is cut, or has other keys than are expected."""
 
 
+# Failures of files that were left here; they are set aside.
 DAMAGED = frozenset(kind.__name__ for kind in (FileDamaged, LogTruncated, RecordUnreadable))
-"""Failures of files that were left here; they are set aside."""

@@ -4,8 +4,6 @@ The only module that knows the C interface. An error of LIGGGHTS ends the proces
 this runs in a process of its own (`process`).
 """
 
-from __future__ import annotations
-
 import os
 from ctypes import CDLL, POINTER, RTLD_GLOBAL, byref, c_char_p, c_double, c_int, c_void_p, cast
 from pathlib import Path

@@ -5,8 +5,6 @@ writes a footer that claims all steps, and leaves cut rows behind a SIGKILL, so 
 only when the marks, the rows and the atom counts agree.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from typing import NamedTuple
@@ -18,6 +16,8 @@ from pidpanel.coupon.balance import Contacts
 from pidpanel.coupon.liggghts import sphere_dump
 from pidpanel.coupon.liggghts.failures import LogTruncated, NotFinite, ParticlesLost, RunStopped
 
+# Columns of the cycle file that the shake deck writes: momentum [kg m/s] (its product with sin ωt
+# and cos ωt, and itself), energies [J] and the height of the centre of mass [m]; means of a cycle.
 CYCLE_COLUMNS = (
     "step",
     "p_sin",
@@ -27,23 +27,21 @@ CYCLE_COLUMNS = (
     "rotational_energy",
     "height",
 )
-"""Columns of the cycle file that the shake deck writes: momentum [kg m/s] (its product with sin ωt
-and cos ωt, and itself), energies [J] and the height of the centre of mass [m]; means of a cycle."""
 
 
+# Columns of a frame of the energy balance, SI.
 MOTION = (*sphere_dump.POSITION_AND_VELOCITY, "omegax", "omegay", "omegaz", "fx", "fy", "fz")
-"""Columns of a frame of the energy balance, SI."""
 
 
+# As LIGGGHTS writes numbers; Python takes more for one, such as 1_000.
 _NUMBER = re.compile(r"-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?")
-"""As LIGGGHTS writes numbers; Python takes more for one, such as 1_000."""
 
 
+# First lines of the file of cycle rows.
 CYCLES_HEADER = (
     "# Time-averaged data for fix cycle",
     "# TimeStep v_p_sin v_p_cos v_p c_ke c_rot v_zc",
 )
-"""First lines of the file of cycle rows."""
 
 
 def cells_header(cells: int) -> tuple[str, str]:
@@ -112,8 +110,8 @@ def read_cycles(
     return np.array(rows).reshape(-1, columns)
 
 
+# The line that `process.Liggghts` makes LIGGGHTS print when a command is done.
 MARK = re.compile(r"^MARK step (\d+) atoms (\d+) value (\S+)$")
-"""The line that `process.Liggghts` makes LIGGGHTS print when a command is done."""
 
 _TROUBLE = re.compile(
     r"^(ERROR\b.*|.*Forced restart written.*|.*[Ll]ost atoms.*|.*Less insertions.*)$"
@@ -141,6 +139,7 @@ def check_log(text: str, source: str, *, last_step: int, atoms: int) -> None:
         raise RunStopped(f"{source}:{number}: last mark at step {step}, not {last_step}")
 
 
+# What LIGGGHTS 3.8.0 writes before the values of a frame of a binary dump on one rank.
 _BINARY_HEADER = np.dtype(
     [
         ("step", "<i8"),
@@ -153,7 +152,6 @@ _BINARY_HEADER = np.dtype(
         ("values", "<i4"),
     ]
 )
-"""What LIGGGHTS 3.8.0 writes before the values of a frame of a binary dump on one rank."""
 
 
 class SphereMotion(NamedTuple):
@@ -184,13 +182,7 @@ def contact_columns(compute: str, *, with_wall: bool, rolling: bool) -> str:
 
 
 def read_contacts(
-    text: str,
-    source: str,
-    *,
-    frames: int,
-    ids: tuple[int, int],
-    with_wall: bool,
-    rolling: bool,
+    text: str, source: str, *, frames: int, ids: tuple[int, int], with_wall: bool, rolling: bool
 ) -> Contacts:
     """Read the local dump of contacts between spheres or with walls."""
     frame, table = read_local_dump(text, source, frames=frames, columns=8 if rolling else 5)

@@ -25,53 +25,44 @@ from types import TracebackType
 from typing import IO, Literal, NamedTuple
 
 from pidpanel.constants import LIGGGHTS_VERSION as VERSION
-from pidpanel.coupon.liggghts import output, sphere_dump
-from pidpanel.coupon.liggghts.failures import (
-    NotFinite,
-    ParticlesLost,
-    RunHung,
-    RunStopped,
-    SolverFailure,
-    SolverMissing,
-)
+from pidpanel.coupon.liggghts import failures, output, sphere_dump
 
 COMMAND = "liggghts"
 
+# Silence after which LIGGGHTS counts as hung, besides that of its steps [s]. Reading the largest
+# deck takes a second.
 QUIET = 30.0
-"""Silence after which LIGGGHTS counts as hung, besides that of its steps [s]. Reading the largest
-deck takes a second."""
 
+# Longest time of a step, and of it for each sphere [s]: thirty times what they take on an
+# ordinary core (15 µs and 0.35 µs), since a machine may be shared.
 SLOWEST_STEP = 4.5e-4, 1.05e-5
-"""Longest time of a step, and of it for each sphere [s]: thirty times what they take on an
-ordinary core (15 µs and 0.35 µs), since a machine may be shared."""
 
-MOST_LINES = 10_000_000
-"""Lines after which a command counts as hung."""
+MOST_LINES = 10_000_000  # lines after which a command counts as hung
 
+# Lines that are not read yet, after which LIGGGHTS waits, and characters of a line: what a
+# process that prints without end takes of the memory.
 LINES_WAITING, LONGEST_LINE = 1000, 4096
-"""Lines that are not read yet, after which LIGGGHTS waits, and characters of a line: what a
-process that prints without end takes of the memory."""
 
+# Silence is counted in ticks of this length [s], so that none is counted while the caller itself
+# is suspended.
 TICK = 1.0
-"""Silence is counted in ticks of this length [s], so that none is counted while the caller itself
-is suspended."""
 
+# Commands that move the spheres; they enter the labels of what is run by them. A run goes cycle by
+# cycle: LIGGGHTS lists neighbours again at the start of each, as it does after a restart, so a run
+# that goes on and one that never stopped have the same rows to the last bit.
 RUN, CYCLE = "run {steps}", "run {steps} post no"
-"""Commands that move the spheres; they enter the labels of what is run by them. A run goes cycle by
-cycle: LIGGGHTS lists neighbours again at the start of each, as it does after a restart, so a run
-that goes on and one that never stopped have the same rows to the last bit."""
 
+# Settings of Open MPI: no daemon for a lone rank, and no folders of its own. All lone ranks of a
+# machine make and remove the same folders below the temporary one, so one that starts while another
+# ends can fail.
 LONE_RANK = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0"}
-"""Settings of Open MPI: no daemon for a lone rank, and no folders of its own. All lone ranks of a
-machine make and remove the same folders below the temporary one, so one that starts while another
-ends can fail."""
 
 _RUN = re.compile(r"^\s*run\s+(\d+)\s*$", re.MULTILINE)
 _THERMO = re.compile(r"^\s*thermo\s+(\d+)\s*$", re.MULTILINE)
 
 Reading = Literal["kinetic_energy", "mean_speed"]
+# Expressions of LIGGGHTS; `v_speed` is a variable of ``verification/slide.in.j2``.
 _READINGS: dict[Reading, str] = {"kinetic_energy": "ke", "mean_speed": "v_speed"}
-"""Expressions of LIGGGHTS; `v_speed` is a variable of ``verification/slide.in.j2``."""
 
 
 class Instant(NamedTuple):
@@ -101,7 +92,7 @@ def check_installed() -> str:
     """
     path = shutil.which(COMMAND)
     if path is None:
-        raise SolverMissing(
+        raise failures.SolverMissing(
             f"{COMMAND}: not installed; on Debian: apt-get install liggghts (version {VERSION})"
         )
     return path
@@ -139,7 +130,7 @@ class Liggghts:
             bufsize=1,
         )
         if self._process.stdin is None or self._process.stdout is None:
-            raise RunStopped(f"{self.log}: no pipe to {path}")
+            raise failures.RunStopped(f"{self.log}: no pipe to {path}")
         self._input, self._output = self._process.stdin, self._process.stdout
         self._spheres = 0
         self._report_steps = math.inf
@@ -178,7 +169,7 @@ class Liggghts:
         if first is None:  # killed before it said anything
             raise self._failure([])
         if VERSION not in first:
-            raise SolverMissing(
+            raise failures.SolverMissing(
                 f"{COMMAND}: reports {first.strip()!r}; version {VERSION} is required"
             )
 
@@ -309,9 +300,9 @@ class Liggghts:
                 raise self._hung(f"not done in {longest:.3g} s: {action}")
         raise self._hung(f"{MOST_LINES} lines in {action}")
 
-    def _hung(self, says: str) -> RunHung:
+    def _hung(self, says: str) -> failures.RunHung:
         self._process.kill()
-        return RunHung(f"{self.log}: {says}; ended")
+        return failures.RunHung(f"{self.log}: {says}; ended")
 
     def _patience(self, steps: float) -> float:
         """Longest time of so many steps [s]."""
@@ -355,9 +346,9 @@ class Liggghts:
         try:
             return float(word)
         except ValueError:
-            raise NotFinite(f"{self.log}: not a number, {word!r}") from None
+            raise failures.NotFinite(f"{self.log}: not a number, {word!r}") from None
 
-    def _failure(self, lines: Iterable[str]) -> SolverFailure:
+    def _failure(self, lines: Iterable[str]) -> failures.SolverFailure:
         """The failure that the exit status and the last words of the process tell of."""
         try:
             status = self._process.wait(timeout=QUIET)
@@ -367,7 +358,7 @@ class Liggghts:
         words = [w.strip() for w in (*lines, *self._err.read_text(errors="replace").splitlines())]
         errors = [w for w in words if "ERROR" in w]
         last = (errors or [w for w in reversed(words) if w] or ["no message"])[0]
-        kind = ParticlesLost if "ost atoms" in last else RunStopped
+        kind = failures.ParticlesLost if "ost atoms" in last else failures.RunStopped
         return kind(f"{self.log}: exit status {status}: {last}")
 
 

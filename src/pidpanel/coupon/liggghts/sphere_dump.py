@@ -3,8 +3,6 @@
 Packings and beds are read by this code, so it enters their labels; see `pidpanel.coupon.packing`.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np
@@ -12,10 +10,9 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.coupon.liggghts.failures import LogTruncated, NotFinite, ParticlesLost
 
-POSITION = ("x", "y", "z")
-"""Columns of a dump: centres [m]."""
+POSITION = ("x", "y", "z")  # columns of a dump: centres [m]
+# Columns of a dump: centres [m] and velocities [m/s].
 POSITION_AND_VELOCITY = (*POSITION, "vx", "vy", "vz")
-"""Columns of a dump: centres [m] and velocities [m/s]."""
 
 
 def read_dump(text: str, source: str, columns: tuple[str, ...] = POSITION) -> Array:

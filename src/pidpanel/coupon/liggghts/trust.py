@@ -6,16 +6,14 @@ files of every style; each gap is a program that starts. So nothing of such a de
 run before its user says that it may do anything (`TRUST`).
 """
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
 from pidpanel.coupon.liggghts.failures import DeckRefused
 from pidpanel.paths import TEMPLATES
 
+# Variable of the environment that is ``1`` where decks of one's own may do anything.
 TRUST = "PIDPANEL_TRUST_DECK"
-"""Variable of the environment that is ``1`` where decks of one's own may do anything."""
 
 
 def comes_with_pidpanel(template: Path) -> bool:

@@ -8,6 +8,7 @@
 
 from pidpanel.verification.coupon import contacts, shaken
 
+# Each of them runs LIGGGHTS in a folder and returns its rows.
 CASES = {
     "collision": contacts.collision_rows,
     "sliding": contacts.sliding_rows,
@@ -15,4 +16,3 @@ CASES = {
     "slug": shaken.slug_rows,
     "floor": shaken.floor_rows,
 }
-"""Each of them runs LIGGGHTS in a folder and returns its rows."""

@@ -1,7 +1,5 @@
 """Single contacts of LIGGGHTS: a collision, and a slide that friction ends."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -24,19 +22,19 @@ FRICTION = 0.3
 RAYLEIGH = contact.rayleigh_time(DIAMETER / 2, DENSITY, MODULUS, POISSONS_RATIO)
 
 COLLISION = "Head-on collision of two spheres"
+# At a tenth of the Rayleigh time: the error is of first order in the step, and was 1.0 %.
 COLLISION_TOLERANCE = 0.02
-"""At a tenth of the Rayleigh time: the error is of first order in the step, and was 1.0 %."""
 
 SLIDING = "Sphere set sliding on a floor"
 SLIDING_TOLERANCE = 1e-3  # no time constant is in the answer, only momentum; 3e-5 was seen
 
+# Velocity Verlet keeps the energy to the square of the step at least; 8e-5 was seen.
 LOSSLESS_TOLERANCE = 5e-4
-"""Velocity Verlet keeps the energy to the square of the step at least; 8e-5 was seen."""
 
 
+# Pairs of spheres that meet at different moments within a time step: the loss of one collision
+# depends on that moment, and only the worst of several falls steadily with the step.
 PAIRS = 8
-"""Pairs of spheres that meet at different moments within a time step: the loss of one collision
-depends on that moment, and only the worst of several falls steadily with the step."""
 
 
 def alike(youngs_modulus: float, restitution: float, friction: float) -> Constants:

@@ -4,8 +4,6 @@ They run the deck of the product, ``templates/shake.in.j2``, and read its rows w
 that the whole way from the drive to the dissipated energy is compared with the closed form.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -140,41 +138,41 @@ def ball_rows(folder: Path) -> list[Row]:
 BED_DIAMETER = 1.25e-3
 BED_RESTITUTION = 0.3
 BED_FRICTION = 0.5
+# Spheres in place of the body: a single one, one layer, four layers of the cell.
 BED_SIZES = (1, 12, 48)
-"""Spheres in place of the body: a single one, one layer, four layers of the cell."""
 
 SLUG = "Inelastic slug between shaken walls without gravity"
+# [Hz], [m], [Pa]. The spheres have to be hard: where their overlaps reach the gaps between them, a
+# bed rebounds as one spring, the more the more layers it has, and not like many impacts. Here the
+# deepest overlap is 2 % of a diameter and 0.2 % of the amplitude.
 SLUG_FREQUENCY, SLUG_AMPLITUDE, SLUG_MODULUS = 20.0, 8 * BED_DIAMETER, 2e8
-"""[Hz], [m], [Pa]. The spheres have to be hard: where their overlaps reach the gaps between them, a
-bed rebounds as one spring, the more the more layers it has, and not like many impacts. Here the
-deepest overlap is 2 % of a diameter and 0.2 % of the amplitude."""
 
 FLOOR = "Inelastic bed on a shaken floor under gravity"
+# [Hz], [Pa]: overlaps over diameter as above, as ρ (ωA)²/E is the same at Γ = 2.5.
 FLOOR_FREQUENCY, FLOOR_MODULUS = 8.0, 3.2e7
-"""[Hz], [Pa]: overlaps over diameter as above, as ρ (ωA)²/E is the same at Γ = 2.5."""
 
 SLUG_GAPS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.4)
+# L/A up to which a bed can be compared with the closed form. Beyond, the body leaves each wall the
+# moment it lands, and what little a real bed has spread never comes together again.
 SLUG_HELD = math.pi
-"""L/A up to which a bed can be compared with the closed form. Beyond, the body leaves each wall the
-moment it lands, and what little a real bed has spread never comes together again."""
 
 FLOOR_GAMMAS = (0.9, 1.25, 1.5, 2.0, 2.5, 2.75, 3.0)
+# Γ up to which a bed can be compared with the closed form. Beyond, the body lies on the floor for
+# less than a tenth of a period, and a bed that rebounds a little is not yet at rest when it is
+# thrown again: it is late, and misses the orbit every few cycles.
 FLOOR_HELD = 2.8
-"""Γ up to which a bed can be compared with the closed form. Beyond, the body lies on the floor for
-less than a tenth of a period, and a bed that rebounds a little is not yet at rest when it is
-thrown again: it is late, and misses the orbit every few cycles."""
 
+# The free path of a bed is known to about a sixth of a sphere, and a sphere is an eighth of the
+# amplitude: 0.02 in L/A, which is 5 % of the energy at L/A = 0.5 and 2 % from 1 on; 4.4 % and 2.1 %
+# were seen.
 SLUG_TOLERANCE = 0.05
-"""The free path of a bed is known to about a sixth of a sphere, and a sphere is an eighth of the
-amplitude: 0.02 in L/A, which is 5 % of the energy at L/A = 0.5 and 2 % from 1 on; 4.4 % and 2.1 %
-were seen."""
 
+# At Γ = 1.25 the energy changes eleven times as fast as the amplitude, so that a bed which gives
+# way by 0.4 % of it is 4 % off; from Γ = 1.5 on 1 % was seen.
 FLOOR_TOLERANCE = 0.05
-"""At Γ = 1.25 the energy changes eleven times as fast as the amplitude, so that a bed which gives
-way by 0.4 % of it is 4 % off; from Γ = 1.5 on 1 % was seen."""
 
+# E/(m A²ω²) below Γ = 1, where nothing is lost: half a per cent of the largest loss.
 ONSET_TOLERANCE = 0.01
-"""E/(m A²ω²) below Γ = 1, where nothing is lost: half a per cent of the largest loss."""
 
 
 def _bed_constants(youngs_modulus: float) -> Constants:
