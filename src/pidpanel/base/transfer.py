@@ -71,20 +71,25 @@ class Transfer:
 
     def motions(self, lines: slice, stiffness: Complexes) -> Complexes:
         """Return w and u (nf, nw) per acceleration [s²] with dampers s (n_patches, nf) [N/m³]."""
-        free, receptance = self.free[lines], self.receptance[lines]
+        free = self.free[lines]
         if not self.width:
             return free
+        _, force = self._patch_motions(lines, stiffness)
+        return free - (self.receptance[lines] @ force)[..., 0]
+
+    def _patch_motions(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Complexes]:
+        """Return u and the forces of the dampers on them (nf, r, 1)."""
         pull = weighted_sum(stiffness, self.weight)
-        loop = receptance[:, -self.width :] @ pull
+        loop = self.receptance[lines, -self.width :] @ pull
         loop[:, range(self.width), range(self.width)] += 1
-        u = np.linalg.solve(loop, free[:, -self.width :, None])
-        return free - (receptance @ (pull @ u))[..., 0]
+        u = np.linalg.solve(loop, self.free[lines, -self.width :, None])
+        return u, pull @ u
 
     def patch_acceleration(self, lines: slice, stiffness: Complexes) -> Array:
         """Return the rms over each patch of |acceleration| (nf, n_patches) over that of the base.
 
         Parameters are those of `motions`.
         """
-        u = self.motions(lines, stiffness)[:, -self.width :]
+        u = self._patch_motions(lines, stiffness)[0][..., 0]
         square = np.einsum("fi,pij,fj->fp", u.conj(), self.weight, u).real / self.area
         return (2 * np.pi * self.frequency[lines, None]) ** 2 * np.sqrt(square)
