@@ -53,7 +53,8 @@ def proposal_headline(proposal: ProposalResults) -> str:
         f"By the bound of the search, no layout here is better by more than {_gap(proposal):g} dB."
     )
     if not np.isfinite(facts["gap_db"]):
-        gap = "Not proved to be the best: the bound of the search is too wide."
+        tried = _count(facts["evaluated_layouts"])
+        gap = f"It is the best of {tried} layouts tried, not proved to be the best of all."
     elif facts["submodularity_violations"]:
         gap = f"Not proved to be the best; the estimated gap is {_gap(proposal):g} dB."
     x, y = proposal.layouts[["size_x_m", "size_y_m"]].iloc[0]
@@ -195,21 +196,27 @@ def gap_text(proposal: ProposalResults) -> str:
     """Return how much better another layout can be, and how far that is proved."""
     facts = proposal.search
     checks, violations = (int(facts[f"submodularity_{name}"]) for name in ("checks", "violations"))
+    assumption = "assumes that a damper removes less beside others, "
+    fails = f"which fails in {_count(violations)} of {_count(checks)} checks"
+    if not np.isfinite(facts["gap_db"]):
+        text = (
+            "Not proved to be the best: single dampers would remove in sum more than the whole "
+            "response, so the sum does not limit what a layout removes, and no gap can be stated. "
+            "The search added dampers one by one, exchanged them, and expanded "
+            f"{_count(facts['nodes'])} layouts by branch and bound. It tried "
+            f"{_count(facts['evaluated_layouts'])} layouts, the best of which are confirmed at "
+            "their consistent motion. Fewer or smaller patches make the bound tighter."
+        )
+        return f"{text} The bound also {assumption}{fails}." if violations else text
     text = (
-        "Branch and bound gives no gap: what single dampers remove adds up to more than the whole "
-        "response. Fewer or smaller patches make the bound tighter. "
-        if not np.isfinite(facts["gap_db"])
-        else f"Gap among the places and fill fractions of the study: branch and bound leaves "
+        f"Gap among the places and fill fractions of the study: branch and bound leaves "
         f"{facts['gap_db']:.2f} dB, with the damping frozen at the motion of each damper alone. "
         "The confirmed layouts, whose damping follows their own motion, differ by up to "
-        f"{_drift(proposal.front):.2f} dB; twice that is added. "
+        f"{_drift(proposal.front):.2f} dB; twice that is added. The bound {assumption}"
     )
-    text += "The bound assumes that a damper removes less beside others, "
     if violations:
-        return (
-            f"{text}which fails in {_count(violations)} of {_count(checks)} checks: not proved. It "
-            f"is enlarged by the largest ratio sampled, {number(facts['bound_factor'])}."
-        )
+        factor = number(facts["bound_factor"])
+        return f"{text}{fails}: not proved. It is enlarged by the largest ratio sampled, {factor}."
     return f"{text}which holds in all of {_count(checks)} checks."
 
 

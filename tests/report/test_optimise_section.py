@@ -1,0 +1,52 @@
+"""What the page says of the search for layouts."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pidpanel.report.inputs import ProposalResults
+from pidpanel.report.optimise_section import gap_text, proposal_headline
+
+
+def proposal(gap, violations):
+    """The best layout of a search with a gap [dB]."""
+    layouts = pd.DataFrame(
+        {
+            "layout": [1], "centre_x_m": [0.5], "centre_y_m": [0.3], "size_x_m": [0.2],
+            "size_y_m": [0.2], "damper": ["acrylic"], "fill_fraction": [0.9], "mass_kg": [0.5],
+        }
+    )  # fmt: skip
+    best = {"patches": 1, "mass_kg": 0.5, "reduction_db": 9.7, "reduction_error_db": 2.2}
+    front = pd.DataFrame([{"layout": 1, **best, "search_reduction_db": 9.8}])
+    rms = {"bare_rms_g": 130.0, "acceleration_rms_g": 43.0, "acceleration_rms_error_g": 11.0}
+    summary = pd.DataFrame([{"layout": 1, "point": "tip", "counts": True, **rms}])
+    search = pd.Series(
+        {
+            "budget_kg": 2.0, "gap_db": gap, "nodes": 200.0, "evaluated_layouts": 25041.0,
+            "submodularity_checks": 6864.0, "submodularity_violations": violations,
+            "bound_factor": 1.13,
+        }
+    )  # fmt: skip
+    return ProposalResults(layouts, front, summary, search, pd.DataFrame())
+
+
+def test_a_search_without_a_bound_says_why_and_what_it_tried():
+    # red: a gap of inf dB; the factor of a bound that is none
+    unbound = proposal(np.inf, 796.0)
+    text, headline = gap_text(unbound), proposal_headline(unbound)
+    assert "single dampers would remove in sum more than the whole response" in text
+    assert "25 041 layouts" in text and "796 of 6 864" in text and "1.13" not in text
+    assert headline.endswith("the best of 25 041 layouts tried, not proved to be the best of all.")
+    assert "inf" not in text + headline
+
+
+@pytest.mark.parametrize(
+    ("violations", "says"), [(0.0, "holds in all of 6 864"), (3.0, "fails in 3 of 6 864")]
+)
+def test_a_gap_is_proved_where_no_check_fails(violations, says):
+    # red: violations left out
+    bound = proposal(0.31, violations)
+    assert "leaves 0.31 dB" in gap_text(bound) and says in gap_text(bound)
+    # with twice the 0.1 dB between search and consistent motion, rounded up
+    assert ("Not proved" in proposal_headline(bound)) == bool(violations)
+    assert "0.55 dB" in proposal_headline(bound)
