@@ -43,6 +43,14 @@ def test_slopes_lead_over_several_rows_either_way(read):
     np.testing.assert_allclose(10 * np.log10(spectrum.psd / 0.1), decibels, atol=1e-9)
 
 
+def test_the_last_level_alone_leads_back_and_the_first_not_to_the_last(read):
+    # red: the last level but one left empty; the last from the first
+    np.testing.assert_allclose(read("20,0.1,\n40,,3.0103\n80,0.1,\n").psd, [0.1, 0.05, 0.1], 1e-5)
+    with pytest.raises(ColumnsError) as error:
+        read("20,0.1,\n40,,3\n80,,\n")
+    assert [says.split("empty at ")[1][:5] for says in error.value.faults] == ["40 Hz", "80 Hz"]
+
+
 def test_the_ends_of_what_is_allowed_are_allowed(read):
     # red: from 0.55 Hz; slopes within 0.4 dB
     assert read("0.5,10,\n20000,1e-9,\n").psd.tolist() == [10, 1e-9]

@@ -28,6 +28,7 @@ import resource
 import shutil
 import sys
 import tempfile
+import threading
 import time
 import tomllib
 from collections import Counter, defaultdict
@@ -172,10 +173,12 @@ def traced(source: str) -> Iterator[Lines]:
         return on_line if frame.f_code.co_filename.startswith(source) else None
 
     sys.settrace(on_call)
+    threading.settrace(on_call)
     try:
         yield lines
     finally:
         sys.settrace(None)
+        threading.settrace(None)
 
 
 def profile(source: Path, folder: Path, path: str) -> dict[str, Any]:

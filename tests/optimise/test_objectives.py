@@ -5,7 +5,13 @@ import pytest
 from random_panels import RandomPanel
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.optimise.objectives import accelerations, oscillators, stresses
+from pidpanel.optimise.objectives import (
+    Objective,
+    accelerations,
+    oscillators,
+    spread_vertices,
+    stresses,
+)
 from pidpanel.optimise.reduced import reduced_panel
 from pidpanel.severity.oscillators import response_spectrum
 from pidpanel.solve import layouts
@@ -87,3 +93,29 @@ def test_oscillators_are_those_of_the_severity_stage(response):
     )
     # the stage adds lines at the resonance of the oscillator
     np.testing.assert_allclose(np.sqrt(square).reshape(3, 2) / STANDARD_GRAVITY, rms.T, rtol=0.02)
+
+
+def test_what_is_said_is_the_acceleration_in_g_and_three_times_the_stress_in_mpa(response):
+    # red: another power of ω; 2σ
+    objective = accelerations(POINTS)
+    assert isinstance(objective, Objective)
+    alone = type(response)(response.frequency, response.cross_psd[:, :, :1, :1])
+    said = objective.scale * np.sqrt(objective.mean_square(alone))
+    np.testing.assert_allclose(said, response.acceleration_rms / STANDARD_GRAVITY, rtol=1e-6)
+    assert stresses(POINTS, LAYERS, 6).scale * 2e6 == pytest.approx(6.0)  # of 2 MPa rms
+
+
+def test_groups_belong_to_their_points():
+    # red: points of rows for those of groups
+    natural = np.array([60.0, 120.0])
+    assert oscillators(np.array([2, 0]), natural, 10.0).point_of_group.tolist() == [2, 2, 0, 0]
+    assert stresses(np.array([1, 2]), LAYERS, 6).point_of_group.tolist() == [1, 1, 2, 2]
+
+
+def test_vertices_are_spread_from_the_first_to_the_farthest_from_all_before():
+    # red: the nearest; distances from the last alone; 25 of many
+    position = np.array([[0, 0], [1.05, 0], [1, 1.1], [0, 1], [0.5, 0.5]])
+    assert spread_vertices(position, 3).tolist() == [0, 2, 1]
+    assert spread_vertices(position, 9).tolist() == [0, 2, 1, 3, 4]
+    many = spread_vertices(np.random.default_rng(0).uniform(size=(60, 2)))
+    assert len(set(many.tolist())) == 24

@@ -101,6 +101,7 @@ def test_tables_have_24_nodes_per_octave_and_numbers_of_their_own(tmp_path, high
     for table in tables:
         values = [field for field in table[1:] if field and field != "LINEAR"]
         assert values.index("ENDT") == 2 * nodes
+        assert float(values[2 * nodes - 2]) == highest
     bushes = {
         int(card[3]) - 1: tuple(int(number) - 9_000_000 for number in card[1:3])
         for card in deck
