@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 from pidpanel.cli.stage_costs import Cost, base_cost, panel_costs, shape_count
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.estimate import USUAL_COSTS, bulk_fraction, cpu_seconds
+from pidpanel.coupon.estimate import USUAL_COSTS, cpu_seconds
 from pidpanel.coupon.from_study import distinct_cases
+from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.study import CouponStudy, Filling, Study
 from pidpanel.study.base_motion import BaseMotion
 

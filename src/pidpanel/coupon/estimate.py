@@ -12,11 +12,8 @@ from pidpanel.coupon.bed import LOOSENING, Bed, Run, loosening
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
+from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.geometry.sizes import Sizes
-
-# Bulk fraction of a poured bed in a wide cell [1], and what diameter over width takes of it: good
-# to 3 % in hexagons of 4.8 to 12.7 mm with spheres of 1 to 2.5 mm, to 8 % with wider ones.
-BULK_WIDE, BULK_PER_WIDTH = 0.60, 0.45
 
 # Scatter of one cell from cycle to cycle over the mean [1], its memory included: the error after
 # n cycles of N cells is `SCATTER`/√(n N). In 319 runs of six studies it lies between 0.09 and 0.43
@@ -81,22 +78,6 @@ def spheres_in(packing: Packing, fill_fraction: float) -> float:
     volume = _mean_volume(packing.sizes)
     bulk = bulk_fraction(packing.diameter, packing.across_flats)
     return fill_fraction * bulk * packing.area * packing.depth / volume
-
-
-def bulk_fraction(diameter: float, across_flats: float) -> float:
-    """Return about the volume of poured spheres over that of their cell [1].
-
-    Parameters
-    ----------
-    diameter, across_flats
-        Of a sphere and of the cell [m].
-
-    Examples
-    --------
-    >>> round(bulk_fraction(2e-3, 6.35e-3), 3)
-    0.458
-    """
-    return max(BULK_WIDE - BULK_PER_WIDTH * diameter / across_flats, 0.3)
 
 
 @cache

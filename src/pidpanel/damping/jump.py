@@ -14,7 +14,7 @@ case it is known whether the bed crosses, which says on which side of it τ lies
 and the posterior of τ follows by expectation propagation (Rasmussen and Williams 2006, 3.6).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import log_ndtr, ndtr
@@ -41,7 +41,7 @@ SURE = 6.0  # standard deviations of τ and w beyond which a case tells nothing 
 SWEEPS, CONVERGED = 50, 1e-6
 
 
-def reach(log_stroke: Array, log_gamma: Array, onset_g: float) -> Array:
+def reach(log_stroke: Array, log_gamma: Array, onset_g: float | Array) -> Array:
     """Return u (n,) of ln(W/L) and ln Γ; −∞ where the bed does not get to the lid."""
     left = 1 - 2 * onset_g * np.exp(-log_stroke - log_gamma)
     with np.errstate(divide="ignore"):
@@ -52,11 +52,13 @@ def reach(log_stroke: Array, log_gamma: Array, onset_g: float) -> Array:
 class Jump:
     """The posterior of τ, given on which side cases lie."""
 
-    points: Array  # (n, 2) r and ln Γ of the cases
+    points: Array  # (n, k) r, ln Γ and further coordinates of the cases
     reached: Array  # (n,) u of `reach`
     # (n,) their sides, 1 or 0; 0.5 for a case between the two, at which the jump is: it counts on
     # both sides
     crosses: Array
+    # (k,) of the columns of the points; None for `LENGTHS`
+    lengths: Array | None = None
 
     def __post_init__(self) -> None:
         rides, crosses = np.flatnonzero(self.crosses < 1), np.flatnonzero(self.crosses > 0)
@@ -66,7 +68,7 @@ class Jump:
         tells = np.isfinite(away)
         tells[tells] = sign[tells] * away[tells] < SURE * np.hypot(SIZE, WIDTH)
         points = self.points[case[tells]]
-        prior = _kernel(points, points)
+        prior = self._kernel(points, points)
         precision, information = _propagated(prior, away[tells], sign[tells])
         root = np.sqrt(precision)
         inner = np.eye(len(root)) + root[:, None] * prior * root
@@ -77,8 +79,8 @@ class Jump:
             object.__setattr__(self, name, value)
 
     def probability(self, points: Array, reached: Array) -> Array:
-        """Return the probability (k,) that the bed crosses at r, ln Γ (k, 2) and u (k,)."""
-        cross = _kernel(points, self.points[self._telling])  # type: ignore[attr-defined]
+        """Return the probability (m,) that the bed crosses at points (m, k) and u (m,)."""
+        cross = self._kernel(points, self.points[self._telling])  # type: ignore[attr-defined]
         mean = cross @ self._weights  # type: ignore[attr-defined]
         scaled = cross * self._root  # type: ignore[attr-defined]
         explained = (scaled * np.linalg.solve(self._inner, scaled.T).T).sum(axis=1)  # type: ignore[attr-defined]
@@ -90,9 +92,19 @@ class Jump:
         probability = self.probability(self.points, self.reached)
         for i in np.unique(self._telling):  # type: ignore[attr-defined]
             rest = np.arange(len(probability)) != i
-            remaining = Jump(self.points[rest], self.reached[rest], self.crosses[rest])
+            remaining = replace(
+                self,
+                points=self.points[rest],
+                reached=self.reached[rest],
+                crosses=self.crosses[rest],
+            )
             probability[i] = remaining.probability(self.points[[i]], self.reached[[i]])[0]
         return probability
+
+    def _kernel(self, x: Array, y: Array) -> Array:
+        lengths = LENGTHS if self.lengths is None else self.lengths
+        square = (((x[:, None] - y[None]) / lengths) ** 2).sum(axis=2)
+        return SIZE**2 * matern(square)
 
 
 def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
@@ -120,8 +132,3 @@ def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
         if np.abs(mean - previous).max(initial=0.0) < CONVERGED:
             break
     return precision, information
-
-
-def _kernel(x: Array, y: Array) -> Array:
-    square = (((x[:, None] - y[None]) / LENGTHS) ** 2).sum(axis=2)
-    return SIZE**2 * matern(square)

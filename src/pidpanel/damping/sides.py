@@ -128,7 +128,8 @@ def _process(process: GaussianProcess, first: Array, second: Array) -> Array:
 
 def _grain(first: Array, second: Array) -> Array:
     """How far noise (n, m) is common to points (n, 3) and (m, 3)."""
-    near = np.maximum(1 - np.abs(first[:, None] - second[None]) / GRAIN, 0.0)
+    away = np.abs(first[:, None, : len(GRAIN)] - second[None, :, : len(GRAIN)])
+    near = np.maximum(1 - away / GRAIN, 0.0)
     return np.asarray(near.prod(axis=2))
 
 

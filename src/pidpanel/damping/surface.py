@@ -44,10 +44,10 @@ from pidpanel.damping.simulated_range import SimulatedRange
 from pidpanel.damping.surface_cases import (
     AXES,
     MASS,
+    STROKE,
     VALUE,
     SurfaceBed,
     counted,
-    groups,
     onset,
     training_data,
 )
@@ -104,12 +104,12 @@ class DampingSurface:
         nodes = np.log(self.low[1:]), np.log(self.high[1:])
         self.log_frequency = even_steps(nodes[0][0], nodes[1][0], FREQUENCY_STEP)
         self.log_acceleration = even_steps(nodes[0][1], nodes[1][1], ACCELERATION_STEP)
-        self._slices: dict[float, tuple[Array, Array, Array]] = {}
+        self._rows: dict[tuple[float, int], tuple[Array, Array, Array]] = {}
 
     @property
     def onset_g(self) -> float:
         """Γ₀ over g, below which the bed does not leave the floor."""
-        return self.bed.onset_g
+        return float(self.bed.onset_g)
 
     @property
     def mass_per_fill(self) -> float:
@@ -120,7 +120,7 @@ class DampingSurface:
         """Return the probability (n,) that beds cross, at `groups` (n, 3)."""
         if self.jump is None:
             return np.zeros(len(points))
-        return self.jump.probability(points[:, :2], self.bed.reached(points))
+        return self.jump.probability(np.delete(points, STROKE, axis=1), self.bed.reached(points))
 
     def mixtures(
         self, points: Array, crossing: Array | None = None
@@ -153,7 +153,7 @@ class DampingSurface:
         """
         query = _points(*(np.asarray(a, float) for a in (fill_fraction, frequency, acceleration_g)))
         clipped = np.clip(query, self.low, self.high)
-        log_damping, relative, share = self._read(groups(*clipped.T))
+        log_damping, relative, share = self._read(self.bed.points(*clipped.T))
         return self._values(clipped[:, 0], clipped[:, 1], query[:, 2], log_damping, relative, share,
                             self.simulated.contains(query))  # fmt: skip
 
@@ -186,8 +186,9 @@ class DampingSurface:
     ) -> DampingValues:
         """Return C_e and m_a at ``frequency`` (n,) [Hz] for one fill and one amplitude Γ.
 
-        Read from values computed once for each fill (`FREQUENCY_STEP`), since the search for the
-        motion asks thousands of times. A surface of cases of one Γ answers with that Γ.
+        Read from values computed once for each fill and Γ of a grid (`ACCELERATION_STEP`), since
+        the search for the motion asks thousands of times. A surface of cases of one Γ answers with
+        that Γ.
         """
         frequency = np.asarray(frequency, float)
         gamma = float(acceleration_g) if self.depends_on_acceleration else float(self.low[2])
@@ -202,13 +203,10 @@ class DampingSurface:
             self.log_acceleration[row + 1] - self.log_acceleration[row]
         )
         clipped = np.clip(frequency, self.low[1], self.high[1])
+        lower, upper = (self._row(float(fill_fraction), index) for index in (row, row + 1))
         log_damping, relative, share = (
-            np.interp(
-                np.log(clipped),
-                self.log_frequency,
-                (1 - weight) * values[row] + weight * values[row + 1],
-            )
-            for values in self._slice(float(fill_fraction))
+            np.interp(np.log(clipped), self.log_frequency, (1 - weight) * a + weight * b)
+            for a, b in zip(lower, upper, strict=True)
         )
         fill = np.clip(np.full(len(frequency), float(fill_fraction)), self.low[0], self.high[0])
         inside = self.simulated.contains(_points(float(fill_fraction), frequency, gamma))
@@ -223,14 +221,14 @@ class DampingSurface:
             fill, clipped, np.full(len(frequency), gamma), log_damping, relative, share, inside
         )
 
-    def _slice(self, fill: float) -> tuple[Array, Array, Array]:
-        """g_C, its standard error and g_m over (ln Γ, ln f) at one fill."""
-        if fill not in self._slices:
-            gamma, frequency = np.meshgrid(self.log_acceleration, self.log_frequency, indexing="ij")
-            fills = np.full(gamma.size, np.clip(fill, self.low[0], self.high[0]))
-            values = self._read(groups(fills, np.exp(frequency.ravel()), np.exp(gamma.ravel())))
-            self._slices[fill] = tuple(v.reshape(gamma.shape) for v in values)  # type: ignore[assignment]
-        return self._slices[fill]
+    def _row(self, fill: float, index: int) -> tuple[Array, Array, Array]:
+        """g_C, its standard error and g_m over ln f at one fill and one Γ of the grid."""
+        if (fill, index) not in self._rows:
+            frequency = np.exp(self.log_frequency)
+            fills = np.full(frequency.shape, np.clip(fill, self.low[0], self.high[0]))
+            gamma = np.full(frequency.shape, np.exp(self.log_acceleration[index]))
+            self._rows[fill, index] = self._read(self.bed.points(fills, frequency, gamma))
+        return self._rows[fill, index]
 
     @property
     def nodes(self) -> Array:
@@ -281,7 +279,7 @@ class DampingSurface:
             gamma = float(self.low[2])
         query = _points(fill, frequency, gamma)
         clipped = np.clip(query, self.low, self.high)
-        return groups(*clipped.T), float(clipped[0, 0] * onset(gamma, self.onset_g))
+        return self.bed.points(*clipped.T), float(clipped[0, 0] * onset(gamma, self.onset_g))
 
     def leave_one_out(self) -> pd.DataFrame:
         """Return the cases with the error of ln C_e predicted by the others, and its size.

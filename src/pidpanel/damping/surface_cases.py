@@ -24,6 +24,8 @@ PARTICLE_MASS = "particle_mass_per_area_kg_m2"
 # Status of the rows that count; those that are not steady have errors that say so.
 COUNTED = ("ok", "NotSteady")
 
+STROKE = 2  # column of `groups` with the stroke
+
 # Height of a bed pressed onto a wall over that as poured: from W/L = 0.4 on beds that cross then
 # dissipate what the inelastic body does within 12 % up to r = 0.7, and 12 % rms at 0.9 (19 cases of
 # the paper's and launch studies; with 1 they are up to twice as lossy at 0.9).
@@ -61,7 +63,7 @@ UNIT = 0.2
 Constants = tuple[Array, Array | None]
 
 
-def onset(acceleration_g: ArrayLike, onset_g: float) -> Array:
+def onset(acceleration_g: ArrayLike, onset_g: ArrayLike) -> Array:
     """h = 1 − (Γ₀/Γ)² above the onset, 0 below.
 
     Examples
@@ -69,7 +71,7 @@ def onset(acceleration_g: ArrayLike, onset_g: float) -> Array:
     >>> onset([0.5, 1.0, 2.0], 1.0)
     array([0.  , 0.  , 0.75])
     """
-    ratio = onset_g / np.asarray(acceleration_g, float)
+    ratio = np.divide(onset_g, acceleration_g)
     return np.asarray(np.maximum(1 - ratio**2, 0.0))
 
 
@@ -92,16 +94,23 @@ def groups(fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Arr
 
 @dataclass(frozen=True)
 class SurfaceBed:
-    """What all cases of a surface have in common: Γ₀, m₁ [kg/m²], depth [m]; NaN where unknown."""
+    """What all cases of a surface have in common: Γ₀, m₁ [kg/m²], depth [m]; NaN where unknown.
 
-    onset_g: float
+    Γ₀ and depth are arrays (n,) where cases of several beds make one surface (`atlas`).
+    """
+
+    onset_g: float | Array
     mass_per_fill: float
-    depth: float
+    depth: float | Array
 
     @property
     def jumps(self) -> bool:
         """Whether enough is known for the closed form of the bed that crosses."""
-        return bool(np.isfinite(self.depth) and np.isfinite(self.mass_per_fill))
+        return bool(np.isfinite(self.depth).all() and np.isfinite(self.mass_per_fill))
+
+    def points(self, fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
+        """Coordinates (n, 3) of the processes, `groups`."""
+        return groups(fill_fraction, frequency, acceleration_g)
 
     def log_stroke(self, points: Array) -> Array:
         """ln(W/L) (n,) of `groups` (n, 3), with L = depth `clear_gap`."""
@@ -146,11 +155,12 @@ class TrainingData:
     mass: Array
     mass_error: Array
 
-    def jump(self) -> Jump | None:
+    def jump(self, lengths: Array | None = None) -> Jump | None:
         """Return the jump that separates the cases; None where nothing is known of it."""
         if not self.bed.jumps:
             return None
-        return Jump(self.points[:, :2], self.bed.reached(self.points), self.side)
+        points = np.delete(self.points, STROKE, axis=1)
+        return Jump(points, self.bed.reached(self.points), self.side, lengths)
 
     def damping_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_C, fitted or with the constants of a fit."""
@@ -213,7 +223,7 @@ def training_data(cases: pd.DataFrame, bed: SurfaceBed) -> TrainingData:
     C_e = r f h e^g, so δg = δC/C; m_a = r [h g + (1 − h) m₁], so δg = δm/(r h).
     """
     fill, frequency, gamma = cases[list(AXES)].to_numpy(float).T
-    points, h = groups(fill, frequency, gamma), onset(gamma, bed.onset_g)
+    points, h = bed.points(fill, frequency, gamma), onset(gamma, bed.onset_g)
     value, error = cases[VALUE].to_numpy(float), cases[ERROR].to_numpy(float)
     rest = bed.mass_per_fill if np.isfinite(bed.mass_per_fill) else 0.0
     mass, mass_error = cases[MASS].to_numpy(float), cases[MASS_ERROR].to_numpy(float)
