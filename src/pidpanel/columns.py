@@ -176,12 +176,12 @@ def numbers(
         lines.append(line)
         table_values.append(values)
     array = np.array(table_values).reshape(len(lines), len(header))
-    messages = [fault for alike in faults.values() for fault in _told_once(alike)]
+    messages = [fault for alike in faults.values() for fault in alike_once(alike)]
     return lines, dict(zip(header, array.T, strict=True)), sorted(messages, key=lambda f: f[0])
 
 
-def _told_once(alike: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
-    """Return faults of one kind: of many the first, with the lines of the others."""
+def alike_once(alike: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
+    """Return faults of a kind, each a line and a text: of many the first, with the lines of all."""
     if len(alike) <= MOST_ALIKE:
         return alike
     (line, says), *repeats = alike

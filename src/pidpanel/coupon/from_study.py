@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
 def cases_of(coupon: Coupon) -> tuple[Case, ...]:
     """Every case of a coupon's sweep, in the order fill, frequency, amplitude, diameter.
 
-    The combinations of ``vary`` come outermost.
+    The combinations of ``vary`` come outermost; those of a table of cases are in its order.
     """
     return tuple(
         case

@@ -3,7 +3,7 @@
 Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import matplotlib as mpl
@@ -176,6 +176,24 @@ def loss_factor_map(cases: pd.DataFrame) -> Figure:
     figure.supylabel("acceleration amplitude Γ, –", fontsize=8)
     scale = ScalarMappable(norm, mpl.colormaps["viridis"])
     figure.colorbar(scale, ax=grid, label="η, –", pad=0.02, aspect=30)
+    return figure
+
+
+def design_figure(cases: pd.DataFrame, varied: Sequence[str]) -> Figure:
+    """Draw η over each column of numbers that a table of cases varies, a point for each case."""
+    columns = {quantity.column: quantity.label for quantity in (FREQUENCY, ACCELERATION)}
+    columns = {"fill_fraction": "fill fraction r, –", **columns}
+    columns |= {key: key for key in varied if pd.api.types.is_numeric_dtype(cases[key])}
+    figure, grid = figure_of_axes(len(columns), 3, 2.2, 0.1, sharey=True)
+    for axes, (column, label) in zip(grid, columns.items(), strict=True):
+        values = cases[column]
+        axes.plot(values, cases[LOSS_FACTOR.column], ".", ms=3, color=style.PLACES[0], alpha=0.6)
+        axes.set_yscale("log")
+        if values.min() > 0 and values.max() > 8 * values.min():
+            axes.set_xscale("log")
+            axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+        axes.set_xlabel(label)
+        axes.set_ylabel(LOSS_FACTOR.label)
     return figure
 
 

@@ -8,6 +8,7 @@ from pidpanel.report.coupon_section import (
     coupon_finding,
     coupon_section,
     coupon_text,
+    design_picture,
     loss_factor_picture,
     losses_section,
 )
@@ -30,17 +31,22 @@ def coupon_page(
     good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
     lost = coupon.cases[~coupon.cases["status"].isin(COUNTED)]
     keys = coupon.varied
-    findings = varied_findings(good, keys) or [coupon_finding(good)]
-    varied = varied_section(good, keys) if keys else None
+    one_by_one = [] if coupon.is_design else keys
+    findings = varied_findings(good, one_by_one) or [coupon_finding(good)]
+    varied = varied_section(good, one_by_one) if one_by_one else None
     first: list[Block] = [Paragraph(coupon_text(coupon))]
-    if varied is not None:
+    if coupon.is_design:
+        first.append(design_picture(good, keys))
+    elif varied is not None:
         first += varied.blocks
     elif len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
         first.append(loss_factor_picture(good))
     if coupon.shot is not None:
         first.append(film_picture(coupon.shot))
     warnings = coupon_warnings(coupon.cases)
-    sections = [coupon_section(replace(coupon, shot=None), varied=keys), losses_section(good)]
+    sections = [coupon_section(replace(coupon, shot=None), varied=keys)]
+    if not coupon.is_design:
+        sections.append(losses_section(good))
     return Page(
         title=title,
         answer=findings[0],

@@ -14,6 +14,7 @@ from pidpanel.report.coupon_figures import (
     EQUIVALENT_DAMPING,
     FREQUENCY,
     MASS_SHARE,
+    design_figure,
     loss_factor_map,
     losses_figure,
     sweep_figure,
@@ -44,7 +45,7 @@ def coupon_section(
     blocks: list[Block] = [
         *states_paragraph(cases),
         *([] if coupon.shot is None else [film_picture(coupon.shot)]),
-        *([] if varied else sweep_blocks(good, law)),
+        *([] if varied or coupon.is_design else sweep_blocks(good, law)),
         case_table(cases, varied),
     ]
     return PageSection("coupon", "Coupon", blocks)
@@ -118,6 +119,15 @@ def loss_factor_picture(cases: pd.DataFrame) -> Picture:
         style.png(loss_factor_map(cases)),
         "Loss factor η = E_d/(π m″(ωW)²) over frequency and Γ = a/g, by fill fraction; the bound "
         "of a perfectly inelastic bed is 4/π = 1.27. Empty: no case with status ok.",
+    )
+
+
+def design_picture(cases: pd.DataFrame, varied: Sequence[str]) -> Picture:
+    """Return η over each quantity of a table of cases."""
+    return Picture(
+        "loss_factor_design",
+        style.png(design_figure(cases, varied)),
+        "Loss factor η of every case over each quantity of the table; all others differ too.",
     )
 
 

@@ -1,7 +1,7 @@
 """The door of the report for studies: what a page tells of its study, and from where it reads."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -160,7 +160,8 @@ def read_coupon(study: CouponStudy, damper: str, table: Path) -> inputs.CouponRe
         )
     words, accuracy = coupon_words(study.coupons[damper])
     shot = read_film(cases, table.with_name("film.nc"))
-    return inputs.CouponResults(rows, words, accuracy, varied_keys(study), shot)
+    is_design = study.coupons[damper].cases is not None
+    return inputs.CouponResults(rows, words, accuracy, varied_keys(study), shot, is_design)
 
 
 def varied_keys(study: CouponStudy) -> list[str]:
@@ -168,7 +169,10 @@ def varied_keys(study: CouponStudy) -> list[str]:
     if study.coupon is None:
         return []
     sizes = ["diameter_mm"] if len(study.coupon.sweep.diameter_mm) > 1 else []
-    return [*study.coupon.vary, *sizes]
+    values = study.coupon.varied_values
+    # a column of a table of cases may be the same in all
+    keys = [key for key in values if study.coupon.cases is None or len(values[key]) > 1]
+    return [*keys, *sizes]
 
 
 def partly_known(study: Study) -> list[str]:
@@ -317,20 +321,15 @@ def read_at_text(study: Study) -> str:
 
 def coupon_words(coupon: Coupon) -> tuple[str, str]:
     """Return material, e, μ, cell and gravity of a coupon, and the accuracy requested, in words."""
-    p = coupon.particles
+    p, varied = coupon.particles, coupon.varied_values
 
     def label(key: str, text: str) -> str:
-        if key not in coupon.vary:
+        if key not in varied:
             return text
-        values = ", ".join(f"{value:g}" for value in coupon.vary[key])
-        return f"{text.partition(' = ')[0]} = {values} (varied)"
+        return f"{text.partition(' = ')[0]} = {_values_text(varied[key])} (varied)"
 
     sizes = sorted(1e3 * d for d in coupon.diameters)
-    size = (
-        " and ".join(f"{d:g}" for d in sizes)
-        if len(sizes) < 3
-        else (f"{sizes[0]:g} to {sizes[-1]:g}")
-    )
+    size = _values_text(varied.get("particles.diameter_mm", sizes), " and ", 2)
     parts = [
         f"Particles of {size} mm{_spread(coupon)}",
         label("particles.density_kg_m3", f"ρ = {p.density_kg_m3:g} kg/m³"),
@@ -339,17 +338,19 @@ def coupon_words(coupon: Coupon) -> tuple[str, str]:
         label("particles.restitution", f"e = {p.restitution:g}{_wall(coupon, 'restitution')}"),
         label("particles.friction", f"μ = {p.friction:g}{_wall(coupon, 'friction')}"),
     ]
-    if p.rolling_friction or "particles.rolling_friction" in coupon.vary:
+    if p.rolling_friction or "particles.rolling_friction" in varied:
         parts.append(label("particles.rolling_friction", f"μ_r = {p.rolling_friction:g}"))
     if p.shell_mm is not None:
         parts.append(f"hollow, shell of {p.shell_mm:g} mm")
     cell = coupon.cell
-    count = "a varied number of" if "cell.count" in coupon.vary else f"{cell.count}"
+    count = "a varied number of" if "cell.count" in varied else f"{cell.count}"
+    width = _values_text(varied.get("cell.across_flats_mm", [cell.across_flats_mm]))
+    depth = _values_text(varied.get("cell.depth_mm", [cell.depth_mm]))
     across = "diameter" if cell.shape == "circle" else "wide"
-    word = "" if "cell.shape" in coupon.vary else f"{SHAPES[cell.shape].word} "
+    word = "" if "cell.shape" in varied else f"{SHAPES[cell.shape].word} "
     gravity = (
         "gravity varied"
-        if {"gravity_g", "gravity_direction"} & set(coupon.vary)
+        if {"gravity_g", "gravity_direction"} & set(varied)
         else (
             f"{coupon.gravity_g:g} g "
             + DIRECTIONS.get(coupon.gravity_direction, f"along {coupon.gravity_direction}")
@@ -358,14 +359,21 @@ def coupon_words(coupon: Coupon) -> tuple[str, str]:
     accuracy = coupon.accuracy
     return (
         f"{', '.join(parts)}; {count} {word}cell{'' if count == '1' else 's'}, "
-        f"{cell.across_flats_mm:g} mm {across}, {cell.depth_mm:g} mm deep; {gravity}.",
+        f"{width} mm {across}, {depth} mm deep; {gravity}.",
         f"{counted(accuracy.seeds, 'packing')} per case, run until the standard error of C_e is "
         f"{percent(accuracy.relative_error)} or for {accuracy.max_cycles} cycles",
     )
 
 
+def _values_text(values: Sequence[float], separator: str = ", ", most: int = 6) -> str:
+    """Return a few values, or the range of many."""
+    if len(values) > most:
+        return f"{min(values):g} to {max(values):g}"
+    return separator.join(f"{value:g}" for value in values)
+
+
 def _wall(coupon: Coupon, key: str) -> str:
-    if f"walls.{key}" in coupon.vary:
+    if f"walls.{key}" in coupon.varied_values:
         return " (walls varied)"
     wall = getattr(coupon.walls, key)
     return "" if wall is None else f" (walls {wall:g})"

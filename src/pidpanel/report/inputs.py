@@ -105,6 +105,7 @@ class CouponResults:
     accuracy: str = ""  # the requested one, in words
     varied: Sequence[str] = ()  # columns in which cases differ besides fill, frequency and Γ
     shot: Shot | None = None  # one run over some cycles; None where that was not possible
+    is_design: bool = False  # whether the cases are those of a table, each at a point of its own
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError, ValidationInfo, field_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 
+from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.cells import ShapeName
 from pidpanel.paths import TEMPLATES
 from pidpanel.study.base import Fraction, RelativeError, SectionModel
+from pidpanel.study.case_table import faults_of_rows, read_cases, sweep_of
 from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.files import file_in, found_file
 from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, unknown_key
@@ -31,6 +33,7 @@ from pidpanel.study.sweep import Sweep
 
 MOST_VARIANTS = 1000  # combinations that ``vary`` may have
 MOST_RUNS = 200_000  # runs that a sweep may have; twice as many as have been run
+DRIVE = ("fill_fraction", "frequency_hz", "acceleration_g", "displacement_mm")  # of a row of cases
 MOST_SPHERES = 1_000_000  # spheres that a run may have: a step of them takes a second
 
 
@@ -108,14 +111,50 @@ class Coupon(SectionModel):
     samples_per_cycle: Annotated[int, whole(20, 2000)] = 100
     """Samples of the momentum per cycle, from which C_e and m_a are computed."""
     sweep: Sweep
-    """The drives: fills, frequencies and amplitudes."""
+    """The drives: fills, frequencies and amplitudes. Required unless ``cases`` is given."""
     vary: Mapping[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = {}
     """Values of any other key of the coupon, such as ``particles.friction: [0.1, 0.3, 0.6]``. The
     whole sweep is run for each value, and for every combination of several keys."""
+    cases: Path | None = None
+    """CSV table of cases in place of ``sweep`` and ``vary``, such as a design of experiments. A row
+    is a case, a column a key of the coupon such as ``sweep.fill_fraction``, ``sweep.frequency_hz``,
+    ``sweep.acceleration_g``, ``particles.friction`` or ``cell.depth_mm``."""
     accuracy: Accuracy = Accuracy()
     """How long each case runs."""
     deck: Annotated[Path, file_in(TEMPLATES)] | None = None
     """Your own deck template instead of ``templates/shake.in.j2``."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sweep_of_cases(cls, values: Any, info: ValidationInfo) -> Any:
+        """Give a coupon with a table of cases the sweep of all its rows."""
+        if not isinstance(values, Mapping) or values.get("cases") is None:
+            return values
+        if extra := [key for key in ("sweep", "vary") if key in values]:
+            raise Mistakes(Mistake((key,), "not allowed together with cases") for key in extra)
+        if not isinstance(values["cases"], str | Path):
+            raise Mistakes([Mistake(("cases",), "must be a path")])
+        folder = (info.context or {}).get("folder", Path())
+        try:
+            file = found_file(Path(values["cases"]), folder, None)
+            return {**values, "cases": file, "sweep": sweep_of(read_cases(file))}
+        except ColumnsError as error:
+            raise Mistakes(Mistake(("cases",), fault) for fault in error.faults) from None
+        except ValueError as error:
+            raise Mistakes([Mistake(("cases",), str(error))]) from None
+
+    @property
+    def varied_values(self) -> Mapping[str, tuple[Any, ...]]:
+        """Values of each key of ``vary``, or of each in the table of cases besides the drive."""
+        if self.cases is None:
+            return self.vary
+        rows = [row.inputs for row in read_cases(self.cases)]
+        return {key: tuple(dict.fromkeys(row[key] for row in rows)) for key in rows[0]}
+
+    @property
+    def keys_without_panel(self) -> list[str]:
+        """Keys given that only a study of the coupon alone may have."""
+        return [key for key in ("vary", "cases") if getattr(self, key)]
 
     @property
     def decks(self) -> tuple[Path, ...]:
@@ -167,6 +206,9 @@ class Coupon(SectionModel):
         if abs(self.gravity_g - STANDARD_GRAVITY) < 0.03:
             says = f"must be from 0 to 10, and {self.gravity_g:g} m/s² would be 1"
             yield Mistake(("gravity_g",), says)
+        if self.cases is not None:
+            yield from self._mistakes_of_cases(self.cases)
+            return
         yield from self._mistakes_of_sizes()
         count = math.prod(len(values) for values in self.vary.values())
         if count > MOST_VARIANTS:
@@ -233,6 +275,29 @@ class Coupon(SectionModel):
                     combinations.setdefault(mistake, chosen)
         yield from (self._in_vary(mistake, chosen) for mistake, chosen in combinations.items())
 
+    def _mistakes_of_cases(self, file: Path) -> Iterator[Mistake]:
+        """Yield columns that are no keys, and rows that are no coupon."""
+        rows = read_cases(file)
+        allowed = [key for key in _dotted_keys(self._row_values(), leaves=True) if key != "deck"]
+        unknown = [key for key in rows[0].values if key not in allowed]
+        for key in unknown:
+            yield Mistake(("cases",), f"column {key}: {_unknown_in(key, allowed)}")
+        if unknown:
+            return
+        wrong: dict[str, list[tuple[int, str]]] = {}
+        for line, values in rows:
+            try:
+                self._variant(values)
+            except ValidationError as error:
+                for keys, says, _ in mistakes_of(error, Coupon):
+                    key = dotted(tuple(part for part in keys if isinstance(part, str)))
+                    setting = f"{key} = {values[key]}" if key in values else key
+                    kind = f"{key}: {says.partition(';')[0]}"
+                    wrong.setdefault(kind, []).append((line, f"{setting}: {says}"))
+        if wrong:
+            for fault in faults_of_rows(file, wrong).faults:
+                yield Mistake(("cases",), fault)
+
     def _in_vary(self, mistake: Mistake, chosen: Mapping[str, Any]) -> Mistake:
         """Return the mistake of a variant at the value of ``vary`` that causes it."""
         for key, value in chosen.items():
@@ -244,14 +309,17 @@ class Coupon(SectionModel):
         return Mistake(("vary",), f"with {values}: {dotted(mistake.keys)}: {mistake.says}")
 
     def variants(self) -> tuple[tuple[Mapping[str, Any], Coupon], ...]:
-        """Return every combination of ``vary`` and the coupon that it means.
+        """Return every combination of ``vary``, or row of ``cases``, and the coupon that it means.
 
         Returns
         -------
         tuple of (dict, Coupon)
-            Varied keys with their values, and the coupon with these; without ``vary`` no keys
-            and the coupon itself.
+            Varied keys with their values, without those of the drive and the accuracy of a row,
+            and the coupon with all of them; without any no keys and the coupon itself.
         """
+        if self.cases is not None:
+            rows = read_cases(self.cases)
+            return tuple((row.inputs, self._variant(row.values)) for row in rows)
         if not self.vary:
             return (({}, self),)
         return tuple((chosen, self._variant(chosen)) for chosen in self._combinations())
@@ -262,17 +330,23 @@ class Coupon(SectionModel):
                 yield dict(zip(self.vary, values, strict=True))
 
     def _variant(self, chosen: Mapping[str, Any]) -> Coupon:
-        values = self._values()
+        values = self._values() if self.cases is None else self._row_values()
         for key, value in chosen.items():
             *path, last = key.split(".")
             section = values
             for part in path:
                 section = section[part]
-            section[last] = value
-        return Coupon.model_validate({**values, "sweep": self.sweep, "accuracy": self.accuracy})
+            is_single = isinstance(section[last], tuple) and not isinstance(value, tuple | list)
+            section[last] = (value,) if is_single and self.cases is not None else value
+        return Coupon.model_validate({"sweep": self.sweep, "accuracy": self.accuracy, **values})
 
     def _values(self) -> dict[str, Any]:
-        return self.model_dump(by_alias=True, exclude={"vary", "sweep", "accuracy"})
+        return self.model_dump(by_alias=True, exclude={"vary", "sweep", "cases", "accuracy"})
+
+    def _row_values(self) -> dict[str, Any]:
+        """Return what a row of cases may set: also the accuracy, and a drive."""
+        accuracy = self.accuracy.model_dump(exclude={"coverage"})
+        return {**self._values(), "accuracy": accuracy, "sweep": dict.fromkeys(DRIVE, ())}
 
 
 def _unknown_in(key: str, allowed: Sequence[str]) -> str:
@@ -283,8 +357,12 @@ def _unknown_in(key: str, allowed: Sequence[str]) -> str:
     return unknown_key(last, siblings) if siblings else unknown_key(key, allowed)
 
 
-def _dotted_keys(values: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
+def _dotted_keys(
+    values: Mapping[str, Any], prefix: str = "", *, leaves: bool = False
+) -> Iterator[str]:
+    """Yield the keys of sections and below them; ``leaves`` without those of sections."""
     for key, value in values.items():
-        yield prefix + key
+        if not (leaves and isinstance(value, dict)):
+            yield prefix + key
         if isinstance(value, dict):
-            yield from _dotted_keys(value, f"{prefix}{key}.")
+            yield from _dotted_keys(value, f"{prefix}{key}.", leaves=leaves)

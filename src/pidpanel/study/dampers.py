@@ -152,8 +152,8 @@ class Damper(SectionModel):
                 f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
                 f"{self.particle_mass_per_area_kg_m2:g}; in g/m²?",
             )
-        if self.coupon is not None and self.coupon.vary:
-            yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
+        for key in self.coupon.keys_without_panel if self.coupon else ():
+            yield Mistake(("coupon", key), "only allowed in a study without a panel")
 
     @property
     def is_of_a_fill(self) -> bool:

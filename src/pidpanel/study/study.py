@@ -209,8 +209,8 @@ class Study(CouponStudy):
                 yield Mistake(("dampers", name), "must have another name than the section coupon")
 
     def _mistakes_of_readings(self) -> Iterator[Mistake]:
-        if self.coupon is not None and self.coupon.vary:
-            yield Mistake(("coupon", "vary"), "only allowed in a study without a panel")
+        for key in self.coupon.keys_without_panel if self.coupon else ():
+            yield Mistake(("coupon", key), "only allowed in a study without a panel")
         if "dem" in self.readings and self.coupon is None:
             if self.damping.readings is None:
                 says = "missing; scenarios need a section coupon, dampers, or damping.readings"
