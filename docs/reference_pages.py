@@ -128,7 +128,7 @@ def _section(
         yield model["description"]
         yield ""
     if name == "Coupon":
-        yield "The coupon of a damper, `dampers.<name>.coupon`, has the same keys except `vary`."
+        yield "The coupon of a damper, `dampers.<name>.coupon`, has the same keys except `vary` and `cases`."
         yield ""
     yield "| key | type, allowed | default | meaning |"
     yield "|---|---|---|---|"

@@ -19,9 +19,10 @@ STAGES = (
     "measurement",
     "report",
 )
-SHARED = {"geometry", "spectra", "study"}
+SHARED = {"atlas", "geometry", "spectra", "study"}
 UPSTREAM = {"coupon", "damping", "panel", "sound", "solve"} | SHARED
 ALLOWED = {
+    "atlas": set(),
     "geometry": set(),
     "spectra": set(),
     "study": {"geometry", "spectra"},

@@ -31,9 +31,8 @@ def read_atlas(file: Path = TABLE_FILE) -> pd.DataFrame:
     if faults := list(faults_of(texts, fields())):
         raise ValueError("\n".join(f"{file}: {fault}" for fault in faults))
     types = {str(field["name"]): TYPES[str(field["type"])] for field in fields()}
-    texts_only = {name: kind for name, kind in types.items() if kind is str}
-    return pd.read_csv(file, dtype=types, keep_default_na=False,
-                       na_values={name: [""] for name in types if name not in texts_only})  # fmt: skip
+    blank = {name: [""] for name, kind in types.items() if kind is not str}
+    return pd.read_csv(file, dtype=types, keep_default_na=False, na_values=blank)
 
 
 def fields(file: Path = PACKAGE_FILE) -> list[Mapping[str, Any]]:

@@ -2,8 +2,8 @@
 
 ``python -m pidpanel.coupon.design 2048 > workflow/studies/atlas_cases.csv``
 
-Points are those of a Sobol sequence. They are in its order, so any first part of the table fills the
-space too, and a longer table begins with the shorter one.
+Points are those of a Sobol sequence, in its order. So any first part of the table fills the space,
+and a longer table begins with the shorter one.
 """
 
 import argparse
@@ -43,7 +43,9 @@ DEEPEST_OVERLAP = 0.1  # over the radius, likewise
 CYCLES, MOST_WORK = 12, 1e8  # steps of all particles in the fewest cycles: ten seconds
 CHOICES = (2e7, 5e7, 2e8, 8e8)  # moduli of softened contacts [Pa]
 BOUNCING = 10.0  # Γ below which a bed bounces as one body
-FEW_SEEDS = 5.0  # Γ below which a case has a single seed: its contacts are hard, and its steps short
+FEW_SEEDS = (
+    5.0  # Γ below which a case has a single seed: its contacts are hard, and its steps short
+)
 FREQUENCIES = (3.0, 10_000.0)  # [Hz]
 
 

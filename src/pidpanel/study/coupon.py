@@ -8,7 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
@@ -90,8 +97,16 @@ class Accuracy(SectionModel):
 Component = Annotated[float, Quantity(-1e6, 1e6)]  # of a direction
 
 
+def _sweep_or_cases(schema: dict[str, Any]) -> None:
+    """Require a sweep in the JSON schema, or a table of cases, which gives a coupon its sweep."""
+    schema["required"].remove("sweep")
+    schema["anyOf"] = [{"required": ["sweep"]}, {"required": ["cases"]}]
+
+
 class Coupon(SectionModel):
     """The shaken honeycomb coupon."""
+
+    model_config = ConfigDict(json_schema_extra=_sweep_or_cases)
 
     cell: Cell = Cell()
     """The honeycomb cell."""
