@@ -128,7 +128,8 @@ def _section(
         yield model["description"]
         yield ""
     if name == "Coupon":
-        yield "The coupon of a damper, `dampers.<name>.coupon`, has the same keys except `vary` and `cases`."
+        yield "The coupon of a damper, `dampers.<name>.coupon`, has the same keys except `vary` and"
+        yield "`cases`."
         yield ""
     yield "| key | type, allowed | default | meaning |"
     yield "|---|---|---|---|"

@@ -134,3 +134,20 @@ rule damper_cases:
         "Gather the cases of damper {wildcards.damper}"
     shell:
         "python -m scripts.cases {params.job:q} 2> {log}"
+
+
+# only on request: results/<study>/coupon/atlas.csv; see docs/atlas.md
+rule atlas:
+    input:
+        cases=results("coupon/cases.csv"),
+        request=request(results("coupon/atlas.csv"), study=lambda wildcards: PLAN.coupon()),
+    output:
+        atlas=results("coupon/atlas.csv"),
+    log:
+        results("coupon/atlas.log"),
+    params:
+        job=job(),
+    message:
+        "Write the cases of the coupon as rows of the atlas"
+    shell:
+        "python -m scripts.atlas {params.job:q} 2> {log}"

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
@@ -23,7 +24,7 @@ def atlas_table(cases: Mapping[str, Case], rows: pd.DataFrame, source: str) -> p
     cases
         Label of the case → case.
     rows
-        ``coupon/cases.csv`` of the study.
+        ``coupon/cases.csv`` of the study; cases that failed are left out.
     source
         Who computed them and with which study.
 
@@ -31,6 +32,11 @@ def atlas_table(cases: Mapping[str, Case], rows: pd.DataFrame, source: str) -> p
     -------
     DataFrame
         Columns as ``atlas/datapackage.json`` lists them.
+
+    Raises
+    ------
+    ValueError
+        If the groups do not describe a case.
     """
     counted = rows[rows["status"].isin(COUNTED)]
     table = [
@@ -43,6 +49,7 @@ def atlas_table(cases: Mapping[str, Case], rows: pd.DataFrame, source: str) -> p
 def _row(case: Case, row: Mapping[str, Any]) -> dict[str, Any]:
     run, drive = case.point, case.point.drive
     packing, constants = run.packing, run.constants
+    _check_groups(case)
     mass = row["particle_mass_per_area_kg_m2"]
     scale = mass * drive.angular_frequency  # of C_e [N s/m³]
     states = [float(value) for value in _listed(row["state_damping_n_s_m3"])]
@@ -91,6 +98,27 @@ def _row(case: Case, row: Mapping[str, Any]) -> dict[str, Any]:
         "liggghts_version": LIGGGHTS_VERSION,
         "pidpanel_version": version("pidpanel"),
     }
+
+
+def _check_groups(case: Case) -> None:
+    """Refuse a case that differs in more than its groups."""
+    packing, constants = case.point.packing, case.point.constants
+    faults = {
+        "cells must be hexagons": packing.shape != "hexagon",
+        "particles must have one size": packing.sizes.kind != "mono",
+        "walls must have the constants of the particles": constants
+        != replace(
+            constants,
+            wall_youngs_modulus=constants.youngs_modulus,
+            wall_poissons_ratio=constants.poissons_ratio,
+            wall_restitution=constants.restitution,
+            wall_friction=constants.friction,
+        ),
+        "there must be no rolling friction": constants.has_rolling_friction,
+    }
+    for says, is_wrong in faults.items():
+        if is_wrong:
+            raise ValueError(f"{case.label}: {says}")
 
 
 def _direction(gravity: float, direction: Iterable[float]) -> str:

@@ -34,36 +34,55 @@ STROKE_PER_GAP = (1e-5, 0.05, 1.0, 20.0)
 STROKE_SHARES = (0.0, 0.45, 0.85, 1.0)
 DIRECTIONS: dict[Direction, float] = {"flat": 0.6, "upright": 0.85, "none": 1.0}  # share up to it
 
+# Cells with their friction, of which each is poured once for many cases: so many for every so many
+# points.
+PACKINGS, BLOCK = 32, 512
+
+FULL_CELL = (8.0, 1600.0)  # particles of a full cell
+FULL_COUPON = 250.0  # particles of all cells together when full, with small cells
+CELLS = (2, 24)  # least and most of them; rows of each are listed up to the most
 LEAST_SPHERES = 2.0  # of a cell
-MOST_SPHERES = 800.0  # of all cells
-WISHED_SPHERES = 40.0  # of all cells, where they can have as many
-CELLS = (2, 24)  # least and most of small cells; rows of each are listed up to the most
 LONGEST_CONTACT = 0.1  # over the period, with the modulus of the material
 DEEPEST_OVERLAP = 0.1  # over the radius, likewise
-CYCLES, MOST_WORK = 12, 1e8  # steps of all particles in the fewest cycles: ten seconds
-CHOICES = (2e7, 5e7, 2e8, 8e8)  # moduli of softened contacts [Pa]
+CYCLES, MOST_WORK = 12, 6e7  # steps of all particles in the fewest cycles: about six seconds
+CHOICES_MPA = (20, 50, 200, 800)  # moduli of softened contacts
 BOUNCING = 10.0  # Γ below which a bed bounces as one body
+BOUNCING_CONTACT = 0.002  # longest contact of such a bed over the period
 FEW_SEEDS = (
     5.0  # Γ below which a case has a single seed: its contacts are hard, and its steps short
 )
 FREQUENCIES = (3.0, 10_000.0)  # [Hz]
 
 
-def groups_at(point: np.ndarray) -> Groups:
-    """Return the groups of a point of the unit cube, (8,)."""
-    fill, gamma, stroke, restitution, friction, width, depth, direction = point.tolist()
-    return Groups(
-        fill_fraction=_between(FILL_FRACTION, fill),
-        gamma=_between_logs(GAMMA, gamma),
-        stroke_per_gap=float(
-            np.exp(np.interp(stroke, STROKE_SHARES, np.log(np.array(STROKE_PER_GAP))))
-        ),
-        restitution=_between(RESTITUTION, restitution),
-        friction=_between_logs(FRICTION, friction),
-        width=_between_logs(WIDTH, width),
-        depth=_between_logs(DEPTH, depth),
-        direction=next(name for name, share in DIRECTIONS.items() if direction <= share),
+def points(count: int) -> Iterator[Groups]:
+    """Yield the groups of the first points of the sequence."""
+    cells = packings(PACKINGS * math.ceil(count / BLOCK))
+    sequence = qmc.Sobol(d=6, scramble=False).fast_forward(1)  # the first is a corner
+    for number, point in enumerate(sequence.random(count)):
+        fill, gamma, stroke, restitution, direction, packing = point.tolist()
+        width, depth, friction = cells[PACKINGS * (number // BLOCK) + int(PACKINGS * packing)]
+        part = np.interp(stroke, STROKE_SHARES, np.log(np.array(STROKE_PER_GAP)))
+        yield Groups(
+            fill_fraction=_between(FILL_FRACTION, fill),
+            gamma=_between_logs(GAMMA, gamma),
+            stroke_per_gap=float(np.exp(part)),
+            restitution=_between(RESTITUTION, restitution),
+            friction=friction,
+            width=width,
+            depth=depth,
+            direction=next(name for name, share in DIRECTIONS.items() if direction <= share),
+        )
+
+
+def packings(count: int) -> list[tuple[float, float, float]]:
+    """Return width, depth and friction of cells, in the order of a sequence of their own."""
+    sequence = qmc.Sobol(d=3, scramble=False).fast_forward(1)
+    cells = (
+        (_between_logs(WIDTH, w), _between_logs(DEPTH, d), _between_logs(FRICTION, mu))
+        for w, d, mu in sequence.random(4 * count).tolist()
     )
+    low, high = FULL_CELL
+    return [cell for cell in cells if low <= full_cell(*cell[:2]) <= high][:count]
 
 
 def _between(ends: tuple[float, float], share: float) -> float:
@@ -74,30 +93,28 @@ def _between_logs(ends: tuple[float, float], share: float) -> float:
     return float(ends[0] * (ends[1] / ends[0]) ** share)
 
 
-def spheres_per_cell(groups: Groups) -> float:
-    """Return about how many particles a cell holds; lengths are in diameters."""
-    area = math.sqrt(3) / 2 * groups.width**2
-    bulk = bulk_fraction(1.0, groups.width)
-    return groups.fill_fraction * bulk * area * groups.depth / (math.pi / 6)
+def full_cell(width: float, depth: float) -> float:
+    """Return about how many particles a full cell holds; lengths are in diameters."""
+    return bulk_fraction(1.0, width) * math.sqrt(3) / 2 * width**2 * depth / (math.pi / 6)
 
 
 def cell_count(groups: Groups) -> int:
-    """Return how many cells are shaken side by side."""
-    count = math.ceil(WISHED_SPHERES / spheres_per_cell(groups))
-    return 1 if spheres_per_cell(groups) > MOST_SPHERES / 3 else min(max(count, CELLS[0]), CELLS[1])
+    """Return how many cells are shaken side by side; a cell of hundreds of particles is alone."""
+    spheres = full_cell(groups.width, groups.depth)
+    if spheres > 2 * FULL_COUPON:
+        return 1
+    return min(max(math.ceil(FULL_COUPON / spheres), CELLS[0]), CELLS[1])
 
 
 def exclusion(groups: Groups, bead: Bead) -> str:
     """Return why a case cannot be; empty if it can."""
-    spheres, f = spheres_per_cell(groups), frequency(groups, bead)
+    spheres = groups.fill_fraction * full_cell(groups.width, groups.depth)
+    f, v = frequency(groups, bead), speed(groups, bead)
     if spheres < LEAST_SPHERES:
         return f"fewer than {LEAST_SPHERES:g} particles in a cell"
-    if spheres > MOST_SPHERES:
-        return f"more than {MOST_SPHERES:g} particles in a cell"
     if not FREQUENCIES[0] <= f <= FREQUENCIES[1]:
         return f"a frequency outside {FREQUENCIES[0]:g} to {FREQUENCIES[1]:g} Hz"
     material = (bead.diameter / 2, bead.density, bead.youngs_modulus, bead.poissons_ratio)
-    v = speed(groups, bead)
     if contact.wall_overlap(*material, v) > DEEPEST_OVERLAP * bead.diameter / 2:
         return f"overlaps of more than {DEEPEST_OVERLAP:g} radii: no hard particles"
     if contact.wall_contact_time(*material, v) * f > LONGEST_CONTACT:
@@ -108,22 +125,30 @@ def exclusion(groups: Groups, bead: Bead) -> str:
     return ""
 
 
-def steps_per_cycle(groups: Groups, bead: Bead) -> float:
-    """Return about the steps of a cycle, with the softening of ``atlas.yaml``."""
-    material = {"density": bead.density, "poissons_ratio": bead.poissons_ratio}
-    f = frequency(groups, bead)
-    modulus = contact.softest_modulus(
-        CHOICES,
+def modulus(groups: Groups, bead: Bead) -> float:
+    """Return about the modulus of a run [Pa], by the rules of ``atlas.yaml``."""
+    gamma, layers = groups.gamma, groups.fill_fraction * groups.depth
+    crosses = groups.stroke_per_gap >= contact.CROSSING
+    longest = 0.02 / (1.0 if crosses else contact.deepening(layers, gamma))
+    return contact.softest_modulus(
+        tuple(1e6 * choice for choice in CHOICES_MPA),
         bead.youngs_modulus,
         radius=bead.diameter / 2,
-        **material,
+        density=bead.density,
+        poissons_ratio=bead.poissons_ratio,
         speed=speed(groups, bead),
-        frequency=f,
-        contact_time_per_period=contact_time_per_period(groups.gamma),
+        frequency=frequency(groups, bead),
+        contact_time_per_period=min(longest, BOUNCING_CONTACT) if gamma < BOUNCING else longest,
         overlap_per_radius=0.1,
     )
-    rayleigh = contact.rayleigh_time(bead.diameter / 2, youngs_modulus=modulus, **material)
-    return 1 / (f * time_step_rayleigh(groups.restitution) * rayleigh)
+
+
+def steps_per_cycle(groups: Groups, bead: Bead) -> float:
+    """Return about the time steps of a cycle."""
+    rayleigh = contact.rayleigh_time(
+        bead.diameter / 2, bead.density, modulus(groups, bead), bead.poissons_ratio
+    )
+    return 1 / (frequency(groups, bead) * time_step_rayleigh(groups.restitution) * rayleigh)
 
 
 def time_step_rayleigh(restitution: float) -> float:
@@ -136,15 +161,16 @@ def time_step_rayleigh(restitution: float) -> float:
     return min(0.2, round(0.027 / (log / math.hypot(math.pi, log)), 3))
 
 
-def contact_time_per_period(gamma: float) -> float:
-    """Return the longest contact of a run over the period: a bed that bounces needs harder ones."""
-    return 0.002 if gamma < BOUNCING else 0.02
-
-
 def row_of(groups: Groups, bead: Bead) -> dict[str, Any]:
-    """Return the row of a case: key of the coupon → value."""
+    """Return the row of a case: key of the coupon → value.
+
+    A bed that bounces as one body is softened less than `Stiffness` allows, so the softest modulus
+    that may be taken is the only choice. Where that is the material's own, only the bed is softened
+    while it is shaken loose.
+    """
     gravity, direction = GRAVITY[groups.direction]
-    diameter = bead.diameter * 1e3
+    diameter, softest = bead.diameter * 1e3, modulus(groups, bead)
+    bounces, is_soft = groups.gamma < BOUNCING, softest < bead.youngs_modulus
     values: Mapping[str, Any] = {
         "sweep.fill_fraction": groups.fill_fraction,
         "sweep.frequency_hz": frequency(groups, bead),
@@ -156,18 +182,14 @@ def row_of(groups: Groups, bead: Bead) -> dict[str, Any]:
         "cell.count": cell_count(groups),
         "gravity_g": gravity,
         "gravity_direction": direction,
-        "stiffness.contact_time_per_period": contact_time_per_period(groups.gamma),
-        "accuracy.seeds": 1 if groups.gamma < FEW_SEEDS else 2,
+        "stiffness.from_acceleration_g": 0 if bounces and is_soft else BOUNCING,
+        "stiffness.choices_mpa": softest / 1e6
+        if bounces and is_soft
+        else " ".join(map(str, CHOICES_MPA)),
         "time_step_rayleigh": time_step_rayleigh(groups.restitution),
+        "accuracy.seeds": 1 if groups.gamma < FEW_SEEDS else 2,
     }
     return {key: f"{v:.4g}" if isinstance(v, float) else v for key, v in values.items()}
-
-
-def points(count: int) -> Iterator[Groups]:
-    """Yield the groups of the first points of the sequence."""
-    sequence = qmc.Sobol(d=8, scramble=False).fast_forward(1)  # the first is a corner
-    for point in sequence.random(count):
-        yield groups_at(point)
 
 
 def main() -> None:

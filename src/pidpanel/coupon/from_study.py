@@ -14,6 +14,7 @@ from pidpanel.coupon.bed import LOOSENING, Bed, run_at
 from pidpanel.coupon.cases import Case, RunTarget
 from pidpanel.coupon.drive import Drive, Tone
 from pidpanel.coupon.packing import Constants, Packing
+from pidpanel.paths import SECTION
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
     from pidpanel.study import CouponStudy
@@ -95,6 +96,30 @@ def write_table(study: CouponStudy, damper: str, folder: Path, file: Path) -> No
     cases = tuple(cases_by_coupon(study)[damper].values())
     coverage = study.coupons[damper].accuracy.coverage
     summary.write_table(cases, folder, file, coverage=coverage)
+
+
+def write_atlas(study: CouponStudy, table: Path, file: Path) -> None:
+    """Write the cases of a study in the format of the atlas.
+
+    Parameters
+    ----------
+    study, table
+        The study and its ``coupon/cases.csv``.
+    file
+        A table as ``atlas/cases.csv``; the title of the study is the source of its rows.
+
+    Raises
+    ------
+    ValueError
+        If a case has cells, walls, sizes or gravity that the groups of the atlas do not describe.
+    """
+    import pandas as pd
+
+    from pidpanel.coupon.atlas import atlas_table
+
+    cases = cases_by_coupon(study)[SECTION]
+    rows = atlas_table(cases, pd.read_csv(table), study.title or study.name)
+    rows.to_csv(file, index=False, float_format="%.6g")
 
 
 def _plain(value: Any) -> Any:
