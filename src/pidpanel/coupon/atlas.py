@@ -1,15 +1,16 @@
 """Rows of the published atlas from the cases of a study."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
 import pandas as pd
 
-from pidpanel.atlas.groups import GRAVITY
+from pidpanel.atlas.groups import Direction
 from pidpanel.constants import LIGGGHTS_VERSION, STANDARD_GRAVITY
+from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.cases import Case
 
 # Statuses of cases that count; a run that is not steady has an error as large as its drift.
@@ -62,7 +63,7 @@ def _row(case: Case, row: Mapping[str, Any]) -> dict[str, Any]:
         "friction": constants.friction,
         "width_per_diameter": packing.across_flats / packing.diameter,
         "depth_per_diameter": packing.depth / packing.diameter,
-        "direction": _direction(run.bed.gravity, run.bed.gravity_direction),
+        "direction": _direction(run.bed),
         "loss_factor": row["loss_factor"],
         "loss_factor_error": row["loss_factor_error"],
         "loss_factor_statistical_error": row["statistical_error_n_s_m3"] / scale,
@@ -121,14 +122,16 @@ def _check_groups(case: Case) -> None:
             raise ValueError(f"{case.label}: {says}")
 
 
-def _direction(gravity: float, direction: Iterable[float]) -> str:
-    size = gravity / STANDARD_GRAVITY
-    for name, (strength, words) in GRAVITY.items():
-        parts = [float(word) for word in words.split()]
-        along = math.dist(parts, direction) < 1e-9 or strength == 0
-        if along and math.isclose(size, strength, abs_tol=1e-9):
-            return name
-    raise ValueError(f"gravity of {size:g} g along {tuple(direction)} is not in the atlas")
+def _direction(bed: Bed) -> Direction:
+    """Direction of gravity by its name in the groups."""
+    size, along = bed.gravity / STANDARD_GRAVITY, bed.gravity_direction[2]
+    if size == 0:
+        return "none"
+    if math.isclose(size, 1) and along == -1:
+        return "flat"
+    if math.isclose(size, 1) and along == 0:
+        return "upright"
+    raise ValueError(f"gravity of {size:g} g along {bed.gravity_direction} is not in the atlas")
 
 
 def _listed(values: object) -> list[str]:

@@ -38,9 +38,9 @@ DIRECTIONS: dict[Direction, float] = {"flat": 0.6, "upright": 0.85, "none": 1.0}
 # points.
 PACKINGS, BLOCK = 32, 512
 
-FULL_CELL = (8.0, 1600.0)  # particles of a full cell
-FULL_COUPON = 250.0  # particles of all cells together when full, with small cells
-CELLS = (2, 24)  # least and most of them; rows of each are listed up to the most
+FULL_CELL = (8.0, 1000.0)  # particles of a full cell
+FULL_COUPON = 140.0  # particles of all cells together when full, with small cells
+MOST_CELLS = 24  # of which each has rows of its own
 LEAST_SPHERES = 2.0  # of a cell
 LONGEST_CONTACT = 0.1  # over the period, with the modulus of the material
 DEEPEST_OVERLAP = 0.1  # over the radius, likewise
@@ -100,10 +100,7 @@ def full_cell(width: float, depth: float) -> float:
 
 def cell_count(groups: Groups) -> int:
     """Return how many cells are shaken side by side; a cell of hundreds of particles is alone."""
-    spheres = full_cell(groups.width, groups.depth)
-    if spheres > 2 * FULL_COUPON:
-        return 1
-    return min(max(math.ceil(FULL_COUPON / spheres), CELLS[0]), CELLS[1])
+    return min(math.ceil(FULL_COUPON / full_cell(groups.width, groups.depth)), MOST_CELLS)
 
 
 def exclusion(groups: Groups, bead: Bead) -> str:
