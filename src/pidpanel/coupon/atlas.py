@@ -47,7 +47,7 @@ def atlas_table(cases: Mapping[str, Case], rows: pd.DataFrame, source: str) -> p
     return pd.DataFrame(table)
 
 
-def _row(case: Case, row: Mapping[str, Any]) -> dict[str, Any]:
+def _row(case: Case, row: Mapping[Any, Any]) -> dict[str, Any]:
     run, drive = case.point, case.point.drive
     packing, constants = run.packing, run.constants
     _check_groups(case)

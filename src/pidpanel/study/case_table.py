@@ -73,8 +73,11 @@ def faults_of_rows(file: Path, wrong: Mapping[str, Sequence[tuple[int, str]]]) -
 def sweep_of(rows: Sequence[CaseRow]) -> Sweep:
     """Return the drives of all rows as a sweep; each row is checked with its coupon."""
     keys = [key for key in rows[0].values if key.startswith("sweep.")]
-    values = {key: tuple(dict.fromkeys(row.values[key] for row in rows)) for key in keys}
-    return Sweep.model_construct(**{key.partition(".")[2]: values[key] for key in keys})
+    values: dict[str, Any] = {
+        key.removeprefix("sweep."): tuple(dict.fromkeys(row.values[key] for row in rows))
+        for key in keys
+    }
+    return Sweep.model_construct(None, **values)
 
 
 def _value(cell: str) -> Any:
