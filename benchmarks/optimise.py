@@ -23,7 +23,7 @@ def main() -> None:
         whole, problem = panel.problem(most=2), panel.problem(most=2)
         optimum = exhaustive(whole)
         sampling = sample_property(problem)
-        proof = branch_and_bound(problem, greedy(problem), sampling.ratio, 100)
+        proof = branch_and_bound(problem, greedy(problem), sampling, 100)
         excess = 10 * np.log10(proof.value / optimum)
         print(
             f"| {seed} | {problem.options.mass.size} | {len(whole.evaluated)} | {excess:.3f} | "

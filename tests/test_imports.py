@@ -34,7 +34,7 @@ ALLOWED = {
     "response": UPSTREAM,
     "base": UPSTREAM | {"response"},
     "coupled": UPSTREAM,
-    "optimise": UPSTREAM | {"response", "severity"},
+    "optimise": UPSTREAM | {"response", "base", "severity"},
     "severity": UPSTREAM | {"response", "base"},
     "measurement": UPSTREAM | {"response", "base"},
     "report": UPSTREAM | {"response", "base", "coupled", "optimise", "severity", "measurement"},

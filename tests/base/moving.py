@@ -47,7 +47,7 @@ def panel_of(path, attachments=()):
     plate = assemble_thin_plate(mesh, ThinSection(STIFFNESS, MASS_PER_AREA))
     plate = with_attachments(plate, attachments, mesh)
     shapes = panel_shapes(plate, 2 * HIGHEST)
-    names = [field.name for field in fields(StoredPlate) if field.name != "shapes"]
+    names = [field.name for field in fields(StoredPlate) if hasattr(plate, field.name)]
     stored = StoredPlate(**{name: getattr(plate, name) for name in names}, shapes=shapes.vectors)
     mass = MASS_PER_AREA * SIZE[0] * SIZE[1] + sum(item.mass for item in attachments)
     none = np.zeros((shapes.vectors.shape[0], 0))

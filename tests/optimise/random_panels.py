@@ -5,18 +5,25 @@ import itertools
 import numpy as np
 import shapely
 
+from pidpanel.optimise.joint import JointPanel
+from pidpanel.optimise.objectives import accelerations
 from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.places import places_on
 from pidpanel.optimise.reduced import reduced_panel
 from pidpanel.optimise.search import Problem
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.supports import TABLE_MASS, BaseExcitation
 
 
 class RandomPanel:
-    """A simply supported plate with places, under random forces of a falling spectrum."""
+    """A simply supported plate with places, under random forces of a falling spectrum.
 
-    def __init__(self, seed, heavy=False):
+    On a moving base its last shape is the translation, and the supports have that spectrum.
+    """
+
+    def __init__(self, seed, heavy=False, moving=False):
+        self.moving = moving
         draw = np.random.default_rng(seed)
         self.size = draw.uniform([0.9, 0.6], [1.6, 1.1])
         self.per_area = draw.uniform(3, 6)
@@ -27,7 +34,10 @@ class RandomPanel:
             for m, n in self.modes
         ]
         mass = np.full(len(self.modes), self.per_area * self.size.prod() / 4)
-        self.basis = ModalBasis(frequency, mass, draw.uniform(0.008, 0.03))
+        ratio, whole = draw.uniform(0.008, 0.03), self.per_area * self.size.prod()
+        if moving:
+            frequency, mass = [*frequency, 0.0], np.append(mass, TABLE_MASS * whole)
+        self.basis = ModalBasis(frequency, mass, ratio)
         hole = shapely.box(*(self.size * 0.4), *(self.size * draw.uniform(0.5, 0.6, 2)))
         side = tuple(self.size / 4)
         area = shapely.box(0, 0, *self.size)
@@ -43,6 +53,10 @@ class RandomPanel:
         self.force = load @ load.T / 40 * self.size.prod() ** 2
         self.frequency = np.geomspace(20, 1.2 * max(frequency), 160)
         self.excitation = ModalForce(self.spectrum, self.force)
+        if moving:
+            of_wave = {number: (1 - (-1) ** number) / (np.pi * number) for number in range(1, 6)}
+            pull = [-whole * of_wave[m] * of_wave[n] for m, n in self.modes]
+            self.excitation = BaseExcitation(self.spectrum, np.array([*pull, mass[-1]]))
         scale = (40 if heavy else 1) * self.per_area
         self.fillings = [
             self.filling(f"damper {k}", *draw.uniform([30, 0.05], [900, 0.5]) * [1, scale])
@@ -58,7 +72,7 @@ class RandomPanel:
         x, y = np.asarray(position, float).T
         a, b = self.size
         waves = [np.sin(m * np.pi * x / a) * np.sin(n * np.pi * y / b) for m, n in self.modes]
-        return np.stack(waves, axis=1)
+        return np.stack([*waves, np.ones(len(x))] if self.moving else waves, axis=1)
 
     def overlap(self, lower, side, order=16):
         node, weight = np.polynomial.legendre.leggauss(order)
@@ -81,9 +95,17 @@ class RandomPanel:
         )
 
     def problem(self, most=3, is_largest=True, **more):
-        panel = self.reduced(rank=4, **more)
+        outputs = accelerations(np.arange(3), is_largest=is_largest).outputs(self.frequency)
+        panel = JointPanel((self.reduced(rank=4, outputs=outputs, **more),))
         options = frozen_options(panel, self.fillings)
-        return Problem(panel, options, self.places, self.budget, most, is_largest)
+        return Problem(panel, options, self.places, self.budget, most)
+
+
+def both(sound, base, most=2, is_largest=True):
+    """The problem of one panel under both excitations; places and dampers are of the first."""
+    parts = [each.problem(most, is_largest) for each in (sound, base)]
+    panel = JointPanel(tuple(part.panel.parts[0] for part in parts))
+    return Problem(panel, frozen_options(panel, sound.fillings), sound.places, sound.budget, most)
 
 
 def exhaustive(problem):

@@ -105,11 +105,23 @@ def test_what_is_said_is_the_acceleration_in_g_and_three_times_the_stress_in_mpa
     assert stresses(POINTS, LAYERS, 6).scale * 2e6 == pytest.approx(6.0)  # of 2 MPa rms
 
 
-def test_groups_belong_to_their_points():
-    # red: points of rows for those of groups
-    natural = np.array([60.0, 120.0])
-    assert oscillators(np.array([2, 0]), natural, 10.0).point_of_group.tolist() == [2, 2, 0, 0]
-    assert stresses(np.array([1, 2]), LAYERS, 6).point_of_group.tolist() == [1, 1, 2, 2]
+def test_the_error_is_that_of_the_point_of_the_largest_and_of_a_mean_by_shares(response):
+    # red: points of rows for those of groups; shares of rms values
+    error = np.array([0.1, 0.2, 0.4])
+    alone = type(response)(response.frequency, response.cross_psd[:, :, :1, :1])
+    square = accelerations(POINTS).mean_square(alone)
+    largest = int(np.argmax(square))
+    assert accelerations(POINTS).log_error(alone, error) == pytest.approx(error[largest])
+    of_mean = accelerations(POINTS, is_largest=False)
+    assert of_mean.log_error(alone, error) == pytest.approx(square @ error / square.sum())
+    assert of_mean.mean_square(alone) == pytest.approx([square.mean()])
+    natural, points = np.array([60.0, 120.0]), np.array([2, 0])
+    for objective, answer in (
+        (oscillators(points, natural, 10.0), alone),
+        (stresses(points, LAYERS, 6), response),
+    ):
+        point = points[np.argmax(objective.mean_square(answer)) // 2]
+        assert objective.log_error(answer, error) == pytest.approx(error[point])
 
 
 def test_vertices_are_spread_from_the_first_to_the_farthest_from_all_before():

@@ -80,6 +80,8 @@ def test_a_place_between_elements_keeps_its_area():
     position = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2)
     places = places_on(PANEL, (0.205, 0.205), (0.5, 0.5), [])
     ones = sp.csr_array(np.ones((len(position), 1)))
-    overlap, error = overlaps_of(places, position, np.full(len(position), 1e-4), ones)
+    weight, overlap, error = overlaps_of(places, position, np.full(len(position), 1e-4), ones)
     assert [matrix.sum() for matrix in overlap] == pytest.approx([places.area] * len(overlap))
+    # red: weights that are not scaled to the area
+    assert weight.sum(axis=1) == pytest.approx([places.area] * len(overlap))
     assert 0 < error.max() < 0.06

@@ -10,9 +10,9 @@ from pidpanel.solve.layout import DamperLayout, Load
 from pidpanel.solve.panel import ModalPanel
 
 
-@pytest.fixture(scope="module")
-def panel():
-    return RandomPanel(0)
+@pytest.fixture(scope="module", params=[False, True], ids=["forces", "moving base"])
+def panel(request):
+    return RandomPanel(0, moving=request.param)
 
 
 def stiffness(panel, fillings):

@@ -34,7 +34,7 @@ ELEMENTS = PatchElements(Patches(np.stack([np.eye(3)] * 3), [1.0, 2.0, 3.0]), np
 
 def panel(elements=None, least=None, **settings):
     values = {"frequency_range": (50.0, 200.0), "damping_ratio": DampingRatio((0.01,))}
-    made = ResponsePanel(Settings(**(values | settings)), BASIS, None, None, elements=elements,
+    made = ResponsePanel(Settings(**(values | settings)), BASIS, None, elements=elements,
                          least_damping_ratio=least)  # fmt: skip
     made.__dict__["patch_area"] = np.array([1.0, 5.0])
     return made
@@ -113,7 +113,7 @@ def test_a_basis_that_lacks_nothing_stays_and_has_its_elements():
     inside = np.array([[True, True, False], [False, True, True]])
     basis = SimpleNamespace(**vars(BASIS), cells=np.zeros((3, 4)), cell_in_patch=inside)
     made = replace(panel(), basis=basis)
-    same = widen(made, plate, np.zeros((6, 0)))
+    same = widen(made, plate, np.zeros((6, 0)), None)
     assert same.basis is basis and same.elements.patch.tolist() == [0, 0, 1, 1]
 
 

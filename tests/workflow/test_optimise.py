@@ -56,7 +56,8 @@ def test_other_objectives_are_made_small(designed, tmp_path, objective):
     study = tmp_path / "other.yaml"
     study.write_text(yaml.safe_dump(values))
     names = ("layouts", "front", "summary", "search", "psd")
-    files = within(designed / "panel", {"modes": "modes.nc", "plate": "plate.nc"})
+    of_panel = {"modes": "modes.nc", "plate": "plate.nc", "section": "section.csv"}
+    files = within(designed / "panel", of_panel)
     files["modal_force"] = designed / "sound" / "modal_force.nc"
     call("optimise", study, files, within(tmp_path, {name: f"{name}.csv" for name in names}))
     best = pd.read_csv(tmp_path / "front.csv").iloc[0]

@@ -39,6 +39,7 @@ Shaken = Callable[[SupportedPanel], Sequence[ResponsePanel]]
 def checked_panel(
     start: PanelBasis,
     plate: StoredPlate,
+    further_shapes: Array,
     highest: float,
     mass: float,
     shaken: Shaken,
@@ -50,7 +51,6 @@ def checked_panel(
     Parameters are those of `supports.supported_panel`. After `ATTEMPTS` bases the last is taken as
     it is; its error says so.
     """
-    further_shapes = np.zeros((plate.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
         supported = supported_panel(start, plate, further_shapes, highest, mass)
         checks = [

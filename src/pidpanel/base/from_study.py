@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,22 +15,26 @@ from pidpanel.arrays import Array, Complexes
 from pidpanel.base import tables
 from pidpanel.base.basis_check import checked_panel
 from pidpanel.base.notching import Limit
-from pidpanel.base.panel import shaken_panel
+from pidpanel.base.panel import Shaker
 from pidpanel.base.random import random_cases
 from pidpanel.base.sine import SineSweep, interface_force, sweep
 from pidpanel.base.sine_errors import damping_errors, sweep_errors
 from pidpanel.base.transfer import Transfer
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
+from pidpanel.panel.resolution import frequency_shift
 from pidpanel.provenance.digests import stamp
-from pidpanel.response.cases import ResponseScenario, plan_cases
+from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases
 from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import damping_models, read_panel_mass
 from pidpanel.response.panel import ResponsePanel, Settings
+from pidpanel.response.refinement import mesh_shifts
 from pidpanel.response.results import write_csv
 from pidpanel.solve.layout import Load
+from pidpanel.solve.mesh_error import mesh_error
 from pidpanel.solve.supports import (
     BaseExcitation,
     Inertia,
@@ -133,23 +138,18 @@ def write_base(
         raise ValueError(f"{study.name}: no section base")
     models = damping_models(study, damping, None if coupled is None else coupled / "impedance.csv")
     scenarios = base_scenarios(study)
-    settings = Settings(
-        study.response.frequency_hz,
-        study.panel.modal_damping,
-        stated_acceleration_g=study.damping.level.acceleration_g,
-    )
-    levels = spectra(study)
+    shakers = shakers_of(study)
 
     def shaken(supported: SupportedPanel) -> list[ResponsePanel]:
-        return [
-            shaken_panel(settings, supported, level, scenarios, models) for level in levels.values()
-        ]
+        return [shaker.panel_with(supported, scenarios, models) for shaker in shakers.values()]
 
+    plate = read_plate(files.plate)
     supported, error = checked_panel(
-        read_basis(files.modes), read_plate(files.plate), study.response.frequency_hz[1],
+        read_basis(files.modes), plate, np.zeros((len(plate.shapes), 0)),
+        study.response.frequency_hz[1],
         read_panel_mass(study, files.section), shaken, scenarios, models,
     )  # fmt: skip
-    panels = dict(zip(levels, shaken(supported), strict=True))
+    panels = dict(zip(shakers, shaken(supported), strict=True))
     attributes = {**stamp(study), "basis_error": error}
     write_csv(output["modes_table"], tables.mode_rows(supported.basis, supported.inertia))
     if motion.random is not None:
@@ -162,7 +162,8 @@ def write_base(
             errors = read_errors(*tables_of_runs, panel.frequency, points)
         random = random_cases(panel, observed, scenarios, models, limits, errors)
         labels = [scenario.label for scenario in scenarios]
-        psds = tables.random_dataset(random, models.names, labels, points)
+        shifts = _mesh_shifts(panel, scenarios, models)
+        psds = tables.random_dataset(random, models.names, labels, points, shifts)
         write_csv(output["summary"], tables.summary_rows(psds))
         psds.assign_attrs(attributes).to_netcdf(output["psd"], engine="scipy")
         if limits:
@@ -176,8 +177,8 @@ def write_base(
         )
 
 
-def spectra(study: Study) -> dict[str, BreakPoints]:
-    """Return the random motion of a study, and a flat one for the frequencies of its sine [g²/Hz].
+def shakers_of(study: Study) -> dict[str, Shaker]:
+    """Return the motions of the supports: ``random``, and ``sine`` as one of a flat spectrum.
 
     Both within the frequencies of the response.
     """
@@ -187,7 +188,22 @@ def spectra(study: Study) -> dict[str, BreakPoints]:
         levels["random"] = table.between(*study.response.frequency_hz)
     if motion is not None and motion.sine is not None:
         levels["sine"] = BreakPoints(np.array(motion.sine.frequency_hz), np.ones(2))
-    return levels
+    settings = Settings(
+        study.response.frequency_hz,
+        study.panel.modal_damping,
+        stated_acceleration_g=study.damping.level.acceleration_g,
+    )
+    panel = StudiedPanel(study.panel)
+    shift = partial(frequency_shift, panel.element, panel.section)
+    per_area = panel.section.mass_per_area
+    return {name: Shaker(settings, level, per_area, shift) for name, level in levels.items()}
+
+
+def _mesh_shifts(
+    panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
+) -> dict[bool, Array]:
+    plan = plan_cases(panel, scenarios, models, dead_weight=False)
+    return mesh_shifts(panel, heaviest_dampers(panel, plan))
 
 
 def _sweeps(
@@ -200,6 +216,7 @@ def _sweeps(
     """Return every scenario with every damping model in a sweep up and one down."""
     observed = observed_motions(panel.basis, inertia)
     force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
+    shifts = _mesh_shifts(panel, scenarios, models)
     of_tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
     parts = []
     for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:
@@ -217,6 +234,11 @@ def _sweeps(
             if values is None:
                 print(f"{model}, {scenario.label}: C_e is negative", file=sys.stderr)
                 continue
+            square = np.asarray(values["acceleration"]) ** 2
+            shift = shifts[scenario.is_bare]
+            values["mesh_error"] = mesh_error(
+                panel.frequency, square, np.ones(len(square)), shift
+            ).line
             place = {"reading": model, "scenario": scenario.label, "direction": direction}
             names = panel.basis.point_names
             parts.append(tables.case_dataset(panel.frequency, names, values, place))

@@ -6,50 +6,54 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.panel.basis import PanelBasis
 from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolving
 from pidpanel.response.dampers import DampingModels
-from pidpanel.response.panel import ResponsePanel, Settings
-from pidpanel.solve.basis_error import MovedFace
-from pidpanel.solve.moved import Matrices
+from pidpanel.response.panel import ResponsePanel, Settings, ShiftOfWave
 from pidpanel.solve.supports import BaseExcitation, SupportedPanel, with_translation
-from pidpanel.sound.radiation import Air
 from pidpanel.spectra.break_points import BreakPoints
 
 
 @dataclass(frozen=True)
 class Shaker:
-    """The source of base motion; see `response.panel.ExcitationSource`. Its basis is final."""
+    """A random motion of the supports of a panel in vacuum.
 
-    excitation: BaseExcitation
-
-    def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[BaseExcitation, Air | None]:
-        """Return the excitation, which holds for its own basis."""
-        return self.excitation, air
-
-    def force_at(self, frequency: float, face: MovedFace) -> Matrices:
-        """Refuse: the force of base motion is one of the mass, not of a pressure on the face."""
-        raise NotImplementedError("base motion has no pressure on the face")
-
-
-def shaken_panel(
-    settings: Settings,
-    supported: SupportedPanel,
-    spectrum: BreakPoints,
-    scenarios: Sequence[ResponseScenario],
-    models: DampingModels,
-) -> ResponsePanel:
-    """Return the panel under a random motion of its supports [g²/Hz], in vacuum.
-
-    The settings count but for their frequencies, which are those of the spectrum. The lines resolve
-    the resonances that the dampers of all scenarios make.
+    Attributes
+    ----------
+    settings
+        Of the panel; its frequencies are those of the spectrum.
+    spectrum
+        [g²/Hz].
+    mass_per_area
+        Of the panel, without dampers [kg/m²].
+    shift_of_wave
+        As of `ResponsePanel`.
     """
-    inertia = supported.inertia
-    level = replace(spectrum, psd=STANDARD_GRAVITY**2 * spectrum.psd)
-    excitation = BaseExcitation.of_inertia(level, inertia)
-    low, high = spectrum.frequency[[0, -1]].tolist()
-    settings = replace(settings, frequency_range=(low, high))
-    basis = with_translation(supported.basis, inertia)
-    panel = ResponsePanel(settings, basis, excitation, Shaker(excitation))
-    plan = plan_cases(panel, scenarios, models, dead_weight=False)
-    return resolving(panel, heaviest_dampers(panel, plan))
+
+    settings: Settings
+    spectrum: BreakPoints
+    mass_per_area: float
+    shift_of_wave: ShiftOfWave
+
+    def panel(self, supported: SupportedPanel) -> ResponsePanel:
+        """Return a panel under the motion."""
+        inertia = supported.inertia
+        level = replace(self.spectrum, psd=STANDARD_GRAVITY**2 * self.spectrum.psd)
+        low, high = self.spectrum.frequency[[0, -1]].tolist()
+        return ResponsePanel(
+            replace(self.settings, frequency_range=(low, high)),
+            with_translation(supported.basis, inertia),
+            BaseExcitation.of_inertia(level, inertia),
+            mass_per_area=self.mass_per_area,
+            shift_of_wave=self.shift_of_wave,
+        )
+
+    def panel_with(
+        self,
+        supported: SupportedPanel,
+        scenarios: Sequence[ResponseScenario],
+        models: DampingModels,
+    ) -> ResponsePanel:
+        """Return the panel with lines for the resonances that the dampers of scenarios make."""
+        panel = self.panel(supported)
+        plan = plan_cases(panel, scenarios, models, dead_weight=False)
+        return resolving(panel, heaviest_dampers(panel, plan))

@@ -13,6 +13,7 @@ from pidpanel.base.notching import Limit
 from pidpanel.base.random import RandomCase
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.solve.mesh_error import mesh_error
 from pidpanel.solve.supports import Inertia
 
 INPUTS, DIRECTIONS = ("stated", "notched"), ("up", "down")
@@ -33,16 +34,20 @@ VARIABLES = {
     "acceleration_log_error": ("1", "standard error of ln of that amplitude"),
     "interface_force_log_error": ("1", "standard error of ln of that amplitude"),
     "motion_residual": ("1", "largest residual of the consistent motion of any line"),
+    "mesh_error": ("1", "largest relative error of the PSD of any line due to the mesh"),
+    "mesh_error_rms": ("1", "relative error of the rms acceleration due to the mesh"),
 }
 """Unit and long name of each variable."""
 
 BY_POINT = {name for name in VARIABLES if name.startswith(("absolute", "relative", "log"))}
-BY_POINT |= {"acceleration", "acceleration_log_error"}
+BY_POINT |= {"acceleration", "acceleration_log_error", "mesh_error", "mesh_error_rms"}
 BY_LINE = set(VARIABLES) - {
     "log_rms_error",
     "force_log_rms_error",
     "outside_share",
     "motion_residual",
+    "mesh_error",
+    "mesh_error_rms",
 }
 
 
@@ -95,20 +100,34 @@ def merged(parts: Sequence[xr.Dataset], **order: Sequence[str]) -> xr.Dataset:
 
 
 def random_dataset(
-    cases: Sequence[RandomCase], models: Sequence[str], labels: Sequence[str], points: Sequence[str]
+    cases: Sequence[RandomCase],
+    models: Sequence[str],
+    labels: Sequence[str],
+    points: Sequence[str],
+    shifts: Mapping[bool, Array],
 ) -> xr.Dataset:
-    """Return PSDs of input, points and interface under the stated and the notched input."""
+    """Return PSDs of input, points and interface under the stated and the notched input.
+
+    Parameters
+    ----------
+    shifts
+        Of `response.refinement.mesh_shifts`.
+    """
     parts = []
     for case in cases:
         for name, part in zip(INPUTS, (case.stated, case.notched), strict=True):
             if part is None:
                 continue
+            shift = shifts[case.scenario.is_bare]
+            mesh = mesh_error(case.frequency, part.absolute, part.input, shift)
             values: dict[str, Array | float] = {
                 "input_psd": part.input,
                 "absolute_acceleration_psd": part.absolute,
                 "relative_displacement_psd": part.relative,
                 "interface_force_psd": part.force,
                 "outside_share": part.outside_share,
+                "mesh_error": mesh.line,
+                "mesh_error_rms": mesh.rms,
                 "log_error": np.full(part.absolute.shape, np.nan),
                 "log_rms_error": np.full(len(points), np.nan),
                 "force_log_error": np.full(part.force.shape, np.nan),
@@ -145,6 +164,8 @@ def summary_rows(curves: xr.Dataset) -> pd.DataFrame:
             * curves["force_log_rms_error"],
             "peak_dynamic_mass_kg": mass.max("frequency"),
             "outside_run_points_share": curves["outside_share"],
+            "mesh_error": curves["mesh_error"],
+            "mesh_error_rms": curves["mesh_error_rms"],
         }
     )
     table = table.where(curves["outside_share"] >= 0)
@@ -193,6 +214,7 @@ def peak_rows(curves: xr.Dataset, level_g: float) -> pd.DataFrame:
             "peak_interface_force_n": force.max("frequency"),
             "peak_interface_force_error_n": error_at_peak(force, "interface_force_log_error"),
             "motion_residual": curves["motion_residual"],
+            "mesh_error": curves["mesh_error"],
         }
     )
     return peaks.to_dataframe(["reading", "scenario", "direction", "point"]).reset_index()

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pidpanel.base.from_study import base_labels, spectra
+from pidpanel.base.from_study import base_labels, shakers_of
 from pidpanel.columns import ColumnsError
 from pidpanel.measurement.computed import computed_psd
 from pidpanel.measurement.differences import BandDifference, band_differences, common_range
@@ -53,7 +53,7 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
                 yield Mistake(keys, "is a PSD, which under base motion needs base.random")
                 continue
             try:
-                low, high = next(iter(spectra(study).values())).frequency[[0, -1]]
+                low, high = next(iter(shakers_of(study).values())).spectrum.frequency[[0, -1]]
             except ColumnsError:  # a mistake of base.random
                 continue
         if common_range(measured, low, high) is None:

@@ -16,13 +16,13 @@ PRICES = 12
 """Prices of mass that are tried, beside none."""
 
 
-def weights_of_points(points: int, *, is_largest: bool) -> Array:
+def weights_of_points(points: int) -> Array:
     """Return weights (k, n_points) whose means bound what counts from below.
 
     The largest of some values is at least any mean of them: each alone, pairs, and all.
     """
     every = np.full((1, points), 1 / points)
-    if not is_largest or points == 1:
+    if points == 1:
         return every
     single = np.eye(points)
     first, second = np.triu_indices(points, 1)

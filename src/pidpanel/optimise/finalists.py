@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.base.basis_check import checked_panel
 from pidpanel.damping.readings import DampingReading
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.shapes import residual_vectors
-from pidpanel.response.cases import ResponseScenario, SolvedCase
+from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.model_error import model_error_of, with_model_error
-from pidpanel.response.panel import ResponsePanel, widen
+from pidpanel.response.panel import ExcitationSource, ResponsePanel, widen
 from pidpanel.response.refinement import checked_responses
 from pidpanel.response.results import standard_errors
 from pidpanel.solve.basis_error import basis_shapes
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.model import PanelResponse, ResponseError
+from pidpanel.solve.supports import SupportedPanel
 
 STATIC_TOLERANCE = 1e-2
 """Share of the largest static response to a patch below which a direction is left out."""
@@ -54,8 +57,9 @@ def confirm(
     plate: StoredPlate,
     layouts: Sequence[Sequence[PatchFilling]],
     models: Mapping[str, DampingReading],
+    source: ExcitationSource,
 ) -> list[Finalist]:
-    """Return layouts at their consistent motion, in a basis that is checked with them.
+    """Return layouts at their consistent motion under sound, in a basis checked with them.
 
     Parameters
     ----------
@@ -63,33 +67,67 @@ def confirm(
         With the places of the layouts as patches.
     models
         Damping models by the names of the dampers.
+    source
+        Of the sound on further shapes.
 
     Raises
     ------
     ResponseError
         Where a damper feeds energy to the panel.
     """
-    scenarios = [_scenario(str(index), fillings) for index, fillings in enumerate(layouts)]
-    stated = DampingModels(("stated",), {}, models)
-    checked = checked_responses(*with_static_shapes(panel, plate), scenarios, stated)
+    static = _static_shapes(panel.basis, plate)
+    wider = widen(panel, plate, static, source)
+    plate = replace(plate, shapes=basis_shapes(panel.basis, plate, static).vectors)
+    checked = checked_responses(wider, plate, *_scenarios(layouts, models), source)
     return [
         _finalist(case, error)
         for case, error in zip(checked.cases, checked.basis_error.tolist(), strict=True)
     ]
 
 
-def with_static_shapes(
-    panel: ResponsePanel, plate: StoredPlate
-) -> tuple[ResponsePanel, StoredPlate]:
-    """Return a panel and its plate with the static response to its patches in the basis."""
-    modes = plate.shapes[:, ~panel.basis.is_residual].astype(np.float64)
-    _, static = residual_vectors(plate, modes, STATIC_TOLERANCE)
-    shapes = basis_shapes(panel.basis, plate, static).vectors
-    return widen(panel, plate, static), replace(plate, shapes=shapes)
+def confirm_on_shaker(
+    basis: PanelBasis,
+    plate: StoredPlate,
+    layouts: Sequence[Sequence[PatchFilling]],
+    models: Mapping[str, DampingReading],
+    shaken: Callable[[SupportedPanel, Sequence[ResponseScenario], DampingModels], ResponsePanel],
+    highest: float,
+    mass: float,
+) -> list[Finalist]:
+    """Return layouts at their consistent motion on moving supports; see `confirm`.
+
+    Parameters
+    ----------
+    shaken
+        Panel on its supports, scenarios and damping models → the panel under the motion.
+    highest, mass
+        As of `base.basis_check.checked_panel`.
+    """
+    scenarios, stated = _scenarios(layouts, models)
+    supported, error = checked_panel(
+        basis, plate, _static_shapes(basis, plate), highest, mass,
+        lambda supported: [shaken(supported, scenarios, stated)], scenarios, stated,
+    )  # fmt: skip
+    panel = shaken(supported, scenarios, stated)
+    cases = plan_cases(panel, scenarios, stated).solve(panel.solver())
+    return [_finalist(case, error) for case in cases]
 
 
-def _scenario(label: str, fillings: Sequence[PatchFilling]) -> ResponseScenario:
-    return ResponseScenario(label, "bare", np.nan, 1.0, tuple(fillings), None, np.nan)
+def _static_shapes(basis: PanelBasis, plate: StoredPlate) -> Array:
+    """Return the static response (n_free, k) to the patches."""
+    modes = plate.shapes[:, ~basis.is_residual].astype(np.float64)
+    return residual_vectors(plate, modes, STATIC_TOLERANCE)[1]
+
+
+def _scenarios(
+    layouts: Sequence[Sequence[PatchFilling]], models: Mapping[str, DampingReading]
+) -> tuple[list[ResponseScenario], DampingModels]:
+    """Return a scenario for each layout, and the models of their dampers."""
+    scenarios = [
+        ResponseScenario(str(index), "bare", np.nan, 1.0, tuple(fillings), None, np.nan)
+        for index, fillings in enumerate(layouts)
+    ]
+    return scenarios, DampingModels(("stated",), {}, models)
 
 
 def _finalist(case: SolvedCase, basis_error: float) -> Finalist:

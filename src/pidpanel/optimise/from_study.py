@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import shapely
 
 from pidpanel.arrays import Array, Flags, Index
+from pidpanel.base.from_study import shakers_of
 from pidpanel.damping.from_study import reading_of_damper
 from pidpanel.damping.readings import DampingReading
+from pidpanel.damping_ratio import DampingRatio
 from pidpanel.optimise.alternatives import damped_by_layer, thicker_faces
-from pidpanel.optimise.finalists import confirm
+from pidpanel.optimise.excited import Excited, OnShaker, UnderSound
+from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.objectives import (
     Objective,
     accelerations,
@@ -24,23 +28,35 @@ from pidpanel.optimise.objectives import (
     stresses,
 )
 from pidpanel.optimise.options import FilledDamper, frozen_options
-from pidpanel.optimise.placed import PlacedPanel, placed, with_points
+from pidpanel.optimise.placed import PlacedPanel, place_name, place_plate, with_points
 from pidpanel.optimise.places import NoPlace, Places, places_on
-from pidpanel.optimise.proposal import Proposals, layouts_to_confirm, search_table
+from pidpanel.optimise.proposal import (
+    EXCITATIONS,
+    Proposals,
+    layouts_to_confirm,
+    search_table,
+)
 from pidpanel.optimise.reduced import ReducedPanel, reduced_panel
 from pidpanel.optimise.search import Problem, branch_and_bound, greedy, sample_property
 from pidpanel.optimise.variants import reductions
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import of_damper
 from pidpanel.response.dampers import PatchDamper, PatchFilling
-from pidpanel.response.from_study import PanelFiles, read_response_panel
+from pidpanel.response.from_study import (
+    PanelFiles,
+    StudySound,
+    read_panel_mass,
+    read_response_panel,
+)
 from pidpanel.severity.oscillators import natural_frequencies
 from pidpanel.solve.layout import DampingOfMotion
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.stress import distinct_layers
+from pidpanel.solve.supports import BaseExcitation
 from pidpanel.study import Study
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.optimise import Optimise
@@ -53,6 +69,16 @@ RANK = 4
 
 NODES = 200
 """Layouts whose further dampers branch and bound evaluates at most."""
+
+
+class ProposalInputs(NamedTuple):
+    """Files of the stages upstream."""
+
+    modes: Path
+    plate: Path
+    section: Path
+    modal_force: Path | None  # None without sound, as is the next
+    air: Path | None
 
 
 class ProposalFiles(NamedTuple):
@@ -151,43 +177,49 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
         yield Mistake(("optimise", "mass_kg"), says)
 
 
+def _joint(panels: Iterable[PlacedPanel], objective: Objective) -> JointPanel:
+    return JointPanel(tuple(_reduced(panel, objective, panel.modal) for panel in panels))
+
+
 def _reduced(
-    panel: PlacedPanel, objective: Objective, modal: ModalBasis | None = None, rank: int = RANK
+    panel: PlacedPanel, objective: Objective, modal: ModalBasis, rank: int = RANK
 ) -> ReducedPanel:
-    """Return the panel of a search, with what counts; with other modes where given."""
-    settings = panel.settings
+    """Return the panel of a search with some modes, and what counts."""
+    settings, excitation = panel.settings, panel.excitation
+    if isinstance(excitation, BaseExcitation):
+        excitation = excitation.on_masses(modal.modal_mass / panel.modal.modal_mass)
     lines = frequency_grid(
         *settings.frequency_range,
         settings.damping_ratio.least(*settings.frequency_range),
         lines_per_bandwidth=LINES_PER_BANDWIDTH,
     )
     return reduced_panel(
-        lines, modal or panel.modal, panel.patches, objective.rows(panel.motion_at_points),
-        panel.excitation, panel.air, outputs=objective.outputs(lines), rank=rank,
+        lines, modal, panel.patches, objective.rows(panel.motion_at_points),
+        excitation, panel.air, outputs=objective.outputs(lines), rank=rank,
     )  # fmt: skip
 
 
 def _alternatives(
-    study: Study, panel: PlacedPanel, objective: Objective, problem: Problem
+    study: Study, panels: Sequence[PlacedPanel], objective: Objective
 ) -> Callable[[float], tuple[float, float]]:
     """Return what a mass [kg] on the panel itself reduces [dB]; see `alternatives`."""
     layer, area = section_of(study).damping_layer, StudiedPanel(study.panel).area.area
 
-    def reduction(modal: ModalBasis) -> float:
-        bare, other = (
-            float(problem.objective(_reduced(panel, objective, basis, rank=1).bare))
-            for basis in (None, modal)
-        )
-        return float(10 * np.log10(bare / other))
+    def value(panel: PlacedPanel, modal: ModalBasis) -> float:
+        return float(_reduced(panel, objective, modal, rank=1).bare.max())
+
+    def reduction(changed: Callable[[ModalBasis], ModalBasis]) -> float:
+        ratios = [value(each, each.modal) / value(each, changed(each.modal)) for each in panels]
+        return float(10 * np.log10(min(ratios)))
 
     def alternatives(mass: float) -> tuple[float, float]:
         faces, damped = np.nan, np.nan
-        share = mass / area / panel.mass_per_area
+        share = mass / area / panels[0].mass_per_area
         if study.panel.section.kind == "thin":
-            faces = reduction(thicker_faces(panel.modal, share))
+            faces = reduction(lambda modal: thicker_faces(modal, share))
         if layer is not None:
             loss_factor = layer.loss_factor * mass / area / layer.mass_per_area_kg_m2
-            damped = reduction(damped_by_layer(panel.modal, share, loss_factor))
+            damped = reduction(lambda modal: damped_by_layer(modal, share, loss_factor))
         return faces, damped
 
     return alternatives
@@ -213,76 +245,114 @@ def objective_of(section: Optimise, basis: PanelBasis, counted: Index) -> Object
     return accelerations(counted, is_largest=section.objective == "largest")
 
 
-def _name(place: int) -> str:
-    return f"place {place}"
-
-
 def _filled(problem: Problem, fillings: Sequence[FilledDamper], option: int) -> PatchFilling:
     filling = fillings[problem.options.filling[option]]
-    name = _name(int(problem.options.place[option]))
+    name = place_name(int(problem.options.place[option]))
     return PatchFilling(name, filling.damper, filling.fill_fraction)
 
 
+def counted_excitations(study: Study) -> list[str]:
+    """Return what the search counts: sound, base or both, by default what the study has."""
+    wanted = section_of(study).excitation
+    has = {"sound": study.sound is not None, "base": study.base and study.base.random is not None}
+    return [name for name in EXCITATIONS if has[name] and wanted in (None, name, "both")]
+
+
+def excited_panels(study: Study, files: ProposalInputs) -> dict[str, Excited]:
+    """Return the panel under each excitation that counts."""
+    section, panels = section_of(study), {}
+    with_strains = section.objective == "stress"
+    for name in counted_excitations(study):
+        if name == "sound":
+            if files.modal_force is None:
+                raise ValueError(f"{study.name}: no modal force of the sound")
+            sound = PanelFiles(files.modes, files.modal_force, files.air)
+            start = read_response_panel(study, sound, study.response.radiation)
+            start = replace(start, basis=_with_vertices(section, start.basis))
+            panels[name] = UnderSound(start, StudySound(study), with_strains)
+        else:
+            basis = _with_vertices(section, read_basis(files.modes))
+            shaker, mass = shakers_of(study)["random"], read_panel_mass(study, files.section)
+            panels[name] = OnShaker(basis, shaker, mass, with_strains)
+    return panels
+
+
+def _with_vertices(section: Optimise, basis: PanelBasis) -> PanelBasis:
+    """Return a basis whose points stand for the panel where the whole panel counts."""
+    if section.objective != "panel":
+        return basis
+    return with_points(basis, spread_vertices(basis.vertex_position))
+
+
 def write_proposal(
-    study: Study, files: PanelFiles, plate_nc: Path, damping: Path | None, output: ProposalFiles
+    study: Study, files: ProposalInputs, damping: Path | None, output: ProposalFiles
 ) -> None:
     """Write the proposed layouts of a study.
 
     Parameters
     ----------
-    files, plate_nc
+    files
         Of the panel and sound stages.
     damping
         Folder of the surfaces; None for a study without any.
     """
     section, places, models = section_of(study), places_of(study), models_of(study, damping)
-    fillings = fillings_of(study, models)
-    start = read_response_panel(study, files, study.response.radiation)
-    plate = read_plate(plate_nc)
-    points, with_strains = list(start.basis.point_names), section.objective == "stress"
-    if section.objective == "panel":
-        vertices = spread_vertices(start.basis.vertex_position)
-        start = replace(start, basis=with_points(start.basis, vertices))
-    names = [_name(index) for index in range(len(places.lower))]
-    panel, _, area_error = placed(start, plate, places, names, with_strains=with_strains)
+    fillings, excited = fillings_of(study, models), excited_panels(study, files)
+    plate = read_plate(files.plate)
+    with_places, area_error = place_plate(plate, places, range(len(places.lower)))
+    panels = [each.panel(with_places, places) for each in excited.values()]
+    points = list(panels[0].basis.point_names[: len(study.panel.points)])
     counted = np.array([points.index(name) for name in section.points or points])
-    objective = objective_of(section, panel.basis, counted)
-    reduced = _reduced(panel, objective)
+    objective = objective_of(section, panels[0].basis, counted)
+    joint = _joint(panels, objective)
     problem = Problem(
-        reduced, frozen_options(reduced, fillings), places,
-        section.mass_kg, section.patches_at_most, objective.is_largest,
-    )  # fmt: skip
+        joint, frozen_options(joint, fillings), places, section.mass_kg, section.patches_at_most
+    )
     best, sampling = greedy(problem), sample_property(problem)
-    proof = branch_and_bound(problem, best, sampling.ratio, NODES)
+    proof = branch_and_bound(problem, best, sampling, NODES)
     layouts = layouts_to_confirm(problem, proof.layout)
     used = np.unique([problem.options.place[option] for layout in layouts for option in layout])
     patches = [[_filled(problem, fillings, option) for option in layout] for layout in layouts]
-    of_finalists, elements, _ = placed(
-        start, plate, places.subset(used), [names[place] for place in used.tolist()],
-        with_strains=with_strains,
-    )  # fmt: skip
-    finalists = confirm(of_finalists, elements, patches, models)
+    few_places = places.subset(used)
+    with_few, _ = place_plate(plate, few_places, used.tolist())
+    finalists = {
+        name: each.confirm(with_few, few_places, patches, models) for name, each in excited.items()
+    }
+    few_panels = [each.panel(with_few, few_places) for each in excited.values()]
     few, layouts_of_few = problem.on_places(used, layouts)
 
-    def panel_with(factor: float) -> ReducedPanel:
+    def panel_with(factor: float) -> JointPanel:
         ratio = study.panel.modal_damping.times(factor)
-        varied = replace(of_finalists, settings=replace(start.settings, damping_ratio=ratio))
-        return _reduced(varied, objective)
+        return _joint([_with_ratio(panel, ratio) for panel in few_panels], objective)
 
     few = replace(few, panel=panel_with(1.0))
     variants = reductions(few, fillings, layouts_of_few, panel_with)
-    others = _alternatives(study, of_finalists, objective, problem)
+    others = _alternatives(study, few_panels, objective)
     proposals = Proposals(
         problem, fillings, layouts, finalists, counted, objective, variants, others
     )
     front = proposals.front_table()
-    proposals.psd_table(front, points).to_csv(output.psd_csv, index=False, float_format="%.5g")
     facts = search_table(problem, fillings, proof, sampling, front, area_error)
     print(
         f"submodularity: {sampling.violations} of {sampling.checks} checks violated, at most by "
         f"{sampling.largest:.2g} of the bare mean square",
         file=sys.stderr,
     )
+    _write_tables(proposals, front, facts, points, output)
+
+
+def _with_ratio(panel: PlacedPanel, ratio: DampingRatio) -> PlacedPanel:
+    return replace(panel, settings=replace(panel.settings, damping_ratio=ratio))
+
+
+def _write_tables(
+    proposals: Proposals,
+    front: pd.DataFrame,
+    facts: pd.DataFrame,
+    points: Sequence[str],
+    output: ProposalFiles,
+) -> None:
+    proposals.psd_table(front, points).to_csv(output.psd_csv, index=False, float_format="%.5g")
     proposals.patch_table(front).to_csv(output.layouts_csv, index=False, float_format="%.6g")
     proposals.point_table(front, points).to_csv(
         output.summary_csv, index=False, float_format="%.6g"

@@ -28,7 +28,7 @@ PLACES = 24
 
 @dataclass(frozen=True)
 class Objective:
-    """Groups of outputs; an output is a row with a weight over frequency.
+    """Groups of outputs, of which the largest counts; an output is a row with a weight.
 
     Parameters
     ----------
@@ -38,8 +38,6 @@ class Objective:
         (n_outputs,) row and group of each output.
     factor
         Frequency (nf,) → (nf, n_outputs) on the PSDs of the rows.
-    is_largest
-        Whether the largest group counts, or their mean.
     scale, unit
         From the root of a mean square to what is said, and its unit.
     """
@@ -49,7 +47,6 @@ class Objective:
     row: Index
     group: Index
     factor: Callable[[Array], Array]
-    is_largest: bool = True
     scale: float = 1 / STANDARD_GRAVITY
     unit: str = "g rms"
 
@@ -66,26 +63,36 @@ class Objective:
 
     def mean_square(self, response: PanelResponse) -> Array:
         """Return (n_groups,) of a response at all points."""
-        cross = response.cross_psd[:, self.point]
-        psd = np.einsum("ra,frab,rb->fr", self.motion, cross.real, self.motion)
-        return self.outputs(response.frequency).mean_square(psd)
+        return self.outputs(response.frequency).mean_square(self._psd(response))
 
-    @property
-    def point_of_group(self) -> Index:
-        """(n_groups,) point of each group."""
-        _, first = np.unique(self.group, return_index=True)
-        return self.point[self.row[first]]
+    def _psd(self, response: PanelResponse) -> Array:
+        """Return the PSDs (nf, n_rows)."""
+        cross = response.cross_psd[:, self.point]
+        return np.einsum("ra,frab,rb->fr", self.motion, cross.real, self.motion)
+
+    def log_error(self, response: PanelResponse, log_rms_error: Array) -> float:
+        """Return the standard error of ln of the root of the largest group.
+
+        Parameters
+        ----------
+        log_rms_error
+            (n_points,) of ln of the rms acceleration, which all points share.
+        """
+        outputs, psd = self.outputs(response.frequency), self._psd(response)
+        parts = np.sum(psd[:, self.row] * outputs.weight, axis=0)[:, None] * outputs.groups
+        largest = parts[:, np.argmax(parts.sum(axis=0))]
+        return float(largest @ log_rms_error[self.point[self.row]] / largest.sum())
 
 
 def accelerations(points: Index, *, is_largest: bool = True) -> Objective:
-    """Return the mean squares of the acceleration at points."""
-    every = np.arange(points.size)
-    ones = np.ones((points.size, 1))
+    """Return the mean squares of the acceleration at points, or the mean of these."""
+    every, ones = np.arange(points.size), np.ones((points.size, 1))
+    group, share = (every, 1.0) if is_largest else (np.zeros_like(every), 1 / points.size)
 
     def factor(frequency: Array) -> Array:
-        return np.repeat(((2 * np.pi * frequency) ** 4)[:, None], points.size, axis=1)
+        return np.repeat((share * (2 * np.pi * frequency) ** 4)[:, None], points.size, axis=1)
 
-    return Objective(points, ones, every, every, factor, is_largest)
+    return Objective(points, ones, every, group, factor)
 
 
 def oscillators(points: Index, natural: Array, quality: float) -> Objective:

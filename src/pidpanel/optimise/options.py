@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.reduced import ReducedPanel
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import DampingOfMotion, sine_accelerations_g
@@ -53,16 +54,13 @@ class Options:
     mass
         (n_options,) [kg].
     stiffness
-        (n_options, nf) s = iω C_e − ω² m_a [N/m³].
-    acceleration_g
-        (n_options,) Γ at which it is frozen; NaN without one.
+        (n_options, nf) s = iω C_e − ω² m_a [N/m³] on the lines of all parts of a panel.
     """
 
     place: Index
     filling: Index
     mass: Array
     stiffness: Complexes
-    acceleration_g: Array
 
     def subset(self, index: Index, used: Index) -> Options:
         """Return some options, with places numbered by those that are used (rising)."""
@@ -71,14 +69,13 @@ class Options:
             self.filling[index],
             self.mass[index],
             self.stiffness[index],
-            self.acceleration_g[index],
         )
 
 
 def frozen_options(
-    panel: ReducedPanel, fillings: Sequence[FilledDamper], factor: float = 1.0
+    panel: JointPanel, fillings: Sequence[FilledDamper], factor: float = 1.0
 ) -> Options:
-    """Return every filling on every place of a panel.
+    """Return every filling on every place of a panel, frozen for each of its parts.
 
     Parameters
     ----------
@@ -86,16 +83,27 @@ def frozen_options(
         On the PSD of the excitation.
     """
     count = len(panel.area)
+    masses = np.array([filling.mass_per_area for filling in fillings])
+    return Options(
+        place=np.tile(np.arange(count), len(fillings)),
+        filling=np.repeat(np.arange(len(fillings)), count),
+        mass=np.outer(masses, panel.area).ravel(),
+        stiffness=np.hstack([_frozen(part, fillings, factor) for part in panel.parts]),
+    )
+
+
+def _frozen(panel: ReducedPanel, fillings: Sequence[FilledDamper], factor: float) -> Complexes:
+    """Return s (n_options, nf) of each filling alone on each place."""
+    count = len(panel.area)
     every = np.arange(count)
     none = np.zeros((count, panel.frequency.size))
     bare = _motion(panel, every, none.astype(np.complex64), factor)
-    stiffness, gamma = [], []
+    stiffness = []
     for filling in fillings:
         if not filling.depends_on_acceleration:
             value, mass, _ = filling.damping(panel.frequency, np.nan)
             row = patch_stiffness(panel.frequency, value, mass).astype(np.complex64)
             stiffness.append(np.tile(row, (count, 1)))
-            gamma.append(np.full(count, np.nan))
             continue
         nodes = np.geomspace(bare.min() / 100, 3 * bare.max(), MOTIONS)
         reads = [filling.damping(panel.frequency, node)[:2] for node in nodes.tolist()]
@@ -105,15 +113,7 @@ def frozen_options(
             frozen = _between(nodes, table, motion)
             motion = np.sqrt(motion * _motion(panel, every, frozen, factor))
         stiffness.append(_between(nodes, table, motion))
-        gamma.append(motion)
-    masses = np.array([filling.mass_per_area for filling in fillings])
-    return Options(
-        place=np.tile(every, len(fillings)),
-        filling=np.repeat(np.arange(len(fillings)), count),
-        mass=np.outer(masses, panel.area).ravel(),
-        stiffness=np.concatenate(stiffness),
-        acceleration_g=np.concatenate(gamma),
-    )
+    return np.concatenate(stiffness)
 
 
 def _motion(panel: ReducedPanel, places: Index, stiffness: Complexes, factor: float) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
@@ -65,41 +65,39 @@ def with_points(basis: PanelBasis, vertices: Index) -> PanelBasis:
     )
 
 
-def placed(
-    panel: ResponsePanel,
-    plate: StoredPlate,
-    places: Places,
-    names: Sequence[str],
-    *,
-    with_strains: bool = False,
-) -> tuple[PlacedPanel, StoredPlate, float]:
-    """Return a panel and its plate with places as patches.
+def place_name(number: int) -> str:
+    """Return the name of a place as a patch."""
+    return f"place {number}"
 
-    Returns
-    -------
-    panel, plate
-        In the basis of the panel stage.
-    area_error
-        Largest relative error of the area of a place on the mesh, before it is scaled.
+
+def place_plate(
+    plate: StoredPlate, places: Places, numbers: Iterable[int]
+) -> tuple[StoredPlate, float]:
+    """Return a plate with numbered places as patches, and the largest error of their areas.
+
+    That error is relative, and before the areas are scaled.
     """
-    overlap, error = overlaps_of(
+    weight, overlap, error = overlaps_of(
         places, plate.quadrature_position, plate.quadrature_weight, plate.at_quadrature
     )
+    patches = dict(zip(map(place_name, numbers), overlap, strict=True))
+    return replace(plate, patch_overlap=patches, patch_weight=weight), float(error.max())
+
+
+def place_basis(basis: PanelBasis, plate: StoredPlate, places: Places) -> PanelBasis:
+    """Return the basis of the panel stage with the places of a plate of `place_plate`."""
     shapes = plate.shapes.astype(np.float64)
-    reduced = np.array([shapes.T @ (D @ shapes) for D in overlap])
-    basis = panel.basis
+    reduced = np.array([shapes.T @ (D @ shapes) for D in plate.patch_overlap.values()])
     centre = basis.vertex_position[basis.cells].mean(axis=1)
-    basis = replace(
+    return replace(
         basis,
         patch_overlap=(reduced + reduced.swapaxes(1, 2)) / 2,
-        patch_names=tuple(names),
+        patch_names=tuple(plate.patch_overlap),
         cell_in_patch=places.contains(centre),
     )
+
+
+def place_panel(panel: ResponsePanel, place_area: float, *, with_strains: bool) -> PlacedPanel:
+    """Return a panel whose basis has places as patches."""
     values = {item.name: getattr(panel, item.name) for item in fields(ResponsePanel)}
-    return (
-        PlacedPanel(
-            **{**values, "basis": basis}, place_area=places.area, with_strains=with_strains
-        ),
-        replace(plate, patch_overlap=dict(zip(names, overlap, strict=True))),
-        float(error.max()),
-    )
+    return PlacedPanel(**values, place_area=place_area, with_strains=with_strains)

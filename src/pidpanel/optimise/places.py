@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -117,8 +118,8 @@ def places_on(
 
 def overlaps_of(
     places: Places, position: Array, weight: Array, at_points: sp.csr_array
-) -> tuple[list[sp.csr_array], Array]:
-    """Return D of each place on all elements, and how well the mesh follows it.
+) -> tuple[sp.csr_array, list[sp.csr_array], Array]:
+    """Return weights and D of each place on all elements, and how well the mesh follows it.
 
     An element counts by its quadrature points within the place; the sum is scaled to the area.
 
@@ -131,18 +132,22 @@ def overlaps_of(
 
     Returns
     -------
+    place_weight
+        (n_places, n) weights over each place [m²], 0 outside.
     overlap
         D (n_free, n_free) of each place [m²].
     area_error
         (n_places,) relative error of the area before it was scaled.
     """
-    matrices, error = [], np.zeros(len(places.lower))
-    for index, inside in enumerate(places.contains(position)):
-        total = float(weight[inside].sum())
-        if total == 0:
-            raise NoPlace("smaller than the elements of the mesh")
-        rows = at_points[np.flatnonzero(inside)]
-        scaled = sp.diags_array(weight[inside] * places.area / total)
-        matrices.append(sp.csr_array(rows.T @ scaled @ rows))
-        error[index] = abs(total / places.area - 1)
-    return matrices, error
+    inside = places.contains(position)
+    total = inside @ weight
+    if not total.all():
+        raise NoPlace("smaller than the elements of the mesh")
+    scale = sp.diags_array(places.area / total)
+    place_weight = sp.csr_array(scale @ sp.csr_array(inside) @ sp.diags_array(weight))
+    overlap = []
+    for begin, end in itertools.pairwise(place_weight.indptr.tolist()):
+        rows = at_points[place_weight.indices[begin:end]]
+        scaled = sp.diags_array(place_weight.data[begin:end])
+        overlap.append(sp.csr_array(rows.T @ scaled @ rows))
+    return place_weight, overlap, np.abs(total / places.area - 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,9 @@ BUDGETS = 5
 
 BEST = 5
 """Best layouts of the search that are confirmed, beside the lightest of each reduction."""
+
+EXCITATIONS = ("sound", "base")
+"""What a search may count."""
 
 COMPUTED = 0.05
 """Difference of reductions that computing leaves: lines, basis, frozen damping [dB]."""
@@ -51,8 +54,10 @@ class Proposals:
 
     Attributes
     ----------
-    layouts, finalists
+    layouts
         In the order in which they were confirmed.
+    finalists
+        The same at their consistent motion, by excitation.
     counted
         (n,) response points that count.
     objective
@@ -67,7 +72,7 @@ class Proposals:
     problem: Problem
     fillings: Sequence[FilledDamper]
     layouts: Sequence[Layout]
-    finalists: Sequence[Finalist]
+    finalists: Mapping[str, Sequence[Finalist]]
     counted: Index
     objective: Objective
     variants_db: Array
@@ -75,50 +80,60 @@ class Proposals:
 
     def value(self, response: PanelResponse) -> float:
         """Return what counts of a response, in the unit of the objective."""
-        square = float(self.problem.objective(self.objective.mean_square(response)))
+        square = self.objective.mean_square(response).max()
         return self.objective.scale * float(np.sqrt(square))
 
-    def error(self, finalist: Finalist) -> float:
-        """Return the standard error of the reduction [dB], with errors that all points share."""
-        square = self.objective.mean_square(finalist.response)
-        error = finalist.log_rms_error[self.objective.point_of_group]
-        if self.problem.is_largest:
-            share = np.arange(square.size) == np.argmax(square)
-        else:
-            share = square / square.sum()
-        return float(20 / np.log(10) * np.sum(share * error))
+    def _reductions(self, number: int) -> dict[str, dict[str, float | str]]:
+        """Return what a layout reduces under each excitation, the smallest reduction first."""
+        rows: dict[str, dict[str, float | str]] = {}
+        for name, finalists in self.finalists.items():
+            finalist = finalists[number]
+            bare, value, dead = (
+                self.value(response)
+                for response in (finalist.bare, finalist.response, finalist.dead_weight)
+            )
+            error = self.objective.log_error(finalist.response, finalist.log_rms_error)
+            rows[name] = {
+                "excitation": name,
+                "bare_objective": bare,
+                "objective": value,
+                "reduction_db": 20 * float(np.log10(bare / value)),
+                "reduction_error_db": 20 / float(np.log(10)) * error,
+                "dead_weight_reduction_db": 20 * float(np.log10(bare / dead)),
+            }
+        return dict(sorted(rows.items(), key=lambda row: row[1]["reduction_db"]))
 
     def front_table(self) -> pd.DataFrame:
         """Return a row per layout, the best first."""
         bare_value = float(self.problem.objective(self.problem.panel.bare))
         names = [f"{name}_reduction_db" for name in VARIANTS]
         rows = []
-        for number, (layout, finalist) in enumerate(zip(self.layouts, self.finalists, strict=True)):
-            bare, value, dead = (
-                self.value(response)
-                for response in (finalist.bare, finalist.response, finalist.dead_weight)
-            )
-            variants = dict(zip(names, self.variants_db[number].tolist(), strict=True))
+        for number, layout in enumerate(self.layouts):
+            of_excitations = self._reductions(number)
+            worst = next(iter(of_excitations.values()))
+            dead = min(row["dead_weight_reduction_db"] for row in of_excitations.values())
             faces, layer = self.alternatives_db(self.problem.mass(layout))
-            reduction, of_dead_weight = (20 * float(np.log10(bare / x)) for x in (value, dead))
             rows.append(
                 {
                     "confirmed": number,
                     "patches": len(layout),
                     "mass_kg": self.problem.mass(layout),
                     "objective_unit": self.objective.unit,
-                    "bare_objective": bare,
-                    "objective": value,
-                    "reduction_db": reduction,
-                    "reduction_error_db": self.error(finalist),
+                    **worst,
+                    **{
+                        f"{name}_reduction_db": of_excitations.get(name, {}).get("reduction_db")
+                        for name in EXCITATIONS
+                    },
                     "search_reduction_db": 10
                     * np.log10(bare_value / self.problem.evaluated[layout]),
-                    "dead_weight_reduction_db": of_dead_weight,
+                    "dead_weight_reduction_db": dead,
                     "face_sheets_reduction_db": faces,
                     "damping_layer_reduction_db": layer,
-                    "loses_to_dead_weight": reduction < of_dead_weight,
-                    "basis_error": finalist.basis_error,
-                    **variants,
+                    "loses_to_dead_weight": worst["reduction_db"] < dead,
+                    "basis_error": max(
+                        finalists[number].basis_error for finalists in self.finalists.values()
+                    ),
+                    **dict(zip(names, self.variants_db[number].tolist(), strict=True)),
                 }
             )
         table = pd.DataFrame(rows).sort_values("reduction_db", ascending=False, kind="stable")
@@ -136,8 +151,9 @@ class Proposals:
         options, places = self.problem.options, self.problem.places
         rows = []
         for name, number in zip(front["layout"], front["confirmed"], strict=True):
-            layout, finalist = self.layouts[number], self.finalists[number]
-            for option, gamma in zip(layout, finalist.acceleration_g.tolist(), strict=True):
+            layout = self.layouts[number]
+            gammas = np.max([every[number].acceleration_g for every in self.finalists.values()], 0)
+            for option, gamma in zip(layout, gammas.tolist(), strict=True):
                 filling = self.fillings[options.filling[option]]
                 x, y = places.centre[options.place[option]]
                 rows.append(
@@ -156,10 +172,9 @@ class Proposals:
         return pd.DataFrame(rows)
 
     def point_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
-        """Return a row per layout and point."""
+        """Return a row per layout, excitation and point."""
         rows = []
-        for name, number in zip(front["layout"], front["confirmed"], strict=True):
-            finalist = self.finalists[number]
+        for excitation, name, finalist in self._in_order(front):
             for index, point in enumerate(points):
                 bare, rms, dead = (
                     float(answer.acceleration_rms[index] / STANDARD_GRAVITY)
@@ -168,6 +183,7 @@ class Proposals:
                 rows.append(
                     {
                         "layout": name,
+                        "excitation": excitation,
                         "point": point,
                         "counts": index in self.counted,
                         "bare_rms_g": bare,
@@ -180,22 +196,31 @@ class Proposals:
 
     def psd_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
         """Return PSDs of each layout, and of the bare panel as layout 0."""
-        bare = self.finalists[0].bare
-        numbers = zip(front["layout"], front["confirmed"], strict=True)
-        answers = [(0, bare), *((name, self.finalists[n].response) for name, n in numbers)]
+        answers = [(every, 0, rows[0].bare) for every, rows in self.finalists.items()]
+        answers += [
+            (excitation, name, finalist.response)
+            for excitation, name, finalist in self._in_order(front)
+        ]
         return pd.concat(
             pd.DataFrame(
                 {
                     "layout": name,
+                    "excitation": excitation,
                     "point": point,
                     "frequency_hz": answer.frequency,
                     "acceleration_psd_g2_hz": answer.acceleration_psd[:, index]
                     / STANDARD_GRAVITY**2,
                 }
             )
-            for name, answer in answers
+            for excitation, name, answer in answers
             for index, point in enumerate(points)
         )
+
+    def _in_order(self, front: pd.DataFrame) -> Iterator[tuple[str, int, Finalist]]:
+        """Yield excitation, number and finalist of each layout, the best first."""
+        for name, number in zip(front["layout"], front["confirmed"], strict=True):
+            for excitation, finalists in self.finalists.items():
+                yield excitation, name, finalists[number]
 
 
 def damper_rows(problem: Problem, fillings: Sequence[FilledDamper]) -> dict[str, float]:
@@ -213,10 +238,10 @@ def damper_rows(problem: Problem, fillings: Sequence[FilledDamper]) -> dict[str,
         if not some.size:
             continue
         for start, stiffness in (("", options.stiffness), ("dead_weight_", inertia)):
-            added = panel.additions(
+            added = panel.mean_square(
                 (), none, options.place[some], stiffness[some].astype(np.complex64)
             )
-            least = float(problem.objective(added.mean_square).min())
+            least = float(problem.objective(added).min())
             rows[f"{start}reduction_db of {name}"] = 10 * float(np.log10(bare / least))
     return rows
 
@@ -247,6 +272,7 @@ def search_table(
         "submodularity_violations": sampling.violations,
         "largest_violation": sampling.largest,
         "bound_factor": sampling.ratio,
+        "bound_excess": sampling.excess,
         "area_error": area_error,
         **damper_rows(problem, fillings),
     }

@@ -13,14 +13,15 @@ import heapq
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.optimise.bound import PriceOfMass, weights_of_points
+from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.options import Options
 from pidpanel.optimise.places import Places
-from pidpanel.optimise.reduced import ReducedPanel
 
 CHAINS = 5
 """Random layouts on which the property is sampled, one damper after another."""
@@ -45,8 +46,6 @@ class Problem:
         Largest mass [kg].
     most
         Number of patches at most.
-    is_largest
-        Whether the largest of the points counts, or their mean.
 
     Attributes
     ----------
@@ -54,12 +53,11 @@ class Problem:
         Mean square that counts [m²/s⁴] of every layout that was looked at.
     """
 
-    panel: ReducedPanel
+    panel: JointPanel
     options: Options
     places: Places
     budget: float
     most: int
-    is_largest: bool
     evaluated: dict[Layout, float] = field(default_factory=dict)
 
     def on_places(self, used: Index, layouts: Sequence[Layout]) -> tuple[Problem, list[Layout]]:
@@ -71,9 +69,8 @@ class Problem:
         return fewer, [tuple(position[option] for option in layout) for layout in layouts]
 
     def objective(self, mean_square: Array) -> Array:
-        """Return what is to be small of mean squares (…, n_points)."""
-        square = mean_square.max(axis=-1) if self.is_largest else mean_square.mean(axis=-1)
-        return np.asarray(square)
+        """Return what is to be small, the largest of mean squares (…, n_points)."""
+        return np.asarray(mean_square.max(axis=-1))
 
     def mass(self, layout: Layout) -> float:
         """Return the mass of a layout [kg]."""
@@ -93,10 +90,10 @@ class Problem:
         if not some.any():
             return square
         options, loaded, index = self.options, list(layout), np.flatnonzero(some)
-        square[index] = self.panel.additions(
+        square[index] = self.panel.mean_square(
             options.place[loaded].tolist(), options.stiffness[loaded],
             options.place[index], options.stiffness[index],
-        ).mean_square  # fmt: skip
+        )  # fmt: skip
         values = self.objective(square[index]).tolist()
         for option, value in zip(index.tolist(), values, strict=True):
             self.evaluated[tuple(sorted((*layout, option)))] = value
@@ -163,42 +160,76 @@ class Sampling:
         Largest violation, as a share of the bare mean square.
     ratio
         Largest of what layouts remove over the sum of what their dampers remove; at least 1.
+    excess
+        Most that dampers remove beside another over ``ratio`` times the sum of what each removes
+        without it, as a share of the bare mean square; at least 0.
     """
 
     checks: int
     violations: int
     largest: float
     ratio: float
+    excess: float
 
 
 def sample_property(problem: Problem, seed: int = 0) -> Sampling:
     """Sample the property on random layouts, built one damper after another."""
     generator, bare = np.random.default_rng(seed), problem.panel.bare
-    checks, violations, largest, ratio = 0, 0, 0.0, 1.0
+    checks, violations, largest, ratio, chains = 0, 0, 0.0, 1.0, []
     for _ in range(CHAINS):
-        layout: Layout = ()
-        light = problem.options.mass <= problem.budget / problem.most * generator.uniform(1, 2)
-        states: list[tuple[Array, Array]] = []
-        drawn: list[int] = []
-        current = bare
-        while (allowed := problem.feasible(layout) & light).any():
-            states.append((current, problem.additions(layout)))
-            drawn.append(int(generator.choice(np.flatnonzero(allowed))))
-            layout = tuple(sorted((*layout, drawn[-1])))
-            current = states[-1][1][drawn[-1]]
-        gains = [start - square for start, square in states]
+        chain = _chain(problem, generator)
+        chains.append(chain)
+        gains = [start - square for start, square in chain.states]
         for before, after in itertools.pairwise(gains):
             both = np.isfinite(after).all(axis=1) & np.isfinite(before).all(axis=1)
             excess = (after[both] - before[both]) / bare
             checks += excess.size
             violations += int(np.count_nonzero(excess > TOLERANCE))
             largest = max(largest, float(excess.max(initial=0.0)))
-        for index, (start, _) in enumerate(states):
-            single = np.maximum(gains[index][drawn[index:]], 0).sum(axis=0)
-            joint = start - current
+        for index, (start, _) in enumerate(chain.states):
+            single = np.maximum(gains[index][chain.drawn[index:]], 0).sum(axis=0)
+            joint = start - chain.last
             large = single > 100 * TOLERANCE * bare
             ratio = max(ratio, float((joint[large] / single[large]).max(initial=1.0)))
-    return Sampling(checks, violations, largest, ratio)
+    beyond = max(_excess(bare, chain, ratio) for chain in chains)
+    return Sampling(checks, violations, largest, ratio, beyond if beyond > TOLERANCE else 0.0)
+
+
+class _Chain(NamedTuple):
+    """Dampers that were added one after another."""
+
+    states: list[tuple[Array, Array]]  # mean squares before each, and with each option in its place
+    drawn: list[int]
+    last: Array  # mean squares with all of them
+
+
+def _chain(problem: Problem, generator: np.random.Generator) -> _Chain:
+    layout: Layout = ()
+    light = problem.options.mass <= problem.budget / problem.most * generator.uniform(1, 2)
+    states: list[tuple[Array, Array]] = []
+    drawn: list[int] = []
+    current = problem.panel.bare
+    while (allowed := problem.feasible(layout) & light).any():
+        states.append((current, problem.additions(layout)))
+        drawn.append(int(generator.choice(np.flatnonzero(allowed))))
+        layout = tuple(sorted((*layout, drawn[-1])))
+        current = states[-1][1][drawn[-1]]
+    return _Chain(states, drawn, current)
+
+
+def _excess(bare: Array, chain: _Chain, ratio: float) -> float:
+    """Return `Sampling.excess` of a chain."""
+    excess, (states, drawn, _) = 0.0, chain
+    for index, (start, square) in enumerate(states):
+        alone = np.maximum(start - square, 0)  # 0 where not allowed
+        single = np.zeros_like(bare)
+        for further in range(index + 1, len(states)):
+            removed = states[index + 1][0] - states[further][1]
+            beyond = (removed - ratio * (single + alone)) / bare
+            allowed = np.isfinite(square) & np.isfinite(removed)
+            excess = max(excess, float(np.max(beyond, initial=0.0, where=allowed)))
+            single = single + alone[drawn[further]]
+    return excess
 
 
 @dataclass(frozen=True)
@@ -226,15 +257,17 @@ class Proof:
         return float(10 * np.log10(self.value / min(self.bound, self.value)))
 
 
-def branch_and_bound(problem: Problem, start: Layout, ratio: float, nodes: int) -> Proof:
+def branch_and_bound(problem: Problem, start: Layout, sampling: Sampling, nodes: int) -> Proof:
     """Return the best layout with a bound on all others.
+
+    Where the property fails, branches are looked at beyond the bound, as far as the nodes reach.
 
     Parameters
     ----------
     start
         A good layout.
-    ratio
-        By which what further dampers remove is enlarged.
+    sampling
+        By how much what further dampers remove is enlarged.
     nodes
         Layouts whose further dampers are evaluated at most.
     """
@@ -246,7 +279,7 @@ def branch_and_bound(problem: Problem, start: Layout, ratio: float, nodes: int) 
     done, closed = 0, value
     while heap and done < nodes:
         bound, _, layout, allowed = heapq.heappop(heap)
-        if bound >= value * (1 - CLOSE):
+        if bound >= value * (1 - CLOSE) and not sampling.violations:
             closed = min(closed, bound)
             heap.clear()
             break
@@ -255,8 +288,8 @@ def branch_and_bound(problem: Problem, start: Layout, ratio: float, nodes: int) 
         values = problem.objective(square)
         if (option := int(np.argmin(values))) >= 0 and values[option] < value:
             best, value = tuple(sorted((*layout, option))), float(values[option])
-        for below, option, rest in _children(problem, layout, square, ratio):
-            if below < value * (1 - CLOSE):
+        for below, option, rest in _children(problem, layout, square, sampling):
+            if below < value * (1 - CLOSE) or sampling.violations:
                 child = tuple(sorted((*layout, option)))
                 heapq.heappush(heap, (below, next(counter), child, rest))
             else:
@@ -266,7 +299,7 @@ def branch_and_bound(problem: Problem, start: Layout, ratio: float, nodes: int) 
 
 
 def _children(
-    problem: Problem, layout: Layout, square: Array, ratio: float
+    problem: Problem, layout: Layout, square: Array, sampling: Sampling
 ) -> Iterator[tuple[float, int, Flags]]:
     """Yield bound, option and further options of each branch; each layout is in one of them."""
     free = problem.most - len(layout) - 1
@@ -275,9 +308,10 @@ def _children(
         return
     options, places = problem.options, problem.places
     start = problem.mean_square(layout)
-    weights = weights_of_points(problem.panel.points, is_largest=problem.is_largest)
+    weights = weights_of_points(problem.panel.points)
     gains = np.where(finite[:, None], start - np.where(finite[:, None], square, 0), 0) @ weights.T
-    prices = PriceOfMass(ratio * gains, options.mass, places.group[options.place], free)
+    excess = sampling.excess * (weights @ problem.panel.bare)
+    prices = PriceOfMass(sampling.ratio * gains, options.mass, places.group[options.place], free)
     rest = problem.budget - problem.mass(layout) - options.mass
     order = np.flatnonzero(finite)
     order = order[np.argsort(problem.objective(square[order]))]
@@ -288,4 +322,4 @@ def _children(
         further &= options.mass <= rest[option] + 1e-12
         if further.any():
             removed = prices.most(further, rest[option])
-            yield float(np.max(weights @ square[option] - removed)), option, further
+            yield float(np.max(weights @ square[option] - removed - excess)), option, further

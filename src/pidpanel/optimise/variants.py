@@ -1,4 +1,4 @@
-"""Layouts on panels and under sound that differ from the stated ones, as in the search."""
+"""Layouts on panels and under excitations that differ from the stated ones, as in the search."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.options import FilledDamper, frozen_options
-from pidpanel.optimise.reduced import ReducedPanel
 from pidpanel.optimise.search import Layout, Problem
 
 LEVELS_DB = (-6.0, 6.0)
-"""Changes of the sound level."""
+"""Changes of the level of the excitation."""
 
 DAMPING_FACTORS = (0.5, 2.0)
 """On the damping ratio of the panel."""
@@ -32,7 +32,7 @@ def reductions(
     problem: Problem,
     fillings: Sequence[FilledDamper],
     layouts: Sequence[Layout],
-    panel_with: Callable[[float], ReducedPanel],
+    panel_with: Callable[[float], JointPanel],
 ) -> Array:
     """Return the reduction of what counts of each layout with each of `VARIANTS`.
 

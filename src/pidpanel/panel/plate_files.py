@@ -34,6 +34,9 @@ class StoredPlate:
     at_quadrature: sp.csr_array
     inertia: Array
     shapes: Array  # (n_free, n) of the basis, in its order and size, in single precision
+    # (n_patches, n_quadrature) weights over patches that elements do not follow [m²]; None where a
+    # patch is whole elements
+    patch_weight: sp.csr_array | None = None
 
 
 def write_plate(

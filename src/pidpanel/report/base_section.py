@@ -26,6 +26,7 @@ from pidpanel.report.html import (
 )
 from pidpanel.report.inputs import BaseResults
 from pidpanel.report.text import READINGS, common_decimals, number, percent, records, value_text
+from pidpanel.solve.mesh_error import decibels
 
 MODES_SHOWN = 12  # modes with the largest effective masses in the table
 
@@ -84,6 +85,11 @@ def base_facts(base: BaseResults) -> list[tuple[str, str]]:
         f, level = base.sine["frequency"], base.sine.attrs["acceleration_g"]
         says = f"sine sweep, {level:g} g, {f[0]:g} to {f[-1]:g} Hz, {f.size} lines, up and down"
         facts.append(("Base motion", says))
+    rows = base.summary if base.summary is not None else base.peaks
+    if rows is not None:
+        says = "its shift of resonances changes a PSD by at most "
+        says += f"{number(decibels(rows['mesh_error'].max()), 2)} dB at any line"
+        facts.append(("Mesh on the shaker", says))
     curves = base.psd if base.psd is not None else base.sine
     if curves is not None:
         error = percent(float(curves.attrs["basis_error"]), 2)

@@ -118,6 +118,9 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
         },
         base=read.read_base(folder / "base", study.base.parts) if study.base else None,
         measurements=read.read_measurements(folder / "measurement") if study.measurements else None,
+        proposal=None
+        if study.optimise is None
+        else read.read_proposal(folder / "optimise", study.optimise.objective),
     )
 
 
@@ -137,9 +140,6 @@ def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inp
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
         stress=read.read_by_point(response / "stress.csv"),
         maps=read.read_dataset(response / "maps.nc"),
-        proposal=None
-        if study.optimise is None
-        else read.read_proposal(folder / "optimise", study.optimise.objective),
         severity=None
         if study.severity is None
         else read.read_severity(

@@ -139,6 +139,11 @@ class ProposalResults:
     psd: pd.DataFrame  # ``optimise/psd.csv``
     objective: str = "largest"  # ``optimise.objective``
 
+    @property
+    def excitations(self) -> list[str]:
+        """What the search counts."""
+        return list(dict.fromkeys(self.summary["excitation"]))
+
 
 @dataclass(frozen=True)
 class SeverityResults:
@@ -189,6 +194,7 @@ class PanelInputs:
     coupled: CoupledResults | None = None  # None without coupled runs
     base: BaseResults | None = None  # None without base motion
     measurements: MeasurementResults | None = None  # None without the section ``measurements``
+    proposal: ProposalResults | None = None  # None without the section ``optimise``
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,7 +207,6 @@ class Inputs(PanelInputs):
     bands: pd.DataFrame  # ``sound/spectrum.csv``
     stress: pd.DataFrame  # ``response/stress.csv``
     maps: xr.Dataset | None = None  # ``response/maps.nc``
-    proposal: ProposalResults | None = None  # None without the section ``optimise``
     severity: SeverityResults | None = None  # None without the section ``severity``
 
     @property

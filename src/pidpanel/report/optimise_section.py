@@ -16,7 +16,7 @@ from pidpanel.report.front_drawing import ALTERNATIVES, front_drawing
 from pidpanel.report.html import Choice, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import ProposalResults
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of, psd_figure
-from pidpanel.report.text import number, records, with_error
+from pidpanel.report.text import number, percent, records, with_error
 
 NARROW = 5.2  # width of a picture, two of which make a row [in]
 
@@ -29,26 +29,40 @@ OBJECTIVES = {
 }
 
 
-def _fall(proposal: ProposalResults, counted: pd.DataFrame) -> str:
-    """Return what falls from where to where."""
+# What drives the panel, by the name of the excitation.
+UNDER = {"sound": "under sound", "base": "on the moving base"}
+
+
+def _fall(proposal: ProposalResults, best: Any) -> str:
+    """Return what falls from where to where, under the excitation that decides."""
+    under = UNDER[best["excitation"]]
     if proposal.objective in OBJECTIVES:
-        best = proposal.front.iloc[0]
         error = best["objective"] * np.log(10) / 20 * best["reduction_error_db"]
         return (
-            f"The {OBJECTIVES[proposal.objective]} falls from {number(best['bare_objective'])} to "
-            f"{_rms(best['objective'], error)} {best['objective_unit']}."
+            f"The {OBJECTIVES[proposal.objective]} {under} falls from "
+            f"{number(best['bare_objective'])} to {_rms(best['objective'], error)} "
+            f"{best['objective_unit']}."
         )
-    after = counted.sort_values("acceleration_rms_g").iloc[-1]
+    rows = proposal.summary[proposal.summary["counts"] & (proposal.summary["layout"] == 1)]
+    rows = rows[rows["excitation"] == best["excitation"]]
+    after = rows.sort_values("acceleration_rms_g").iloc[-1]
     return (
-        f"The largest rms acceleration falls from {number(counted['bare_rms_g'].max())} to "
+        f"The largest rms acceleration {under} falls from {number(rows['bare_rms_g'].max())} to "
         f"{_rms(after['acceleration_rms_g'], after['acceleration_rms_error_g'])} g."
     )
+
+
+def _both(proposal: ProposalResults, best: Any) -> str:
+    """Return the reduction under each of two excitations; nothing under one."""
+    if len(proposal.excitations) == 1:
+        return ""
+    values = [f"{best[f'{name}_reduction_db']:.1f} dB {UNDER[name]}" for name in UNDER]
+    return f" ({' and '.join(values)}; the smaller counts)"
 
 
 def proposal_headline(proposal: ProposalResults) -> str:
     """Return the answer: where, how full, how heavy, how much less, and the gap."""
     facts, best = proposal.search, proposal.front.iloc[0]
-    counted = proposal.summary[(proposal.summary["layout"] == 1) & proposal.summary["counts"]]
     gap = (
         f"By the bound of the search, no layout here is better by more than {_gap(proposal):g} dB."
     )
@@ -61,7 +75,7 @@ def proposal_headline(proposal: ProposalResults) -> str:
     return (
         f"Best layout within {facts['budget_kg']:g} kg: {patches_text(proposal.layouts, 1)}, "
         f"{x:g} m × {y:g} m{' each' if best['patches'] > 1 else ''}, {number(best['mass_kg'])} kg. "
-        f"{_fall(proposal, counted)} The reduction is {_decibels(best)}. {gap}"
+        f"{_fall(proposal, best)} The reduction is {_decibels(best)}{_both(proposal, best)}. {gap}"
     )
 
 
@@ -77,7 +91,8 @@ def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> Choice:
             f"{patches_text(proposal.layouts, layout)}.",
         )
         title = f"Layout {layout}: {label}"
-        options.append((f"layout_{layout}", title, [picture, _psd_picture(proposal, layout)]))
+        psds = [_psd_picture(proposal, layout, name) for name in proposal.excitations]
+        options.append((f"layout_{layout}", title, [picture, *psds]))
     return Choice(
         front_drawing(proposal.front),
         "Reduction over mass; click a point or a layout below for its drawing and PSD. Filled: "
@@ -87,25 +102,26 @@ def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> Choice:
     )
 
 
-def _psd_picture(proposal: ProposalResults, layout: int) -> Picture:
+def _psd_picture(proposal: ProposalResults, layout: int, excitation: str) -> Picture:
     summary = proposal.summary[(proposal.summary["layout"] == layout) & proposal.summary["counts"]]
+    summary = summary[summary["excitation"] == excitation]
+    psds = proposal.psd[proposal.psd["excitation"] == excitation]
     row = summary.sort_values("bare_rms_g").iloc[-1]
     curves, frequency = [], np.zeros(0)
     for number_of, name, colour in (
         (layout, "with dampers", style.PLACES[0]),
         (0, "bare", style.BARE),
     ):
-        psd = proposal.psd[
-            (proposal.psd["layout"] == number_of) & (proposal.psd["point"] == row["point"])
-        ]
+        psd = psds[(psds["layout"] == number_of) & (psds["point"] == row["point"])]
         frequency = psd["frequency_hz"].to_numpy()
         values = psd["acceleration_psd_g2_hz"].to_numpy() * STANDARD_GRAVITY**2
         rms = row["acceleration_rms_g" if number_of else "bare_rms_g"]
         curves.append(PsdCurve(f"{name}: {number(rms)} g rms", values, colour, width=1.4))
     figure = psd_figure(frequency, [FigurePanel("", "", curves)], width=NARROW, height=3.7)
-    caption = f"Acceleration PSD at point {row['point']}, where the bare panel moves most."
+    caption = f"Acceleration PSD at point {row['point']} {UNDER[excitation]}, where the bare panel "
+    caption += "moves most."
     charts = [chart_of("", frequency, curves)]
-    return Picture(f"layout_psd_{layout}", style.png(figure), caption, charts)
+    return Picture(f"layout_psd_{layout}_{excitation}", style.png(figure), caption, charts)
 
 
 def optimise_section(proposal: ProposalResults) -> PageSection:
@@ -154,7 +170,7 @@ def sentences(proposal: ProposalResults) -> list[str]:
         )
     steady = front[front["is_equivalent"]].sort_values("largest_regret_db").iloc[0]
     texts.append(
-        f"Robust choice: layout {steady['layout']}. With ±6 dB of sound, half and twice the "
+        f"Robust choice: layout {steady['layout']}. With ±6 dB of the level, half and twice the "
         f"damping ratio, and ±10 % of the damper mass, it is at most "
         f"{steady['largest_regret_db']:.2f} dB behind the best confirmed layout."
     )
@@ -215,8 +231,11 @@ def gap_text(proposal: ProposalResults) -> str:
         f"{_drift(proposal.front):.2f} dB; twice that is added. The bound {assumption}"
     )
     if violations:
-        factor = number(facts["bound_factor"])
-        return f"{text}{fails}: not proved. It is enlarged by the largest ratio sampled, {factor}."
+        factor, excess = number(facts["bound_factor"]), percent(facts["bound_excess"], 1)
+        return (
+            f"{text}{fails}: not proved. It is enlarged by the largest ratio sampled, {factor}, "
+            f"and by {excess} of the bare mean square."
+        )
     return f"{text}which holds in all of {_count(checks)} checks."
 
 
@@ -248,13 +267,15 @@ def point_table(proposal: ProposalResults) -> Table:
         rows.append(
             [
                 row["point"],
+                *([UNDER[row["excitation"]]] if len(proposal.excitations) > 1 else []),
                 number(row["bare_rms_g"]),
                 _rms(after, error),
                 number(row["dead_weight_rms_g"]),
                 "yes" if row["counts"] else "no",
             ]
         )
-    columns = ["point", "bare, g rms", "with dampers, g rms", "dead weight, g rms", "counts"]
+    columns = ["point", *(["excitation"] if len(proposal.excitations) > 1 else [])]
+    columns += ["bare, g rms", "with dampers, g rms", "dead weight, g rms", "counts"]
     return Table("The best layout at its consistent motion.", columns, rows)
 
 
@@ -297,7 +318,7 @@ def variant_table(front: pd.DataFrame) -> Table:
     ]
     titles = [name.removesuffix(suffix).replace("_", " ") for name in names]
     return Table(
-        "Reduction in dB with changes of the sound level, of the panel's damping ratio and of the "
+        "Reduction in dB with changes of the level, of the panel's damping ratio and of the "
         "dampers' C_e and m_a. Behind: most that the layout is behind the best confirmed one.",
         ["layout", *titles, "behind"],
         rows,

@@ -15,10 +15,11 @@ from pidpanel.report.facts import damping_facts, panel_facts, software_facts
 from pidpanel.report.html import CAVEATS, Page, Picture
 from pidpanel.report.inputs import BaseResults, PanelInputs
 from pidpanel.report.measurement_section import curves_of, measurement_section
+from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import panel_section
 from pidpanel.report.study_page import coupon_sections
 from pidpanel.report.text import READINGS, number, percent, records, value_text
-from pidpanel.report.warnings import coupon_warnings, massless_text
+from pidpanel.report.warnings import coupon_warnings, massless_text, mesh_text
 
 TONES_AT_RANDOM = (
     "Under random motion the damping is that of a sine with the patch's rms acceleration, "
@@ -36,6 +37,11 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
         raise ValueError(f"{study.name}: a page without sound and base motion")
     on_shaker = base_section(base, study.names, study.panel.points, study.panel.thickness_mm)
     answer, *summary = _findings(base, study.names)
+    proposed, designs = [], []
+    if inputs.proposal is not None:
+        answer, summary = proposal_headline(inputs.proposal), [answer, *summary]
+        proposed = [optimise_section(inputs.proposal)]
+        designs = [proposal_choice(inputs.proposal, inputs.basis)]
     warnings = _warnings(inputs, base)
     on_panel = panel_section(inputs.basis, inputs.modes, inputs.printed)
     # the drawing and the first curves make a row
@@ -53,7 +59,7 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
     return Page(
         title=study.title,
         answer=answer,
-        first=[*head, drawing, tail[0]],
+        first=[*designs, *head, drawing, tail[0]],
         caveats=warnings[:CAVEATS],
         facts=[
             *panel_facts(inputs),
@@ -65,6 +71,7 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
         summary=summary,
         warnings=warnings[CAVEATS:],
         sections=[
+            *proposed,
             replace(on_shaker, blocks=tail[1:]),
             *(replace(section, folded=True) for section in sections),
         ],
@@ -128,6 +135,7 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
                 f"{study.names[row['scenario']]}: C_e is negative with {READINGS[row['reading']]}; "
                 "there is no steady motion."
             )
+        lines += mesh_text(study.names, base.summary[base.summary["status"] == "ok"])
         if study.has_dampers and not study.is_coupled:
             lines.append(TONES_AT_RANDOM)
     lines.append("The panel is in vacuum: radiation into the air is not included.")

@@ -4,7 +4,7 @@ Every function returns sentences, none where there is nothing to say.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
@@ -51,6 +51,10 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     lines = [*_doubts(study, summary, main)]
     if answer is not None:
         lines += _of_answer(inputs, answer)
+    if inputs.base is not None and inputs.base.summary is not None:
+        names = {scenario.layout_label: scenario.name for scenario in study.scenarios}
+        on_base = inputs.base.summary
+        lines += mesh_text(names, on_base[on_base["status"] == "ok"])
     lines += massless_text(study)
     if study.surfaces or inputs.layouts["damping_read_at_g"].notna().any():
         lines.append(SINGLE_TONES)
@@ -134,6 +138,19 @@ def _of_solution(study: ReportedStudy, summary: pd.DataFrame) -> Iterator[str]:
     balance = good["power_balance_error"].max()
     if balance > trust.POWER_BALANCE:
         yield f"Power input and power loss differ by up to {number(balance, 2)} of the power input."
+    yield from mesh_text(study.names, good)
+
+
+def mesh_text(names: Mapping[str, str], good: pd.DataFrame) -> Iterator[str]:
+    """Yield by how much shorter the elements of a mesh must be, where they are too long.
+
+    Parameters
+    ----------
+    names
+        Of the scenarios by label.
+    good
+        Rows of ``response/summary.csv`` or ``base/summary.csv`` with a response.
+    """
     if good["mesh_error"].max() > trust.MESH_ERROR or good["mesh_error_rms"].max() > trust.MESH_RMS:
         largest = records(good.sort_values("mesh_error"))[-1]
         beyond = max(
@@ -141,7 +158,7 @@ def _of_solution(study: ReportedStudy, summary: pd.DataFrame) -> Iterator[str]:
         )
         shorter = math.ceil(10 * beyond ** (1 / ORDER)) / 10
         yield (
-            f"The mesh is too coarse: it shifts resonances of {study.names[largest['scenario']]} "
+            f"The mesh is too coarse: it shifts resonances of {names[largest['scenario']]} "
             f"({READINGS[largest['reading']]}), which changes PSDs by up to "
             f"{number(decibels(largest['mesh_error']), 2)} dB and rms accelerations by up to "
             f"{percent(good['mesh_error_rms'].max(), 1)}. Use element edges {number(shorter, 2)} "

@@ -105,7 +105,6 @@ def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -
         ),
         basis,
         excitation,
-        StudySound(study),
         read_air(study, radiation, table, files.air),
         mass_per_area=panel.section.mass_per_area,
         shift_of_wave=partial(frequency_shift, panel.element, panel.section),
@@ -190,7 +189,7 @@ def write_response(
     models = damping_models(study, damping, None if coupled is None else coupled / "impedance.csv")
     scenarios = scenarios_of(study)
     start = read_response_panel(study, files, study.response.radiation)
-    checked = checked_responses(start, read_plate(plate), scenarios, models)
+    checked = checked_responses(start, read_plate(plate), scenarios, models, StudySound(study))
     errors = None
     if coupled is not None:
         tables = coupled / "summary.csv", coupled / "psd.csv"
@@ -242,7 +241,8 @@ def write_maps(
         What to write: NetCDF, and a folder for ParaView.
     """
     panel = read_response_panel(study, files, study.response.radiation)
-    panel = widen(panel, read_plate(plate), read_further_shapes(shapes_nc))
+    shapes = read_further_shapes(shapes_nc)
+    panel = widen(panel, read_plate(plate), shapes, StudySound(study))
     psd = read_psd(psd_nc)
     panel = replace(panel, least_damping_ratio=float(psd.attrs["resolved_damping_ratio"]))
     labels = {scenario.label for scenario in study.mapped_scenarios()}

@@ -52,7 +52,7 @@ class Settings:
 
 
 class ExcitationSource(Protocol):
-    """The excitation of a study on any shapes of its panel."""
+    """The sound of a study on any shapes of its panel."""
 
     def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[Excitation, Air | None]:
         """Return the excitation of a basis, and the air on it where there is some."""
@@ -103,7 +103,6 @@ class ResponsePanel:
     settings: Settings
     basis: PanelBasis  # modes and residual vectors of the panel
     excitation: Excitation  # at the level of the study
-    source: ExcitationSource
     air: Air | None = None  # the air that the panel moves; None where it is left out
     # Elements of the patches; None where they are not looked at
     elements: PatchElements | None = None
@@ -250,7 +249,9 @@ class ResponsePanel:
         return ParticleForce(nodes, total)
 
 
-def widen(panel: ResponsePanel, plate: StoredPlate, further_shapes: Array) -> ResponsePanel:
+def widen(
+    panel: ResponsePanel, plate: StoredPlate, further_shapes: Array, source: ExcitationSource
+) -> ResponsePanel:
     """Return the panel with a basis that has what another left out.
 
     The excitation of the new shapes is computed here, since their choice follows from the response.
@@ -260,5 +261,5 @@ def widen(panel: ResponsePanel, plate: StoredPlate, further_shapes: Array) -> Re
     shapes = basis_shapes(panel.basis, plate, further_shapes)
     basis = refined(panel.basis, plate, shapes)
     elements = patch_elements(basis, plate, shapes.vectors)
-    excitation, air = panel.source.on_basis(basis, panel.air)
+    excitation, air = source.on_basis(basis, panel.air)
     return replace(panel, basis=basis, excitation=excitation, air=air, elements=elements)

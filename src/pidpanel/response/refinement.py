@@ -20,10 +20,11 @@ from pidpanel.response.cases import (
     resolving,
 )
 from pidpanel.response.dampers import DampingModels
-from pidpanel.response.panel import ResponsePanel, widen
+from pidpanel.response.panel import ExcitationSource, ResponsePanel, widen
 from pidpanel.solve.basis_error import (
     ALLOWED,
     BasisCheck,
+    ForceAt,
     PatchDampers,
     basis_shapes,
     check_basis,
@@ -67,8 +68,14 @@ def checked_responses(
     plate: StoredPlate,
     scenarios: Sequence[ResponseScenario],
     models: DampingModels,
+    source: ExcitationSource,
 ) -> CheckedResponses:
     """Return every scenario, in a basis whose error is within `basis_error.ALLOWED`.
+
+    Parameters
+    ----------
+    source
+        Of the excitation on shapes that join the basis, and on all elements.
 
     Notes
     -----
@@ -78,7 +85,7 @@ def checked_responses(
     panel = resolving(panel, mass)
     further_shapes = np.zeros((plate.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
-        wider = widen(panel, plate, further_shapes)
+        wider = widen(panel, plate, further_shapes, source)
         plan = plan_cases(wider, scenarios, models)
         columns = len(plan.layouts) * len(panel.basis.point_names)
         lines = lines_to_try(
@@ -90,7 +97,7 @@ def checked_responses(
             lines = _with_flanks(lines, wider, solver, plain)
         checked = solver.with_lines(lines, wider.deflection_at_points)
         tried = plain.solve(checked)
-        check, of_case = _check(panel, wider, plate, further_shapes, tried, lines)
+        check, of_case = _check(panel, wider, plate, further_shapes, tried, lines, source.force_at)
         if not check.missing_shapes.shape[1] or attempt == ATTEMPTS - 1:
             break
         print(
@@ -111,16 +118,17 @@ def checked_responses(
     )
 
 
-def _mesh_errors(
-    panel: ResponsePanel, cases: Sequence[SolvedCase], mass: Array
-) -> list[MeshError | None]:
-    """Return the error of each case: of the heaviest dampers, and of none on the bare panel."""
+def mesh_shifts(panel: ResponsePanel, mass: Array) -> dict[bool, Array]:
+    """Return the share (nf,) by which the mesh raises the resonance nearest to each line.
+
+    Of the bare panel (True), and with masses (n_patches,) [kg/m²] on its patches (False).
+    """
     f, basis = panel.frequency, panel.basis
     # a patch may have shorter elements than the panel
     sizes = element_sizes(basis.vertex_position, basis.cells)
     edges = [float(sizes.max()), *(float(sizes[cells].max()) for cells in basis.cell_in_patch)]
-    shift = {}
-    for is_bare in {case.scenario.is_bare for case in cases}:
+    shifts = {}
+    for is_bare in (True, False):
         on_patch = np.zeros_like(mass) if is_bare else mass
         modes = loaded_modes(panel.modal, basis.patch_overlap, on_patch, panel.mass_per_area)
         up_to = modes.frequency <= 2 * f[-1]
@@ -132,7 +140,15 @@ def _mesh_errors(
             for edge, extra in zip(edges, (0.0, *on_patch.tolist()), strict=True)
         ]
         bare, patches = np.split(np.array(of_wave), [1])
-        shift[is_bare] = MARGIN * shift_of_modes(f, modes, bare[0], patches)
+        shifts[is_bare] = MARGIN * shift_of_modes(f, modes, bare[0], patches)
+    return shifts
+
+
+def _mesh_errors(
+    panel: ResponsePanel, cases: Sequence[SolvedCase], mass: Array
+) -> list[MeshError | None]:
+    """Return the error of each case: of the heaviest dampers, and of none on the bare panel."""
+    f, shifts = panel.frequency, mesh_shifts(panel, mass)
     spectrum = panel.excitation.spectrum(f)
     errors: list[MeshError | None] = []
     for case in cases:
@@ -140,7 +156,7 @@ def _mesh_errors(
             errors.append(None)
             continue
         psd = case.response.response.acceleration_psd
-        errors.append(mesh_error(f, psd, spectrum, shift[case.scenario.is_bare]))
+        errors.append(mesh_error(f, psd, spectrum, shifts[case.scenario.is_bare]))
     return errors
 
 
@@ -177,6 +193,7 @@ def _check(
     further_shapes: Array,
     cases: Sequence[SolvedCase],
     lines: Array,
+    force_at: ForceAt,
 ) -> tuple[BasisCheck, list[list[int]]]:
     """Return the check of all that was solved, and of each case the rows that count for it."""
     rows: dict[int, int] = {}
@@ -202,7 +219,7 @@ def _check(
         plate,
         shapes,
         wider.modal,
-        pressure_errors(wider.basis, plate, wider.excitation, panel.source.force_at),
+        pressure_errors(wider.basis, plate, wider.excitation, force_at),
         panel.settings.damping_ratio.at(panel.cutoff),
         panel.cutoff,
         lines,

@@ -40,6 +40,8 @@ class Inertia:
         1ᵀ M 1 of the panel with attached masses, supports included [kg].
     patch_integral
         (n_patches, n) ∫_p φ_i dA [m²].
+    patch_area
+        (n_patches,) [m²].
     face_integral
         (n,) ∫ φ_i dA over the face [m²].
     """
@@ -47,6 +49,7 @@ class Inertia:
     participation: Array
     mass: float
     patch_integral: Array
+    patch_area: Array
     face_integral: Array
 
     def effective_mass(self, modal_mass: Array) -> Array:
@@ -57,14 +60,20 @@ class Inertia:
 def inertia_of(basis: PanelBasis, plate: StoredPlate, vectors: Array, mass: float) -> Inertia:
     """Return the inertia of the shapes ``vectors`` (n_free, n) of a basis."""
     integrals = integrals_of_shapes(basis, plate).T @ vectors.astype(np.float64)
-    return Inertia(plate.inertia @ vectors, mass, integrals[:-1], integrals[-1])
+    weight = plate.patch_weight
+    area = patch_areas(basis) if weight is None else np.asarray(weight.sum(axis=1))
+    return Inertia(plate.inertia @ vectors, mass, integrals[:-1], area, integrals[-1])
 
 
 def integrals_of_shapes(basis: PanelBasis, plate: StoredPlate) -> Array:
     """Return ∫ φ dA of all elements (n_free, n_patches + 1) over each patch, then the face [m²]."""
-    per_cell = len(plate.quadrature_weight) // len(basis.cells)  # cell by cell
-    rows = [np.repeat(cells, per_cell) * plate.quadrature_weight for cells in basis.cell_in_patch]
-    integrals: Array = plate.at_quadrature.T @ np.array([*rows, plate.quadrature_weight]).T
+    face = plate.quadrature_weight
+    if plate.patch_weight is not None:
+        of_patches = (plate.at_quadrature.T @ plate.patch_weight.T).toarray()
+        return np.column_stack([of_patches, plate.at_quadrature.T @ face])
+    per_cell = len(face) // len(basis.cells)  # cell by cell
+    rows = [np.repeat(cells, per_cell) * face for cells in basis.cell_in_patch]
+    integrals: Array = plate.at_quadrature.T @ np.array([*rows, face]).T
     return integrals
 
 
@@ -80,7 +89,7 @@ def with_translation(basis: PanelBasis, inertia: Inertia) -> PanelBasis:
         natural_frequency=joined(basis.natural_frequency, 0.0),
         modal_mass=joined(basis.modal_mass, TABLE_MASS * inertia.mass),
         is_residual=np.append(basis.is_residual, False),
-        patch_overlap=_bordered(basis.patch_overlap, inertia.patch_integral, patch_areas(basis)),
+        patch_overlap=_bordered(basis.patch_overlap, inertia.patch_integral, inertia.patch_area),
         face_overlap=_bordered(basis.face_overlap, inertia.face_integral, area),
         shape_at_points=joined(basis.shape_at_points, 1.0),
         shape_at_quadrature=joined(basis.shape_at_quadrature, 1.0),
@@ -149,6 +158,10 @@ class BaseExcitation:
         """Return the excitation of a basis `with_translation`."""
         return cls(level, np.append(-inertia.participation, TABLE_MASS * inertia.mass))
 
+    def on_masses(self, ratio: Array) -> BaseExcitation:
+        """Return the excitation of a panel with other modal masses, (n + 1,) times these."""
+        return replace(self, force=ratio * self.force)
+
     def spectrum(self, frequency: Array) -> Array:
         """Return S (nf,) [(m/s²)²/Hz]."""
         return self.level(frequency)
@@ -175,5 +188,5 @@ def observed_motions(basis: PanelBasis, inertia: Inertia) -> Array:
     points = np.zeros((len(absolute) + 1, max(2, 1 + len(patches)), absolute.shape[1]))
     points[:-1, 0], points[:-1, 1] = absolute, relative
     points[-1, 0] = np.append(inertia.participation, inertia.mass)
-    points[-1, 1 : 1 + len(patches)] = np.column_stack([patches, patch_areas(basis)])
+    points[-1, 1 : 1 + len(patches)] = np.column_stack([patches, inertia.patch_area])
     return points

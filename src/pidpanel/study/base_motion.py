@@ -156,9 +156,6 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
 def _mistakes_without_sound(study: Study) -> Iterator[Mistake]:
     """Yield what is only computed under sound."""
     response = study.response
-    if study.optimise is not None:
-        says = "only allowed with a section sound; layouts are searched under sound alone"
-        yield Mistake(("optimise",), says)
     asked: dict[Keys, bool] = {
         ("severity",): study.severity is not None,
         ("response", "maps"): bool(response.maps),

@@ -49,6 +49,9 @@ class Optimise(SectionModel):
     """What is to be small: the ``largest`` rms acceleration of the points, or their mean square;
     that over the ``panel``, at 24 further vertices; the largest von Mises ``stress`` of 3σ at the
     points; the largest rms acceleration of ``oscillators`` on the points, in ``band_hz``."""
+    excitation: Literal["sound", "base", "both"] | None = None
+    """What counts: the response under ``sound``, under the random motion of ``base``, or the
+    smaller reduction of ``both``; by default all that the study has."""
     band_hz: tuple[Frequency, Frequency] | None = None
     """Natural frequencies of the oscillators [Hz]."""
     quality: Annotated[float, Quantity(1, 50)] = 10.0
@@ -91,6 +94,11 @@ def mistakes_of_optimise(study: Study) -> Iterator[Mistake]:
 def _mistakes_of(section: Optimise, study: Study) -> Iterator[Mistake]:
     if study.response.modal_damping != "full":
         yield Mistake((), "only allowed with response.modal_damping: full")
+    wanted = section.excitation or ("base" if study.sound is None else "sound")
+    if wanted != "base" and study.sound is None:
+        yield Mistake(("excitation",), f"{wanted} needs a section sound")
+    if wanted != "sound" and (study.base is None or study.base.random is None):
+        yield Mistake(("excitation",), f"{wanted} needs base.random")
     (low, high), band = study.response.frequency_hz, section.band_hz
     if band is not None and not low <= band[0] < LEAST_BAND * band[0] <= band[1] <= high:
         says = f"must be two values from {low:g} to {high:g}, the frequencies of the response, the "

@@ -96,7 +96,7 @@ class _Plate:
         mesh = mesh_quadrilaterals(folder / "plate.msh", SIZE, ELEMENTS, patch, POINTS)
         plate = assemble_thin_plate(mesh, ThinSection(RIGIDITY, MASS_PER_AREA))
         shapes = panel_shapes(plate, 2 * HIGHEST)
-        names = [field.name for field in fields(StoredPlate) if field.name != "shapes"]
+        names = [field.name for field in fields(StoredPlate) if hasattr(plate, field.name)]
         stored = {name: getattr(plate, name) for name in names}
         basis = with_condensed_face(basis_of(mesh, plate, shapes), 40.0)
         none = np.zeros((shapes.vectors.shape[0], 0))

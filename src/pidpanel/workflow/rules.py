@@ -45,22 +45,20 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     Each has a script of its name.
     """
     panel = _panel(plan, study)
+    files = {name: panel.output[name] for name in ("modes", "plate", "section")}
     base = {} if study.base is None else {"base": _base(plan, study, panel)}
     if study.sound is None:
+        proposals = _optimise(plan, study, files)
         measurement = _measurement(plan, study, base)
-        report = _report(plan, study, panel, _outputs(base | measurement), {})
-        return {"panel": panel, **base, **measurement, "report": report}
+        report = _report(plan, study, panel, _outputs(proposals | base | measurement), {})
+        return {"panel": panel, **proposals, **base, **measurement, "report": report}
     sound = _sound(plan, study, panel.output)
-    basis = {
-        "modes": panel.output["modes"],
-        "modal_force": sound.output["modal_force"],
-        "plate": panel.output["plate"],
-        "air": air_files(sound),
-    }
-    response = _response(plan, study, {**basis, "section": panel.output["section"]})
+    of_sound = {"modal_force": sound.output["modal_force"], "air": air_files(sound)}
+    basis = {"modes": files["modes"], "plate": files["plate"], **of_sound}
+    response = _response(plan, study, {**files, **of_sound})
     upstream = {"left_out": response.output["left_out"], "psd": response.output["psd"]}
     maps = _maps(plan, study, {**basis, **upstream})
-    proposals = {} if study.optimise is None else {"optimise": _optimise(plan, study, basis)}
+    proposals = _optimise(plan, study, {**files, **of_sound})
     severity = (
         {} if study.severity is None else {"severity": _severity(plan, study, response, maps)}
     )
@@ -175,16 +173,21 @@ def _damping(plan: Plan, study: Study) -> Rule:
     )
 
 
-def _optimise(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) -> Rule:
+def _optimise(
+    plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]
+) -> dict[str, Rule]:
+    if study.optimise is None:
+        return {}
     surfaces = [plan.damper_file("damping", damper, "surface.nc") for damper in study.surfaces]
-    sections = (*RESPONSE_SECTIONS, "dampers", "optimise")
-    return Rule(
+    sections = (*RESPONSE_SECTIONS, "base", "dampers", "optimise")
+    rule = Rule(
         plan.results("optimise/optimise.log"),
         {**files, "surfaces": surfaces},
         {name: plan.results(f"optimise/{name}.csv") for name in PROPOSAL},
         {"study": plan.section(*sections, without=NOT_FOR_RESPONSE)},
         {"damping": plan.results("damping")} if surfaces else {},
     )
+    return {"optimise": rule}
 
 
 def _severity(plan: Plan, study: Study, response: Rule, maps: Rule) -> Rule:
