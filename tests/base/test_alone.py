@@ -9,6 +9,7 @@ from moving import HERE, run_stages
 from pidpanel.check import checked_study
 from pidpanel.cli.parser import parser
 from pidpanel.coupled.from_study import coupled_scenarios, depends_on
+from pidpanel.optimise.from_study import counted_excitations
 from pidpanel.report.from_study import write_study_page
 from pidpanel.study import StudyError, load_study
 from pidpanel.workflow.plan import Plan
@@ -64,16 +65,26 @@ def test_what_is_computed_under_sound_alone_is_refused_without_it(alone, tmp_pat
     assert f": {key} = " in line and line.endswith("only allowed with a section sound")
 
 
-def test_layouts_are_not_searched_under_base_motion(alone, tmp_path):
-    # red: the search of a panel without any excitation
+def test_layouts_are_searched_under_base_motion_but_not_under_a_sound_that_is_not_there(
+    alone, tmp_path
+):
+    # red: the search of a panel without any excitation; no rule of the search
     path = tmp_path / "asks.yaml"
     dampers = "dampers: {pad: {equivalent_damping_n_s_m3: 400, apparent_mass_kg_m2: 4}}"
     search = "optimise: {mass_kg: 1, patch_size_m: [0.2, 0.2]}"
     path.write_text(f"{alone.read_text()}{dampers}\n{search}\n")
-    with pytest.raises(StudyError) as error:
-        load_study(path)
-    (line,) = str(error.value).splitlines()
-    assert ": optimise = " in line and line.endswith("layouts are searched under sound alone")
+    study = load_study(path)
+    assert counted_excitations(study) == ["base"]
+    with mock.patch.dict(os.environ):
+        rules = panel_rules(Plan(study, path), study)
+    assert "modal_force" not in rules["optimise"].input
+    assert rules["optimise"].output["front"] in rules["report"].input["optional"]
+    for wanted in ("sound", "both"):
+        path.write_text(
+            f"{alone.read_text()}{dampers}\n{search.replace('}', f', excitation: {wanted}}}')}\n"
+        )
+        with pytest.raises(StudyError, match=f"excitation.*{wanted} needs a section sound"):
+            load_study(path)
 
 
 def test_panel_base_and_report_are_all_that_runs(alone, tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
-from moving import HERE, shaken_study
+from moving import HERE, run_stages, shaken_study
 from reference_pages import FILES
 
 from pidpanel.base.from_study import base_labels, base_scenarios
@@ -247,3 +247,23 @@ def test_peaks_of_a_sweep_have_the_errors_of_their_lines(shaken):
         error = float(case["acceleration_log_error"][line]) * row.peak_acceleration_g
         assert row.peak_acceleration_error_g == pytest.approx(error, rel=1e-4, nan_ok=True)
         assert np.isnan(error) == (row.scenario == "bare")
+
+
+def test_the_stated_error_of_the_mesh_is_that_against_a_finer_one(shaken, tmp_path):
+    # red: no shift of the mesh; that of a panel whose supports are at rest
+    values = yaml.safe_load((HERE / "shaken.yaml").read_text())
+    values["panel"]["mesh"]["elements"] = [30, 20]
+    del values["base"]["sine"], values["base"]["limits"]
+    study = tmp_path / "fine.yaml"
+    study.write_text(yaml.safe_dump(values))
+    folder = run_stages(load_study(study), tmp_path)
+    row = {"reading": "table", "scenario": "PID-1_r0.5", "input": "stated", "point": "aside"}
+    with (
+        xr.open_dataset(shaken[1] / "psd.nc", engine="scipy") as coarse,
+        xr.open_dataset(folder / "psd.nc", engine="scipy") as fine,
+    ):
+        f, psd = coarse["frequency"], coarse["absolute_acceleration_psd"].sel(row)
+        converged = fine["absolute_acceleration_psd"].sel(row).interp(frequency=f)
+        largest = float(np.abs(np.log(psd / converged)).max())
+    stated = read(shaken, "summary.csv").set_index(list(row)).loc[tuple(row.values())]
+    assert largest / 3 < stated["mesh_error"] < 10 * largest
