@@ -260,7 +260,8 @@ def counted_excitations(study: Study) -> list[str]:
 
 def excited_panels(study: Study, files: ProposalInputs) -> dict[str, Excited]:
     """Return the panel under each excitation that counts."""
-    section, panels = section_of(study), {}
+    section = section_of(study)
+    panels: dict[str, Excited] = {}
     with_strains = section.objective == "stress"
     for name in counted_excitations(study):
         if name == "sound":

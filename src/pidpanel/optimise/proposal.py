@@ -83,9 +83,9 @@ class Proposals:
         square = self.objective.mean_square(response).max()
         return self.objective.scale * float(np.sqrt(square))
 
-    def _reductions(self, number: int) -> dict[str, dict[str, float | str]]:
+    def _reductions(self, number: int) -> dict[str, dict[str, float]]:
         """Return what a layout reduces under each excitation, the smallest reduction first."""
-        rows: dict[str, dict[str, float | str]] = {}
+        rows: dict[str, dict[str, float]] = {}
         for name, finalists in self.finalists.items():
             finalist = finalists[number]
             bare, value, dead = (
@@ -94,7 +94,6 @@ class Proposals:
             )
             error = self.objective.log_error(finalist.response, finalist.log_rms_error)
             rows[name] = {
-                "excitation": name,
                 "bare_objective": bare,
                 "objective": value,
                 "reduction_db": 20 * float(np.log10(bare / value)),
@@ -110,7 +109,7 @@ class Proposals:
         rows = []
         for number, layout in enumerate(self.layouts):
             of_excitations = self._reductions(number)
-            worst = next(iter(of_excitations.values()))
+            name, worst = next(iter(of_excitations.items()))
             dead = min(row["dead_weight_reduction_db"] for row in of_excitations.values())
             faces, layer = self.alternatives_db(self.problem.mass(layout))
             rows.append(
@@ -119,10 +118,11 @@ class Proposals:
                     "patches": len(layout),
                     "mass_kg": self.problem.mass(layout),
                     "objective_unit": self.objective.unit,
+                    "excitation": name,
                     **worst,
                     **{
-                        f"{name}_reduction_db": of_excitations.get(name, {}).get("reduction_db")
-                        for name in EXCITATIONS
+                        f"{each}_reduction_db": of_excitations.get(each, {}).get("reduction_db")
+                        for each in EXCITATIONS
                     },
                     "search_reduction_db": 10
                     * np.log10(bare_value / self.problem.evaluated[layout]),
