@@ -108,3 +108,20 @@ def test_a_case_of_several_states_has_them_in_its_row_and_is_counted(cases):
     found = [row[column] for row in table.rows]
     assert found[2] == "217 (25 %); 671 (75 %)"
     assert set(found[:2] + found[3:]) == {""}
+
+
+def test_a_table_of_cases_is_a_point_for_each_case_over_each_quantity(coupon):
+    # red: a map over as many frequencies as there are cases
+    count = len(coupon.cases)
+    cases = coupon.cases.assign(
+        **{"particles.friction": np.linspace(0.1, 0.8, count), "gravity_direction": "0 0 -1"}
+    )
+    varied = ["particles.friction", "gravity_direction"]
+    design = CouponResults(cases, varied=varied, is_design=True)
+    figure = coupon_figures.design_figure(cases, varied)
+    drawn = [axes for axes in figure.axes if axes.get_visible()]
+    assert [axes.get_xlabel() for axes in drawn][-1] == "particles.friction"
+    assert [len(axes.lines[0].get_xdata()) for axes in drawn] == [count] * 4
+    page = coupon_page("A design", [], STAMP, design, [])
+    assert page.first[1].name == "loss_factor_design"
+    assert [section.name for section in page.sections] == ["coupon"]

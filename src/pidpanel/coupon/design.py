@@ -46,7 +46,7 @@ LONGEST_CONTACT = 0.1  # over the period, with the modulus of the material
 DEEPEST_OVERLAP = 0.1  # over the radius, likewise
 CYCLES, MOST_WORK = 12, 6e7  # steps of all particles in the fewest cycles: about six seconds
 CHOICES_MPA = (20, 50, 200, 800)  # moduli of softened contacts
-BOUNCING = 10.0  # Γ below which a bed bounces as one body
+BOUNCING = 10.0  # Γ below which a bed that is thrown up bounces as one body
 BOUNCING_CONTACT = 0.002  # longest contact of such a bed over the period
 FEW_SEEDS = (
     5.0  # Γ below which a case has a single seed: its contacts are hard, and its steps short
@@ -122,6 +122,11 @@ def exclusion(groups: Groups, bead: Bead) -> str:
     return ""
 
 
+def bounces(groups: Groups) -> bool:
+    """Whether gravity throws a bed back as one body: soft contacts change where it lands."""
+    return groups.gamma < BOUNCING and groups.direction == "flat"
+
+
 def modulus(groups: Groups, bead: Bead) -> float:
     """Return about the modulus of a run [Pa], by the rules of ``atlas.yaml``."""
     gamma, layers = groups.gamma, groups.fill_fraction * groups.depth
@@ -135,7 +140,7 @@ def modulus(groups: Groups, bead: Bead) -> float:
         poissons_ratio=bead.poissons_ratio,
         speed=speed(groups, bead),
         frequency=frequency(groups, bead),
-        contact_time_per_period=min(longest, BOUNCING_CONTACT) if gamma < BOUNCING else longest,
+        contact_time_per_period=min(longest, BOUNCING_CONTACT) if bounces(groups) else longest,
         overlap_per_radius=0.1,
     )
 
@@ -167,7 +172,7 @@ def row_of(groups: Groups, bead: Bead) -> dict[str, Any]:
     """
     gravity, direction = GRAVITY[groups.direction]
     diameter, softest = bead.diameter * 1e3, modulus(groups, bead)
-    bounces, is_soft = groups.gamma < BOUNCING, softest < bead.youngs_modulus
+    is_stiff = bounces(groups) and softest == bead.youngs_modulus
     values: Mapping[str, Any] = {
         "sweep.fill_fraction": groups.fill_fraction,
         "sweep.frequency_hz": frequency(groups, bead),
@@ -179,9 +184,9 @@ def row_of(groups: Groups, bead: Bead) -> dict[str, Any]:
         "cell.count": cell_count(groups),
         "gravity_g": gravity,
         "gravity_direction": direction,
-        "stiffness.from_acceleration_g": 0 if bounces and is_soft else BOUNCING,
+        "stiffness.from_acceleration_g": BOUNCING if is_stiff else 0,
         "stiffness.choices_mpa": softest / 1e6
-        if bounces and is_soft
+        if bounces(groups) and not is_stiff
         else " ".join(map(str, CHOICES_MPA)),
         "time_step_rayleigh": time_step_rayleigh(groups.restitution),
         "accuracy.seeds": 1 if groups.gamma < FEW_SEEDS else 2,
