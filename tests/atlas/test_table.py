@@ -1,0 +1,92 @@
+"""The published table is what its description says, and agrees with itself."""
+
+import math
+
+import pandas as pd
+import pytest
+
+from pidpanel.atlas.groups import Direction
+from pidpanel.atlas.table import TABLE_FILE, fields, read_atlas
+
+G = 9.80665
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    return read_atlas()
+
+
+def test_columns_with_a_dimension_have_it_in_their_name():
+    suffixes = {"mm": "_mm", "Hz": "_hz", "MPa": "_mpa", "kg/m³": "_kg_m3", "kg/m²": "_kg_m2",
+                "N s/m³": "_n_s_m3", "1": ""}  # fmt: skip
+    for field in fields():
+        if field["type"] in ("number", "integer"):
+            assert field["name"].endswith(suffixes[field["unit"]]), field["name"]
+        assert field["description"].endswith(".")
+    (direction,) = (field for field in fields() if field["name"] == "direction")
+    assert tuple(direction["constraints"]["enum"]) == Direction.__args__
+
+
+def test_groups_follow_from_the_simulated_values(atlas):
+    # red: 0.94 r in place of r in the clear gap; W of the velocity
+    omega = 2 * math.pi * atlas["frequency_hz"]
+    gap = (1 - atlas["fill_fraction"]) * atlas["depth_mm"] * 1e-3
+    for name, values in {
+        "stroke_per_gap": atlas["gamma"] * G / omega**2 / gap,
+        "width_per_diameter": atlas["across_flats_mm"] / atlas["diameter_mm"],
+        "depth_per_diameter": atlas["depth_mm"] / atlas["diameter_mm"],
+        "hardness": atlas["density_kg_m3"] * (atlas["gamma"] * G / omega) ** 2
+        / (1e6 * atlas["youngs_modulus_mpa"]),
+    }.items():  # fmt: skip
+        # six digits are written
+        assert (atlas[name] / values - 1).abs().max() < 1e-4, name
+
+
+def test_dimensionless_results_are_those_in_si(atlas):
+    scale = atlas["particle_mass_per_area_kg_m2"] * 2 * math.pi * atlas["frequency_hz"]
+    for name, value in {
+        "loss_factor": "equivalent_damping_n_s_m3",
+        "loss_factor_error": "equivalent_damping_error_n_s_m3",
+    }.items():
+        known = atlas[value] != 0
+        assert (atlas[name] * scale / atlas[value] - 1)[known].abs().max() < 1e-4
+    mass = atlas["mass_ratio"] * atlas["particle_mass_per_area_kg_m2"]
+    assert (mass - atlas["apparent_mass_kg_m2"]).abs().max() < 1e-4 * mass.abs().max()
+
+
+def test_states_are_listed_with_their_shares(atlas):
+    for _, row in atlas[atlas["states"] > 1].iterrows():
+        values = [float(value) for value in row["state_loss_factors"].split()]
+        shares = [float(share) for share in row["state_shares"].split()]
+        assert len(values) == len(shares) == row["states"]
+        assert sum(shares) == pytest.approx(1, abs=1e-3)
+        assert values == sorted(values)
+    single = atlas[atlas["states"] == 1]
+    assert (single["state_loss_factors"] == "").all()
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "message"),
+    [
+        ("restitution", "1.5", "row 0: restitution = '1.5': must be from 0 to 1"),
+        ("gamma", "", "row 0: gamma = '': must have a value"),
+        ("gamma", "fast", "row 0: gamma = 'fast': must be a number"),
+        ("cells", "1.5", "row 0: cells = '1.5': must be a whole number"),
+        ("direction", "sideways", "must be one of flat, upright, none"),
+        ("case", None, "case: duplicate value"),
+    ],
+)
+def test_a_value_that_the_description_does_not_allow_is_refused(tmp_path, column, value, message):
+    table = pd.read_csv(TABLE_FILE, dtype=str, keep_default_na=False).head(2)
+    table.loc[0, column] = table.loc[1, column] if value is None else value
+    table.to_csv(tmp_path / "cases.csv", index=False)
+    with pytest.raises(ValueError) as refusal:
+        read_atlas(tmp_path / "cases.csv")
+    assert message in str(refusal.value)
+
+
+def test_a_missing_column_is_named(tmp_path):
+    table = pd.read_csv(TABLE_FILE, dtype=str, keep_default_na=False)
+    table.drop(columns="closure").to_csv(tmp_path / "cases.csv", index=False)
+    with pytest.raises(ValueError, match="different are closure"):
+        read_atlas(tmp_path / "cases.csv")
