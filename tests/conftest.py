@@ -24,12 +24,18 @@ SHARED = {"coupled", "report", "response"}
 
 @pytest.hookimpl(tryfirst=True)  # before the groups are read
 def pytest_collection_modifyitems(items):
-    """Whole workflows first, and together what shares results: two processes end together."""
-    items.sort(key=lambda item: item.path.parent != TESTS / "workflow")  # keeps the order otherwise
+    """Long groups first, and together what shares results: two processes end together."""
+    items.sort(key=_group_rank)  # keeps the order otherwise
     for item in items:
         folder = item.path.relative_to(TESTS).parts[0]
         group = folder if folder in SHARED else str(item.path)
         item.add_marker(pytest.mark.xdist_group(group))
+
+
+def _group_rank(item):
+    """0 of whole workflows, 1 of folders that share results, 2 of all others."""
+    folder = item.path.relative_to(TESTS).parts[0]
+    return 0 if folder == "workflow" else 1 if folder in SHARED else 2
 
 
 LAW = {
