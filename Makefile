@@ -10,13 +10,17 @@ export OMP_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
 export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
-.PHONY: run verification test quick slurm bench mutants drills fuzz check lock docs reference ready
+.PHONY: run verification validation test quick slurm bench mutants drills fuzz check lock docs reference ready
 
 run: ready
 	snakemake -j$(CORES) --configfile "$$STUDY"
 
 verification: ready
 	snakemake -j$(CORES) verification
+
+# experiments that others made; no study
+validation: ready
+	snakemake -j$(CORES) validation
 
 # a file, or a folder whose tests share results, stays in one process (tests/conftest.py)
 # a process that dies ends the run: xdist would wait for its group for ever

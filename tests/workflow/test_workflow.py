@@ -17,6 +17,8 @@ import xarray as xr
 import yaml
 from reference_pages import untold
 
+from pidpanel.verification import experiments
+
 ROOT = Path(__file__).parents[2]
 STUDIES = ROOT / "workflow" / "studies"
 SNAKEMAKE = Path(sys.executable).with_name("snakemake")
@@ -127,6 +129,14 @@ def test_verification_runs_every_case_of_every_stage(tmp_path):
     table = said(result).split("Job stats")[1]
     cases = next(line for line in table.splitlines() if line.startswith("verify "))
     assert int(cases.split()[1]) == sum(len(cases) for cases in wanted)
+
+
+def test_validation_runs_every_experiment(tmp_path):
+    # red: a case left out of VALIDATED in verification.smk
+    result = snakemake(tmp_path, STUDIES / "smoke.yaml", "-n", "validation")
+    table = said(result).split("Job stats")[1]
+    cases = next(line for line in table.splitlines() if line.startswith("verify "))
+    assert int(cases.split()[1]) == len(experiments.CASES)
 
 
 @pytest.mark.liggghts

@@ -3,7 +3,17 @@
 
 # a stage's cases are the keys of CASES in pidpanel.verification.<stage>
 VERIFIED = {
-    "coupon": ["collision", "sliding", "ball", "slug", "floor"],
+    "coupon": [
+        "collision",
+        "sliding",
+        "rolling",
+        "oblique",
+        "peak",
+        "growth",
+        "ball",
+        "slug",
+        "floor",
+    ],
     "panel": [
         "sandwich",
         "nafems_13",
@@ -18,6 +28,8 @@ VERIFIED = {
     "response": ["nafems_13r", "miles", "layouts", "power"],
     "base": ["oscillator", "supported_plate", "limits", "balance"],
 }
+# shown beside measurements of others, without a verdict
+VALIDATED = ["impact", "open_bed", "box", "periods"]
 
 
 rule verify:
@@ -82,3 +94,21 @@ rule verification:
         "Compare the verification with its tolerances"
     shell:
         "python -m scripts.verified {params.job:q} 2> {log}"
+
+
+rule validation:
+    input:
+        rows=expand("results/verification/experiments/{case}.csv", case=VALIDATED),
+        request=request("results/validation/validation.html"),
+    output:
+        page="results/validation/validation.html",
+    log:
+        "results/validation/validation.log",
+    benchmark:
+        "results/validation/benchmark/page.tsv"
+    params:
+        job=job(),
+    message:
+        "Page of the validation"
+    shell:
+        "python -m scripts.validation {params.job:q} 2> {log}"

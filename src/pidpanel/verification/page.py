@@ -1,4 +1,4 @@
-"""The page of verification: what every stage computes beside what is known.
+"""The pages of verification and validation: what is computed beside what is known or measured.
 
 The rows of `pidpanel.verification.rows` come from any stage.
 """
@@ -10,8 +10,9 @@ from pathlib import Path
 
 from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.provenance import durable
-from pidpanel.report.html import Page, PageSection, Table, render
+from pidpanel.report.html import Page, PageSection, Paragraph, Table, render
 from pidpanel.report.text import number, unit
+from pidpanel.verification.experiments import UNKNOWN
 from pidpanel.verification.rows import Row, read_rows
 
 
@@ -69,11 +70,16 @@ def _share_of_tolerance(row: Row) -> float:
     return math.inf if math.isnan(error) or row.tolerance == 0 else error / row.tolerance
 
 
-def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> Page:
-    """Return the page of all rows, in their order."""
+def _by_case(rows: Sequence[Row]) -> dict[str, list[Row]]:
     cases: dict[str, list[Row]] = {}
     for row in rows:
         cases.setdefault(row.case, []).append(row)
+    return cases
+
+
+def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> Page:
+    """Return the page of all rows, in their order."""
+    cases = _by_case(rows)
     overview = []
     for case, members in cases.items():
         compared = [row for row in members if row.has_tolerance]
@@ -126,4 +132,45 @@ def write_verification_page(rows: Iterable[Path], file: Path) -> None:
         ),
     ]
     page = verification_page([row for path in rows for row in read_rows(path)], steps)
+    durable.write_text(file, render(page))
+
+
+def validation_page(rows: Sequence[Row]) -> Page:
+    """Return the page of experiments: measured, computed, difference, what was not known."""
+    cases = _by_case(rows)
+    sections = []
+    for index, (case, members) in enumerate(cases.items()):
+        table = Table(
+            f"Measured: {members[0].source}. Computed: {members[0].method}.",
+            ["quantity", "measured", "computed", "unit", "difference"],
+            [
+                [
+                    row.quantity,
+                    number(row.reference, 4),
+                    number(row.computed, 4),
+                    unit(row.unit),
+                    percent(row, row.error, "+"),
+                ]
+                for row in members
+            ],
+        )
+        content = [Paragraph(f"Not known: {UNKNOWN[case]}"), table]
+        sections.append(PageSection(f"case-{index}", case, content))
+    return Page(
+        title="Validation: experiments that others made",
+        facts=[("Software", f"pidpanel {version('pidpanel')}, LIGGGHTS {VERSION}")],
+        summary=[
+            "No measurement of a honeycomb panel with particles could be had with all its inputs, "
+            "so that no number here is of a whole panel.",
+            f"{len(cases)} experiments on single impacts and beds are computed from their stated "
+            "inputs. Nothing is fitted, and no number has a tolerance.",
+        ],
+        sections=sections,
+        steps=[("From the root of the project:", "make validation")],
+    )
+
+
+def write_validation_page(rows: Iterable[Path], file: Path) -> None:
+    """Write the page of the validation from files of rows, in their order."""
+    page = validation_page([row for path in rows for row in read_rows(path)])
     durable.write_text(file, render(page))

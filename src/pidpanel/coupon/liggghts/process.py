@@ -60,9 +60,8 @@ LONE_RANK = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_sessi
 _RUN = re.compile(r"^\s*run\s+(\d+)\s*$", re.MULTILINE)
 _THERMO = re.compile(r"^\s*thermo\s+(\d+)\s*$", re.MULTILINE)
 
-Reading = Literal["kinetic_energy", "mean_speed"]
-# Expressions of LIGGGHTS; `v_speed` is a variable of ``verification/slide.in.j2``.
-_READINGS: dict[Reading, str] = {"kinetic_energy": "ke", "mean_speed": "v_speed"}
+Reading = Literal["kinetic_energy"]
+_READINGS: dict[Reading, str] = {"kinetic_energy": "ke"}  # expressions of LIGGGHTS
 
 
 class Instant(NamedTuple):
@@ -196,8 +195,7 @@ class Liggghts:
         steps
             More than were run before.
         read
-            What to read at the end: the kinetic energy of all spheres without their spin [J], or
-            their mean speed along x [m/s].
+            What to read at the end: the kinetic energy of all spheres without their spin [J].
         """
         value = "0" if read is None else _READINGS[read]
         return self._execute(RUN.format(steps=steps), value, steps=steps)

@@ -1,8 +1,9 @@
-"""Single contacts of LIGGGHTS: a collision, and a slide that friction ends."""
+"""Single contacts of LIGGGHTS beside closed forms: impacts, slides, rolls."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,21 +21,39 @@ DIAMETER = 2e-3
 MODULUS = 5e7
 FRICTION = 0.3
 RAYLEIGH = contact.rayleigh_time(DIAMETER / 2, DENSITY, MODULUS, POISSONS_RATIO)
+STEP = 0.1 * RAYLEIGH
+STEP_TEXT = f"step {STEP * 1e6:.2g} µs (0.1 Rayleigh)"
 
 COLLISION = "Head-on collision of two spheres"
 # At a tenth of the Rayleigh time: the error is of first order in the step, and was 1.0 %.
 COLLISION_TOLERANCE = 0.02
 
-SLIDING = "Sphere set sliding on a floor"
-SLIDING_TOLERANCE = 1e-3  # no time constant is in the answer, only momentum; 3e-5 was seen
-
 # Velocity Verlet keeps the energy to the square of the step at least; 8e-5 was seen.
 LOSSLESS_TOLERANCE = 5e-4
-
 
 # Pairs of spheres that meet at different moments within a time step: the loss of one collision
 # depends on that moment, and only the worst of several falls steadily with the step.
 PAIRS = 8
+
+SLIDING = "Sphere on a floor: from sliding to rolling"
+SLIDING_TOLERANCE = 1e-3  # no time constant is in the answer, only momentum; 3e-5 was seen
+
+ROLLING = "Sphere that rolls until its rolling friction stops it"
+ROLLING_FRICTION, ROLLING_TOLERANCE = 0.05, 0.01
+
+OBLIQUE = "Oblique impact that slides throughout"
+# tan θ > (7/2) μ (1 + e), 62°, from the normal; e is off by half a per cent at this step
+OBLIQUE_ANGLES, OBLIQUE_TOLERANCE = (65.0, 75.0, 85.0), 0.02
+# The line of centres of a pair turns by 1 % in the contact: at 85° that is 10 % of v_n.
+PAIR_ANGLES = (65.0, 75.0)
+
+PEAK = "Peak force of an elastic impact"
+PEAK_TOLERANCE = 2e-3  # the step closest to the peak is within 1e-3 of it
+
+GROWTH = "Energy after an impact never exceeds that before"
+GROWTH_TOLERANCE = 1e-4  # of the energy before: velocity Verlet at a tenth of the Rayleigh time
+
+IMPACT_SPEED = 0.1  # [m/s]
 
 
 def alike(youngs_modulus: float, restitution: float, friction: float) -> Constants:
@@ -53,60 +72,116 @@ def alike(youngs_modulus: float, restitution: float, friction: float) -> Constan
     )
 
 
-def _pair(restitution: float, step: float, **options: Any) -> dict[str, Any]:
-    """Values of the decks of one contact; ``step`` is the time step over the Rayleigh time."""
-    return {
-        **alike(MODULUS, restitution, FRICTION).deck_values,
-        "diameter": DIAMETER,
-        "density": DENSITY,
-        "time_step": step * RAYLEIGH,
-        **options,
+@dataclass(frozen=True)
+class FreeSphere:
+    """How a sphere sets off: x, z [m], velocities [m/s], spin about y [rad/s]."""
+
+    x: float
+    z: float
+    vx: float = 0.0
+    vz: float = 0.0
+    spin: float = 0.0
+    lane: int = 0  # spheres of one lane may meet
+
+
+def moved(
+    folder: Path,
+    spheres: Sequence[FreeSphere],
+    constants: Constants,
+    time_step: float,
+    steps: int,
+    columns: tuple[str, ...],
+    *,
+    diameter: float = DIAMETER,
+    density: float = DENSITY,
+    gravity: float = 0.0,
+    floor: bool = False,
+    stride: int | None = None,
+) -> Array:
+    """Run LIGGGHTS and return what its spheres do.
+
+    Parameters
+    ----------
+    columns
+        Columns of LIGGGHTS' dump, such as ``vx``.
+    gravity
+        Towards the floor [m/s²].
+    floor
+        Whether there is a wall at z = 0.
+    stride
+        Steps between the frames; by default the start and the end.
+
+    Returns
+    -------
+    (frames, spheres, columns) array
+    """
+    values = {
+        **constants.deck_values,
+        "diameter": diameter,
+        "density": density,
+        "time_step": time_step,
+        "steps": steps,
+        "gravity": gravity,
+        "floor": floor,
+        "lanes": max(sphere.lane for sphere in spheres),
+        "spheres": [vars(sphere) for sphere in spheres],
     }
+    folder.mkdir(parents=True, exist_ok=True)
+    with Liggghts(folder, "spheres") as solver:
+        solver.read_deck(deck.render("verification/spheres.in.j2", values))
+        solver.run_and_dump(steps, stride or steps, "frames.dump", columns)
+        solver.finish()
+    file = folder / "frames.dump"
+    return sphere_dump.read_dump(file.read_text(), str(file), columns)
 
 
-def energy_lost(folder: Path, restitution: float, step: float, speed: float = 0.1) -> Array:
-    """Share of the kinetic energy that head-on collisions at ±speed take, (`PAIRS`,)."""
-    time_step = step * RAYLEIGH
+def energy_lost(folder: Path, restitution: float, step: float) -> Array:
+    """Share of the kinetic energy that head-on collisions take, (`PAIRS`,).
+
+    ``step`` is the time step over the Rayleigh time.
+    """
+    speed, time_step = IMPACT_SPEED, step * RAYLEIGH
     gaps = 0.01 * DIAMETER + 2 * speed * time_step * np.arange(PAIRS) / PAIRS
+    spheres = [
+        FreeSphere(side * 0.5 * (DIAMETER + gap), 0.0, vx=-side * speed, lane=lane)
+        for side in (-1, 1)
+        for lane, gap in enumerate(gaps)
+    ]
     # long enough for the slowest rebound to part them again
-    lasting = gaps[-1] / (2 * speed) + 4 * contact.wall_contact_time(
-        DIAMETER / 2, DENSITY, MODULUS, POISSONS_RATIO, speed
-    )
-    steps = math.ceil(lasting / time_step)
-    values = _pair(restitution, step, steps=steps, speed=speed, gaps=gaps.tolist())
-    folder.mkdir(parents=True, exist_ok=True)
-    with Liggghts(folder, "collide") as solver:
-        solver.read_deck(deck.render("verification/collide.in.j2", values))
-        solver.run_and_dump(steps, steps, "ends.dump", ("vx",))
-        solver.finish()
-    ends = sphere_dump.read_dump(
-        (folder / "ends.dump").read_text(), str(folder / "ends.dump"), ("vx",)
-    )
-    initial, final = (ends[[0, -1], :, 0] ** 2).reshape(2, PAIRS, 2).sum(axis=2)
-    return 1 - final / initial
+    steps = math.ceil((gaps[-1] / (2 * speed) + 4 * _contact_time(speed)) / time_step)
+    constants = alike(MODULUS, restitution, FRICTION)
+    ends = moved(folder, spheres, constants, time_step, steps, ("vx",))
+    initial, final = (ends[[0, -1], :, 0] ** 2).reshape(2, 2, PAIRS).sum(axis=1)
+    return np.asarray(1 - final / initial)
 
 
-def rolling_speed(folder: Path, speed: float = 0.2) -> float:
-    """Final over first speed of a sphere set sliding on a floor without spin."""
+def _contact_time(speed: float) -> float:
+    return contact.wall_contact_time(DIAMETER / 2, DENSITY, MODULUS, POISSONS_RATIO, speed)
+
+
+def rolling_speed(folder: Path, speed: float, spin: float = 0.0) -> float:
+    """Final speed [m/s] of a sphere on a floor that starts with a speed and a spin ω_y [rad/s]."""
+    # sliding lasts 2 |v − ωR|/(7 μ g); three times that and it rolls
+    slip = abs(speed - spin * DIAMETER / 2)
+    steps = math.ceil(3 * 2 * slip / (7 * FRICTION * STANDARD_GRAVITY) / STEP)
+    sphere = FreeSphere(0.0, _resting_height(), vx=speed, spin=spin)
+    constants = alike(MODULUS, 0.5, FRICTION)
+    ends = moved(
+        folder, [sphere], constants, STEP, steps, ("vx",), gravity=STANDARD_GRAVITY, floor=True
+    )
+    return float(ends[-1, 0, 0])
+
+
+def _resting_height() -> float:
+    """Centre of a sphere at rest on a floor, sunk in by its weight: F = (4/3) E* √R δ^{3/2}."""
     weight = DENSITY * math.pi / 6 * DIAMETER**3 * STANDARD_GRAVITY
-    # at rest on the floor, sunk in by its weight: F = (4/3) E* √R δ^{3/2}
-    effective = MODULUS / (2 * (1 - POISSONS_RATIO**2))
-    sunk = (3 * weight / (4 * effective * math.sqrt(DIAMETER / 2))) ** (2 / 3)
-    # sliding lasts 2 v/(7 μ g); three times that and it rolls
-    lasting = 3 * 2 * speed / (7 * FRICTION * STANDARD_GRAVITY)
-    steps = math.ceil(lasting / (0.1 * RAYLEIGH))
-    height = DIAMETER / 2 - sunk
-    values = _pair(0.5, 0.1, steps=steps, gravity=STANDARD_GRAVITY, height=height)
-    folder.mkdir(parents=True, exist_ok=True)
-    with Liggghts(folder, "slide") as solver:
-        solver.read_deck(deck.render("verification/slide.in.j2", values))
-        solver.set_velocity(speed, 0.0, 0.0)
-        last = solver.run(steps, "mean_speed").value
-        solver.finish()
-    return last / speed
+    sunk = (3 * weight / (4 * _effective_modulus() * math.sqrt(DIAMETER / 2))) ** (2 / 3)
+    return DIAMETER / 2 - float(sunk)
 
 
-STEP_TEXT = f"step {0.1 * RAYLEIGH * 1e6:.2g} µs (0.1 Rayleigh)"
+def _effective_modulus() -> float:
+    """E* of two bodies of the spheres' material [Pa]."""
+    return MODULUS / (2 * (1 - POISSONS_RATIO**2))
 
 
 def collision_rows(folder: Path) -> list[Row]:
@@ -132,16 +207,154 @@ def collision_rows(folder: Path) -> list[Row]:
 
 
 def sliding_rows(folder: Path) -> list[Row]:
-    """A sphere that friction brings from sliding to rolling."""
+    """Spheres that friction brings to roll: one sets off sliding, the other spinning."""
+    speed = 0.2
+    spin = speed / (DIAMETER / 2)
     return [
         Row(
             case=SLIDING,
-            quantity="speed when it rolls, over the first",
-            computed=rolling_speed(folder),
-            reference=5 / 7,
+            quantity=quantity,
+            computed=rolling_speed(folder / name, *start) / speed,
+            reference=reference,
             unit="1",
             tolerance=SLIDING_TOLERANCE,
             method=f"1 sphere, μ = {FRICTION:g}, {STEP_TEXT}",
             source="angular momentum about the contact, I = (2/5) m R²",
         )
+        for name, quantity, start, reference in (
+            ("slide", "final speed over the first, without spin", (speed, 0.0), 5 / 7),
+            ("spin", "final speed over that of the rim, from rest", (0.0, spin), 2 / 7),
+        )
     ]
+
+
+def rolling_rows(folder: Path) -> list[Row]:
+    """A sphere that rolls and is slowed by its rolling friction alone."""
+    speed = 0.05
+    slowing = 5 / 7 * ROLLING_FRICTION * STANDARD_GRAVITY
+    steps = math.ceil(0.5 * speed / slowing / STEP)
+    rolling = replace(
+        alike(MODULUS, 0.5, FRICTION),
+        rolling_friction=ROLLING_FRICTION,
+        wall_rolling_friction=ROLLING_FRICTION,
+    )
+    sphere = FreeSphere(0.0, _resting_height(), vx=speed, spin=speed / (DIAMETER / 2))
+    ends = moved(
+        folder, [sphere], rolling, STEP, steps, ("vx",), gravity=STANDARD_GRAVITY, floor=True
+    )
+    return [
+        Row(
+            case=ROLLING,
+            quantity="deceleration",
+            computed=(speed - float(ends[-1, 0, 0])) / (steps * STEP),
+            reference=slowing,
+            unit="m/s²",
+            tolerance=ROLLING_TOLERANCE,
+            method=f"1 sphere, rolling friction {ROLLING_FRICTION:g}, {STEP_TEXT}",
+            source="(5/7) μ_r g: moment μ_r R m g, I = (2/5) m R²",
+        )
+    ]
+
+
+def impacts(
+    folder: Path, angles: Sequence[float], constants: Constants, *, pairs: bool = False
+) -> tuple[Array, Array]:
+    """Velocities before and after oblique impacts, (angles, 3) each: v_x, v_z [m/s], spin [rad/s].
+
+    The angles [°] are from the normal. With ``pairs`` two spheres meet with opposite velocities.
+    """
+    theta = np.radians(angles)
+    vx, vz = IMPACT_SPEED * np.sin(theta), -IMPACT_SPEED * np.cos(theta)
+    start = DIAMETER / 2 + 0.001 * DIAMETER
+    # with x such that the lines of centres of pairs are vertical when they touch
+    early = 0.001 * DIAMETER / -vz * vx
+    spheres = [
+        FreeSphere(-side * float(ahead), side * start, side * float(u), side * float(w), lane=lane)
+        for side in ((1, -1) if pairs else (1,))
+        for lane, (ahead, u, w) in enumerate(zip(early, vx, vz, strict=True))
+    ]
+    lasting = 0.001 * DIAMETER / float(-vz.max()) + 4 * _contact_time(float(-vz.max()))
+    columns = ("vx", "vz", "omegay")
+    steps = math.ceil(lasting / STEP)
+    ends = moved(folder, spheres, constants, STEP, steps, columns, floor=not pairs)
+    return ends[0, : len(angles)], ends[-1, : len(angles)]
+
+
+def oblique_rows(folder: Path) -> list[Row]:
+    """Impacts on a wall and of pairs that slide throughout, with μ times the normal force."""
+    restitution = 0.8
+    impulse = FRICTION * (1 + restitution)  # over m v_n
+    rows = []
+    constants = alike(MODULUS, restitution, FRICTION)
+    for partner, angles in (("wall", OBLIQUE_ANGLES), ("second sphere", PAIR_ANGLES)):
+        before, after = impacts(
+            folder / partner[:4], angles, constants, pairs=partner == "second sphere"
+        )
+        for angle, first, last in zip(angles, before, after, strict=True):
+            tangential = 1 - impulse / math.tan(math.radians(angle))
+            spin = 5 / 2 * impulse * -first[1] / (DIAMETER / 2)
+            for quantity, computed, reference, unit in (
+                ("tangential restitution", last[0] / first[0], tangential, "1"),
+                ("spin after it", last[2], spin, "rad/s"),
+            ):
+                rows.append(
+                    Row(
+                        case=OBLIQUE,
+                        quantity=f"{quantity}, on a {partner}, {angle:g}° from the normal",
+                        computed=float(computed),
+                        reference=reference,
+                        unit=unit,
+                        tolerance=OBLIQUE_TOLERANCE,
+                        method=f"e = {restitution:g}, μ = {FRICTION:g}, {STEP_TEXT}",
+                        source="impulses m v_n (1 + e) and μ times that, I = (2/5) m R²",
+                        at=angle,
+                    )
+                )
+    return rows
+
+
+def peak_rows(folder: Path) -> list[Row]:
+    """The largest force of an elastic impact on a wall."""
+    speed, radius = IMPACT_SPEED, DIAMETER / 2
+    deepest = contact.wall_overlap(radius, DENSITY, MODULUS, POISSONS_RATIO, speed)
+    sphere = FreeSphere(0.0, radius + 0.001 * DIAMETER, vz=-speed)
+    steps = math.ceil((0.001 * DIAMETER / speed + 1.5 * _contact_time(speed)) / STEP)
+    frames = moved(
+        folder, [sphere], alike(MODULUS, 1.0, 0.0), STEP, steps, ("fz",), floor=True, stride=1
+    )
+    return [
+        Row(
+            case=PEAK,
+            quantity="largest force",
+            computed=float(frames.max()),
+            reference=4 / 3 * _effective_modulus() * math.sqrt(radius) * deepest**1.5,
+            unit="N",
+            tolerance=PEAK_TOLERANCE,
+            method=f"1 sphere at {speed:g} m/s, {STEP_TEXT}",
+            source="Hertz; Johnson, Contact Mechanics (1985), eq. 11.22",
+        )
+    ]
+
+
+def growth_rows(folder: Path) -> list[Row]:
+    """Impacts on a wall at all angles, with and without loss: the largest growth of the energy."""
+    angles = np.arange(0.0, 90.0)
+    rows = []
+    for restitution, friction in ((1.0, FRICTION), (0.8, FRICTION), (0.8, 1.0)):
+        constants = alike(MODULUS, restitution, friction)
+        ends = impacts(folder / f"{restitution}_{friction}", angles, constants)
+        weights = np.array([1.0, 1.0, 2 / 5 * (DIAMETER / 2) ** 2])
+        before, after = (end**2 @ weights for end in ends)
+        rows.append(
+            Row(
+                case=GROWTH,
+                quantity=f"largest growth, e = {restitution:g}, μ = {friction:g}",
+                computed=max(0.0, float((after / before).max()) - 1),
+                reference=0.0,
+                unit="1",
+                tolerance=GROWTH_TOLERANCE,
+                method=f"impacts on a wall from 0 to 89°, {STEP_TEXT}",
+                source="second law",
+            )
+        )
+    return rows

@@ -28,8 +28,8 @@ HIGH = 0.1  # depth of a cell whose lid is never met [m]
 
 def shaken(
     folder: Path, run: Run, positions: Array, count: int, velocity: float | None = None
-) -> Array:
-    """Energy per cycle of spheres shaken with the deck of the product, (count,) [m A²ω²].
+) -> tuple[Array, Array]:
+    """Energy [m A²ω²] and apparent mass [m] of each cycle of spheres shaken with the usual deck.
 
     They start at ``positions`` (n, 3) [m] with a velocity along z in the frame of the cell [m/s];
     at rest in space if left out.
@@ -43,10 +43,10 @@ def shaken(
         solver.run(count * run.steps_per_cycle)
         solver.finish(count * run.steps_per_cycle, len(positions))
     mass = float(geometry.masses(diameters, run.packing.density).sum())
-    damping, _ = rows.harmonic(run, rows.read_rows(run, folder, [count], count), mass)
-    drive = run.drive
-    energy = cycles.dissipated_energy(damping, drive.amplitude, drive.frequency) * run.packing.area
-    return np.asarray(energy) / (mass * drive.speed**2)
+    damping, inertia = rows.harmonic(run, rows.read_rows(run, folder, [count], count), mass)
+    drive, area = run.drive, run.packing.area
+    energy = cycles.dissipated_energy(damping, drive.amplitude, drive.frequency) * area
+    return np.asarray(energy) / (mass * drive.speed**2), inertia * area / mass
 
 
 def _run(
@@ -111,7 +111,7 @@ def ball(folder: Path, restitution: float = 0.5, gamma: float = 1.25) -> tuple[R
     falling = STANDARD_GRAVITY * (0.5 / frequency - left)
     height = amplitude * math.sin(phase) + falling * left + 0.5 * STANDARD_GRAVITY * left**2
     start = np.array([[0.0, 0.0, diameter / 2 + height]])
-    energy = shaken(folder, run, start, 20, velocity=-falling - omega * amplitude)
+    energy, _ = shaken(folder, run, start, 20, velocity=-falling - omega * amplitude)
     return run, float(energy[10:].mean())
 
 
@@ -215,7 +215,7 @@ def slug(
         amplitude=SLUG_AMPLITUDE,
         time_step_rayleigh=0.2,
     )
-    energy = shaken(folder, run, positions, count)
+    energy, _ = shaken(folder, run, positions, count)
     return run, float(energy[2:].mean())
 
 
@@ -223,18 +223,23 @@ def floor_bed(
     folder: Path, settled: Array, spheres: int, gamma: float, *, count: int = 14
 ) -> tuple[Run, float]:
     """A bed on a shaken floor under gravity: the run, and E/(m A²ω²) per cycle."""
-    omega = 2 * math.pi * FLOOR_FREQUENCY
-    run = _run(
+    run = open_bed(FLOOR_FREQUENCY, gamma, FLOOR_MODULUS)
+    energy, _ = shaken(folder, run, _lowest(settled, spheres), count)
+    return run, float(energy[4:].mean())
+
+
+def open_bed(frequency: float, gamma: float, youngs_modulus: float) -> Run:
+    """A bed on a shaken floor under gravity, under a lid that it never meets [Hz], [1], [Pa]."""
+    omega = 2 * math.pi * frequency
+    return _run(
         BED_DIAMETER,
         HIGH,
-        _bed_constants(FLOOR_MODULUS),
+        _bed_constants(youngs_modulus),
         gravity=STANDARD_GRAVITY,
-        frequency=FLOOR_FREQUENCY,
+        frequency=frequency,
         amplitude=gamma * STANDARD_GRAVITY / omega**2,
         time_step_rayleigh=0.2,
     )
-    energy = shaken(folder, run, _lowest(settled, spheres), count)
-    return run, float(energy[4:].mean())
 
 
 def _drive_text(run: Run) -> str:
