@@ -154,8 +154,8 @@ def validation_page(rows: Sequence[Row]) -> Page:
                 for row in members
             ],
         )
-        content = [Paragraph(f"Not known: {UNKNOWN[case]}"), table]
-        sections.append(PageSection(f"case-{index}", case, content))
+        paragraph = Paragraph(f"Not known: {UNKNOWN[case]}")
+        sections.append(PageSection(f"case-{index}", case, [paragraph, table]))
     return Page(
         title="Validation: experiments that others made",
         facts=[("Software", f"pidpanel {version('pidpanel')}, LIGGGHTS {VERSION}")],

@@ -338,7 +338,7 @@ def peak_rows(folder: Path) -> list[Row]:
 
 def growth_rows(folder: Path) -> list[Row]:
     """Impacts on a wall at all angles, with and without loss: the largest growth of the energy."""
-    angles = np.arange(0.0, 90.0)
+    angles = [float(angle) for angle in range(90)]
     rows = []
     for restitution, friction in ((1.0, FRICTION), (0.8, FRICTION), (0.8, 1.0)):
         constants = alike(MODULUS, restitution, friction)
