@@ -174,10 +174,10 @@ def falls_to(share: float, points: Sequence[float], values: Sequence[float]) -> 
     """
     level, start = share * max(values), int(np.argmax(values))
     for index in range(start, len(values) - 1):
-        before, after = values[index] - level, values[index + 1] - level
-        if before > 0 >= after:
+        left, right = values[index] - level, values[index + 1] - level
+        if left > 0 >= right:
             step = points[index + 1] - points[index]
-            return points[index] + step * before / (before - after)
+            return points[index] + step * left / (left - right)
     return math.nan
 
 
@@ -198,8 +198,8 @@ def period_rows(folder: Path) -> list[Row]:
         periods.append(period(energy[SETTLING:]))
     windows = [
         (gamma, value)
-        for gamma, (before, value) in zip(PERIOD_GAMMAS, pairwise([1, *periods]), strict=True)
-        if value > 1 and value != before
+        for gamma, (previous, value) in zip(PERIOD_GAMMAS, pairwise([1, *periods]), strict=True)
+        if value > 1 and value != previous
     ]
     windows += [(math.nan, 0)] * (len(SEQUENCE) - len(windows))
     return [

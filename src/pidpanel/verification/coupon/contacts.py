@@ -287,10 +287,10 @@ def oblique_rows(folder: Path) -> list[Row]:
     rows = []
     constants = alike(MODULUS, restitution, FRICTION)
     for partner, angles in (("wall", OBLIQUE_ANGLES), ("second sphere", PAIR_ANGLES)):
-        before, after = impacts(
+        initial, final = impacts(
             folder / partner[:4], angles, constants, pairs=partner == "second sphere"
         )
-        for angle, first, last in zip(angles, before, after, strict=True):
+        for angle, first, last in zip(angles, initial, final, strict=True):
             tangential = 1 - impulse / math.tan(math.radians(angle))
             spin = 5 / 2 * impulse * -first[1] / (DIAMETER / 2)
             for quantity, computed, reference, unit in (
@@ -344,12 +344,12 @@ def growth_rows(folder: Path) -> list[Row]:
         constants = alike(MODULUS, restitution, friction)
         ends = impacts(folder / f"{restitution}_{friction}", angles, constants)
         weights = np.array([1.0, 1.0, 2 / 5 * (DIAMETER / 2) ** 2])
-        before, after = (end**2 @ weights for end in ends)
+        first, last = (end**2 @ weights for end in ends)
         rows.append(
             Row(
                 case=GROWTH,
                 quantity=f"largest growth, e = {restitution:g}, μ = {friction:g}",
-                computed=max(0.0, float((after / before).max()) - 1),
+                computed=max(0.0, float((last / first).max()) - 1),
                 reference=0.0,
                 unit="1",
                 tolerance=GROWTH_TOLERANCE,
