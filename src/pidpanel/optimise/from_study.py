@@ -62,7 +62,7 @@ from pidpanel.study.mistakes import Mistake
 from pidpanel.study.optimise import Optimise
 
 LINES_PER_BANDWIDTH = 2.0
-"""Of the search: g rms within 0.5 %, differences of layouts within 0.3 %."""
+"""Of the search: g rms within 0.2 %."""
 
 RANK = 4
 """Motions of each place in the search: g rms within 0.2 %."""
@@ -191,6 +191,7 @@ def _reduced(
     lines = frequency_grid(
         *settings.frequency_range,
         settings.damping_ratio.least(*settings.frequency_range),
+        jumps=settings.jumps,
         lines_per_bandwidth=LINES_PER_BANDWIDTH,
     )
     return reduced_panel(

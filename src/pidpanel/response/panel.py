@@ -137,10 +137,11 @@ class ResponsePanel:
 
     @cached_property
     def coarse_frequency(self) -> Array:
-        """(nf,) fewer lines, for rms values within 1e-3, 1 % under a spectrum of steps [Hz]."""
+        """(nf,) fewer lines, for rms values within 1e-3 [Hz]."""
         return frequency_grid(
             *self.settings.frequency_range,
             self.resolved_ratio,
+            jumps=self.settings.jumps,
             lines_per_bandwidth=COARSE_LINES_PER_BANDWIDTH,
         )
 
