@@ -13,7 +13,8 @@ from pidpanel.base.random import force_slopes, interface_force_psd
 from pidpanel.damping.broadband import BroadbandError
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import SolvedCase
-from pidpanel.solve.layout import DamperLayout, Load, layouts
+from pidpanel.solve.excitation import ModalForce
+from pidpanel.solve.layout import DamperLayout, Load, layouts, solve_layouts
 from pidpanel.solve.lines import frequency_grid, root_mean_square
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel
@@ -45,6 +46,36 @@ def oscillator(frequency, damping=0.0, mass=0.0):
     )
     omega = 2 * np.pi * frequency
     return omega**4 * cross[:, 0, 0, 0].real, omega**4 * cross[:, 0, 1, 1].real, force
+
+
+def test_the_own_force_of_particles_reaches_the_supports_through_the_spring():
+    # red: the force on the panel without its reaction; 1ᵀM u alone; the own force times the level
+    frequency, own, (damping, mass) = np.array([0.05, 20.0, 45.0, 300.0]), 7.0, (90.0, 0.4)
+    basis = ModalBasis([OWN, 0.0], [MASS, TABLE_MASS * MASS], [RATIO, RATIO])
+    excitation = BaseExcitation(
+        lambda f: np.full(f.shape, LEVEL), np.array([-MASS, TABLE_MASS * MASS])
+    )
+    points = np.zeros((2, 2, 2))
+    points[0], points[1] = [[1, 1], [1, 0]], [[MASS, MASS], [1, 1]]
+    solver = PanelSolver(
+        ModalPanel(basis, Patches(np.ones((1, 2, 2)), [1.0]), frequency, points, frequency),
+        excitation,
+    )
+    load = Load(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
+    force = ModalForce(lambda f: np.ones(f.shape), own * np.ones((2, 2)))
+    layout = DamperLayout((load,), force=force)
+    (answer,) = solve_layouts(solver, [layout])
+    none = SolvedCase(*[None] * len(fields(SolvedCase)))
+    case = replace(none, solver=solver, layout=layout, dampers=(), model=COUPLED)
+    made = random._response(case, answer)
+    omega = 2 * np.pi * frequency
+    stiffness, dashpot = MASS * (2 * np.pi * OWN) ** 2, 2 * RATIO * MASS * 2 * np.pi * OWN
+    spring = stiffness + 1j * omega * dashpot
+    moved = spring + 1j * omega * damping - omega**2 * (MASS + mass)
+    own_part = own * np.abs(spring / moved) ** 2
+    np.testing.assert_allclose(
+        made.force, oscillator(frequency, damping, mass)[2] + own_part, rtol=1e-6
+    )
 
 
 def test_an_oscillator_on_a_moving_base_has_its_closed_forms():
@@ -138,7 +169,8 @@ def made_up(square, inside=None, loads=(), stiffness=(0.0, 0.0), model="stated")
     )  # fmt: skip
     excitation = SimpleNamespace(spectrum=lambda f: 3 * f)
     solver = SimpleNamespace(excitation=excitation)
-    return SimpleNamespace(solver=solver, model=model, dampers=loads), answer
+    layout = DamperLayout(())
+    return SimpleNamespace(solver=solver, model=model, dampers=loads, layout=layout), answer
 
 
 def test_a_response_has_accelerations_deflections_and_the_force_of_its_patches():

@@ -165,6 +165,8 @@ def _response(case: SolvedCase, response: LayoutResponse) -> RandomResponse:
     points = cross[:, :-1]
     omega = 2 * np.pi * frequency
     force = _force_psd(response)
+    if case.layout.force is not None:
+        force = force + own_force_on_supports(case, response)
     inside = response.inside.all(axis=0).mean() if len(response.inside) else 1.0
     return RandomResponse(
         case.solver.excitation.spectrum(frequency),
@@ -183,6 +185,33 @@ def _force_psd(response: LayoutResponse) -> Array:
         response.response.frequency, response.response.cross_psd[:, -1], response.loads,
         response.equivalent_damping, response.apparent_mass,
     )  # fmt: skip
+
+
+def own_force_on_supports(case: SolvedCase, response: LayoutResponse) -> Array:
+    """Return what the own force of the particles changes in the PSD of the force (nf,) [N²/Hz].
+
+    `interface_force_psd` has the motion that the own force N makes, but not N itself. The table has
+    M_t z̈ = N − Σ s_p ∫_p u dA from it, so that −ω² 1ᵀM u + Σ s_p ∫_p u dA − N, what the supports
+    feel, is −ω² (1ᵀM u − M_t z).
+    """
+    own, solver = case.layout.force, case.solver
+    if own is None:
+        raise ValueError("no own force")
+    f, interface = response.response.frequency, solver.panel.points[-1]
+    table = solver.panel.basis.modal_mass[-1] * np.eye(interface.shape[1])[-1]
+    rows = np.vstack([interface, table])[None]
+    alone = solver.with_lines(f, rows).with_excitation(own)
+    layout = replace(case.layout, force=None, factor=1.0, with_slope=False, with_motion=False)
+    (answer,) = solve_layouts(alone, [layout])
+    if isinstance(answer, UnstableDamping):
+        raise answer
+    cross = answer.response.cross_psd[:, 0]
+    motion = interface_force_psd(
+        f, cross[:, :-1, :-1], response.loads,
+        response.equivalent_damping, response.apparent_mass,
+    )  # fmt: skip
+    relative = cross[:, 0, 0] - 2 * cross[:, 0, -1] + cross[:, -1, -1]
+    return np.asarray((2 * np.pi * f) ** 4 * relative.real - motion)
 
 
 def _errors(case: SolvedCase, response: LayoutResponse, force: Array) -> StandardErrors | None:
