@@ -19,7 +19,7 @@ from pidpanel.coupon.liggghts.trust import check_trust
 from pidpanel.geometry.polygon import overlap, signed_area
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
-from pidpanel.study.base_motion import RandomMotion
+from pidpanel.study.base_motion import BaseMotion, RandomMotion
 from pidpanel.study.document import Document
 from pidpanel.study.mistakes import Keys, Mistake
 from pidpanel.study.panel import Panel, named_place
@@ -34,6 +34,9 @@ QUIETEST = 100.0  # level of a table [dB] below which it is taken for one in oth
 MOST_CARRIED = 5  # heaviest mass on a panel over that of the panel
 # Difference of a stated overall value and that of its table: levels have two digits.
 OVERALL_TOLERANCE = 0.03
+
+# Limit over the PSD of all of the input below which it is no notch: a lower input is meant.
+DEEPEST = 1e-3
 
 
 def checked_study(path: str | Path) -> Study | CouponStudy:
@@ -149,7 +152,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         )
     yield from _check_layouts(study)
     if study.base is not None and study.base.random is not None:
-        yield from _check_base(study.base.random, study.response)
+        yield from _check_base(study.base, study.base.random, study.response)
     if study.severity is not None:
         yield from _check_limits(study.severity)
     if study.measurements:
@@ -244,7 +247,7 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
         )
 
 
-def _check_base(random: RandomMotion, response: Response) -> Iterator[Mistake]:
+def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) -> Iterator[Mistake]:
     """Yield what is wrong with the table of base motion, and an overall value it does not have."""
     from pidpanel.spectra.acceleration_table import read_base_table
 
@@ -262,6 +265,14 @@ def _check_base(random: RandomMotion, response: Response) -> Iterator[Mistake]:
     if max(low, response.frequency_hz[0]) * LEAST_SPAN > min(high, response.frequency_hz[1]):
         says = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"
         yield Mistake(("response", "frequency_hz"), says)
+    least = {"psd_g2_hz": float(spectrum.psd.min()), "rms_g": math.sqrt(DEEPEST) * spectrum.rms}
+    least["psd_g2_hz"] *= DEEPEST
+    for name, limit in () if motion.limits is None else motion.limits.points.items():
+        for key, lowest in least.items():
+            value = getattr(limit, key)
+            if value is not None and value < lowest:
+                says = f"must be at least {lowest:.2g}, 30 dB below all of the input; lower that"
+                yield Mistake(("base", "limits", "points", name, key), says)
 
 
 def _check_limits(severity: Severity) -> Iterator[Mistake]:

@@ -18,8 +18,12 @@ SLACK = 1e-6
 """Of the size of a place: rounding of its edges."""
 
 
+MOST_PLACES = 4000
+"""Of a grid: two places have a flag whether they overlap."""
+
+
 class NoPlace(ValueError):
-    """No place of a damper fits on the panel."""
+    """No place of a damper fits on the panel, or more do than can be searched."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,9 @@ def places_on(
         int(np.floor((extent - length) / step + SLACK)) + 1
         for extent, length, step in zip((x1 - x0, y1 - y0), size, spacing, strict=True)
     ]
+    if np.prod(counts) > MOST_PLACES:
+        says = f"with optimise.spacing_m makes {np.prod(counts)} places; allowed are {MOST_PLACES}"
+        raise NoPlace(says)
     if min(counts) < 1:
         raise NoPlace(f"larger than the panel, {x1 - x0:g} m × {y1 - y0:g} m")
     column, row = (grid.ravel() for grid in np.meshgrid(*map(np.arange, counts), indexing="ij"))
