@@ -58,7 +58,7 @@ def test_states_are_listed_as_loss_factors():
 
 
 def test_cases_that_failed_are_left_out():
-    assert len(table(rows=[{}, {"status": "NotSteady"}, {"status": "EnergyNotClosed"}])) == 2
+    assert len(table(rows=[{}, {"status": "NotSteady"}, {"status": "RunHung"}])) == 2
 
 
 @pytest.mark.parametrize(
