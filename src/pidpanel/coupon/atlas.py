@@ -14,8 +14,8 @@ from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.cases import Case
 
 # Statuses of cases that count. A run that is not steady has an error as large as its drift. The
-# energy balance misses losses of strongly damped contacts with friction (docs/atlas.md); C_e and m_a
-# come from the momentum.
+# energy balance misses losses of strongly damped contacts with friction (docs/atlas.md); the
+# momentum, from which C_e and m_a come, does not.
 COUNTED = ("ok", "NotSteady", "EnergyNotClosed")
 
 
