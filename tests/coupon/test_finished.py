@@ -78,8 +78,8 @@ def test_a_damaged_file_of_a_finished_run_is_named(left, name, kind):
     path.write_text("" if kind == "empty" else f"{data[:place]}7{data[place + 1 :]}")
     if kind == "missing":
         path.unlink()
-    anew, faults = finished.changes(batch, folder)
-    assert anew
+    incomplete, faults = finished.changes(batch, folder)
+    assert incomplete
     assert len(faults) == 1 and str(file.parent if name != "batch" else path) in faults[0]
 
 
@@ -88,8 +88,8 @@ def test_a_failure_of_the_machine_is_tried_again_and_one_of_the_inputs_is_not(le
     # red: `BY_INPUTS` empty, or holding RunStopped
     folder, batch, file, outcome = left
     coding.write(file, dataclasses.replace(outcome, status=status, found=None))
-    anew, faults = finished.changes(batch, folder)
-    assert anew == again
+    incomplete, faults = finished.changes(batch, folder)
+    assert incomplete == again
     assert any(f"{file.parent}: {status} in the last call" in fault for fault in faults) == again
 
 

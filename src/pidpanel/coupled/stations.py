@@ -45,7 +45,7 @@ def _parts(position: Array, weight: Array, part: Index, count: int) -> list[Inde
         return [part]
     first = (count + 1) // 2
     extent = np.ptp(position[part], axis=0)
-    # rounded, so that points of one column are not told apart by their last digits
+    # rounded, so that points of one column do not differ in their last digits
     size = max(float(extent.max()), 1e-300)
     along = np.round(position[part] / size, 9)
     axis = int(np.argmax(np.round(extent / size, 6)))

@@ -25,8 +25,8 @@ def changes(batch: Batch, folder: Path) -> tuple[bool, list[str]]:
 
     Returns
     -------
-    anew : bool
-        Whether it is to be shaken again; what is there of its runs is only judged then.
+    incomplete : bool
+        Whether it has to be shaken again; runs that are sound are only judged again.
     faults : list of str
         A line with the file for each that is damaged, lost, or tells of a failure of the machine.
     """

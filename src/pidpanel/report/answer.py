@@ -1,8 +1,8 @@
-"""What a study answers: its scenarios against the bare panel, and which of them can be told apart.
+"""What a study answers: its scenarios against the bare panel, and which differ significantly.
 
-Two reductions are told apart where they differ by more than `SIGNIFICANCE` standard errors of their
-difference. Errors of scenarios are combined as independent ones; those read from one surface rise
-and fall together, so that the error of their difference is smaller than taken here.
+Two reductions differ significantly where their difference exceeds `SIGNIFICANCE` of its standard
+errors. Errors of scenarios are combined as independent. Errors from one surface are correlated, so
+the true error of a difference is smaller.
 """
 
 import math
@@ -86,9 +86,9 @@ class StudyAnswer:
 
     @property
     def best(self) -> tuple[Candidate, ...]:
-        """The scenarios that cannot be told from the one of largest reduction, itself first.
+        """The scenario of largest reduction, then those within its uncertainty.
 
-        All of them where no errors are known: nothing can be told apart then.
+        All of them where no errors are known.
         """
         return alike(self.candidates, [self.response(c) for c in self.candidates])
 
@@ -117,7 +117,7 @@ def are_apart(a: PointResponse, b: PointResponse) -> bool:
 def alike(
     candidates: Sequence[Candidate], responses: Sequence[PointResponse]
 ) -> tuple[Candidate, ...]:
-    """Return the first of ranked scenarios and all that cannot be told from it."""
+    """Return the first of ranked scenarios and all within its uncertainty."""
     return tuple(
         candidate
         for candidate, response in zip(candidates, responses, strict=True)

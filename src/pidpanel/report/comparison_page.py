@@ -22,7 +22,7 @@ from pidpanel.report.maps_figures import map_figure, scale_ends
 from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of, psd_figure
 from pidpanel.report.text import READINGS
 
-# Of the two studies, told apart with the common kinds of colour blindness.
+# Of the two studies, distinct for the common kinds of colour blindness.
 COLOURS = ("#0072B2", "#D55E00")
 
 

@@ -280,7 +280,7 @@ def point_table(proposal: ProposalResults) -> Table:
 
 
 def layout_table(proposal: ProposalResults) -> Table:
-    """Return the layouts that cannot be told apart first, by mass and number of patches."""
+    """Return all confirmed layouts, equivalents of the best first, by mass and patches."""
     others = [name for name in ALTERNATIVES if _is_known(proposal.front, name)]
     order = ["is_equivalent", "mass_kg", "patches"]
     front = proposal.front.sort_values(order, ascending=[False, True, True], kind="stable")

@@ -1,6 +1,6 @@
 """Colours and line styles: one look per fill, patch and sound level in all figures.
 
-The colours can be told apart with the common kinds of colour blindness: fills run through viridis
+The colours are distinct for the common kinds of colour blindness: fills run through viridis
 (dark is empty), sound levels through plasma, patches take the set of Okabe and Ito (2008). The
 bare panel is black throughout. Nothing is set for the process: figures are made within `context`.
 """

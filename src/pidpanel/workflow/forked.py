@@ -3,7 +3,7 @@
 Snakemake takes seconds before its first job, and each of its jobs imports the same libraries. Here
 a job is a fork of a process that has imported them. What runs is decided as Snakemake decides it,
 by the requests and the time stamps; jobs, files and failures are the same, and each accepts what
-the other made. Of Snakemake's own records none is written, and those of files made anew are
+the other made. Of Snakemake's own records none is written, and those of files made again are
 removed (`_forget`), since they tell of older ones.
 """
 
@@ -212,7 +212,7 @@ def _is_ours(request: Path) -> bool:
 
 
 def _forget(files: list[str]) -> None:
-    """Let Snakemake forget what it noted of its own files, which are made anew."""
+    """Remove Snakemake's records of files that are made again."""
     if not files or not Path(".snakemake").is_dir():
         return
     from pidpanel.cli.snakemake import PROCESS
