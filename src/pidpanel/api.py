@@ -30,7 +30,7 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance.digests import stamp
-from pidpanel.report.known_errors import without_errors
+from pidpanel.report.read import without_errors
 from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError

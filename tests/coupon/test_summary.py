@@ -116,7 +116,8 @@ def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
     (case,) = recorded_case()
     record(case, tmp_path, closure=-0.021)
     (file,) = case.outcomes(tmp_path)
-    problems = judgement.problems_of(case.point, judgement.read_run(case.point, file), file.parent)
+    read = judgement.read_run(case.point, file)
+    problems = list(judgement.problems_of(case.point, read, file.parent))
     assert "EnergyNotClosed" in [type(problem).__name__ for problem in problems]
     assert any("-2.10% of the work is missing" in str(problem) for problem in problems)
     assert (
@@ -129,7 +130,8 @@ def problems(folder, **changes):
     (case,) = recorded_case()
     record(case, folder, **changes)
     (file,) = case.outcomes(folder)
-    found = judgement.problems_of(case.point, judgement.read_run(case.point, file), file.parent)
+    read = judgement.read_run(case.point, file)
+    found = list(judgement.problems_of(case.point, read, file.parent))
     return [type(problem).__name__ for problem in found]
 
 

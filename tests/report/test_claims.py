@@ -190,7 +190,7 @@ def test_a_claim_is_shown_once_with_all_its_readings():
         Verdict("one", "dem", yes),
         Verdict("two", "dem", no),
         Verdict("one", "paper_corrected", no),
-        Verdict("two", "paper_corrected", None, "no steady response"),
+        Verdict("two", "paper_corrected", None),
     ]
     table = verdict_table(verdicts)
     law = READINGS["paper_corrected"]

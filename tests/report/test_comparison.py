@@ -17,7 +17,7 @@ from pidpanel.report.comparison import (
     Value,
     comparison_lines,
     differences,
-    only_in,
+    missing_scenarios,
 )
 from pidpanel.report.comparison_page import comparison_page
 from pidpanel.report.html import render
@@ -74,7 +74,7 @@ def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
     assert set(found) == {"bare", "x", BEST}
     assert (found[BEST].first.scenario, found[BEST].second.scenario) == ("y", "x")
     assert found["bare"].verdict == "the same"
-    assert only_in(one, other) == ["y"]
+    assert list(missing_scenarios(one, other)) == ["only in one: y", "only in other: z"]
     lines = list(comparison_lines(one, other))
     assert lines[0].split()[:4] == ["damping", "model", "scenario", "point"]
     assert "1 the same" in lines[-3] and lines[-1] == "only in other: z"

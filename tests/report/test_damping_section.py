@@ -37,7 +37,7 @@ def results():
     )  # fmt: skip
     surface = DampingSurface.from_frame(cases)
     law = fit.fit_accelerations(surface.cases).assign(form="paper")
-    return DampingResults(surface, law, cases, 0.025)
+    return DampingResults(surface, law, 0.025)
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,6 @@
 """Figures carry their units, one line a scenario, and say where damping is a continuation."""
 
+import dataclasses
 import itertools
 import re
 
@@ -20,20 +21,20 @@ from pidpanel.report.coupon_figures import (
     EQUIVALENT_DAMPING,
     FREQUENCY,
 )
-from pidpanel.report.html import RESOLUTION
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, nested_width
+from pidpanel.report.html import RESOLUTION, Chart, PageCurve
+from pidpanel.report.response_figures import PSD_UNIT, nested_width
 
 UNIT = re.compile(r"(, .*\S|\bcycle|\bpatch|\br)$")
 LINES = np.geomspace(30, 2000, 300)
 
 
 def panel(inside=None, title="DEM"):
-    curves = [PsdCurve("bare panel", 50 * LINES, style.BARE)]
+    curves = [PageCurve("bare panel", 50 * LINES, style.BARE)]
     curves += [
-        PsdCurve(f"r = {fill}", LINES / fill, style.fill_colour(fill), inside)
+        PageCurve(f"r = {fill}", LINES / fill, style.fill_colour(fill), inside=inside)
         for fill in (0.1, 0.5, 0.9)
     ]
-    return FigurePanel(title, "read at Γ = 312", curves)
+    return Chart(title, LINES, PSD_UNIT, curves, "read at Γ = 312")
 
 
 def drawn_axes(figure):
@@ -50,7 +51,7 @@ def assert_units(figure):
 
 def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
     # red: `panel.curves[1:]`; a label without its unit
-    figure = response_figures.psd_figure(LINES, [panel(), panel(title="law")])
+    figure = response_figures.psd_figure([panel(), panel(title="law")])
     assert [len(axes.lines) for axes in figure.axes] == [4, 4]
     assert figure.axes[0].get_ylabel() == "acceleration PSD, g²/Hz"
     assert {axes.get_xlabel() for axes in figure.axes} == {"frequency, Hz"}
@@ -68,16 +69,17 @@ def test_no_curve_hides_those_below_it(count):
     assert all(below - above > 0.5 * pixel for below, above in itertools.pairwise(widths))
 
 
-def test_a_psd_is_drawn_in_g_squared():
-    # red: the division by g² left out
-    figure = response_figures.psd_figure(LINES, [panel()])
-    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(50 * LINES / 9.80665**2)
+def test_a_psd_is_drawn_in_the_unit_of_its_axis():
+    # red: another unit on the axis; a division by g²
+    figure = response_figures.psd_figure([panel()])
+    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(50 * LINES)
+    assert figure.axes[0].get_ylabel() == "acceleration PSD, g²/Hz"
 
 
 def test_what_lies_outside_the_data_is_dashed_and_the_legend_says_so():
-    # red: `curve.inside` for `outside` in _draw
+    # red: `curve.inside` for `outside` in draw_curve
     inside = LINES > 200
-    figure = response_figures.psd_figure(LINES, [panel(inside)])
+    figure = response_figures.psd_figure([panel(inside)])
     dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
     assert len(dashed) == 3
     shown = np.isfinite(dashed[0].get_ydata())
@@ -85,29 +87,32 @@ def test_what_lies_outside_the_data_is_dashed_and_the_legend_says_so():
     assert not shown[LINES > 210].any()
     said = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any("outside the range of its data" in text for text in said)
-    whole = response_figures.psd_figure(LINES, [panel()])
+    whole = response_figures.psd_figure([panel()])
     assert not any("outside" in text.get_text() for text in whole.legends[0].get_texts())
 
 
 def test_every_line_is_in_the_legend_once():
     # red: a legend of the first panel only, where the second shows more
-    more = FigurePanel("DEM", "", [*panel().curves, PsdCurve("PID-2", LINES, style.PLACES[1])])
-    figure = response_figures.psd_figure(LINES, [panel(), more])
+    curves = [*panel().curves, PageCurve("PID-2", LINES, style.PLACES[1])]
+    more = Chart("DEM", LINES, PSD_UNIT, curves)
+    figure = response_figures.psd_figure([panel(), more])
     said = [text.get_text() for text in figure.legends[0].get_texts()]
     assert said == ["bare panel", "r = 0.1", "r = 0.5", "r = 0.9", "PID-2"]
 
 
 def test_the_bare_panel_is_black_and_no_two_fills_look_alike():
     # red: a constant colour in fill_colour
-    figure = response_figures.psd_figure(LINES, [panel()])
+    figure = response_figures.psd_figure([panel()])
     colours = [to_hex(line.get_color()) for line in figure.axes[0].lines]
     assert colours[0] == "#000000"
     assert len(set(colours)) == 4
 
 
 def test_damping_and_mass_have_their_units():
-    figure = response_figures.damping_figure(LINES, [panel(), panel()], [panel(), panel()])
-    # red: a label without its unit
+    damping = dataclasses.replace(panel(), unit="$C_e$, N s/m³")
+    mass = dataclasses.replace(panel(), unit="apparent mass $m_a$, kg/m²")
+    figure = response_figures.damping_figure([damping, damping], [mass, mass])
+    # red: units exchanged
     assert figure.axes[0].get_ylabel() == "$C_e$, N s/m³"
     assert any("kg/m²" in axes.get_ylabel() for axes in figure.axes)
     assert_units(figure)
@@ -197,7 +202,7 @@ def test_the_label_of_a_colour_bar_is_not_cut():
 
 def test_the_same_numbers_give_the_same_bytes_and_no_date():
     # red: metadata left to matplotlib
-    first, second = (style.png(response_figures.psd_figure(LINES, [panel()])) for _ in range(2))
+    first, second = (style.png(response_figures.psd_figure([panel()])) for _ in range(2))
     assert first == second
     assert b"tEXt" not in first
 
@@ -239,10 +244,10 @@ def test_a_few_values_keep_both_ends():
 
 def test_three_readings_stand_in_two_rows():
     # red: ACROSS = 3
-    curve = PsdCurve("one", np.ones(3), "#123456")
-    panels = [FigurePanel(f"reading {n}", "", [curve]) for n in range(3)]
+    curve, frequency = PageCurve("one", np.ones(3), "#123456"), np.array([50.0, 100.0, 200.0])
+    charts = [Chart(f"reading {n}", frequency, PSD_UNIT, [curve]) for n in range(3)]
     with style.context():
-        figure = response_figures.psd_figure(np.array([50.0, 100.0, 200.0]), panels)
+        figure = response_figures.psd_figure(charts)
     figure.draw_without_rendering()
     left = [axes.get_position().x0 for axes in figure.axes]
     low = [axes.get_position().y0 for axes in figure.axes]

@@ -1,6 +1,7 @@
 """What the page says of layouts, of dead weight, and of points on a support."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pandas as pd
@@ -89,25 +90,22 @@ def test_a_mass_that_is_not_known_is_a_dash(told):
         )
 
 
-def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told, monkeypatch):
-    # red: `dotted` left out of the dead weight's Curve; `dotted` left out of _draw
-    psd, drawn = told.psd.copy(), []
-
-    def seen(*given):
-        drawn.append(given[1][0].curves)
-        return psd_figure(*given)
-
-    psd_figure = response_figures.psd_figure
-    monkeypatch.setattr(response_figures, "psd_figure", seen)
+def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
+    # red: `dotted` left out of the dead weight's curve; `curve.line` left out of draw_curve
+    psd = told.psd.copy()
     psd["dead_weight_acceleration_psd"] = psd["acceleration_psd"] / 2
     pictures = layouts_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures
     assert [p.name for p in pictures] == [
         f"psd_layouts_paper_corrected_1_{point}" for point in ("middle", "corner")
     ]
-    frequency = psd["frequency"].to_numpy()
-    (axes,) = psd_figure(frequency, [response_figures.FigurePanel("", "", drawn[0])]).axes
+    (axes,) = response_figures.psd_figure(pictures[0].charts).axes
     styles = [line.get_linestyle() for line in axes.get_lines()]
-    labels = [curve.label for curve in drawn[0]]
+    curves = pictures[0].charts[0].curves
+    labels = [curve.label for curve in curves]
+    # red: the division by g² left out
+    weight = psd["dead_weight_acceleration_psd"].sel(scenario="two", point="middle")
+    drawn = curves[labels.index("two: dead weight")].values
+    assert drawn * 9.80665**2 == pytest.approx(weight.to_numpy().ravel())
     assert styles[labels.index("two: dead weight")] == ":"
     assert styles[labels.index("two")] == "-"
 
@@ -117,7 +115,8 @@ def test_a_damper_beyond_its_data_and_dead_weight_do_not_look_alike_on_the_scree
     psd = told.psd.assign(dead_weight_acceleration_psd=told.psd["acceleration_psd"] / 2)
     psd["inside"] = 0 * psd["inside"]
     picture = layouts_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures[0]
-    lines = {curve.label: curve.line for curve in picture.charts[0].curves}
+    curves = json.loads(picture.charts[0].json)["curves"]
+    lines = {curve["label"]: curve["line"] for curve in curves}
     assert lines["two"] == "dashed" and lines["two: dead weight"] == "dotted"
 
 

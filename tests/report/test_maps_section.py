@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.report.maps_figures import _exceeded_by, map_figure, patch_edges
-from pidpanel.report.maps_section import maps_section
+from pidpanel.report.maps_section import _exceeded_by, map_figure, maps_section, patch_edges
 from pidpanel.response.map_files import UNITS, map_dataset
 
 
@@ -30,8 +29,7 @@ def test_edges_round_a_patch_are_those_of_one_of_its_cells():
 def test_each_map_has_its_unit_and_one_scale(maps):
     # means of the corners: 30 m/s² and 27/11 MPa in the second cell
     # red: factor left out; values.max() of a row in place of all
-    titles = {("dem", "bare"): "bare panel", ("dem", "A_r0.5"): "A"}
-    figure = map_figure(maps, np.array([[True, False]]), titles)
+    figure = map_figure(maps, np.array([[True, False]]), ["bare panel", "A"])
     labels = [ax.get_ylabel() for ax in figure.axes]
     assert "rms acceleration, g" in labels and "rms von Mises stress, MPa" in labels
     tops = [ax.collections[0].get_clim()[1] for ax in figure.axes[:4]]

@@ -6,8 +6,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from pidpanel.coupon import geometry
 from pidpanel.geometry.cells import SHAPES
-from pidpanel.geometry.plane_mesh import boundary_edges
-from pidpanel.report import films, panel_figures, pictures, style
+from pidpanel.report import films, pictures, style
+from pidpanel.report.panel_section import shapes_figure
 
 
 def saturated(image):
@@ -25,8 +25,9 @@ def scene(values, count=2):
     _, shift = row.take(positions, count)
     colours = np.resize(values, (1, len(positions)))
     (image,) = pictures.spheres_film(
-        [positions + shift], np.full(len(positions), 3e-3), colours, (0.0, 1.0), row, pixels=240
-    )
+        [positions + shift], np.full(len(positions), 3e-3), colours, (0.0, 1.0), row,
+        lift=np.zeros(1), pixels=240,
+    )  # fmt: skip
     return image
 
 
@@ -59,10 +60,7 @@ def test_cells_are_in_a_row_with_their_own_spheres():
 def test_each_mode_has_its_own_picture_with_hills_and_valleys(basis):
     # red: the first shape drawn for all
     with style.context():
-        figure = panel_figures.shapes_figure(
-            basis.vertex_position, basis.cells, basis.shape_at_vertices[:, :2],
-            boundary_edges(basis.cells), np.array([[0.75, 0.5]]), ["1", "2"],
-        )  # fmt: skip
+        figure = shapes_figure(basis, ["1", "2"])
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
     drawn = np.asarray(canvas.buffer_rgba())

@@ -57,9 +57,9 @@ def folder(tmp_path):
 
 
 def test_the_damping_of_a_study_is_read_whole(folder):
-    # red: law.csv and cases.csv exchanged
+    # red: law.csv of another damper
     found = read_damping("coupon", folder, 0.03)
-    assert len(found.cases) == len(found.surface.cases) == 18
+    assert len(found.surface.cases) == 18
     assert {"constant", "value", "low", "high"} <= set(found.law.columns)
     value = found.surface([150.0], 0.6, 5.0).equivalent_damping
     # the surface passes through its cases within their error of 2 %, twice

@@ -59,10 +59,14 @@ def test_axes_say_at_which_acceleration_the_damping_was_read(inputs, study, resp
 
 
 def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
-    # red: the scenarios sorted by name
+    # red: the scenarios sorted by name; the division by g² left out
     curves = response_section.psd_curves(
         inputs, inputs.study.families["fill"], "paper_corrected", "middle"
     )
+    psd = inputs.psd["acceleration_psd"].sel(
+        reading="paper_corrected", scenario=inputs.study.scenarios[0].label, point="middle"
+    )
+    assert curves[0].values * 9.80665**2 == pytest.approx(psd.to_numpy())
     assert [c.label for c in curves] == ["bare panel", "r = 0.1", "r = 0.7", "r = 0.9"]
     assert curves[1].values[0] == pytest.approx(curves[0].values[0] / 10**0.3)
     levels = response_section.psd_curves(

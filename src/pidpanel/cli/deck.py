@@ -34,7 +34,9 @@ def call(args: argparse.Namespace) -> int:
         raise StudyError(f"{args.study}: runs no LIGGGHTS, because no coupon is simulated")
     if args.case is None:
         for label, case in cases.items():
-            print(label, _describe(case), sep="\t")
+            run = case.point
+            size = f"{run.drive.frequency:g} Hz, {run.drive.gamma:.4g} g"
+            print(f"{label}\tr = {run.fill_fraction:g}, {size}")
         return 0
     chosen = _named(cases, args.case)
     seeds = {run.packing.seed: run for run in chosen.with_reserve.runs}
@@ -46,18 +48,12 @@ def call(args: argparse.Namespace) -> int:
     return 0
 
 
-def _describe(case: Case) -> str:
-    run = case.point
-    return f"r = {run.fill_fraction:g}, {run.drive.frequency:g} Hz, {run.drive.gamma:.4g} g"
-
-
 def _named(cases: dict[str, Case], name: str) -> Case:
     from pidpanel.study import StudyError
 
-    matches = [case for label, case in cases.items() if label == name or label.startswith(name)]
-    exact = cases.get(name)
-    if exact is not None:
-        return exact
+    if name in cases:
+        return cases[name]
+    matches = [case for label, case in cases.items() if label.startswith(name)]
     if len(matches) == 1:
         return matches[0]
     count = "no case" if not matches else f"{len(matches)} cases"

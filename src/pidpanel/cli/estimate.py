@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def call(args: argparse.Namespace) -> int:
     from pidpanel.check import checked_study
-    from pidpanel.cli.overview import estimate
+    from pidpanel.cli.study_overview import estimate
 
     results = args.results or args.directory / "results"
     print(estimate(checked_study(args.study), results, args.jobs))

@@ -1,8 +1,7 @@
 """Propose layouts of dampers within the mass budget of a study, and regenerate its report.
 
-The section `optimise` of the study has the budget and what may be chosen. `--write` makes a study
-of the best layouts, which computes all else of them: maps, stresses, coupled runs of particles that
-are simulated.
+The section `optimise` of the study states the budget and the options. `--write` writes a study of
+the best layouts. It computes their maps and stresses, and coupled runs of simulated particles.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """Run a study. Only changed results are computed again.
 
-Snakemake runs it; the stages of a study without LIGGGHTS run in this process, in seconds, unless
-options follow. Either resumes what the other left.
+Snakemake runs it. A study without LIGGGHTS runs in this process, in seconds, unless options follow.
+Each accepts the results of the other.
 
 A stopped run resumes with the same command. Options after `--` go to Snakemake, such as `--
 --workflow-profile profiles/slurm`.

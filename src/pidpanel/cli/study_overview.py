@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from pidpanel.cli.stage_costs import Cost, base_cost, panel_costs, shape_count
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.estimate import USUAL_COSTS, cpu_seconds
+from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
 from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.study import CouponStudy, Filling, Study
@@ -50,14 +50,44 @@ def overview(study: CouponStudy, results: Path = Path("results")) -> str:
         lines += _of_panel(study, estimate)
         costs += _panel_costs(study, estimate)
     if costs:
-        lines.append(_line("time", "; ".join(_of_cost(cost) for cost in costs) + _of_all(costs)))
+        total = _duration(sum(cost.seconds for cost in costs))
+        stages = "; ".join(_of_cost(cost) for cost in costs)
+        lines.append(_line("time", f"{stages}; in all about {total} of CPU time"))
     return "\n".join(lines)
 
 
-def other_stages(study: Study) -> str:
-    """Return about what the stages from the panel to the report take."""
-    costs = _panel_costs(study, solve(study.panel))
-    return "; ".join(_of_cost(cost) for cost in costs)
+def estimate(study: CouponStudy, results: Path, jobs: int) -> str:
+    """Return how many cases of a study are still to be run, and how long each stage takes."""
+    runs = f"{study.name}: {'; '.join(_of_runs(study, results, jobs))}"
+    if not isinstance(study, Study):
+        return runs
+    costs = "; ".join(_of_cost(cost) for cost in _panel_costs(study, solve(study.panel)))
+    return f"{runs}\n{study.name}: about this CPU time and memory: {costs}"
+
+
+def _of_runs(study: CouponStudy, results: Path, jobs: int) -> Iterator[str]:
+    """Yield how many LIGGGHTS runs are left, and how long they take."""
+    count, left = len(all_cases(study)), _cases_left(study, results)
+    is_coupled = isinstance(study, Study) and study.is_coupled
+    if left:
+        seconds = PLAN + cpu_seconds(left, USUAL_COSTS, results / "coupon")
+        yield (
+            f"{len(left)} of {count} coupon cases to run, about {seconds / 60:.1f} min of CPU "
+            f"time, {seconds / jobs / 3600:.2f} h on {jobs} free cores"
+        )
+    elif not is_coupled:
+        yield f"no LIGGGHTS runs left, {count} coupon cases are complete"
+    elif count:
+        yield f"{count} coupon cases are complete"
+    if isinstance(study, Study) and study.is_coupled:
+        # two seconds of imports that other studies do not need
+        from pidpanel.coupled.from_study import estimated_cpu_seconds
+
+        minutes = estimated_cpu_seconds(study) / 60
+        yield (
+            f"panel and particles together in {coupled_count(study)} scenarios, {minutes:.0f} min "
+            "of CPU time or more"
+        )
 
 
 def summary(study: CouponStudy) -> str:
@@ -257,11 +287,14 @@ def all_cases(study: CouponStudy) -> list[Case]:
     return [case for cases in distinct_cases(study).values() for case in cases]
 
 
-def _coupon_cost(study: CouponStudy, results: Path) -> Iterator[Cost]:
+def _cases_left(study: CouponStudy, results: Path) -> list[Case]:
     folder = results / "coupon"
-    left = [case for case in all_cases(study) if not all(p.exists() for p in case.outcomes(folder))]
-    if left:
-        yield Cost("coupon", cpu_seconds(left, USUAL_COSTS, folder), 200e6)
+    return [case for case in all_cases(study) if not all(p.exists() for p in case.outcomes(folder))]
+
+
+def _coupon_cost(study: CouponStudy, results: Path) -> Iterator[Cost]:
+    if left := _cases_left(study, results):
+        yield Cost("coupon", cpu_seconds(left, USUAL_COSTS, results / "coupon"), 200e6)
     if isinstance(study, Study) and study.is_coupled:
         from pidpanel.coupled.from_study import estimated_cpu_seconds
 
@@ -300,11 +333,6 @@ def _panel_costs(study: Study, estimate: PanelEstimate) -> list[Cost]:
 
 def _of_cost(cost: Cost) -> str:
     return f"{cost.stage} {_duration(cost.seconds)}, {cost.memory / 1e9:.1f} GB"
-
-
-def _of_all(costs: list[Cost]) -> str:
-    total = sum(cost.seconds for cost in costs)
-    return f"; in all about {_duration(total)} of CPU time"
 
 
 def _duration(seconds: float) -> str:

@@ -46,7 +46,7 @@ def pour_packing(packing: Packing, file: Path) -> records.PourOutcome:
         attempt, poured = _attempted(lambda: pour(packing, file.parent), file.parent)
         files = records.files_of(file.parent, (PACKING_FILE,) if poured else ())
         outcome = records.PourOutcome(**vars(attempt), packing=packing, found=poured, files=files)
-        _write(file, outcome)
+        coding.write(file, outcome)
     return outcome
 
 
@@ -64,7 +64,7 @@ def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> records.LoosenOutcom
             )
         files = records.files_of(file.parent, (BED_FILE, deck.WALLS_FILE) if loosened else ())
         outcome = records.LoosenOutcome(**vars(attempt), bed=bed, found=loosened, files=files)
-        _write(file, outcome)
+        coding.write(file, outcome)
     return outcome
 
 
@@ -255,7 +255,7 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
             paths = case.with_reserve.outcomes(folder)
             for path, outcome in zip(paths, outcomes, strict=False):
                 spent = round(outcome.solver_cpu_s + _spent(path), 2)
-                _write(path, replace(outcome, seeds=len(outcomes), solver_cpu_s=spent))
+                coding.write(path, replace(outcome, seeds=len(outcomes), solver_cpu_s=spent))
                 ended[str(path.parent.relative_to(folder))] = outcome.status
             for path in paths[len(outcomes) :]:  # of an earlier version that needed them
                 path.unlink(missing_ok=True)
@@ -270,11 +270,6 @@ def _spent(file: Path) -> float:
         return coding.read(records.ShakeOutcome, file).solver_cpu_s
     except failures.SolverFailure:
         return 0.0
-
-
-def _write(file: Path, outcome: records.Attempt) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    coding.write(file, outcome)
 
 
 def _attempted(

@@ -130,27 +130,20 @@ class Run:
         count = self.packing.count
         return count if self.deck is None and 1 < count <= MOST_CELLS else 0
 
+    def _impact(self, youngs_modulus: float) -> tuple[float, float, float, float, float]:
+        """Values of a sphere's impact on a wall at the speed of the drive, for `contact`."""
+        packing, ratio = self.packing, self.constants.poissons_ratio
+        radius = packing.sizes.smallest / 2
+        return radius, packing.density, youngs_modulus, ratio, self.drive.speed
+
     def contact_time_at(self, youngs_modulus: float) -> float:
         """Duration of a sphere's impact on a wall at the speed of the drive [s]."""
-        return contact.wall_contact_time(
-            self.packing.sizes.smallest / 2,
-            self.packing.density,
-            youngs_modulus,
-            self.constants.poissons_ratio,
-            self.drive.speed,
-        )
+        return contact.wall_contact_time(*self._impact(youngs_modulus))
 
     def overlap_at(self, youngs_modulus: float) -> float:
         """Deepest overlap of that impact over the radius [1]."""
-        radius = self.packing.sizes.smallest / 2
-        depth = contact.wall_overlap(
-            radius,
-            self.packing.density,
-            youngs_modulus,
-            self.constants.poissons_ratio,
-            self.drive.speed,
-        )
-        return depth / radius
+        impact = self._impact(youngs_modulus)
+        return contact.wall_overlap(*impact) / impact[0]
 
     def deck_values(self, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
         """Variables of the template for the run, or a leg of it from a restart."""

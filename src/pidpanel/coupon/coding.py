@@ -67,7 +67,8 @@ DIGEST = "digest"  # key of a file with the hash of all its other values
 
 
 def write(path: Path, record: Any) -> None:
-    """Write a record as a JSON file."""
+    """Write a record as a JSON file; make its folder."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     values = encode(record)
     text = json.dumps({**values, DIGEST: _digest(values)}, indent=1)
     durable.write_text(path, text + "\n")

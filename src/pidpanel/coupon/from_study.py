@@ -129,14 +129,10 @@ def _plain(value: Any) -> Any:
     return value.name if isinstance(value, Path) else value
 
 
-def _seeds(coupon: Coupon) -> range:
-    """Seeds of a case and, where its bed may have several states, of its reserve."""
-    return range(1, max(coupon.accuracy.seeds, coupon.accuracy.state_seeds) + 1)
-
-
 def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
-    sweep, seeds = coupon.sweep, _seeds(coupon)
-    diameters = coupon.diameters
+    sweep, accuracy, diameters = coupon.sweep, coupon.accuracy, coupon.diameters
+    # those of a case and, where its bed may have several states, of its reserve
+    seeds = range(1, max(accuracy.seeds, accuracy.state_seeds) + 1)
     beds = {
         (fill, diameter, seed): _bed(coupon, packing, fill)
         for diameter in diameters
@@ -203,18 +199,14 @@ def _start_of(coupon: Coupon, seed: int) -> Literal["rest", "hard"]:
 def _drives(coupon: Coupon) -> Iterator[Drive]:
     """Every drive of the sweep that is not too fast, frequency by frequency."""
     sweep = coupon.sweep
+    fastest = sweep.max_velocity_m_s or math.inf
     for frequency in sweep.frequencies:
-        for amplitude in sweep.displacements:
-            omega = 2 * math.pi * frequency
-            yield from _slow_enough(coupon, Tone(frequency, omega**2 * amplitude))
-        for acceleration in sweep.accelerations:
-            yield from _slow_enough(coupon, Tone(frequency, acceleration))
-
-
-def _slow_enough(coupon: Coupon, drive: Drive) -> Iterator[Drive]:
-    fastest = coupon.sweep.max_velocity_m_s
-    if fastest is None or drive.speed <= fastest:
-        yield drive
+        omega = 2 * math.pi * frequency
+        amplitudes = (omega**2 * amplitude for amplitude in sweep.displacements)
+        for acceleration in (*amplitudes, *sweep.accelerations):
+            drive = Tone(frequency, acceleration)
+            if drive.speed <= fastest:
+                yield drive
 
 
 def _either(value: float | None, default: float) -> float:

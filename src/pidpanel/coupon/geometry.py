@@ -90,7 +90,7 @@ def poured_sizes(sizes: Sizes, cell_area: float, depth: float, rng: np.random.Ge
 
 def chimney_height(outline: Array, diameters: Array) -> float:
     """Height in which spheres of these diameters (n,) [m] find room at `LOOSE_FRACTION` [m]."""
-    inradius = _inradius(outline)
+    inradius = float(_sides(outline)[1].min())
     widest = float(diameters.max())
     reachable = polygon_area(outline) * ((inradius - widest / 2) / inradius) ** 2
     volume = float(math.pi / 6 * (diameters**3).sum())
@@ -112,10 +112,11 @@ def polygon_area(outline: Array) -> float:
     return float(0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
 
 
-def _inradius(outline: Array) -> float:
+def _sides(outline: Array) -> tuple[Array, Array]:
+    """Outward normals (k, 2) of the sides of a convex outline, and their distances (k,) [m]."""
     edge = np.roll(outline, -1, axis=0) - outline
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.linalg.norm(edge, axis=1)[:, None]
-    return float((normal * outline).sum(axis=1).min())
+    return normal, (normal * outline).sum(axis=1)
 
 
 def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Generator) -> Array:
@@ -125,9 +126,7 @@ def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Gene
     the cell that a centre can reach and kept when 1 % clear of all earlier ones. A `ValueError`
     says that no room was found after three hundred tries per sphere.
     """
-    edge = np.roll(outline, -1, axis=0) - outline
-    normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.linalg.norm(edge, axis=1)[:, None]
-    distance = (normal * outline).sum(axis=1)
+    normal, distance = _sides(outline)
     low, high = outline.min(axis=0), outline.max(axis=0)
     order = np.argsort(-diameters, kind="stable")
     size = diameters[order]

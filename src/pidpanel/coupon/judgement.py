@@ -3,7 +3,7 @@
 Nothing here enters a label: changed code makes the table again from the stored rows.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,46 +55,36 @@ LOSSES_APART = 30.0
 WORK_APART = 3.0
 
 
-def problems_of(run: Run, read: SeedEstimate, folder: Path) -> list[SolverFailure]:
+def problems_of(run: Run, read: SeedEstimate, folder: Path) -> Iterator[SolverFailure]:
     """What speaks against a run that came to its end."""
-    problems: list[SolverFailure] = []
     damping, done = read.damping, read.shaken.cycles
     if not rows.is_steady(damping, done):
-        problems.append(
-            NotSteady(
-                f"{folder}: transient to cycle {damping.start} of {done}, "
-                f"drift of {damping.drift:.2g} standard errors after it"
-            )
+        yield NotSteady(
+            f"{folder}: transient to cycle {damping.start} of {done}, "
+            f"drift of {damping.drift:.2g} standard errors after it"
         )
     balance = read.shaken.balance
     if balance is not None and not abs(balance.closure) <= CLOSURE_LIMIT:  # nor if it is NaN
-        problems.append(
-            EnergyNotClosed(
-                f"{folder}: {balance.closure:+.2%} of the work is missing in the energy balance"
-            )
+        yield EnergyNotClosed(
+            f"{folder}: {balance.closure:+.2%} of the work is missing in the energy balance"
         )
     if balance is not None and damping.mean > 4 * damping.error:
         drive = run.drive
         energy = cycles.dissipated_energy(damping.mean, drive.amplitude, drive.frequency)
         ratio = balance.energies.dissipated / balance.cycles / (energy * run.packing.area)
         if not -CLOSURE_LIMIT < ratio < LOSSES_APART:
-            problems.append(
-                LossesApart(
-                    f"{folder}: contacts dissipate {ratio:.3g} times the energy in the rows; "
-                    f"allowed is 0 to {LOSSES_APART:g}"
-                )
+            yield LossesApart(
+                f"{folder}: contacts dissipate {ratio:.3g} times the energy in the rows; "
+                f"allowed is 0 to {LOSSES_APART:g}"
             )
         work = balance.energies.work / balance.cycles
         low, high = read.work
         margin = WORK_APART * (high - low + abs(high))
         if not low - margin <= work <= high + margin:
-            problems.append(
-                LossesApart(
-                    f"{folder}: work of {work:.3g} J per cycle in the energy balance, "
-                    f"{low:.3g} to {high:.3g} J in the rows"
-                )
+            yield LossesApart(
+                f"{folder}: work of {work:.3g} J per cycle in the energy balance, "
+                f"{low:.3g} to {high:.3g} J in the rows"
             )
-    return problems
 
 
 def judged_by(case: Case, outcomes: Sequence[Path]) -> list[tuple[Run, Path]]:

@@ -208,14 +208,16 @@ def harmonic(run: Run, rows: Array, mass: float) -> tuple[Array, Array]:
     mass
         Of all spheres [kg].
     """
-    return cycles.first_harmonic(
-        _column(rows, "p_sin"),
-        _column(rows, "p_cos"),
-        amplitude=run.drive.amplitude,
-        frequency=run.drive.frequency,
-        mass=mass,
-        area=run.packing.area,
-    )
+    return _harmonic(run, _column(rows, "p_sin"), _column(rows, "p_cos"), mass=mass)
+
+
+def _harmonic(
+    run: Run, p_sin: Array, p_cos: Array, *, mass: float, cells: int = 1
+) -> tuple[Array, Array]:
+    """C_e and m_a of all cells together, or of one of several alike."""
+    drive, area = run.drive, run.packing.area / cells
+    motion = {"amplitude": drive.amplitude, "frequency": drive.frequency}
+    return cycles.first_harmonic(p_sin, p_cos, **motion, mass=mass / cells, area=area)
 
 
 def work(run: Run, rows: Array) -> Array:
@@ -248,14 +250,7 @@ def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
     for cell in np.moveaxis(cells, 1, 0):
         if not cell.any():
             continue
-        damping, apparent_mass = cycles.first_harmonic(
-            cell[:, 0],
-            cell[:, 1],
-            amplitude=run.drive.amplitude,
-            frequency=run.drive.frequency,
-            mass=mass / count,
-            area=run.packing.area / count,
-        )
+        damping, apparent_mass = _harmonic(run, *cell.T, mass=mass, cells=count)
         half = len(damping) // 2
         mean, error = cycles.settled(damping[half:])
         samples.append(CellEstimate(mean, error, float(apparent_mass[half:].mean())))

@@ -272,15 +272,11 @@ def check_coverage(table: Sequence[Row], coverage: float) -> None:
     good = (len(table) - len(bad)) / len(table)
     if good < coverage:
         lines = [f"{row['case']}: {row['status']}: {row['message']}" for row in bad]
-        raise CoverageMissed(
-            "\n".join(
-                [
-                    *lines,
-                    f"{good:.1%} of the cases are ok; coupon.accuracy.coverage requires "
-                    f"{coverage:.1%}; raise coupon.accuracy.max_cycles, or lower the coverage",
-                ]
-            )
+        lines.append(
+            f"{good:.1%} of the cases are ok; coupon.accuracy.coverage requires {coverage:.1%}; "
+            "raise coupon.accuracy.max_cycles, or lower the coverage"
         )
+        raise CoverageMissed("\n".join(lines))
 
 
 def write_cases(table: Sequence[Row], file: Path) -> None:

@@ -160,8 +160,7 @@ def answer_of(study: ReportedStudy, summary: pd.DataFrame) -> StudyAnswer | None
 
 def main_reading(readings: Sequence[str]) -> str:
     """Return the reading that answers: the first of `PREFERRED` that there is."""
-    available = [reading for reading in PREFERRED if reading in readings]
-    return available[0] if available else readings[0]
+    return next((reading for reading in PREFERRED if reading in readings), readings[0])
 
 
 def _candidate(scenario: ReportedScenario, rows: Sequence[dict[str, Any]]) -> Candidate:
@@ -185,7 +184,7 @@ def _candidate(scenario: ReportedScenario, rows: Sequence[dict[str, Any]]) -> Ca
     )
 
 
-def select_candidates(answer: StudyAnswer, count: int = ROWS) -> list[Candidate]:
+def select_candidates(answer: StudyAnswer) -> list[Candidate]:
     """Return the scenarios of the first table: the best of each place and damper, then the rest."""
     groups: dict[object, int] = {}
     order = []
@@ -193,5 +192,5 @@ def select_candidates(answer: StudyAnswer, count: int = ROWS) -> list[Candidate]
         key = tuple((f.patch, f.damper) for f in candidate.scenario.fillings)
         groups[key] = groups.get(key, -1) + 1
         order.append((groups[key], rank))
-    chosen = sorted(rank for _, rank in sorted(order)[:count])
+    chosen = sorted(rank for _, rank in sorted(order)[:ROWS])
     return [answer.candidates[rank] for rank in chosen]

@@ -24,7 +24,7 @@ from pidpanel.panel.supports import Supports
 from pidpanel.report import style
 from pidpanel.report.answer import Candidate, StudyAnswer
 from pidpanel.report.inputs import ReportedPanel
-from pidpanel.report.layout import panel_axes, separate
+from pidpanel.report.layout import panel_axes, separate, triangles_of
 
 WIDTH = 5.0  # width of a figure at the head of a page [inch]
 
@@ -55,11 +55,10 @@ def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> 
     handles: dict[str, Line2D] = {}
     names: list[Annotation] = []
     if rms is not None:
-        triangles = np.concatenate([cells[:, [0, i, i + 1]] for i in range(1, cells.shape[1] - 1)])
+        mesh = Triangulation(vertices[:, 0], vertices[:, 1], triangles_of(cells))
         mapped = axes.tripcolor(
-            Triangulation(vertices[:, 0], vertices[:, 1], triangles), rms, shading="gouraud",
-            cmap="YlOrRd", vmin=0.0, vmax=float(rms.max()),
-        )  # fmt: skip
+            mesh, rms, shading="gouraud", cmap="YlOrRd", vmin=0.0, vmax=float(rms.max())
+        )
         figure.colorbar(mapped, ax=axes, label="g rms", shrink=0.8, pad=0.02, aspect=25)
         worst = vertices[int(rms.argmax())]
         axes.plot(

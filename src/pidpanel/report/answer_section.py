@@ -4,15 +4,15 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from pidpanel.arrays import Flags
-from pidpanel.report import response_figures, style
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.report import style
 from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, select_candidates
 from pidpanel.report.answer_figures import WIDTH as NARROW
 from pidpanel.report.answer_figures import group_of, mass_figure, panel_figure
 from pidpanel.report.answer_text import level_text, worst_map
-from pidpanel.report.html import Block, Picture, Table
+from pidpanel.report.html import Block, Chart, PageCurve, Picture, Table
 from pidpanel.report.inputs import Inputs
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of
+from pidpanel.report.response_figures import PSD_UNIT, psd_picture
 from pidpanel.report.rms import inside_of, log_error_of
 from pidpanel.report.text import DECIBEL_DECIMALS, READINGS, common_decimals, number, value_text
 
@@ -35,7 +35,8 @@ def answer_table(inputs: Inputs, answer: StudyAnswer) -> Table:
     points = answer.points[:POINTS_SHOWN]
     rows, shown = [], (answer.bare, *select_candidates(answer))
     rms_decimals = common_decimals(c.responses[p].rms_error for c in shown for p in points)
-    gain_decimals = common_decimals(answer.response(c).reduction_error for c in shown)
+    gain_errors = (answer.response(c).reduction_error for c in shown)
+    gain_decimals = common_decimals(gain_errors, DECIBEL_DECIMALS)
     for candidate in shown:
         response = answer.response(candidate)
         bare = candidate.scenario.is_bare
@@ -47,13 +48,18 @@ def answer_table(inputs: Inputs, answer: StudyAnswer) -> Table:
         gain = ["", ""]
         if not bare:
             per_kg = response.reduction / candidate.mass if candidate.mass > 0 else math.nan
-            gain = [decibels(response, gain_decimals), number(per_kg, 2)]
+            gain = [
+                value_text(response.reduction, response.reduction_error, gain_decimals),
+                number(per_kg, 2),
+            ]
         rows.append([candidate.name, *mass, *rms, *gain, trust(candidate)])
     remaining = len(answer.candidates) - len(rows) + 1
     left = f" {remaining} more below, under All scenarios." if remaining else ""
     lost = f" {len(answer.lost)} without a steady response." if answer.lost else ""
-    reading = "" if not answer.candidates else f"Damping: {_damping(answer)}. "
-    source = "of the coupled runs" if answer.is_coupled else "due to the damping"
+    how, source = "", "due to the damping"
+    if answer.is_coupled:
+        how, source = ", in one time integration", "of the coupled runs"
+    reading = f"Damping: {READINGS[answer.reading]}{how}. " if answer.candidates else ""
     error = f"±: one standard error, {source}. " if answer.has_errors else ""
     return Table(
         f"{reading}Acceleration in g rms, 3σ in brackets. Reduction of the rms at point "
@@ -69,20 +75,9 @@ def answer_table(inputs: Inputs, answer: StudyAnswer) -> Table:
     )  # fmt: skip
 
 
-def _damping(answer: StudyAnswer) -> str:
-    how = ", in one time integration" if answer.is_coupled else ""
-    return READINGS[answer.reading] + how
-
-
 def _rms(response: PointResponse, decimals: int | None) -> str:
     rms = value_text(response.rms, response.rms_error, decimals)
     return f"{rms} ({number(3 * response.rms)})"
-
-
-def decibels(response: PointResponse, decimals: int | None) -> str:
-    """Return a reduction with its error where it has one."""
-    decimals = DECIBEL_DECIMALS if decimals is None else decimals
-    return value_text(response.reduction, response.reduction_error, decimals)
 
 
 def trust(candidate: Candidate) -> str:
@@ -99,18 +94,15 @@ def drawing_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
         names = {c.scenario.label: c.name for c in (answer.bare, *answer.candidates)}
         label = mapped[0]
         title = names.get(label, "bare panel" if label.startswith("bare") else label)
-        caption += (
-            f"; colour: rms acceleration of the {title}"
-            if title == "bare panel"
-            else (f"; colour: rms acceleration with {title}")
-        )
+        preposition = "of the" if title == "bare panel" else "with"
+        caption += f"; colour: rms acceleration {preposition} {title}"
     return Picture("panel", style.png(figure), f"{caption}.")
 
 
 def psd_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
     """Return the PSD at the worst point, bare against the best scenario with its band."""
     point, reading = answer.worst, answer.reading
-    psd = inputs.psd.sel(reading=reading, point=point)
+    psd = inputs.psd["acceleration_psd"].sel(reading=reading, point=point) / STANDARD_GRAVITY**2
     frequency = inputs.psd["frequency"].to_numpy()
     bare = answer.bare
 
@@ -118,23 +110,26 @@ def psd_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
         response = answer.response(candidate)
         return f"{candidate.name}: {value_text(response.rms, response.rms_error)} g rms"
 
-    values = psd["acceleration_psd"].sel(scenario=bare.scenario.label).to_numpy()
-    curves = [PsdCurve(label(bare), values, style.BARE, width=0.7)]
+    values = psd.sel(scenario=bare.scenario.label).to_numpy()
+    curves = [PageCurve(label(bare), values, style.BARE, width=0.7)]
     for best in answer.candidates[:1]:
         name = best.scenario.label
-        inside: Flags | None = inside_of(inputs.psd, reading, name)
-        values = psd["acceleration_psd"].sel(scenario=name).to_numpy()
-        log_error = log_error_of(inputs.psd, reading, name, point)
-        look = style.PLACES[0], inside
-        curves.append(PsdCurve(label(best), values, *look, width=1.8, log_error=log_error))
-    figure = response_figures.psd_figure(
-        frequency, [FigurePanel("", "", curves)], width=NARROW, height=3.7
-    )
+        curves.append(
+            PageCurve(
+                label(best),
+                psd.sel(scenario=name).to_numpy(),
+                style.PLACES[0],
+                width=1.8,
+                log_error=log_error_of(inputs.psd, reading, name, point),
+                inside=inside_of(inputs.psd, reading, name),
+            )
+        )
     banded = any(curve.log_error is not None for curve in curves)
     curves_text = "bare panel and largest reduction" if len(curves) > 1 else "bare panel"
     caption = f"Acceleration PSD at point {point}, one-sided: {curves_text}."
     caption += " Band: one standard error." if banded else ""
-    return Picture("answer", style.png(figure), caption, [chart_of("", frequency, curves)])
+    chart = Chart("", frequency, PSD_UNIT, curves)
+    return psd_picture("answer", [chart], caption, width=NARROW, height=3.7)
 
 
 def mass_block(

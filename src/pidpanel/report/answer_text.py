@@ -7,7 +7,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, are_apart, is_gain
+from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, is_gain
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.text import common_decimals, number, plain, value_text, with_error
 from pidpanel.response.trust import KNOWN_TO, NO_ERROR
@@ -47,17 +47,12 @@ def _result(answer: StudyAnswer) -> str:
     if not any(gains):
         return f"{result}: no reduction beyond its error."
     if len(best) > 1:
-        tie = "the difference is within the uncertainty"
-        return f"{result}; {tie}.{_new_worst_point(answer, best[0])}"
-    if len(answer.candidates) == 1:
-        return f"{result}.{_new_worst_point(answer, best[0])}"
-    second = answer.candidates[1]
-    if not are_apart(responses[0], answer.response(second)):
-        return f"{result}.{_new_worst_point(answer, best[0])}"
-    return (
-        f"{result}. Next is {list_scenarios([second], answer.candidates)}{_mass([second])}, "
-        f"{_decibels([answer.response(second)])}.{_new_worst_point(answer, best[0])}"
-    )
+        result += "; the difference is within the uncertainty"
+    elif len(answer.candidates) > 1:
+        second = answer.candidates[1]
+        result += f". Next is {list_scenarios([second], answer.candidates)}{_mass([second])}, "
+        result += _decibels([answer.response(second)])
+    return f"{result}.{_new_worst_point(answer, best[0])}"
 
 
 def _new_worst_point(answer: StudyAnswer, candidate: Candidate) -> str:
@@ -78,7 +73,11 @@ def _new_worst_point(answer: StudyAnswer, candidate: Candidate) -> str:
 def _range(responses: Sequence[PointResponse]) -> str:
     if len(responses) == 1:
         return value_text(responses[0].rms, responses[0].rms_error)
-    low, high = (number(f(r.rms for r in responses)) for f in (min, max))
+    return _span([response.rms for response in responses])
+
+
+def _span(values: Sequence[float], digits: int = 3) -> str:
+    low, high = (number(f(values), digits) for f in (min, max))
     return low if low == high else f"{low}–{high}"
 
 
@@ -88,8 +87,7 @@ def _decibels(responses: Sequence[PointResponse]) -> str:
         response, decimals = responses[0], None if responses[0].reduction_error > 0 else 1
         return f"{value_text(-response.reduction, response.reduction_error, decimals)} dB"
     errors = [r.reduction_error for r in responses if r.reduction_error > 0]
-    decimals = common_decimals(errors)
-    decimals = 1 if decimals is None else decimals
+    decimals = common_decimals(errors, 1)
     low, high = (-f(r.reduction for r in responses) for f in (min, max))
     text = value_text(high, max(errors, default=math.nan), decimals)
     return f"{plain(low, decimals)} to {text} dB"
@@ -99,19 +97,8 @@ def _mass(candidates: Sequence[Candidate]) -> str:
     """Return the mass of dampers in kg and in percent of the panel, where it is known."""
     if not all(math.isfinite(c.mass) for c in candidates):
         return ", mass not known"
-    masses, shares = (sorted({number(v(c), 2) for c in candidates}, key=_value) for v in _MASS)
-
-    def span(texts: Sequence[str]) -> str:
-        return texts[0] if len(texts) == 1 else f"{texts[0]}–{texts[-1]}"
-
-    return f", {span(masses)} kg, {span(shares)} % of the panel"
-
-
-_MASS = (lambda c: c.mass, lambda c: c.share)
-
-
-def _value(text: str) -> float:
-    return float(text.replace("−", "-"))
+    masses, shares = [c.mass for c in candidates], [c.share for c in candidates]
+    return f", {_span(masses, 2)} kg, {_span(shares, 2)} % of the panel"
 
 
 def worst_map(inputs: Inputs) -> tuple[str, Array] | None:

@@ -1,6 +1,7 @@
 """Figures of base motion: curves over frequency, drawn from the charts of the page."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,9 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pidpanel.report.html import Chart
-from pidpanel.report.layout import WIDTH, frequency_axis
-
-LINES = {"solid": "-", "dashed": "--", "dotted": ":"}
+from pidpanel.report.layout import LINES, WIDTH, draw_curve, frequency_axis
 
 DECADES = 7  # decades shown below the highest value at most
 
@@ -32,19 +31,8 @@ def charts_figure(charts: Sequence[Chart], height: float = 3.9) -> Figure:
 
 def _draw(axes: Axes, chart: Chart) -> None:
     for order, curve in enumerate(reversed(chart.curves)):
-        drawn = np.where(curve.values > 0, curve.values, np.nan)
-        if curve.log_error is not None:
-            factor = np.exp(curve.log_error)
-            low, high = drawn / factor, drawn * factor
-            axes.fill_between(chart.frequency, low, high, color=curve.colour, alpha=0.22, lw=0)
-        axes.plot(
-            chart.frequency,
-            drawn,
-            color=curve.colour,
-            ls=LINES[curve.line],
-            lw=0.9,
-            zorder=2 + order,
-        )
+        positive = np.where(curve.values > 0, curve.values, np.nan)
+        draw_curve(axes, chart.frequency, replace(curve, values=positive), 2 + order)
     axes.set_yscale("log")
     top = max(np.nanmax(curve.values) for curve in chart.curves)
     bottom = min(np.nanmin(curve.values[curve.values > 0]) for curve in chart.curves)

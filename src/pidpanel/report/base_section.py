@@ -10,20 +10,8 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.report import style
+from pidpanel.report import html, style
 from pidpanel.report.base_figures import charts_figure
-from pidpanel.report.html import (
-    Block,
-    Cell,
-    Chart,
-    Fold,
-    PageCurve,
-    PageSection,
-    Paragraph,
-    Picture,
-    Table,
-    table_of,
-)
 from pidpanel.report.inputs import BaseResults
 from pidpanel.report.text import READINGS, common_decimals, number, percent, records, value_text
 from pidpanel.solve.mesh_error import decibels
@@ -39,7 +27,7 @@ SAME_MOTION = 0.01
 Names = Mapping[str, str]  # names of the scenarios by label, without a sound level
 
 # First columns of the tables.
-SCENARIO: Mapping[str, Cell] = {
+SCENARIO: Mapping[str, html.Cell] = {
     "scenario": lambda row: row["name"],
     "damping model": lambda row: READINGS[row["reading"]],
 }
@@ -47,9 +35,9 @@ SCENARIO: Mapping[str, Cell] = {
 
 def base_section(
     base: BaseResults, names: Names, points: Sequence[str], thickness_mm: float
-) -> PageSection:
+) -> html.PageSection:
     """Return the section of base motion on a panel of a thickness [mm]."""
-    blocks: list[Block] = []
+    blocks: list[html.Block] = []
     for table, column in (
         (base.summary, "relative_displacement_rms_mm"),
         (base.peaks, "peak_relative_displacement_mm"),
@@ -61,17 +49,17 @@ def base_section(
             text += (
                 f"theory holds to about {number(thickness_mm / 10)} mm, a tenth of the thickness."
             )
-            blocks.append(Paragraph(text))
+            blocks.append(html.Paragraph(text))
     if base.summary is not None and base.psd is not None:
         good = base.summary[base.summary["status"] == "ok"]
-        blocks += [Paragraph(_of_random(base, good)), _summary_table(good, names, points)]
+        blocks += [html.Paragraph(_of_random(base, good)), _summary_table(good, names, points)]
         blocks += _folded(_random_pictures(base.psd, names, points))
     if base.notched is not None:
         blocks.append(_notch_table(base.notched, names))
     if base.sine is not None and base.peaks is not None:
-        blocks += [Paragraph(_of_sine(base.sine, names)), _peak_table(base.peaks, names)]
+        blocks += [html.Paragraph(_of_sine(base.sine, names)), _peak_table(base.peaks, names)]
         blocks += _folded(_sine_pictures(base.sine, names, points))
-    return PageSection("base", "Base motion", [*blocks, _mode_table(base.modes)])
+    return html.PageSection("base", "Base motion", [*blocks, _mode_table(base.modes)])
 
 
 def base_facts(base: BaseResults) -> list[tuple[str, str]]:
@@ -112,12 +100,12 @@ def _of_random(base: BaseResults, good: pd.DataFrame) -> str:
     return text
 
 
-def _summary_table(good: pd.DataFrame, names: Names, points: Sequence[str]) -> Table:
+def _summary_table(good: pd.DataFrame, names: Names, points: Sequence[str]) -> html.Table:
     """Return g rms, displacement and force of each scenario, by input."""
     decimals = common_decimals(good["acceleration_rms_error_g"])
     force_decimals = common_decimals(good["interface_force_rms_error_n"])
 
-    def acceleration(point: str) -> Cell:
+    def acceleration(point: str) -> html.Cell:
         value, error = "acceleration_rms_g", "acceleration_rms_error_g"
         return lambda row: value_text(row[point][value], row[point][error], decimals)
 
@@ -131,7 +119,7 @@ def _summary_table(good: pd.DataFrame, names: Names, points: Sequence[str]) -> T
         about = {"name": names[str(scenario)] + beyond, "reading": reading, "input": level}
         displacement = group["relative_displacement_rms_mm"].max()
         rows.append({**first, **by_point, **about, "displacement": displacement})
-    return table_of(
+    return html.table_of(
         rows,
         "Random base motion: rms of the absolute acceleration at the points, the largest of their "
         "relative displacements, and the force of all supports. ±: one standard error from the "
@@ -150,7 +138,7 @@ def _summary_table(good: pd.DataFrame, names: Names, points: Sequence[str]) -> T
 
 def _curves(
     values: xr.DataArray, names: Names, error: xr.DataArray | None = None
-) -> list[PageCurve]:
+) -> list[html.PageCurve]:
     """Return a curve (n_lines,) per scenario: the bare panel black, others in colours."""
     curves = []
     for index, label in enumerate(values["scenario"].to_numpy().tolist()):
@@ -158,24 +146,26 @@ def _curves(
         if not np.isfinite(curve).all():  # C_e is negative
             continue
         colour = style.PLACES[(index - 1) % len(style.PLACES)] if index else style.BARE
-        drawn = PageCurve(names[label], curve, colour)
+        drawn = html.PageCurve(names[label], curve, colour)
         if error is not None and bool(error.sel(scenario=label).notnull().all()):
             drawn = replace(drawn, log_error=error.sel(scenario=label).to_numpy())
         curves.append(drawn)
     return curves
 
 
-def _picture(name: str, caption: str, charts: Sequence[Chart]) -> Picture:
-    return Picture(f"base_{name}", style.png(charts_figure(charts)), caption, charts)
+def _picture(name: str, caption: str, charts: Sequence[html.Chart]) -> html.Picture:
+    return html.Picture(f"base_{name}", style.png(charts_figure(charts)), caption, charts)
 
 
-def _folded(pictures: Iterator[Picture]) -> list[Block]:
+def _folded(pictures: Iterator[html.Picture]) -> list[html.Block]:
     """Return the first picture, and the others behind a title."""
     first, *others = pictures
-    return [first, Fold("Further points and the interface", others)]
+    return [first, html.Fold("Further points and the interface", others)]
 
 
-def _random_pictures(psd: xr.Dataset, names: Names, points: Sequence[str]) -> Iterator[Picture]:
+def _random_pictures(
+    psd: xr.Dataset, names: Names, points: Sequence[str]
+) -> Iterator[html.Picture]:
     """Yield transmissibility and PSD by point, then interface force and input."""
     f, reading = psd["frequency"].to_numpy(), str(psd["reading"].to_numpy()[0])
     shown = psd.sel(reading=reading)
@@ -186,8 +176,8 @@ def _random_pictures(psd: xr.Dataset, names: Names, points: Sequence[str]) -> It
         gain = _curves((response / stated["input_psd"]) ** 0.5, names)
         densities = _curves(response / square_g, names, error)
         charts = [
-            Chart("transmissibility", f, "acceleration over that of the supports", gain),
-            Chart("absolute acceleration", f, "acceleration PSD, g²/Hz", densities),
+            html.Chart("transmissibility", f, "acceleration over that of the supports", gain),
+            html.Chart("absolute acceleration", f, "acceleration PSD, g²/Hz", densities),
         ]
         caption = f"Random base motion at point {point}, stated input; {READINGS[reading]}."
         yield _picture(point, caption, charts)
@@ -195,19 +185,19 @@ def _random_pictures(psd: xr.Dataset, names: Names, points: Sequence[str]) -> It
     level = _curves(stated["input_psd"] / square_g, names)[0]
     inputs.append(replace(level, label="stated input", colour="#777777", line="dashed"))
     charts = [
-        Chart(
+        html.Chart(
             "force",
             f,
             "force PSD, N²/Hz",
             _curves(stated["interface_force_psd"], names, stated["force_log_error"]),
         ),
-        Chart("input", f, "acceleration PSD, g²/Hz", inputs),
+        html.Chart("input", f, "acceleration PSD, g²/Hz", inputs),
     ]
     caption = f"Force of all supports under the stated input, and inputs; {READINGS[reading]}."
     yield _picture("interface", caption, charts)
 
 
-def _notch_table(notched: pd.DataFrame, names: Names) -> Table:
+def _notch_table(notched: pd.DataFrame, names: Names) -> html.Table:
     """Return the bands in which one limit lowers the input."""
     lowered = notched[notched["reason"] != ""]
     place = lowered[["reading", "scenario", "reason"]]
@@ -217,7 +207,7 @@ def _notch_table(notched: pd.DataFrame, names: Names) -> Table:
         deepest = max(records(band), key=lambda row: row["notch_db"])
         lower, *_, upper = band["frequency_hz"].tolist() * 2
         rows.append({**deepest, "lower": lower, "upper": upper, "name": names[deepest["scenario"]]})
-    return table_of(
+    return html.table_of(
         rows,
         "Notches: bands in which a limit lowers the input, the deepest line of each, and the "
         "limit. A limit of an overall value caps the highest peaks of the PSD there.",
@@ -253,11 +243,11 @@ def _of_sine(sine: xr.Dataset, names: Names) -> str:
     return f"{text}Up and down differ with {', '.join(jumps)}: several motions are possible there."
 
 
-def _peak_table(peaks: pd.DataFrame, names: Names) -> Table:
+def _peak_table(peaks: pd.DataFrame, names: Names) -> html.Table:
     """Return the peaks of the sweeps, up and down in one cell where they differ."""
     up, down = (records(peaks[peaks["direction"] == way]) for way in ("up", "down"))
 
-    def both(column: str, error: str = "") -> Cell:
+    def both(column: str, error: str = "") -> html.Cell:
         return lambda row: " / ".join(
             dict.fromkeys(
                 value_text(sweep[column], sweep.get(error, math.nan))
@@ -269,7 +259,7 @@ def _peak_table(peaks: pd.DataFrame, names: Names) -> Table:
         {**row, "down": returned, "name": names[row["scenario"]]}
         for row, returned in zip(up, down, strict=True)
     ]
-    return table_of(
+    return html.table_of(
         rows,
         "Sine sweep: peaks at the points and of the interface force; up / down where they differ. "
         "±: one standard error from the damping.",
@@ -287,7 +277,7 @@ def _peak_table(peaks: pd.DataFrame, names: Names) -> Table:
     )
 
 
-def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Iterator[Picture]:
+def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Iterator[html.Picture]:
     """Yield amplitudes at the points and of the interface force, two at a time."""
     f, reading = sine["frequency"].to_numpy(), str(sine["reading"].to_numpy()[0])
     shown, jumps = sine.sel(reading=reading), [names[label] for label in _with_jumps(sine)]
@@ -308,7 +298,7 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
         differing = [curve for curve in down if curve.label in jumps]
         dotted = [replace(c, label=f"{c.label}, down", line="dotted") for c in differing]
         unit = f"amplitude, {'g' if title in values else 'N'}"
-        charts.append(Chart(title, f, unit, [*up, *dotted]))
+        charts.append(html.Chart(title, f, unit, [*up, *dotted]))
     caption = (
         f"Sine sweep: amplitudes of absolute accelerations and force; {READINGS[reading]}. Bands: "
         "one standard error from the damping."
@@ -317,12 +307,12 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
         yield _picture(f"sine_{start}", caption, charts[start : start + 2])
 
 
-def _mode_table(modes: pd.DataFrame) -> Table:
+def _mode_table(modes: pd.DataFrame) -> html.Table:
     """Return the modes with the largest effective masses."""
     moved = modes[modes["effective_mass_share"] > LEAST_SHARE]
     heaviest = moved.nlargest(MODES_SHOWN, "effective_mass_kg").sort_values("frequency_hz")
     total = modes["cumulative_share"].iloc[-1]
-    return table_of(
+    return html.table_of(
         records(heaviest),
         f"Effective masses of the bare panel along the normal: the {len(heaviest)} largest of "
         f"{len(modes)} modes, which have {percent(total, 1)} of the mass together. The rest is in "

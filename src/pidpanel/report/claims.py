@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -19,7 +20,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Flags
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.answer import SIGNIFICANCE
@@ -107,12 +108,14 @@ def every_fill_lowers(rms: pd.DataFrame, error: pd.DataFrame, bare: pd.Series) -
     )
 
 
-def fills_are_alike(
-    rms: pd.DataFrame, error: pd.DataFrame, fills: tuple[float, float] = ALIKE_FILLS
-) -> Finding:
-    """Test whether the responses within a range of fills lie within `ALIKE` of each other."""
-    low, high = fills
-    inside = (rms.index >= low - 1e-9) & (rms.index <= high + 1e-9)
+def _between_fills(rms: pd.DataFrame) -> Flags:
+    low, high = ALIKE_FILLS
+    return np.asarray((rms.index >= low - 1e-9) & (rms.index <= high + 1e-9))
+
+
+def fills_are_alike(rms: pd.DataFrame, error: pd.DataFrame) -> Finding:
+    """Test whether the responses at `ALIKE_FILLS` lie within `ALIKE` of each other."""
+    inside = _between_fills(rms)
     chosen, chosen_error = rms[inside], error[inside]
     spread = reduction(chosen.max().to_numpy(), chosen.min().to_numpy())
     errors = np.array(
@@ -204,30 +207,6 @@ def verdicts(
     ]
 
 
-def _patch_verdicts(
-    verdict: Callable[[str, Finding | None], Verdict],
-    rms: pd.DataFrame,
-    error: pd.DataFrame,
-    bare: pd.DataFrame,
-    distance: pd.DataFrame,
-    whole: bool,
-) -> Iterator[Verdict]:
-    away = distance.loc[list(rms.index), list(rms.columns)]
-    gained = pd.DataFrame(
-        reduction(bare.to_numpy(float), rms.to_numpy(float)), rms.index, rms.columns
-    )
-    if len(rms) > 1:
-        yield verdict(
-            "At each point the nearest damper gives the lowest response",
-            nearest_damper_is_best(rms, error, away) if whole else None,
-        )
-    if len(rms.columns) > 1:
-        yield verdict(
-            "Each damper reduces the response most at the point nearest to it",
-            own_point_gains_most(gained, error, away) if whole else None,
-        )
-
-
 def _family_verdicts(
     study: ReportedStudy,
     name: str,
@@ -246,44 +225,40 @@ def _family_verdicts(
     error = rms_by(summary, reading, labels, points, "reduction_error_db")
     bare_labels = [s.bare_label for s in scenarios]
     bare = rms_by(summary, reading, {label: label for label in bare_labels}, points)
-    whole = bool(np.isfinite(rms.to_numpy(float)).all())
-
-    def verdict(claim: str, find: Finding | None) -> Verdict:
-        return Verdict(claim, reading, find, "" if find else "no steady response")
-
     centre, band = band_rms_of(psd, reading, list(labels.values()), points)
     spread = band_error_of(psd, reading, list(labels.values()), points)
+    tests: dict[str, Callable[[], Finding]] = {}
     if varied == "fill_fraction":
         _, bare_band = band_rms_of(psd, reading, bare_labels, points)
+        gained = reduction(bare_band, band)
         if MOST_EFFECTIVE_FILL in rms.index and len(rms) > 1:
-            yield verdict(
-                f"A fill of {percent(MOST_EFFECTIVE_FILL)} is the most effective at all points",
-                fill_is_most_effective(rms, error, MOST_EFFECTIVE_FILL, reduction(bare_band, band))
-                if whole
-                else None,
-            )
-        yield verdict(
-            "Every fill lowers the response at every point",
-            every_fill_lowers(rms, error, bare.iloc[0]) if whole else None,
-        )
-        yield verdict(
-            "The effect is larger at high frequency",
-            more_at_high_frequency(reduction(bare_band, band), spread, centre) if whole else None,
-        )
+            claim = f"A fill of {percent(MOST_EFFECTIVE_FILL)} is the most effective at all points"
+            tests[claim] = partial(fill_is_most_effective, rms, error, MOST_EFFECTIVE_FILL, gained)
+        claim = "Every fill lowers the response at every point"
+        tests[claim] = partial(every_fill_lowers, rms, error, bare.iloc[0])
+        claim = "The effect is larger at high frequency"
+        tests[claim] = partial(more_at_high_frequency, gained, spread, centre)
         low, high = ALIKE_FILLS
-        if ((rms.index >= low - 1e-9) & (rms.index <= high + 1e-9)).sum() > 1:
-            yield verdict(
-                f"Fills of {percent(low)} to {percent(high)} give almost the same response",
-                fills_are_alike(rms, error) if whole else None,
-            )
+        if _between_fills(rms).sum() > 1:
+            claim = f"Fills of {percent(low)} to {percent(high)} give almost the same response"
+            tests[claim] = partial(fills_are_alike, rms, error)
     elif varied == "patch":
-        yield from _patch_verdicts(verdict, rms, error, bare, distance, whole)
+        away = distance.loc[list(rms.index), list(rms.columns)]
+        if len(rms) > 1:
+            claim = "At each point the nearest damper gives the lowest response"
+            tests[claim] = partial(nearest_damper_is_best, rms, error, away)
+        if len(rms.columns) > 1:
+            gains = reduction(bare.to_numpy(float), rms.to_numpy(float))
+            by_patch = pd.DataFrame(gains, rms.index, rms.columns)
+            claim = "Each damper reduces the response most at the point nearest to it"
+            tests[claim] = partial(own_point_gains_most, by_patch, error, away)
     elif len(rms) > 1:
         oaspl = np.array([s.oaspl_db for s in scenarios], float)
-        yield verdict(
-            "The response shifts linearly with the sound level",
-            shifts_with_level(band, spread, oaspl) if whole else None,
-        )
+        claim = "The response shifts linearly with the sound level"
+        tests[claim] = partial(shifts_with_level, band, spread, oaspl)
+    is_steady = bool(np.isfinite(rms.to_numpy(float)).all())
+    for claim, test in tests.items():
+        yield Verdict(claim, reading, test() if is_steady else None)
 
 
 def patch_distance(basis: PanelBasis) -> pd.DataFrame:
@@ -310,8 +285,7 @@ class Verdict:
 
     claim: str
     reading: str
-    finding: Finding | None  # None where the claim cannot be tested
-    reason: str = ""  # why it cannot be tested
+    finding: Finding | None  # None without a steady response
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
@@ -321,7 +295,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
     rows = []
     for verdict in verdicts:
         if verdict.finding is None:
-            answer, evidence = "cannot be tested", verdict.reason
+            answer, evidence = "cannot be tested", "no steady response"
         else:
             finding = verdict.finding
             undecided = "within the errors" if finding.has_errors else "no error, not judged"

@@ -13,8 +13,7 @@ import xarray as xr
 from pidpanel.arrays import Flags
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.report.answer import SIGNIFICANCE
-from pidpanel.report.known_errors import without_errors
-from pidpanel.report.read import read_dataset
+from pidpanel.report.read import read_by_point, read_dataset, without_errors
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, value_text
 
 SAME = 1e-3  # share of a value below which a difference is that of lines and meshes [1]
@@ -92,7 +91,7 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
     response = folder / "response"
     summary, psd = without_errors(
         unknown,
-        pd.read_csv(response / "summary.csv", dtype={"point": str}),
+        read_by_point(response / "summary.csv"),
         read_dataset(response / "psd.nc"),
     )
     maps, inside = None, None
@@ -138,36 +137,28 @@ def differences(first: Side, second: Side) -> list[Difference]:
     return [Difference(key, base[key], rival[key]) for key in base if key in rival]
 
 
-def only_in(first: Side, second: Side) -> list[str]:
-    """Return the scenarios that one study has and the other has not."""
-    names = set(second.summary["scenario"])
-    return [name for name in dict.fromkeys(first.summary["scenario"]) if name not in names]
+def missing_scenarios(first: Side, second: Side) -> Iterator[str]:
+    """Yield for each study which scenarios it has that the other has not."""
+    for side, other_side in ((first, second), (second, first)):
+        names = set(other_side.summary["scenario"])
+        missing = [name for name in dict.fromkeys(side.summary["scenario"]) if name not in names]
+        if missing:
+            yield f"only in {side.name}: {', '.join(missing)}"
 
 
 def rows_of(shared: Sequence[Difference]) -> list[list[str]]:
     """Return the rows of a table, with the columns of `columns_of`."""
     rows = []
     rms_decimals = common_decimals(s.error for d in shared for s in (d.first, d.second))
-    decimals = common_decimals(difference.error for difference in shared)
+    decimals = common_decimals((difference.error for difference in shared), DECIBEL_DECIMALS)
     for difference in shared:
         reading, scenario, point = difference.key
         if scenario == BEST:
             scenario = f"{BEST}: {difference.first.scenario} | {difference.second.scenario}"
-        rows.append(
-            [
-                reading,
-                scenario,
-                point,
-                value_text(difference.first.rms, difference.first.error, rms_decimals),
-                value_text(difference.second.rms, difference.second.error, rms_decimals),
-                value_text(
-                    difference.reduction,
-                    difference.error,
-                    DECIBEL_DECIMALS if decimals is None else decimals,
-                ),
-                difference.verdict,
-            ]
-        )
+        values = (difference.first, difference.second)
+        rms = [value_text(value.rms, value.error, rms_decimals) for value in values]
+        gain = value_text(difference.reduction, difference.error, decimals)
+        rows.append([reading, scenario, point, *rms, gain, difference.verdict])
     return rows
 
 
@@ -198,9 +189,7 @@ def comparison_lines(first: Side, second: Side) -> Iterator[str]:
             f"{text:<{width}}" for text, width in zip(row, widths, strict=True)
         ).rstrip()
     yield outcome(shared)
-    for side, missing in ((first, only_in(first, second)), (second, only_in(second, first))):
-        if missing:
-            yield f"only in {side.name}: {', '.join(missing)}"
+    yield from missing_scenarios(first, second)
 
 
 class NothingInCommon(ValueError):

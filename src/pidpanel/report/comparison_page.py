@@ -6,61 +6,52 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.report import style
-from pidpanel.report.comparison import (
-    BEST,
-    Difference,
-    Side,
-    columns_of,
-    differences,
-    only_in,
-    outcome,
-    rows_of,
-)
-from pidpanel.report.html import Page, PageSection, Paragraph, Picture, Table, render
-from pidpanel.report.maps_figures import map_figure, scale_ends
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of, psd_figure
-from pidpanel.report.text import READINGS
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.report import comparison, html, style
+from pidpanel.report.maps_section import map_figure, scale_ends
+from pidpanel.report.response_figures import PSD_UNIT, psd_picture
+from pidpanel.report.text import READINGS, capitalised
 
 # Of the two studies, distinct for the common kinds of colour blindness.
 COLOURS = ("#0072B2", "#D55E00")
 
 
-def write_comparison(first: Side, second: Side, file: Path) -> None:
+def write_comparison(first: comparison.Side, second: comparison.Side, file: Path) -> None:
     """Write the page of two studies against each other."""
     with style.context():
         page = comparison_page(first, second)
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(render(page), encoding="utf-8")
+    file.write_text(html.render(page), encoding="utf-8")
 
 
-def comparison_page(first: Side, second: Side) -> Page:
+def comparison_page(first: comparison.Side, second: comparison.Side) -> html.Page:
     """Return the page; call it within `style.context`."""
-    shared = differences(first, second)
+    shared = comparison.differences(first, second)
     certain = [d for d in shared if d.verdict in ("lower", "higher")]
-    columns = columns_of(first, second)
+    columns = comparison.columns_of(first, second)
     caption = f"Where {second.name} and {first.name} differ by more than the stated errors"
-    tables = [Table(caption, columns, rows_of(certain), cards=True)] if certain else []
+    tables = (
+        [html.Table(caption, columns, comparison.rows_of(certain), cards=True)] if certain else []
+    )
     missing = [
-        Paragraph(f"Only in {side.name}: {', '.join(names)}.")
-        for side, names in ((first, only_in(first, second)), (second, only_in(second, first)))
-        if names
+        html.Paragraph(f"{capitalised(text)}.")
+        for text in comparison.missing_scenarios(first, second)
     ]
-    return Page(
+    values = html.Table("Rms accelerations of both", columns, comparison.rows_of(shared))
+    return html.Page(
         title=f"{first.name} and {second.name}",
-        answer=outcome(shared),
+        answer=comparison.outcome(shared),
         first=tables,
         facts=_facts(first, second),
         sections=[
-            PageSection("psd", "Acceleration PSDs", _psds(first, second, shared)),
+            html.PageSection("psd", "Acceleration PSDs", _psds(first, second, shared)),
             *_maps(first, second),
-            PageSection("values", "All values", [Table("Rms accelerations of both", columns,
-                                                   rows_of(shared)), *missing]),
+            html.PageSection("values", "All values", [values, *missing]),
         ],
-    )  # fmt: skip
+    )
 
 
-def _facts(first: Side, second: Side) -> list[tuple[str, str]]:
+def _facts(first: comparison.Side, second: comparison.Side) -> list[tuple[str, str]]:
     return [
         (
             side.name,
@@ -72,21 +63,24 @@ def _facts(first: Side, second: Side) -> list[tuple[str, str]]:
     ]
 
 
-def _psds(first: Side, second: Side, shared: list[Difference]) -> list[Picture]:
+def _psds(
+    first: comparison.Side, second: comparison.Side, shared: list[comparison.Difference]
+) -> list[html.Picture]:
     """Return the PSDs of each point: both bare panels, and the best of both where there is one."""
-    pictures: list[Picture] = []
+    pictures: list[html.Picture] = []
     lines = np.union1d(first.psd["frequency"], second.psd["frequency"])
     for point in dict.fromkeys(d.key[2] for d in shared):
         for reading in dict.fromkeys(d.key[0] for d in shared):
             rows = [d for d in shared if d.key[0] == reading and d.key[2] == point]
-            drawn = [d for d in rows if d.key[1] == BEST]
+            drawn = [d for d in rows if d.key[1] == comparison.BEST]
             drawn += [d for d in rows if _is_bare(first, d)][:1]
             curves = [
-                PsdCurve(
+                html.PageCurve(
                     f"{side.name}, {value.scenario}",
                     _resample(side, value.reading, value.scenario, point, lines),
                     colour,
-                    dotted=difference.key[1] != BEST,
+                    "solid" if difference.key[1] == comparison.BEST else "dotted",
+                    width=0.9,
                 )
                 for difference in drawn
                 for side, value, colour in zip(
@@ -94,28 +88,29 @@ def _psds(first: Side, second: Side, shared: list[Difference]) -> list[Picture]:
                 )
             ]
             if curves:
-                panel = FigurePanel(READINGS.get(reading, reading), f"point {point}", curves)
+                title = READINGS.get(reading, reading)
+                chart = html.Chart(title, lines, PSD_UNIT, curves, f"point {point}")
                 caption = f"Acceleration PSD at point {point}; bare panels dotted."
-                chart = chart_of(panel.title, lines, curves)
-                image = style.png(psd_figure(lines, [panel]))
-                name = f"psd_{len(pictures)}"
-                pictures.append(Picture(name, image, caption, [chart]))
+                pictures.append(psd_picture(f"psd_{len(pictures)}", [chart], caption))
     return pictures
 
 
-def _is_bare(side: Side, difference: Difference) -> bool:
+def _is_bare(side: comparison.Side, difference: comparison.Difference) -> bool:
     rows: pd.DataFrame = side.summary[side.summary["scenario"] == difference.key[1]]
     return bool(len(rows)) and bool((rows["patch"] == "none").all())
 
 
-def _resample(side: Side, reading: str, scenario: str, point: str, frequency: Array) -> Array:
-    """Return a PSD on other lines; NaN beyond its own."""
+def _resample(
+    side: comparison.Side, reading: str, scenario: str, point: str, frequency: Array
+) -> Array:
+    """Return a PSD [g²/Hz] on other lines; NaN beyond its own."""
     psd = side.psd["acceleration_psd"].sel(reading=reading, scenario=scenario, point=point)
     side_lines = side.psd["frequency"].to_numpy()
-    return np.interp(frequency, side_lines, psd.to_numpy(), left=np.nan, right=np.nan)
+    values = np.interp(frequency, side_lines, psd.to_numpy(), left=np.nan, right=np.nan)
+    return values / STANDARD_GRAVITY**2
 
 
-def _maps(first: Side, second: Side) -> list[PageSection]:
+def _maps(first: comparison.Side, second: comparison.Side) -> list[html.PageSection]:
     """Return the maps of both with the same colours for the same values."""
     if first.maps is None or second.maps is None:
         return []
@@ -125,9 +120,8 @@ def _maps(first: Side, second: Side) -> list[PageSection]:
     for number, side in enumerate((first, second)):
         if side.maps is None or side.cell_in_patch is None:
             continue
-        cases = zip(side.maps["reading"].to_numpy(), side.maps["scenario"].to_numpy(), strict=True)
-        titles = {(str(r), str(s)): f"{side.name}: {s}" for r, s in cases}
+        titles = [f"{side.name}: {scenario}" for scenario in side.maps["scenario"].to_numpy()]
         image = style.png(map_figure(side.maps, side.cell_in_patch, titles, tops))
         caption = f"Rms acceleration and stress of {side.name}; colours as in the other map."
-        blocks.append(Picture(f"maps_{number}", image, caption))
-    return [PageSection("maps", "Maps", blocks)]
+        blocks.append(html.Picture(f"maps_{number}", image, caption))
+    return [html.PageSection("maps", "Maps", blocks)]

@@ -18,16 +18,7 @@ from matplotlib.lines import Line2D
 
 from pidpanel.arrays import Array
 from pidpanel.coupon.window import CLOSURE_LIMIT
-from pidpanel.report import style
-from pidpanel.report.layout import (
-    GREY,
-    WIDTH,
-    draw_map,
-    figure_of_axes,
-    fill_handles,
-    frequency_axis,
-    pick,
-)
+from pidpanel.report import layout, style
 
 
 @dataclass(frozen=True)
@@ -83,7 +74,7 @@ def _draw_law(
 def _scale_x(axes: Axes, cases: pd.DataFrame, x: AxisQuantity) -> None:
     if x is FREQUENCY:
         low, high = cases[x.column].min(), cases[x.column].max()
-        frequency_axis(axes, low / 1.25, high * 1.25)
+        layout.frequency_axis(axes, low / 1.25, high * 1.25)
     else:
         ticks = np.unique(cases[x.column])
         axes.set_xlim(cases[x.column].min() / 1.25, cases[x.column].max() * 1.25)
@@ -106,7 +97,7 @@ def sweep_figure(
     values = list(np.unique(cases[panel.column]))
     fills = sorted(cases["fill_fraction"].unique())
     columns = min(3, len(values))
-    figure, grid = figure_of_axes(len(values), columns, 2.55, 0.5, sharex=True, sharey=True)
+    figure, grid = layout.figure_of_axes(len(values), columns, 2.55, 0.5, sharex=True, sharey=True)
     for axes, value in zip(grid, values, strict=True):
         of_panel = cases[cases[panel.column] == value]
         for number, fill in enumerate(fills):
@@ -125,11 +116,15 @@ def sweep_figure(
         axes.set_xlabel(x.label)
         axes.set_ylabel(y.label)
         axes.tick_params(labelbottom=True, labelleft=True)
-    handles = fill_handles(fills)
+    handles = layout.fill_handles(fills)
     if law:
-        handles["dashed: the paper's law, corrected"] = Line2D([], [], color=GREY, ls="--", lw=0.8)
+        handles["dashed: the paper's law, corrected"] = Line2D(
+            [], [], color=layout.GREY, ls="--", lw=0.8
+        )
     if bound:
-        handles["dotted: bound of an inelastic bed"] = Line2D([], [], color=GREY, ls=":", lw=0.8)
+        handles["dotted: bound of an inelastic bed"] = Line2D(
+            [], [], color=layout.GREY, ls=":", lw=0.8
+        )
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=7)
     return figure
 
@@ -161,13 +156,13 @@ def loss_factor_map(cases: pd.DataFrame) -> Figure:
             index=ACCELERATION.column, columns=FREQUENCY.column, values=LOSS_FACTOR.column
         )
         values = table.reindex(index=amplitudes, columns=frequencies).to_numpy(float)
-        draw_map(
+        layout.draw_map(
             axes, values, norm, "viridis", lambda value: f"{value:.2g}" if few else "",
             lambda value: value < 0.6 * top, origin="lower",
         )  # fmt: skip
         axes.set_title(f"r = {fill:g}", loc="left")
         for axis, ticks in ((axes.xaxis, frequencies), (axes.yaxis, amplitudes)):
-            places = pick(np.arange(float(len(ticks))), CELLS_WITH_TEXT).astype(int)
+            places = layout.pick(np.arange(float(len(ticks))), CELLS_WITH_TEXT).astype(int)
             axis.set_ticks(places, [f"{value:g}" for value in ticks[places]])
         axes.tick_params(axis="x", rotation=90)
     for axes in grid.flat[len(fills) :]:
@@ -184,7 +179,7 @@ def design_figure(cases: pd.DataFrame, varied: Sequence[str]) -> Figure:
     columns = {quantity.column: quantity.label for quantity in (FREQUENCY, ACCELERATION)}
     columns = {"fill_fraction": "fill fraction r, –", **columns}
     columns |= {key: key for key in varied if pd.api.types.is_numeric_dtype(cases[key])}
-    figure, grid = figure_of_axes(len(columns), 3, 2.2, 0.1, sharey=True)
+    figure, grid = layout.figure_of_axes(len(columns), 3, 2.2, 0.1, sharey=True)
     for axes, (column, label) in zip(grid, columns.items(), strict=True):
         values = cases[column]
         axes.plot(values, cases[LOSS_FACTOR.column], ".", ms=3, color=style.PLACES[0], alpha=0.6)
@@ -205,7 +200,7 @@ def _constant(quantity: AxisQuantity, value: float) -> str:
 def losses_figure(cases: pd.DataFrame) -> Figure:
     """Draw where the energy goes and how well its balance closes, one marker per frequency."""
     balanced = cases[cases["closure"].notna()]
-    figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
+    figure = Figure(figsize=(layout.WIDTH, 3.1), layout="constrained")
     left, right = figure.subplots(1, 2)
     groups = [(f"{f:g} Hz", group) for f, group in balanced.groupby(FREQUENCY.column)]
     for number, (name, group) in enumerate(groups):
@@ -239,7 +234,7 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
 def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
     """Draw C_e over a varied key, one pair of axes per frequency, one line per fill and Γ."""
     frequencies = sorted(cases[FREQUENCY.column].unique())
-    figure = Figure(figsize=(WIDTH, 3.0))
+    figure = Figure(figsize=(layout.WIDTH, 3.0))
     grid = figure.subplots(1, len(frequencies), squeeze=False)[0]
     lines = sorted(
         {(r, a) for r, a in zip(cases["fill_fraction"], cases[ACCELERATION.column], strict=True)}

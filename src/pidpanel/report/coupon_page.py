@@ -4,14 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from pidpanel.damping.surface_cases import COUNTED
-from pidpanel.report.coupon_section import (
-    coupon_finding,
-    coupon_section,
-    coupon_text,
-    design_picture,
-    loss_factor_picture,
-    losses_section,
-)
+from pidpanel.report import coupon_section
 from pidpanel.report.facts import cases_text, software_text
 from pidpanel.report.films import film_picture
 from pidpanel.report.html import CAVEATS, Block, Page, Paragraph
@@ -32,21 +25,21 @@ def coupon_page(
     lost = coupon.cases[~coupon.cases["status"].isin(COUNTED)]
     keys = coupon.varied
     one_by_one = [] if coupon.is_design else keys
-    findings = varied_findings(good, one_by_one) or [coupon_finding(good)]
+    findings = varied_findings(good, one_by_one) or [coupon_section.coupon_finding(good)]
     varied = varied_section(good, one_by_one) if one_by_one else None
-    first: list[Block] = [Paragraph(coupon_text(coupon))]
+    first: list[Block] = [Paragraph(coupon_section.coupon_text(coupon))]
     if coupon.is_design:
-        first.append(design_picture(good, keys))
+        first.append(coupon_section.design_picture(good, keys))
     elif varied is not None:
         first += varied.blocks
     elif len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
-        first.append(loss_factor_picture(good))
+        first.append(coupon_section.loss_factor_picture(good))
     if coupon.shot is not None:
         first.append(film_picture(coupon.shot))
     warnings = coupon_warnings(coupon.cases)
-    sections = [coupon_section(replace(coupon, shot=None), varied=keys)]
+    sections = [coupon_section.coupon_section(replace(coupon, shot=None), varied=keys)]
     if not coupon.is_design:
-        sections.append(losses_section(good))
+        sections.append(coupon_section.losses_section(good))
     return Page(
         title=title,
         answer=findings[0],

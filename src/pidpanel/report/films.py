@@ -67,18 +67,17 @@ def write_film(
         NetCDF file to write; without frames where the run cannot be continued.
     """
     rows = pd.read_csv(table)
-    recorded: Film | None = None
+    film: Film | None = None
     label = nearest_case(rows) if (rows["status"] == "ok").any() else ""
     if label:
         case = cases[label]
         try:
-            recorded = watch(case.point, case.folders(folder)[0], cycles=CYCLES, frames=FRAMES)
+            film = watch(case.point, case.folders(folder)[0], cycles=CYCLES, frames=FRAMES)
         except SolverFailure as failure:
             print(f"no animation: {failure}")
-    if recorded is None:  # NetCDF 3 has no empty dimensions: the file has nothing but its name
+    if film is None:  # NetCDF 3 has no empty dimensions: the file has nothing but its name
         xr.Dataset(attrs={**stamp, "case": ""}).to_netcdf(file, engine="scipy")
         return
-    film = recorded
     axes = ("frame", "sphere", "axis")
     xr.Dataset(
         {
@@ -99,11 +98,8 @@ def read_film(cases: Mapping[str, Case], file: Path) -> Shot | None:
     case = cases.get(data.attrs["case"])
     if case is None:
         return None
-    time, position, velocity, diameters = (
-        data[name].to_numpy().astype(float) for name in ("time", "position", "velocity", "diameter")
-    )
-    film = Film(time, position, velocity, diameters)
-    return Shot(case.point, film)
+    names = ("time", "position", "velocity", "diameter")
+    return Shot(case.point, Film(*(data[name].to_numpy().astype(float) for name in names)))
 
 
 def film_picture(shot: Shot) -> Picture:

@@ -18,7 +18,6 @@ from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.films import read_film
 from pidpanel.report.html import Page
-from pidpanel.report.known_errors import PARTLY, without_errors
 from pidpanel.report.names import FilledPatch, ReportedScenario
 from pidpanel.report.shaker_page import shaker_page
 from pidpanel.report.study_page import study_page
@@ -127,7 +126,7 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
 def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inputs.Inputs:
     """Read all that the page of a study under sound is made from."""
     response = folder / "response"
-    summary, psd = without_errors(
+    summary, psd = read.without_errors(
         partly_known(study),
         read.read_by_point(response / "summary.csv"),
         read.read_dataset(response / "psd.nc"),
@@ -180,7 +179,7 @@ def partly_known(study: Study) -> list[str]:
 
     What `PARTLY` find for them holds the errors of the others alone.
     """
-    if not set(PARTLY) & set(study.readings):
+    if not set(read.PARTLY) & set(study.readings):
         return []
     with_errors = {name for name, damper in study.all_dampers.items() if damper.states_error}
     return [

@@ -18,7 +18,7 @@ from typing import Any, Literal
 import jinja2
 import numpy as np
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Flags
 from pidpanel.paths import TEMPLATES
 
 TEMPLATE = TEMPLATES / "report"
@@ -30,6 +30,10 @@ LIBRARIES = tuple(TEMPLATE / "uplot" / name for name in ("uPlot.iife.min.js", "u
 RESOLUTION, SHOWN_PER_INCH = 180, 100
 
 BROAD = 640  # width from which a picture takes that of the page [pixel]
+
+BARE = "#000000"  # colour of the bare panel
+
+PIXELS = 1.6  # width of a curve on a screen over that in a figure [pixel/pt]
 
 DIGITS = 4  # significant digits of a curve's values in the page: 0.01 % is finer than a pixel
 
@@ -50,8 +54,16 @@ class PageCurve:
     values: Array  # (n_lines,) in the unit of the chart; not finite or not positive: a gap
     colour: str  # ``#rrggbb``
     line: Literal["solid", "dashed", "dotted"] = "solid"
-    width: float = 1.2  # [pixel]
+    width: float | None = None  # [pt]; None for the usual one
     log_error: Array | None = None  # (n_lines,) standard error of ln of the values, drawn as a band
+    inside: Flags | None = None  # (n_lines,) range of the damping's data; dashed outside
+
+    @property
+    def pixels(self) -> float:
+        """Width on a screen [pixel]; the bare panel is thin beside curves of several widths."""
+        if self.width is None:
+            return 1.2
+        return 1.0 if self.colour == BARE else PIXELS * self.width
 
 
 @dataclass(frozen=True)
@@ -62,6 +74,7 @@ class Chart:
     frequency: Array  # (n_lines,) rising [Hz]
     unit: str  # quantity and unit, as on the axis
     curves: Sequence[PageCurve]  # the first is drawn over all others
+    note: str = ""  # below the title of the figure
 
     @property
     def json(self) -> str:
@@ -70,8 +83,8 @@ class Chart:
             {
                 "label": curve.label,
                 "colour": curve.colour,
-                "line": curve.line,
-                "width": curve.width,
+                "line": curve.line if curve.inside is None or curve.inside.any() else "dashed",
+                "width": curve.pixels,
                 "values": _rounded(curve.values),
                 "band": None
                 if curve.log_error is None

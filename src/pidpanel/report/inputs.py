@@ -114,7 +114,6 @@ class DampingResults:
 
     surface: DampingSurface  # ``damping/surface.nc``
     law: pd.DataFrame  # ``damping/law.csv``
-    cases: pd.DataFrame  # ``coupon/cases.csv``
     depth: float  # of the cell [m]
 
 
@@ -135,8 +134,8 @@ class ProposalResults:
     layouts: pd.DataFrame  # ``optimise/layouts.csv``
     front: pd.DataFrame  # ``optimise/front.csv``
     summary: pd.DataFrame  # ``optimise/summary.csv``
-    search: pd.Series  # ``optimise/search.csv``, values by quantity
     psd: pd.DataFrame  # ``optimise/psd.csv``
+    search: pd.Series  # ``optimise/search.csv``, values by quantity
     objective: str = "largest"  # ``optimise.objective``
 
     @property

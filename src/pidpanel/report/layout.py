@@ -14,10 +14,15 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
 from matplotlib.transforms import BboxBase
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index
 from pidpanel.report import style
+from pidpanel.report.html import PageCurve
 
 WIDTH = 10.0  # width of a figure that fills the page [inch]
+
+LINES = {"solid": "-", "dashed": "--", "dotted": ":"}
+
+DASHES = (0, (3.5, 1.2))  # of a curve outside the range of its damping's data
 
 GREY = "#555555"  # colour of a legend's line where it stands for all colours
 
@@ -39,6 +44,37 @@ def frequency_axis(axes: Axes, low: float, high: float) -> None:
     axes.set_xlabel("frequency, Hz")
 
 
+def draw_curve(
+    axes: Axes, x: Array, curve: PageCurve, order: float | None = None, width: float = 0.9
+) -> None:
+    """Draw a curve with its band, solid within the range of its data and dashed outside.
+
+    By default the bare panel lies over all others: it is the measure of them.
+    """
+    if order is None:
+        order = 3.0 if curve.colour == style.BARE else 2.0
+    look: dict[str, Any] = {
+        "color": curve.colour,
+        "lw": curve.width or width,
+        "zorder": order,
+        "label": curve.label,
+    }
+    if curve.log_error is not None:
+        factor = np.exp(curve.log_error)
+        low, high = curve.values / factor, curve.values * factor
+        axes.fill_between(x, low, high, color=curve.colour, alpha=0.22, lw=0)
+    if curve.inside is None or curve.inside.all():
+        axes.plot(x, curve.values, ls=LINES[curve.line], **look)
+        return
+    outside = ~curve.inside
+    # the dashed part reaches to the neighbouring lines, or a gap would be left
+    touching = outside.copy()
+    touching[1:] |= outside[:-1]
+    touching[:-1] |= outside[1:]
+    for drawn, dashes in ((curve.inside, "-"), (touching, DASHES)):
+        axes.plot(x, np.where(drawn, curve.values, np.nan), ls=dashes, **look)
+
+
 def pick(values: Array, count: int) -> Array:
     """Return at most ``count`` of the values, evenly spaced, the first and the last included.
 
@@ -50,6 +86,11 @@ def pick(values: Array, count: int) -> Array:
     index = np.unique(np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int))
     chosen: Array = values[index]
     return chosen
+
+
+def triangles_of(cells: Index) -> Index:
+    """Return the triangles (n, 3) of elements with three or more corners."""
+    return np.concatenate([cells[:, [0, i, i + 1]] for i in range(1, cells.shape[1] - 1)])
 
 
 def panel_axes(axes: Axes, vertices: Array, margin: float) -> None:

@@ -5,13 +5,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pidpanel.report import response_figures, style
-from pidpanel.report.html import Block, Fold, PageSection, Picture
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.report import style
+from pidpanel.report.html import Block, Chart, Fold, PageCurve, PageSection, Picture
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ReportedScenario
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of, nested_width
+from pidpanel.report.response_figures import PSD_UNIT, nested_width, psd_picture
 from pidpanel.report.rms import inside_of, log_error_of
 from pidpanel.report.text import READINGS
+from pidpanel.response.psd_files import is_steady
 
 DRAWN_TOGETHER = 6  # layouts in one figure at most: as many as there are colours without an order
 
@@ -23,7 +25,7 @@ def layouts_section(inputs: Inputs) -> PageSection:
     for point in inputs.moving_points:
         pictures = []
         for reading in study.readings:
-            drawn = [s for s in study.layouts if _is_steady(inputs, reading, s)]
+            drawn = [s for s in study.layouts if is_steady(inputs.psd, reading, s.label)]
             for first in range(0, len(drawn), DRAWN_TOGETHER):
                 part = drawn[first : first + DRAWN_TOGETHER]
                 name = f"psd_layouts_{reading}_{first // DRAWN_TOGETHER + 1}_{point}"
@@ -33,21 +35,19 @@ def layouts_section(inputs: Inputs) -> PageSection:
     return PageSection("layouts", "Layouts", blocks)
 
 
-def _is_steady(inputs: Inputs, reading: str, scenario: ReportedScenario) -> bool:
-    psd = inputs.psd["acceleration_psd"].sel(reading=reading, scenario=scenario.label)
-    return bool(np.isfinite(psd).all())
-
-
 def _psd_picture(
     inputs: Inputs, reading: str, scenarios: Sequence[ReportedScenario], point: str, name: str
 ) -> Picture:
     """Return PSDs of the bare panel, of layouts and of their dead weights at a point."""
     selected = inputs.psd.sel(reading=reading, point=point)
+    psd, dead_psd = (
+        selected[f"{name}acceleration_psd"] / STANDARD_GRAVITY**2 for name in ("", "dead_weight_")
+    )
     bare = dict.fromkeys(s.bare_label for s in scenarios)
     curves = [
-        PsdCurve(
+        PageCurve(
             "bare panel" if len(bare) == 1 else label,
-            selected["acceleration_psd"].sel(scenario=label).to_numpy(),
+            psd.sel(scenario=label).to_numpy(),
             style.BARE,
             width=0.8,
         )
@@ -58,24 +58,24 @@ def _psd_picture(
     dead, treated = [], []
     for index, scenario in enumerate(scenarios):
         label, colour = scenario.label, colours[scenario.label]
-        weight = selected["dead_weight_acceleration_psd"].sel(scenario=label).to_numpy()
+        weight = dead_psd.sel(scenario=label).to_numpy()
         if np.isfinite(weight).all():
-            dead.append(PsdCurve(f"{label}: dead weight", weight, colour, width=0.7, dotted=True))
+            dead.append(PageCurve(f"{label}: dead weight", weight, colour, "dotted", 0.7))
         treated.append(
-            PsdCurve(
+            PageCurve(
                 label,
-                selected["acceleration_psd"].sel(scenario=label).to_numpy(),
+                psd.sel(scenario=label).to_numpy(),
                 colour,
-                inside_of(inputs.psd, reading, label),
-                nested_width(index, len(scenarios)),
+                width=nested_width(index, len(scenarios)),
                 # a band of one curve hides nothing; those of several would
                 log_error=log_error_of(inputs.psd, reading, label, point)
                 if len(scenarios) == 1
                 else None,
+                inside=inside_of(inputs.psd, reading, label),
             )
         )
     frequency = inputs.psd["frequency"].to_numpy()
-    panel = FigurePanel(READINGS[reading], "", [*curves, *dead, *treated])
+    chart = Chart(READINGS[reading], frequency, PSD_UNIT, [*curves, *dead, *treated])
     caption = (
         f"One-sided acceleration PSD at point {point}: bare panel, layouts, and the same "
         "masses as dead weight (dotted)."
@@ -84,7 +84,4 @@ def _psd_picture(
         caption += " Shaded: one standard error of the damping, where known."
     if not all(inside_of(inputs.psd, reading, scenario.label).all() for scenario in scenarios):
         caption += " Dashed: damping outside the range of its data."
-    figure = response_figures.psd_figure(frequency, [panel])
-    return Picture(
-        name, style.png(figure), caption, [chart_of(panel.title, frequency, panel.curves)]
-    )
+    return psd_picture(name, [chart], caption)

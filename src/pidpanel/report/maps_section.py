@@ -1,27 +1,35 @@
 """Maps on the page: rms acceleration and rms von Mises stress of some scenarios."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
+import numpy as np
 import xarray as xr
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
 
-from pidpanel.arrays import Flags
+from pidpanel.arrays import Array, Flags, Index
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, Picture
-from pidpanel.report.maps_figures import EXCEEDED_SHARE, map_figure
 from pidpanel.report.text import READINGS, percent
 
+# Fields drawn: label with unit, factor from SI to that unit, colour map.
+FIELD_STYLES = {
+    "acceleration_rms": ("rms acceleration, g", 1 / STANDARD_GRAVITY, "viridis"),
+    "von_mises_rms": ("rms von Mises stress, MPa", 1e-6, "magma"),
+}
 
-def case_titles(maps: xr.Dataset, names: Mapping[str, str]) -> dict[tuple[str, str], str]:
-    """Return the titles of the cases of maps by damping model and scenario."""
+EXCEEDED_SHARE = 0.01  # share of the area that lies beyond the end of the colour scale
+
+
+def case_titles(maps: xr.Dataset, names: Mapping[str, str]) -> list[str]:
+    """Return the titles of the cases of maps: scenario and damping model."""
     cases = zip(maps["reading"].to_numpy(), maps["scenario"].to_numpy(), strict=True)
-    return {
-        (str(reading), str(label)): (
-            names[str(label)]
-            if str(label).startswith("bare")
-            else f"{names[str(label)]}\n{READINGS[str(reading)]}"
-        )
+    return [
+        names[str(label)] + ("" if label.startswith("bare") else f"\n{READINGS[str(reading)]}")
         for reading, label in cases
-    }
+    ]
 
 
 def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> PageSection:
@@ -37,3 +45,84 @@ def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str
         "supports."
     )
     return PageSection("maps", "Maps", [Picture("maps", style.png(figure), caption)])
+
+
+def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:
+    """Return the vertices (n_edges, 2) of the edges round the patches.
+
+    Examples
+    --------
+    >>> two = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    >>> len(patch_edges(two, np.array([[True, True]])))
+    6
+    """
+    around = [boundary_edges(cells[members]) for members in cell_in_patch]
+    return np.concatenate([np.zeros((0, 2), dtype=np.int64), *around])
+
+
+def map_figure(
+    maps: xr.Dataset,
+    cell_in_patch: Flags,
+    titles: Sequence[str],
+    tops: Mapping[str, float] | None = None,
+    styles: Mapping[str, tuple[str, float, str]] = FIELD_STYLES,
+) -> Figure:
+    """Draw a row per case, each with its title, and a column per field with its colour scale."""
+    tops = tops or scale_ends(maps, styles)
+    position = maps["vertex_position"].to_numpy()
+    cells = maps["cells"].to_numpy().astype(np.int64)
+    corners, edges = position[cells], position[patch_edges(cells, cell_in_patch)]
+    length, width = np.ptp(position, axis=0)
+    count = maps.sizes["case"]
+    height = 2.6 * width / length + 0.75
+    figure = Figure(figsize=(7.4, height * count), layout="constrained")
+    axes = figure.subplots(count, len(styles), squeeze=False)
+    for column, (name, (label, factor, colours)) in enumerate(styles.items()):
+        values = _on_cells(maps, name) * factor
+        for row in range(count):
+            ax = axes[row, column]
+            drawn = PolyCollection(
+                list(corners), array=values[row], cmap=colours, edgecolors="face"
+            )
+            drawn.set_clim(0.0, tops[name])
+            drawn.set_linewidth(0.2)
+            ax.add_collection(drawn)
+            ax.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
+            ax.set_aspect("equal")
+            ax.set_xlim(position[:, 0].min(), position[:, 0].max())
+            ax.set_ylim(position[:, 1].min(), position[:, 1].max())
+            ax.grid(False)
+            ax.set_title(titles[row])
+            ax.set_ylabel("y, m" if column == 0 else "")
+            ax.set_xlabel("x, m" if row == count - 1 else "")
+        figure.colorbar(drawn, ax=axes[:, column].tolist(), label=label, shrink=0.8, extend="max")
+    return figure
+
+
+def scale_ends(
+    maps: xr.Dataset, styles: Mapping[str, tuple[str, float, str]] = FIELD_STYLES
+) -> dict[str, float]:
+    """Return the end of the colour scale of each field, in its unit there."""
+    position, cells = maps["vertex_position"].to_numpy(), maps["cells"].to_numpy().astype(np.int64)
+    area = np.abs(cell_areas(position, cells))
+    return {
+        name: _exceeded_by(_on_cells(maps, name) * factor, area)
+        for name, (_, factor, _) in styles.items()
+    }
+
+
+def _on_cells(maps: xr.Dataset, name: str) -> Array:
+    """Return a field (n_cases, n_cells) on the elements, of the most stressed layer."""
+    worst = maps[name].max("layer") if "layer" in maps[name].dims else maps[name]
+    values: Array = worst.to_numpy()[:, maps["cells"].to_numpy().astype(np.int64)].mean(axis=2)
+    return values
+
+
+def _exceeded_by(values: Array, area: Array) -> float:
+    """Return the value that `EXCEEDED_SHARE` of the area exceeds, the largest of several maps."""
+    tops = []
+    for field in values:
+        order = np.argsort(field)
+        cumulated = np.cumsum(area[order]) / area.sum()
+        tops.append(field[order][np.searchsorted(cumulated, 1 - EXCEEDED_SHARE)])
+    return float(max(tops))

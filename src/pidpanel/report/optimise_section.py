@@ -8,14 +8,12 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.report import style
+from pidpanel.report import html, style
 from pidpanel.report.front_drawing import ALTERNATIVES, front_drawing
-from pidpanel.report.html import Choice, PageSection, Paragraph, Picture, Table
 from pidpanel.report.inputs import ProposalResults
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of, psd_figure
+from pidpanel.report.response_figures import PSD_UNIT, psd_picture
 from pidpanel.report.text import number, percent, records, with_error
 
 NARROW = 5.2  # width of a picture, two of which make a row [in]
@@ -79,13 +77,13 @@ def proposal_headline(proposal: ProposalResults) -> str:
     )
 
 
-def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> Choice:
+def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> html.Choice:
     """Return the front of mass and reduction, with drawing and PSD of each layout."""
     options = []
     for row in records(proposal.front):
         layout = row["layout"]
         label = f"{number(row['mass_kg'])} kg, {_decibels(row)}"
-        picture = Picture(
+        picture = html.Picture(
             f"layout_drawing_{layout}",
             style.png(layout_figure(proposal, basis, layout)),
             f"{patches_text(proposal.layouts, layout)}.",
@@ -93,7 +91,7 @@ def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> Choice:
         title = f"Layout {layout}: {label}"
         psds = [_psd_picture(proposal, layout, name) for name in proposal.excitations]
         options.append((f"layout_{layout}", title, [picture, *psds]))
-    return Choice(
+    return html.Choice(
         front_drawing(proposal.front),
         "Reduction over mass; click a point or a layout below for its drawing and PSD. Filled: "
         "equivalent to the best. Other marks: the same mass used otherwise. ±: one standard "
@@ -102,7 +100,7 @@ def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> Choice:
     )
 
 
-def _psd_picture(proposal: ProposalResults, layout: int, excitation: str) -> Picture:
+def _psd_picture(proposal: ProposalResults, layout: int, excitation: str) -> html.Picture:
     summary = proposal.summary[(proposal.summary["layout"] == layout) & proposal.summary["counts"]]
     summary = summary[summary["excitation"] == excitation]
     psds = proposal.psd[proposal.psd["excitation"] == excitation]
@@ -114,23 +112,24 @@ def _psd_picture(proposal: ProposalResults, layout: int, excitation: str) -> Pic
     ):
         psd = psds[(psds["layout"] == number_of) & (psds["point"] == row["point"])]
         frequency = psd["frequency_hz"].to_numpy()
-        values = psd["acceleration_psd_g2_hz"].to_numpy() * STANDARD_GRAVITY**2
+        values = psd["acceleration_psd_g2_hz"].to_numpy()
         rms = row["acceleration_rms_g" if number_of else "bare_rms_g"]
-        curves.append(PsdCurve(f"{name}: {number(rms)} g rms", values, colour, width=1.4))
-    figure = psd_figure(frequency, [FigurePanel("", "", curves)], width=NARROW, height=3.7)
+        curves.append(html.PageCurve(f"{name}: {number(rms)} g rms", values, colour, width=1.4))
     caption = f"Acceleration PSD at point {row['point']} {UNDER[excitation]}, where the bare panel "
     caption += "moves most."
-    charts = [chart_of("", frequency, curves)]
-    return Picture(f"layout_psd_{layout}_{excitation}", style.png(figure), caption, charts)
+    charts = [html.Chart("", frequency, PSD_UNIT, curves)]
+    return psd_picture(
+        f"layout_psd_{layout}_{excitation}", charts, caption, width=NARROW, height=3.7
+    )
 
 
-def optimise_section(proposal: ProposalResults) -> PageSection:
+def optimise_section(proposal: ProposalResults) -> html.PageSection:
     """Return what the best layout does, how sure that is, and the equivalent layouts."""
-    return PageSection(
+    return html.PageSection(
         "optimise",
         "Proposed layouts",
         [
-            *[Paragraph(text) for text in sentences(proposal)],
+            *[html.Paragraph(text) for text in sentences(proposal)],
             point_table(proposal),
             layout_table(proposal),
             variant_table(proposal.front),
@@ -258,28 +257,27 @@ def _decibels(row: Any) -> str:
     return f"{_rms(row['reduction_db'], row['reduction_error_db'])} dB"
 
 
-def point_table(proposal: ProposalResults) -> Table:
+def point_table(proposal: ProposalResults) -> html.Table:
     """Return g rms before and after with the best layout, a row per point."""
     summary = proposal.summary
-    rows = []
-    for row in records(summary[summary["layout"] == 1]):
-        after, error = row["acceleration_rms_g"], row["acceleration_rms_error_g"]
-        rows.append(
-            [
-                row["point"],
-                *([UNDER[row["excitation"]]] if len(proposal.excitations) > 1 else []),
-                number(row["bare_rms_g"]),
-                _rms(after, error),
-                number(row["dead_weight_rms_g"]),
-                "yes" if row["counts"] else "no",
-            ]
-        )
-    columns = ["point", *(["excitation"] if len(proposal.excitations) > 1 else [])]
-    columns += ["bare, g rms", "with dampers, g rms", "dead weight, g rms", "counts"]
-    return Table("The best layout at its consistent motion.", columns, rows)
+    under = {"excitation": lambda row: UNDER[row["excitation"]]}
+    return html.table_of(
+        records(summary[summary["layout"] == 1]),
+        "The best layout at its consistent motion.",
+        {
+            "point": lambda row: row["point"],
+            **(under if len(proposal.excitations) > 1 else {}),
+            "bare, g rms": lambda row: number(row["bare_rms_g"]),
+            "with dampers, g rms": lambda row: _rms(
+                row["acceleration_rms_g"], row["acceleration_rms_error_g"]
+            ),
+            "dead weight, g rms": lambda row: number(row["dead_weight_rms_g"]),
+            "counts": lambda row: "yes" if row["counts"] else "no",
+        },
+    )
 
 
-def layout_table(proposal: ProposalResults) -> Table:
+def layout_table(proposal: ProposalResults) -> html.Table:
     """Return all confirmed layouts, equivalents of the best first, by mass and patches."""
     others = [name for name in ALTERNATIVES if _is_known(proposal.front, name)]
     order = ["is_equivalent", "mass_kg", "patches"]
@@ -297,7 +295,7 @@ def layout_table(proposal: ProposalResults) -> Table:
     ]
     columns = ["layout", "equivalent", "mass, kg", "patches", "reduction"]
     columns += [f"{name.replace('_', ' ')}, dB" for name in (*others, "search")]
-    return Table(
+    return html.Table(
         "Confirmed layouts by mass and number of patches, equivalents of the best first. Dead "
         "weight, face sheets, damping layer: reduction by the same mass. Search: with frozen "
         "damping.",
@@ -307,7 +305,7 @@ def layout_table(proposal: ProposalResults) -> Table:
     )
 
 
-def variant_table(front: pd.DataFrame) -> Table:
+def variant_table(front: pd.DataFrame) -> html.Table:
     """Return the reductions under other sound levels, damping ratios and masses."""
     suffix = "_reduction_db"
     start = list(front.columns).index("basis_error") + 1
@@ -317,7 +315,7 @@ def variant_table(front: pd.DataFrame) -> Table:
         for row in records(front)
     ]
     titles = [name.removesuffix(suffix).replace("_", " ") for name in names]
-    return Table(
+    return html.Table(
         "Reduction in dB with changes of the level, of the panel's damping ratio and of the "
         "dampers' C_e and m_a. Behind: most that the layout is behind the best confirmed one.",
         ["layout", *titles, "behind"],

@@ -1,19 +1,32 @@
 """The panel on the page: what it is, its mesh, its section, its modes, the paper's Table 1."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.tri import Triangulation
 
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.report import panel_figures, style
+from pidpanel.report import style
 from pidpanel.report.html import PageSection, Picture, Table
 from pidpanel.report.inputs import ReportedPanel
+from pidpanel.report.layout import WIDTH, triangles_of
 from pidpanel.report.text import number, plain, records
 
 MODES_SHOWN = 9  # modes of which the shape is drawn
+
+# Axes of a picture of a shape, to the right and up, of one who looks down on the panel.
+SEEN = np.array([[0.9439, -0.3303, 0.0], [0.2376, 0.6789, 0.6947]])
+# Height of a picture over the panel's diagonal; largest deflection over its least side.
+SPREAD, LIFT = 0.63, 0.1
 
 # Relative difference up to which a frequency counts as the printed one: Table 1 has two
 # decimals (8e-5 of the lowest) and the panel is the paper's within that or it is not.
@@ -90,16 +103,7 @@ def mode_table(modes: pd.DataFrame, printed: pd.DataFrame | None) -> Table:
 
 def _shapes(basis: PanelBasis, modes: pd.DataFrame) -> Picture:
     count = min(MODES_SHOWN, len(modes))
-    lines = [boundary_edges(basis.cells)]
-    lines += [boundary_edges(basis.cells[inside]) for inside in basis.cell_in_patch]
-    figure = panel_figures.shapes_figure(
-        basis.vertex_position,
-        basis.cells,
-        basis.shape_at_vertices[:, :count],
-        np.concatenate(lines),
-        basis.point_position,
-        [_title(row) for row in records(modes.head(count))],
-    )
+    figure = shapes_figure(basis, [_title(row) for row in records(modes.head(count))])
     orders = " with their half waves (m, n) along x and y" if "m" in modes else ""
     caption = f"First {count} modes{orders}. Lines: patches; dots: response points."
     return Picture("mode_shapes", style.png(figure), caption)
@@ -108,3 +112,40 @@ def _shapes(basis: PanelBasis, modes: pd.DataFrame) -> Picture:
 def _title(row: dict[str, Any]) -> str:
     order = f" ({row['m']}, {row['n']})," if "m" in row else ""
     return f"{row['mode']}:{order} {row['frequency_hz']:.2f} Hz"
+
+
+def shapes_figure(basis: PanelBasis, titles: Sequence[str]) -> Figure:
+    """Draw the first shapes of a basis as the deflected panel, coloured from −1 to 1.
+
+    Lines are the edges of the panel and of its patches, dots the response points.
+    """
+    vertices, cells = basis.vertex_position, basis.cells
+    edges = [cells, *(cells[inside] for inside in basis.cell_in_patch)]
+    lines = np.concatenate([boundary_edges(part) for part in edges])
+    rows = -(-len(titles) // 3)
+    height = rows * ((WIDTH - 0.9) / 3 * 400 / 660 + 0.3)
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    grid = figure.subplots(rows, 3, squeeze=False).ravel().tolist()
+    for axes in grid:
+        axes.set_axis_off()
+    size, middle = np.ptp(vertices, axis=0), (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    away = np.linalg.norm(vertices[:, None] - basis.point_position, axis=-1)
+    triangles = triangles_of(cells)
+    # what is farther away is drawn first
+    triangles = triangles[np.argsort(-(vertices[triangles].mean(axis=1) @ [0.33, 0.94]))]
+    half = 0.5 * SPREAD * float(np.hypot(*size))
+    for axes, shape, title in zip(grid, basis.shape_at_vertices.T, titles, strict=False):
+        scaled = shape / shape[np.abs(shape).argmax()]
+        place = np.column_stack([vertices - middle, LIFT * float(size.min()) * scaled]) @ SEEN.T
+        mesh = Triangulation(place[:, 0], place[:, 1], triangles)
+        axes.tripcolor(mesh, scaled, shading="gouraud", cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+        axes.add_collection(LineCollection(list(place[lines]), colors="black", linewidths=0.6))
+        axes.plot(*place[away.argmin(axis=0)].T, "o", color="black", ms=2.2)
+        axes.set_title(title, fontsize=8)
+        axes.set_aspect("equal")
+        axes.set_xlim(-1.65 * half, 1.65 * half)
+        axes.set_ylim(-half, half)
+    scale = ScalarMappable(Normalize(-1, 1), mpl.colormaps["RdBu_r"])
+    label = "deflection over its\nlargest value, –"
+    figure.colorbar(scale, ax=figure.axes, label=label, shrink=0.75, pad=0.02, aspect=30)
+    return figure

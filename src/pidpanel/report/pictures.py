@@ -67,9 +67,8 @@ def spheres_film(
     limits: tuple[float, float],
     cells: CellRow,
     *,
-    lift: Array | None = None,
-    colormap: str = "plasma",
-    pixels: int = 1500,
+    lift: Array,
+    pixels: int,
 ) -> list[Image]:
     """Draw spheres in transparent cells, frame by frame.
 
@@ -79,23 +78,20 @@ def spheres_film(
 
     ball = pv.Sphere(radius=0.5, theta_resolution=24, phi_resolution=24)
     # seen a little from above: the height of a cell and a part of its floor
-    heights = np.zeros(len(positions)) if lift is None else lift
-    reach = float(np.abs(heights).max())
+    reach = float(np.abs(lift).max())
     width = (ROW_PITCH * (cells.count - 1) + 1.3) * cells.across_flats
     height = 0.96 * (cells.depth + 2 * reach) + 0.5 * cells.across_flats
     plotter = _plotter(pixels, round(pixels * height / width))
     plotter.enable_anti_aliasing("msaa", multi_samples=4)
     walls = _walls(cells)
     images = []
-    for frame, (places, frame_values, up) in enumerate(
-        zip(positions, values, heights, strict=True)
-    ):
+    for frame, (places, frame_values, up) in enumerate(zip(positions, values, lift, strict=True)):
         spheres = pv.PolyData(places)
         spheres["value"] = frame_values
         spheres["diameter"] = diameters
         plotter.add_mesh(
             spheres.glyph(geom=ball, scale="diameter", orient=False),
-            scalars="value", cmap=mpl.colormaps[colormap], clim=list(limits),
+            scalars="value", cmap=mpl.colormaps["plasma"], clim=list(limits),
             show_scalar_bar=False, smooth_shading=True, specular=0.25, ambient=0.25, diffuse=0.8,
             name="spheres",
         )  # fmt: skip

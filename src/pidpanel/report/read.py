@@ -1,14 +1,21 @@
 """What the stages left in files, read into the records of `pidpanel.report.inputs`."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
 from pidpanel.damping import surface_files
+from pidpanel.damping.coupled import COUPLED
 from pidpanel.paths import of_damper
 from pidpanel.report import inputs
+
+# Columns of ``response/summary.csv`` with errors.
+ERROR_COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read_at_error_g")
+
+PARTLY = ("stated", COUPLED)  # readings in which patches are read as the study states them
 
 
 def read_by_point(path: Path) -> pd.DataFrame:
@@ -16,6 +23,10 @@ def read_by_point(path: Path) -> pd.DataFrame:
     return pd.read_csv(
         path, dtype=dict.fromkeys(("measurement", "scenario", "patch", "point"), str)
     )
+
+
+def _tables(folder: Path, *names: str) -> list[pd.DataFrame]:
+    return [read_by_point(folder / f"{name}.csv") for name in names]
 
 
 def read_dataset(path: Path) -> xr.Dataset:
@@ -38,37 +49,27 @@ def read_base(folder: Path, parts: Mapping[str, bool]) -> inputs.BaseResults:
 
 def read_coupled(folder: Path, *, with_verdict: bool) -> inputs.CoupledResults:
     """Read what the runs of panel and particles together left."""
-    summary, psd, impedance = (
-        read_by_point(folder / f"{name}.csv") for name in ("summary", "psd", "impedance")
-    )
-    verdict = read_by_point(folder / "verdict.csv") if with_verdict else None
-    return inputs.CoupledResults(summary, psd, impedance, verdict)
+    names = ["summary", "psd", "impedance", *(["verdict"] if with_verdict else [])]
+    return inputs.CoupledResults(*_tables(folder, *names))
 
 
 def read_proposal(folder: Path, objective: str) -> inputs.ProposalResults:
     """Read what the optimise stage left of a search for an objective."""
-    layouts, front = (pd.read_csv(folder / f"{name}.csv") for name in ("layouts", "front"))
+    tables = _tables(folder, "layouts", "front", "summary", "psd")
     search = pd.read_csv(folder / "search.csv").set_index("quantity")["value"]
-    summary, psd = (read_by_point(folder / f"{name}.csv") for name in ("summary", "psd"))
-    return inputs.ProposalResults(layouts, front, summary, search, psd, objective)
+    return inputs.ProposalResults(*tables, search, objective)
 
 
 def read_severity(folder: Path, quality: float, duration: float) -> inputs.SeverityResults:
     """Read what the severity stage left, of oscillators of this Q and a duration [s]."""
-    oscillators, peaks, fatigue, strength, margins = (
-        read_by_point(folder / f"{name}.csv")
-        for name in ("oscillators", "peaks", "fatigue", "strength", "margins")
-    )
-    maps = None if strength.empty else read_dataset(folder / "maps.nc")
-    tables = (oscillators, peaks, fatigue, strength, margins)
+    tables = _tables(folder, "oscillators", "peaks", "fatigue", "strength", "margins")
+    maps = None if tables[3].empty else read_dataset(folder / "maps.nc")
     return inputs.SeverityResults(*tables, quality, duration, maps)
 
 
 def read_measurements(folder: Path) -> inputs.MeasurementResults:
     """Read what the measurement stage left."""
-    return inputs.MeasurementResults(
-        *(read_by_point(folder / f"{name}.csv") for name in ("measured", "differences"))
-    )
+    return inputs.MeasurementResults(*_tables(folder, "measured", "differences"))
 
 
 def read_damping(damper: str, folder: Path, depth: float) -> inputs.DampingResults:
@@ -80,6 +81,20 @@ def read_damping(damper: str, folder: Path, depth: float) -> inputs.DampingResul
     return inputs.DampingResults(
         surface_files.from_dataset(read_dataset(file("surface.nc"))),
         pd.read_csv(file("law.csv")),
-        pd.read_csv(of_damper(folder / "coupon", damper, "cases.csv")),
         depth,
     )
+
+
+def without_errors(
+    labels: Collection[str], summary: pd.DataFrame, psd: xr.Dataset
+) -> tuple[pd.DataFrame, xr.Dataset]:
+    """Return ``summary.csv`` and ``psd.nc`` without the errors of some scenarios in `PARTLY`."""
+    if not labels:
+        return summary, psd
+    summary, psd = summary.copy(), psd.copy()
+    selected = summary["reading"].isin(PARTLY) & summary["scenario"].isin(list(labels))
+    summary.loc[selected, [name for name in ERROR_COLUMNS if name in summary]] = np.nan
+    if "acceleration_psd_log_error" in psd:
+        of_psd = psd["reading"].isin(PARTLY) & psd["scenario"].isin(list(labels))
+        psd["acceleration_psd_log_error"] = psd["acceleration_psd_log_error"].where(~of_psd)
+    return summary, psd

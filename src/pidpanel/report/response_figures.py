@@ -7,8 +7,6 @@ Functions return a `matplotlib.figure.Figure` that belongs to no window; call th
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -19,29 +17,16 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pidpanel.arrays import Array, Flags
-from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.arrays import Array
 from pidpanel.report import style
-from pidpanel.report.html import Chart, PageCurve
-from pidpanel.report.layout import WIDTH, draw_map, frequency_axis
+from pidpanel.report.html import Chart, Picture
+from pidpanel.report.layout import DASHES, LINES, WIDTH, draw_curve, draw_map, frequency_axis
+
+PSD_UNIT = "acceleration PSD, g²/Hz"
 
 DECADES = 9  # decades of PSD shown below the highest peak at most: a node has no lower end
 
 
-@dataclass(frozen=True)
-class PsdCurve:
-    """One line of a response figure."""
-
-    label: str
-    values: Array  # (n_lines,)
-    colour: str
-    inside: Flags | None = None  # (n_lines,) range of the damping's data; dashed outside
-    width: float = 0.9  # [pt]
-    log_error: Array | None = None  # (n_lines,) standard error of ln of the values, drawn as a band
-    dotted: bool = False  # for what belongs to another curve of the same colour
-
-
-DASHES = (0, (3.5, 1.2))  # of a curve outside the range of its damping's data
 ACROSS = 2  # axes side by side at most: more of them leave no room for titles and numbers
 
 TITLE = 62  # characters of a title over one of two axes side by side
@@ -64,46 +49,12 @@ def nested_width(index: int, count: int) -> float:
     return round(last + min(step, (widest - last) / max(count - 1, 1)) * (count - 1 - index), 3)
 
 
-@dataclass(frozen=True)
-class FigurePanel:
-    """One of the axes side by side: a title, a note under it, and its curves."""
-
-    title: str
-    note: str
-    curves: Sequence[PsdCurve]
-
-
-def _draw(axes: Axes, x: Array, curve: PsdCurve) -> None:
-    """Draw the curve, solid within the range of its data and dashed outside, with its band.
-
-    The bare panel lies over all others: it is the measure of them.
-    """
-    order = 3.0 if curve.colour == style.BARE else 2.0
-    if curve.log_error is not None:
-        factor = np.exp(curve.log_error)
-        axes.fill_between(
-            x, curve.values / factor, curve.values * factor, color=curve.colour, alpha=0.22, lw=0
-        )
-    if curve.inside is None or curve.inside.all():
-        line = ":" if curve.dotted else "-"
-        axes.plot(x, curve.values, color=curve.colour, lw=curve.width, ls=line, zorder=order)
+def _heading(axes: Axes, chart: Chart) -> None:
+    if not chart.title:
         return
-    outside = ~curve.inside
-    # the dashed part reaches to the neighbouring lines, or a gap would be left
-    touching = outside.copy()
-    touching[1:] |= outside[:-1]
-    touching[:-1] |= outside[1:]
-    for drawn, dashes in ((curve.inside, "-"), (touching, DASHES)):
-        values = np.where(drawn, curve.values, np.nan)
-        axes.plot(x, values, color=curve.colour, lw=curve.width, ls=dashes, zorder=order)
-
-
-def _heading(axes: Axes, panel: FigurePanel) -> None:
-    if not panel.title:
-        return
-    axes.set_title(f"{panel.title}\n", loc="left", fontweight="bold")
+    axes.set_title(f"{chart.title}\n", loc="left", fontweight="bold")
     axes.text(
-        0.0, 1.012, panel.note, transform=axes.transAxes, fontsize=7, color="#444444", va="bottom"
+        0.0, 1.012, chart.note, transform=axes.transAxes, fontsize=7, color="#444444", va="bottom"
     )
 
 
@@ -120,13 +71,13 @@ def _side_by_side(figure: Figure, count: int, across: int = ACROSS) -> list[Axes
     return axes[:count]
 
 
-def _panel_legend(figure: Figure, panels: Sequence[FigurePanel]) -> None:
+def _legend(figure: Figure, charts: Sequence[Chart]) -> None:
     """Add one legend below all axes, with the meaning of dashes where there are any."""
     handles: dict[str, Line2D] = {}
     dashed = False
-    for panel in panels:
-        for curve in panel.curves:
-            line = Line2D([], [], color=curve.colour, lw=1.6, ls=":" if curve.dotted else "-")
+    for chart in charts:
+        for curve in chart.curves:
+            line = Line2D([], [], color=curve.colour, lw=1.6, ls=LINES[curve.line])
             handles.setdefault(curve.label, line)
             dashed |= curve.inside is not None and not bool(curve.inside.all())
     if dashed:
@@ -137,33 +88,34 @@ def _panel_legend(figure: Figure, panels: Sequence[FigurePanel]) -> None:
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns)
 
 
-def psd_figure(
-    frequency: Array, panels: Sequence[FigurePanel], *, width: float = WIDTH, height: float = 4.4
-) -> Figure:
-    """Draw acceleration PSDs [(m/s²)²/Hz] in g²/Hz, the readings side by side on one scale."""
-    rows = math.ceil(len(panels) / ACROSS)
+def psd_figure(charts: Sequence[Chart], *, width: float = WIDTH, height: float = 4.4) -> Figure:
+    """Draw PSDs, the readings side by side on one scale."""
+    rows = math.ceil(len(charts) / ACROSS)
     figure = Figure(figsize=(width, rows * height), layout="constrained")
-    grid = _side_by_side(figure, len(panels))
-    top = max(np.nanmax(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
-    bottom = min(np.nanmin(c.values) for p in panels for c in p.curves) / STANDARD_GRAVITY**2
-    for axes, panel in zip(grid, panels, strict=True):
-        for curve in panel.curves:
-            _draw(axes, frequency, replace(curve, values=curve.values / STANDARD_GRAVITY**2))
+    grid = _side_by_side(figure, len(charts))
+    top = max(np.nanmax(c.values) for chart in charts for c in chart.curves)
+    bottom = min(np.nanmin(c.values) for chart in charts for c in chart.curves)
+    for axes, chart in zip(grid, charts, strict=True):
+        for curve in chart.curves:
+            draw_curve(axes, chart.frequency, curve)
         axes.set_yscale("log")
         axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over so many decades
-        frequency_axis(axes, frequency[0], frequency[-1])
-        _heading(axes, panel)
+        frequency_axis(axes, chart.frequency[0], chart.frequency[-1])
+        _heading(axes, chart)
     grid[0].yaxis.set_major_locator(ticker.LogLocator(numticks=DECADES + 2))
     grid[0].set_ylim(max(bottom / 2, top * 10.0**-DECADES), top * 2)
     for axes in grid[::ACROSS]:
-        axes.set_ylabel("acceleration PSD, g²/Hz")
-    _panel_legend(figure, panels)
+        axes.set_ylabel(charts[0].unit)
+    _legend(figure, charts)
     return figure
 
 
-def damping_figure(
-    frequency: Array, damping: Sequence[FigurePanel], mass: Sequence[FigurePanel]
-) -> Figure:
+def psd_picture(name: str, charts: Sequence[Chart], caption: str, **size: float) -> Picture:
+    """Return a `psd_figure` with its charts; ``size`` is its width and height [inch]."""
+    return Picture(name, style.png(psd_figure(charts, **size)), caption, charts)
+
+
+def damping_figure(damping: Sequence[Chart], mass: Sequence[Chart]) -> Figure:
     """Draw C_e and m_a with which the responses were computed, one column per reading."""
     across, rows = min(ACROSS, len(damping)), math.ceil(len(damping) / ACROSS)
     figure = Figure(figsize=(WIDTH, 4.9 * rows), layout="constrained")
@@ -172,22 +124,21 @@ def damping_figure(
     )
     # C_e of a row of readings, m_a below it
     pairs = [grid[2 * row : 2 * row + 2, column] for row in range(rows) for column in range(across)]
-    for (upper, lower), damping_panel, mass_panel in zip(pairs, damping, mass, strict=False):
-        for curve in damping_panel.curves:
-            _draw(upper, frequency, curve)
-        for curve in mass_panel.curves:
-            _draw(lower, frequency, curve)
+    for pair, *charts in zip(pairs, damping, mass, strict=False):
+        for axes, chart in zip(pair, charts, strict=True):
+            for curve in chart.curves:
+                draw_curve(axes, chart.frequency, curve)
+            frequency_axis(axes, chart.frequency[0], chart.frequency[-1])
+        upper = pair[0]
         upper.set_yscale("log")
-        _heading(upper, damping_panel)
-        for axes in (upper, lower):
-            frequency_axis(axes, frequency[0], frequency[-1])
+        _heading(upper, charts[0])
         upper.set_xlabel("")
     for unused in (axes for pair in pairs[len(damping) :] for axes in pair):
         unused.remove()
     for upper, lower in pairs[::across]:
-        upper.set_ylabel("$C_e$, N s/m³")
-        lower.set_ylabel("apparent mass $m_a$, kg/m²")
-    _panel_legend(figure, damping)
+        upper.set_ylabel(damping[0].unit)
+        lower.set_ylabel(mass[0].unit)
+    _legend(figure, damping)
     return figure
 
 
@@ -237,29 +188,3 @@ def _nominal(centre: float) -> str:
     preferred = (1, 1.25, 1.6, 2, 2.5, 3.15, 4, 5, 6.3, 8)
     number = round(10 * np.log10(centre))
     return f"{preferred[number % 10] * 10.0 ** (number // 10):g}"
-
-
-PIXELS = 1.6  # width of a curve on a screen over that in a figure [pixel/pt]
-
-
-def _line(curve: PsdCurve) -> Literal["solid", "dashed", "dotted"]:
-    """Return the line of a curve: those of a figure, but for dashes in a part of a curve."""
-    if curve.dotted:
-        return "dotted"
-    return "solid" if curve.inside is None or curve.inside.any() else "dashed"
-
-
-def chart_of(title: str, frequency: Array, curves: Sequence[PsdCurve]) -> Chart:
-    """Return PSD curves [(m/s²)²/Hz] for a reader to switch [g²/Hz], the first over all others."""
-    drawn = [
-        PageCurve(
-            curve.label,
-            curve.values / STANDARD_GRAVITY**2,
-            curve.colour,
-            _line(curve),
-            1.0 if curve.colour == style.BARE else PIXELS * curve.width,
-            curve.log_error,
-        )
-        for curve in curves
-    ]
-    return Chart(title, frequency, "acceleration PSD, g²/Hz", drawn)

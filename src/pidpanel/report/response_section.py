@@ -5,12 +5,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import response_figures, style
-from pidpanel.report.html import Block, Fold, PageSection, Paragraph, Picture
+from pidpanel.report.html import Block, Chart, Fold, PageCurve, PageSection, Paragraph, Picture
 from pidpanel.report.inputs import Inputs, ReportedFamily
 from pidpanel.report.names import ReportedScenario
-from pidpanel.report.response_figures import FigurePanel, PsdCurve, chart_of, nested_width
+from pidpanel.report.response_figures import PSD_UNIT, nested_width, psd_picture
 from pidpanel.report.rms import band_rms_of, inside_of
 from pidpanel.report.text import READINGS, number
 from pidpanel.solve.bands import reduction
@@ -40,11 +41,13 @@ def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
     if points:
         blocks.append(reduction_block(inputs, family, titles))
     for point in points:
-        panels = [
-            FigurePanel(
+        charts = [
+            Chart(
                 title,
-                acceleration_note(inputs, family, reading),
+                frequency,
+                PSD_UNIT,
                 psd_curves(inputs, family, reading, point),
+                acceleration_note(inputs, family, reading),
             )
             for reading, title in titles.items()
         ]
@@ -52,15 +55,10 @@ def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
         caption += "sound's bands."
         caption += " Dashed: damping outside the range of its data." * any(
             curve.inside is not None and not curve.inside.all()
-            for panel in panels
-            for curve in panel.curves
+            for chart in charts
+            for curve in chart.curves
         )
-        picture = Picture(
-            f"psd_{family.key}_{point}",
-            style.png(response_figures.psd_figure(frequency, panels)),
-            caption,
-            [chart_of(panel.title, frequency, panel.curves) for panel in panels],
-        )
+        picture = psd_picture(f"psd_{family.key}_{point}", charts, caption)
         blocks.append(Fold(f"Point {point}", [picture]))
     blocks.append(Fold("Damping behind these responses", [damping_block(inputs, family, titles)]))
     return PageSection(name, heading, blocks)
@@ -92,15 +90,15 @@ def _known_as(
     return f"{level:g} dB", style.level_colour(level, levels)
 
 
-def psd_curves(inputs: Inputs, family: ReportedFamily, reading: str, point: str) -> list[PsdCurve]:
-    """Return PSDs [(m/s²)²/Hz] of the bare panel at each sound level, then of the scenarios."""
+def psd_curves(inputs: Inputs, family: ReportedFamily, reading: str, point: str) -> list[PageCurve]:
+    """Return PSDs [g²/Hz] of the bare panel at each sound level, then of the scenarios."""
     scenarios = family.scenarios
-    psd = inputs.psd["acceleration_psd"].sel(reading=reading, point=point)
+    psd = inputs.psd["acceleration_psd"].sel(reading=reading, point=point) / STANDARD_GRAVITY**2
     bare = list(dict.fromkeys(s.bare_label for s in scenarios))
     levels = {s.bare_label: f"bare panel, {s.oaspl_db or 0.0:g} dB" for s in scenarios}
     curves = [
-        PsdCurve(levels[label] if len(bare) > 1 else "bare panel",
-                 psd.sel(scenario=label).to_numpy(), style.BARE, width=0.8)
+        PageCurve(levels[label] if len(bare) > 1 else "bare panel",
+                  psd.sel(scenario=label).to_numpy(), style.BARE, width=0.8)
         for label in bare
     ]  # fmt: skip
     for index, scenario in enumerate(scenarios):
@@ -109,7 +107,7 @@ def psd_curves(inputs: Inputs, family: ReportedFamily, reading: str, point: str)
         values = psd.sel(scenario=scenario.label).to_numpy()
         # no bands: those of several curves would hide them
         inside = inside_of(inputs.psd, reading, scenario.label)
-        curves.append(PsdCurve(label, values, colour, inside, width))
+        curves.append(PageCurve(label, values, colour, width=width, inside=inside))
     return curves
 
 
@@ -165,18 +163,21 @@ def reduction_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str,
 def damping_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, str]) -> Picture:
     """Return C_e and m_a with which a family was computed, by reading."""
 
-    def panels(quantity: str) -> list[FigurePanel]:
+    def charts(quantity: str, unit: str) -> list[Chart]:
         return [
-            FigurePanel(
+            Chart(
                 title,
-                acceleration_note(inputs, family, reading),
+                inputs.psd["frequency"].to_numpy(),
+                unit,
                 [_damping_curve(inputs, family, reading, s, quantity) for s in family.scenarios],
+                acceleration_note(inputs, family, reading),
             )
             for reading, title in titles.items()
         ]
 
     figure = response_figures.damping_figure(
-        inputs.psd["frequency"].to_numpy(), panels("equivalent_damping"), panels("apparent_mass")
+        charts("equivalent_damping", "$C_e$, N s/m³"),
+        charts("apparent_mass", "apparent mass $m_a$, kg/m²"),
     )
     caption = "Equivalent damping and apparent mass used for these responses."
     return Picture(f"damping_{family.key}", style.png(figure), caption)
@@ -184,9 +185,9 @@ def damping_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, s
 
 def _damping_curve(
     inputs: Inputs, family: ReportedFamily, reading: str, scenario: ReportedScenario, quantity: str
-) -> PsdCurve:
+) -> PageCurve:
     selection = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
     values = inputs.psd[quantity].sel(selection).to_numpy()
     inside = inside_of(inputs.psd, reading, scenario.label)
     label, colour = _known_as(inputs, family, scenario)
-    return PsdCurve(label, values, colour, inside, 1.1)
+    return PageCurve(label, values, colour, width=1.1, inside=inside)

@@ -11,12 +11,19 @@ from matplotlib.figure import Figure
 from pidpanel.arrays import Flags
 from pidpanel.report import html, style
 from pidpanel.report.inputs import SeverityResults
-from pidpanel.report.layout import WIDTH, frequency_axis
-from pidpanel.report.maps_figures import EXCEEDED_SHARE, map_figure
-from pidpanel.report.maps_section import case_titles
+from pidpanel.report.layout import WIDTH, draw_curve, frequency_axis
+from pidpanel.report.maps_section import EXCEEDED_SHARE, case_titles, map_figure
+from pidpanel.report.names import with_names
 from pidpanel.report.text import READINGS, number, percent, records, with_error
 
 ACROSS = 3
+PLACE = ["reading", "scenario", "point"]  # columns of a row's place
+# First columns of the tables.
+PLACE_CELLS: Mapping[str, html.Cell] = {
+    "damping model": lambda row: READINGS[row["reading"]],
+    "scenario": lambda row: row["scenario"],
+    "point": lambda row: row["point"],
+}
 POINTS = 6  # points drawn at most; the tables have all
 
 
@@ -36,12 +43,20 @@ def severity_section(
     cell_in_patch
         (n_patches, n_cells) for the edges of the patches in maps.
     """
-    spectra, peaks = _oscillators(severity, summary, names), _peaks(severity, names)
-    blocks: list[html.Block] = [*_margins(severity, names), *_strength(severity, names)]
+    peaks, margins, strength, fatigue = (
+        with_names(table, names)
+        for table in (severity.peaks, severity.margins, severity.strength, severity.fatigue)
+    )
+    blocks: list[html.Block] = [
+        _oscillators(severity, summary, names),
+        _peaks(peaks, severity.duration),
+        *_margins(margins),
+        *_strength(strength),
+    ]
     if severity.maps is not None:
         blocks.append(_index_maps(severity.maps, names, cell_in_patch))
-    blocks += _fatigue(severity, names)
-    return html.PageSection("severity", "Peaks, margins and fatigue", [spectra, peaks, *blocks])
+    blocks += _fatigue(fatigue, severity.duration)
+    return html.PageSection("severity", "Peaks, margins and fatigue", blocks)
 
 
 def drawn_scenarios(summary: pd.DataFrame) -> list[tuple[str, str]]:
@@ -96,11 +111,7 @@ def _figure(charts: Sequence[html.Chart]) -> Figure:
         axes.remove()
     for axes, chart in zip(grid.ravel(), charts, strict=False):
         for curve in chart.curves:
-            axes.plot(chart.frequency, curve.values, color=curve.colour, lw=1.3, label=curve.label)
-            if curve.log_error is not None:
-                factor = np.exp(curve.log_error)
-                low, high = curve.values / factor, curve.values * factor
-                axes.fill_between(chart.frequency, low, high, color=curve.colour, alpha=0.22, lw=0)
+            draw_curve(axes, chart.frequency, curve, 2.0, 1.3)
         axes.set_yscale("log")
         frequency_axis(axes, chart.frequency[0], chart.frequency[-1])
         axes.set_xlabel("natural frequency, Hz")
@@ -111,19 +122,17 @@ def _figure(charts: Sequence[html.Chart]) -> Figure:
     return figure
 
 
-def _peaks(severity: SeverityResults, names: Mapping[str, str]) -> html.Table:
+def _peaks(table: pd.DataFrame, duration: float) -> html.Table:
     caption = (
-        f"Accelerations in {number(severity.duration)} s at each point. The peak is the mean of "
+        f"Accelerations in {number(duration)} s at each point. The peak is the mean of "
         "the largest peak of a Gaussian process with the same PSD (Davenport); ν₀ is its upward "
         "zero crossings per second. 3σ is three times the rms value."
     )
     return html.table_of(
-        records(severity.peaks),
+        records(table),
         caption,
         {
-            "damping model": lambda row: READINGS[row["reading"]],
-            "scenario": lambda row: names[row["scenario"]],
-            "point": lambda row: row["point"],
+            **PLACE_CELLS,
             "rms, g": lambda row: number(row["acceleration_rms_g"]),
             "3σ, g": lambda row: number(row["three_sigma_g"]),
             "ν₀, Hz": lambda row: number(row["zero_crossings_hz"]),
@@ -134,15 +143,11 @@ def _peaks(severity: SeverityResults, names: Mapping[str, str]) -> html.Table:
     )
 
 
-def _margins(
-    severity: SeverityResults, names: Mapping[str, str]
-) -> list[html.Paragraph | html.Table]:
+def _margins(table: pd.DataFrame) -> list[html.Paragraph | html.Table]:
     """Return the third octave with the smallest margin at each point with a limit."""
-    table = severity.margins
     if table.empty:
         return []
-    place = ["reading", "scenario", "point"]
-    smallest = table.loc[table.groupby(place, sort=False)["margin_db"].idxmin()]
+    smallest = table.loc[table.groupby(PLACE, sort=False)["margin_db"].idxmin()]
     rows = records(smallest)
     over = [row for row in rows if row["margin_db"] < 0]
     text = f"Limits of the acceleration PSD are exceeded in {len(over)} of {len(rows)} cases."
@@ -151,9 +156,7 @@ def _margins(
         "Third octave with the smallest margin between the mean PSD and the mean limit. A "
         "negative margin exceeds the limit. severity/margins.csv has all bands.",
         {
-            "damping model": lambda row: READINGS[row["reading"]],
-            "scenario": lambda row: names[row["scenario"]],
-            "point": lambda row: row["point"],
+            **PLACE_CELLS,
             "band, Hz": lambda row: number(row["center_hz"]),
             "PSD, g²/Hz": lambda row: number(row["acceleration_psd_g2_hz"]),
             "limit, g²/Hz": lambda row: number(row["limit_g2_hz"]),
@@ -165,16 +168,12 @@ def _margins(
     return [html.Paragraph(text), cells]
 
 
-def _strength(
-    severity: SeverityResults, names: Mapping[str, str]
-) -> list[html.Paragraph | html.Table]:
+def _strength(table: pd.DataFrame) -> list[html.Paragraph | html.Table]:
     """Return the layer with the highest failure index at each point."""
-    table = severity.strength
     if table.empty:
         return []
     index = table[["maximum_stress_index", "tsai_wu_index"]].max(axis=1)
-    place = ["reading", "scenario", "point"]
-    worst = table.assign(index=index).loc[lambda t: t.groupby(place, sort=False)["index"].idxmax()]
+    worst = table.assign(index=index).loc[lambda t: t.groupby(PLACE, sort=False)["index"].idxmax()]
     rows = records(worst)
     failed = [row for row in rows if row["index"] >= 1]
     text = (
@@ -187,9 +186,7 @@ def _strength(
         "Layer with the highest failure index at each point, for stresses of 3σ with the worst "
         "signs; 1 is failure. The margin of safety is 1/index − 1.",
         {
-            "damping model": lambda row: READINGS[row["reading"]],
-            "scenario": lambda row: names[row["scenario"]],
-            "point": lambda row: row["point"],
+            **PLACE_CELLS,
             "layer": lambda row: row["layer"],
             "maximum stress": lambda row: number(row["maximum_stress_index"]),
             "Tsai–Wu": lambda row: number(row["tsai_wu_index"]),
@@ -227,15 +224,11 @@ def _index_maps(maps: xr.Dataset, names: Mapping[str, str], cell_in_patch: Flags
     return html.Picture("failure_maps", style.png(figure), caption)
 
 
-def _fatigue(
-    severity: SeverityResults, names: Mapping[str, str]
-) -> list[html.Paragraph | html.Table]:
-    table = severity.fatigue
+def _fatigue(table: pd.DataFrame, duration: float) -> list[html.Paragraph | html.Table]:
     if table.empty:
         text = "No fatigue damage: the study states no S-N line (severity.fatigue)."
         return [html.Paragraph(text)]
-    place = ["reading", "scenario", "point"]
-    worst = table.loc[table.groupby(place, sort=False)["damage_narrow_band"].idxmax()]
+    worst = table.loc[table.groupby(PLACE, sort=False)["damage_narrow_band"].idxmax()]
     highest = max(records(worst), key=lambda row: row["damage_narrow_band"])
     verdict = (
         "No point fails."
@@ -243,10 +236,10 @@ def _fatigue(
         else "A damage of 1 is failure: at least one point may fail."
     )
     text = (
-        f"Largest damage in {number(severity.duration)} s: "
+        f"Largest damage in {number(duration)} s: "
         f"{number(highest['damage_dirlik'], 2)} by Dirlik's count and "
         f"{number(highest['damage_narrow_band'], 2)} by the narrow-band count "
-        f"(point {highest['point']}, {names[highest['scenario']]}). {verdict} Only the response "
+        f"(point {highest['point']}, {highest['scenario']}). {verdict} Only the response "
         "points are looked at; the highest stress of the panel may lie elsewhere."
     )
     caption = (
@@ -259,9 +252,7 @@ def _fatigue(
         records(worst),
         caption,
         {
-            "damping model": lambda row: READINGS[row["reading"]],
-            "scenario": lambda row: names[row["scenario"]],
-            "point": lambda row: row["point"],
+            **PLACE_CELLS,
             "layer": lambda row: row["layer"],
             "stress": lambda row: row["quantity"].replace("_", " "),
             "rms, MPa": lambda row: number(row["stress_rms_mpa"]),

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from pidpanel.report.html import Cell, PageSection, Table, table_of
+from pidpanel.report.html import Cell, PageSection, table_of
 from pidpanel.report.text import READINGS, number, records, unit
 
 # Symbols of the quantities of a layer in ``response/stress.csv``.
@@ -18,11 +18,6 @@ SYMBOLS = {
 
 
 def stress_section(stress: pd.DataFrame) -> PageSection:
-    """Return strain and stress at every point in every scenario."""
-    return PageSection("stress", "Strain and stress", [stress_table(stress)])
-
-
-def stress_table(stress: pd.DataFrame) -> Table:
     """Return the layer of largest von Mises stress at each point, all its strains and stresses."""
     units = stress.drop_duplicates("quantity").set_index("quantity")["unit"]
     place = ["reading", "scenario", "point", "layer"]
@@ -37,7 +32,7 @@ def stress_table(stress: pd.DataFrame) -> Table:
         f"σ_v 3σ, {unit(units['von_mises'])}": lambda row: number(row["three_sigma"]),
     }
     cells |= {f"{symbol}, {unit(units[q])}": _rms(q) for q, symbol in SYMBOLS.items()}
-    return table_of(
+    table = table_of(
         records(worst[[*place, "three_sigma"]].join(rms, on=place)),
         "Rms strain and stress in the layer with the largest von Mises stress σ_v. The rms of σ_v "
         "includes the correlations between the components; 3σ is three times the rms. γ_xy is the "
@@ -46,6 +41,7 @@ def stress_table(stress: pd.DataFrame) -> Table:
         folded=True,
         title="Strain and stress of the most highly stressed layer",
     )
+    return PageSection("stress", "Strain and stress", [table])
 
 
 def _rms(quantity: str) -> Cell:

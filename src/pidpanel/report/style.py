@@ -21,14 +21,13 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 from PIL import Image
 
+from pidpanel.report.html import BARE as BARE
 from pidpanel.report.html import RESOLUTION
 
 # Mathematics that figures write themselves; a dollar of any other text is a dollar.
 _OURS = re.compile(r"(\$(?:[CEm]_[ade]|m A\^2 \\omega\^2|\\mathdefault\{.*?\})\$)")
 
 COLOURS = 256  # colours of a PNG file: a third of the bytes, and no difference that is seen
-
-BARE = "#000000"  # colour of the bare panel
 
 # Colours of patches, and of anything else without an order.
 PLACES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

@@ -6,16 +6,9 @@ from typing import Any
 
 import pandas as pd
 
+from pidpanel.report import text
 from pidpanel.report.html import PageSection, Table
 from pidpanel.report.inputs import ReportedStudy
-from pidpanel.report.text import (
-    DECIBEL_DECIMALS,
-    READINGS,
-    common_decimals,
-    number,
-    records,
-    value_text,
-)
 
 COLUMNS = (
     "scenario", "damping model", "added, kg", "of the panel, %", "point", "g rms",
@@ -35,35 +28,33 @@ CAPTION = (
 
 def summary_section(study: ReportedStudy, summary: pd.DataFrame) -> PageSection:
     """Return mass, rms values and reductions of all scenarios."""
-    by_key = {(row["scenario"], row["reading"], row["point"]): row for row in records(summary)}
-    rms_decimals, decimals = (
-        common_decimals(summary[name])
-        for name in ("acceleration_rms_error_g", "reduction_error_db")
-    )
-    if decimals is None:
-        decimals = DECIBEL_DECIMALS
+    by_key = {(row["scenario"], row["reading"], row["point"]): row for row in text.records(summary)}
+    rms_decimals = text.common_decimals(summary["acceleration_rms_error_g"])
+    decimals = text.common_decimals(summary["reduction_error_db"], text.DECIBEL_DECIMALS)
     rows = []
     for scenario, reading, point in product(study.scenarios, study.readings, study.panel.points):
         row = by_key[scenario.label, reading, point]
         name = study.names[scenario.label]
         if name == scenario.label and not scenario.is_bare:
             name += f" ({scenario.filling_text})"
-        mass = [number(row["added_mass_kg"]), number(row["added_mass_percent"], 2)]
+        mass = [text.number(row["added_mass_kg"]), text.number(row["added_mass_percent"], 2)]
         if row["status"] == "ok":
             values = _values(row, rms_decimals, decimals)
         else:
             words = "does not move" if row["status"] == "held" else str(row["status"])
             values = [words, "–", "–", "–", "–"]
-        rows.append([name, READINGS[reading], *mass, point, *values])
+        rows.append([name, text.READINGS[reading], *mass, point, *values])
     return PageSection("summary", "All scenarios", [Table(CAPTION, COLUMNS, rows)])
 
 
-def _values(row: dict[str, Any], rms_decimals: int | None, decimals: int) -> list[str]:
+def _values(row: dict[str, Any], rms_decimals: int | None, decimals: int | None) -> list[str]:
     is_bare = not row["reduction_db"]  # against itself
     return [
-        value_text(row["acceleration_rms_g"], row["acceleration_rms_error_g"], rms_decimals),
-        number(row["displacement_rms_mm"]) + " †" * bool(row["beyond_linear_plate"]),
-        "–" if is_bare else value_text(row["reduction_db"], row["reduction_error_db"], decimals),
-        "–" if is_bare else value_text(row["dead_weight_reduction_db"], math.nan, decimals),
-        number(row["damping_read_at_g"]) + " ‡" * bool(row["outside_run_points_share"] > 0),
+        text.value_text(row["acceleration_rms_g"], row["acceleration_rms_error_g"], rms_decimals),
+        text.number(row["displacement_rms_mm"]) + " †" * bool(row["beyond_linear_plate"]),
+        "–"
+        if is_bare
+        else text.value_text(row["reduction_db"], row["reduction_error_db"], decimals),
+        "–" if is_bare else text.value_text(row["dead_weight_reduction_db"], math.nan, decimals),
+        text.number(row["damping_read_at_g"]) + " ‡" * bool(row["outside_run_points_share"] > 0),
     ]

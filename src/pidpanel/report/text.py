@@ -89,10 +89,10 @@ def value_text(value: float, error: float, decimals: int | None = None) -> str:
     return f"{plain(value, decimals)} ± {text}"
 
 
-def common_decimals(errors: Iterable[float]) -> int | None:
+def common_decimals(errors: Iterable[float], default: int | None = None) -> int | None:
     """Return the decimals of all values of a table: two digits of the largest error.
 
-    None where no value has an error.
+    The default where no value has an error.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def common_decimals(errors: Iterable[float]) -> int | None:
     (1, 0, None)
     """
     known = [error for error in errors if math.isfinite(error) and error > 0]
-    return max(0, 1 - math.floor(math.log10(max(known)))) if known else None
+    return max(0, 1 - math.floor(math.log10(max(known)))) if known else default
 
 
 def plain(value: float, decimals: int) -> str:
@@ -158,6 +158,11 @@ def counted(count: int, noun: str) -> str:
     ('1 case', '90 cases')
     """
     return f"{count} {noun}" + "s" * (count != 1)
+
+
+def capitalised(text: str) -> str:
+    """Return a text with a capital at its start."""
+    return text[:1].upper() + text[1:]
 
 
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:

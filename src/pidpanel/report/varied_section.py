@@ -10,7 +10,7 @@ from pidpanel.report import style
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
 from pidpanel.report.html import Block, PageSection, Picture, Table
-from pidpanel.report.text import counted, records, value_text
+from pidpanel.report.text import capitalised, counted, records, value_text
 
 # Names of varied keys with units; any other key is shown as it is written.
 LABELS = {
@@ -82,7 +82,7 @@ def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
         far = int((changes["deviation"].abs() > SIGNIFICANCE).sum())
         if not far:
             sentences.append(
-                f"{_capital(_name(key))}: no difference in C_e exceeds two standard errors "
+                f"{capitalised(_name(key))}: no difference in C_e exceeds two standard errors "
                 f"({counted(len(changes), 'difference')})."
             )
             continue
@@ -90,7 +90,7 @@ def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
         last = value_text(largest["last"], largest["last_error"])
         verb = "falls" if largest["ratio"] < 1 else "rises"
         sentences.append(
-            f"{_capital(_name(key))}: from {_text(largest['from'])} to {_text(largest['to'])} "
+            f"{capitalised(_name(key))}: from {_text(largest['from'])} to {_text(largest['to'])} "
             f"C_e {verb} from {first} to {last} N s/m³ at r = {largest['fill_fraction']:g}, "
             f"{largest['frequency_hz']:g} Hz, Γ = {largest['acceleration_g']:g}, the largest "
             f"change. {far} of {counted(len(changes), 'difference')} {'is' if far < 2 else 'are'} "
@@ -116,8 +116,6 @@ def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
         for _, row in group.iloc[1:].iterrows():
             equal = row["youngs_modulus_mpa"] == first["youngs_modulus_mpa"]
             error = statistical if equal else ERROR
-            ratio = row[VALUE] / first[VALUE]
-            spread = math.hypot(row[error] / row[VALUE], first[error] / first[VALUE])
             rows.append(
                 {
                     **dict(zip(same, point, strict=True)),
@@ -127,8 +125,7 @@ def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
                     "first_error": first[ERROR],
                     "last": row[VALUE],
                     "last_error": row[ERROR],
-                    "ratio": ratio,
-                    "ratio_error": ratio * spread,
+                    "ratio": row[VALUE] / first[VALUE],
                     "deviation": (row[VALUE] - first[VALUE]) / math.hypot(row[error], first[error]),
                 }
             )
@@ -137,10 +134,6 @@ def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
 
 def _name(key: str) -> str:
     return LABELS.get(key, key).rpartition(", ")[0] or LABELS.get(key, key)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _text(value: object) -> str:

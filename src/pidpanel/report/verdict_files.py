@@ -7,12 +7,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report.inputs import ReportedStudy
 from pidpanel.report.names import ReportedScenario
-from pidpanel.report.verdict import CoupledRun, Distance, distance
+from pidpanel.report.verdict import CoupledRun, distance
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.lines import root_mean_square
@@ -48,6 +47,8 @@ def write_verdict(
     # points may be named by numbers
     summary, bands = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, bands_csv))
     psd = read_psd(psd_nc)
+    frequency = psd["frequency"].to_numpy()
+    _, edge = whole_third_octaves(*study.frequency)  # as in the tables of the coupled runs
     rows = []
     for scenario in study.scenarios:
         of_run = summary[summary["scenario"] == scenario.label]
@@ -62,7 +63,8 @@ def write_verdict(
                     of_point["g_rms"].to_numpy(), of_point["error_db"].to_numpy(),
                 )  # fmt: skip
                 values = accelerations.sel(point=point).to_numpy() / STANDARD_GRAVITY**2
-                offset = _distance(study, psd["frequency"].to_numpy(), values, coupled)
+                rms = float(root_mean_square(frequency, values))
+                offset = distance(rms, band_rms(frequency, values, edge), coupled)
                 rows.append(
                     {
                         "scenario": scenario.label,
@@ -97,11 +99,3 @@ def _readings(
     for reading in readings:
         if is_steady(psd, reading, scenario.label):
             yield reading, psd["acceleration_psd"].sel(reading=reading, scenario=scenario.label)
-
-
-def _distance(study: ReportedStudy, frequency: Array, psd: Array, coupled: CoupledRun) -> Distance:
-    low, high = study.frequency
-    _, edge = whole_third_octaves(low, high)  # as in the tables of the coupled runs
-    return distance(
-        float(root_mean_square(frequency, psd)), band_rms(frequency, psd, edge), coupled
-    )

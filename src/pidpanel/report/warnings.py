@@ -14,7 +14,7 @@ from pidpanel.paths import SECTION
 from pidpanel.report.answer import StudyAnswer, main_reading
 from pidpanel.report.answer_text import worst_map
 from pidpanel.report.inputs import Inputs, ReportedStudy
-from pidpanel.report.text import READINGS, number, percent, records
+from pidpanel.report.text import READINGS, capitalised, number, percent, records
 from pidpanel.response import trust
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels
 
@@ -83,7 +83,7 @@ def _doubts(study: ReportedStudy, summary: pd.DataFrame, reading: str) -> Iterat
         text = "all scenarios" if 1 < count == len(labels) else "; ".join(named)
         if len(study.readings) > 1:
             return f"{READINGS[reading]}, {text}"
-        return text[:1].upper() + text[1:]
+        return capitalised(text)
 
     lost = rows[~rows["status"].isin(["ok", "held"])]
     for status, doubted in lost.groupby("status", sort=False):

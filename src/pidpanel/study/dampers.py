@@ -140,8 +140,14 @@ class Damper(SectionModel):
                 suitable = [owner for owner, allowed in ALLOWED.items() if name in allowed]
                 yield Mistake((name,), f"only allowed with {' or '.join(suitable)}")
         yield from self._mistakes_of_errors()
-        if self.loss_factor is not None:
-            yield from self._mistakes_of_loss_factor()
+        if self.loss_factor is not None and not (
+            self.particle_mass_per_area_kg_m2 or self.patch_mass_per_area_kg_m2
+        ):
+            yield Mistake(
+                ("particle_mass_per_area_kg_m2",),
+                "missing; required for loss_factor as its mass m″, unless "
+                "patch_mass_per_area_kg_m2 (panel and treatment) is given",
+            )
         if self.apparent_mass is not None:
             yield from self._mistakes_of_mass()
         elif MOST_OF_MASS * (self.particle_mass_per_area_kg_m2 or math.inf) < (
@@ -233,14 +239,6 @@ class Damper(SectionModel):
                 yield Mistake((error,), f"must be 0 where {name} is 0, because it is relative")
         if self.apparent_mass_error_kg_m2 is not None and self.apparent_mass_kg_m2 is None:
             yield Mistake(("apparent_mass_error_kg_m2",), "only allowed with apparent_mass_kg_m2")
-
-    def _mistakes_of_loss_factor(self) -> Iterator[Mistake]:
-        if self.particle_mass_per_area_kg_m2 is None and self.patch_mass_per_area_kg_m2 is None:
-            yield Mistake(
-                ("particle_mass_per_area_kg_m2",),
-                "missing; required for loss_factor as its mass m″, unless "
-                "patch_mass_per_area_kg_m2 (panel and treatment) is given",
-            )
 
     def _kinds(self) -> tuple[Kind, ...]:
         return tuple(name for name in ALLOWED if getattr(self, name) is not None)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from pidpanel.study.base import Fill, Level, SectionModel, Text
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.mistakes import Keys, Mistake
 
 if TYPE_CHECKING:
     from pidpanel.study.study import Study
@@ -54,6 +54,10 @@ class Family(SectionModel):
                 (), f"only one of patch, fill_fraction and oaspl_db may be a list, not {lists}"
             )
 
+    def fillings(self) -> Iterator[tuple[Keys, Family | Filled]]:
+        """Yield what says how patches are filled, with the way to it."""
+        yield (), self
+
     @property
     def varied(self) -> Varied:
         """The key that is a list."""
@@ -82,6 +86,11 @@ class Layout(SectionModel):
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
     title: Text = ""
     """Title of the layout in the report."""
+
+    def fillings(self) -> Iterator[tuple[Keys, Family | Filled]]:
+        """Yield what says how patches are filled, with the way to it."""
+        for patch, filled in self.layout.items():
+            yield ("layout", patch), filled
 
 
 def _kind(values: Any) -> str:

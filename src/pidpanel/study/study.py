@@ -173,12 +173,8 @@ class Study(CouponStudy):
     @property
     def has_filled_coupon(self) -> bool:
         """Whether a scenario names a damper with a coupon."""
-        fillings = (
-            filled
-            for entry in self.scenarios.values()
-            for filled in (entry.layout.values() if isinstance(entry, Layout) else (entry,))
-        )
-        dampers = (self.all_dampers.get(self._damper_name(filling) or "") for filling in fillings)
+        fillings = (filled for entry in self.scenarios.values() for _, filled in entry.fillings())
+        dampers = (self.all_dampers.get(self._damper_name(filled) or "") for filled in fillings)
         return any(damper is not None and damper.coupon is not None for damper in dampers)
 
     @property
@@ -280,17 +276,11 @@ class Study(CouponStudy):
     def fills(self, damper: str | None) -> Iterator[tuple[Keys, float]]:
         """Yield the fills of a damper, or of all, with the ways to them."""
         for name, compared in self.scenarios.items():
-            one_of: list[tuple[Keys, Family | Filled]] = [(("scenarios", name), compared)] if (
-                isinstance(compared, Family)
-            ) else [
-                (("scenarios", name, "layout", patch), filled)
-                for patch, filled in compared.layout.items()
-            ]  # fmt: skip
-            for way, filled in one_of:
+            for way, filled in compared.fillings():
                 if damper in (None, self._damper_name(filled)):
                     for keys, fill in _items("fill_fraction", filled.fill_fraction):
                         if fill is not None:
-                            yield (*way, *keys), fill
+                            yield ("scenarios", name, *way, *keys), fill
 
     def _damper_name(self, filled: Family | Filled) -> str | None:
         """Return the damper that is meant: the one that is named, or the only one."""

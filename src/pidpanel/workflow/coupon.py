@@ -77,18 +77,18 @@ class CouponRuns:
 
     def packing(self, label: str) -> str:
         """Return the file of the values of a packing."""
-        request = requests.request_of(COUPON / "packing" / label)
-        if self._asked.is_new(request):
-            requests.ask(request, coding.encode(self.packings[label]), (), is_made=True)
-            self.is_open |= not (COUPON / "packing" / label / "packing.json").exists()
-        return str(request)
+        return self._of_record("packing", label, self.packings[label])
 
     def bed(self, label: str) -> str:
         """Return the file of the values of a bed."""
-        request = requests.request_of(COUPON / "bed" / label)
+        return self._of_record("bed", label, self.beds[label])
+
+    def _of_record(self, kind: str, label: str, record: Packing | Bed) -> str:
+        folder = COUPON / kind / label
+        request = requests.request_of(folder)
         if self._asked.is_new(request):
-            requests.ask(request, coding.encode(self.beds[label]), (), is_made=True)
-            self.is_open |= not (COUPON / "bed" / label / "bed.json").exists()
+            requests.ask(request, coding.encode(record), (), is_made=True)
+            self.is_open |= not (folder / f"{kind}.json").exists()
         return str(request)
 
     def batch(self, label: str) -> str:
@@ -105,12 +105,9 @@ class CouponRuns:
 
     def leg(self, case: str, part: int, leg: int) -> str:
         """Return the request of a leg of a part of a long case."""
-        runs, legs = self.part(case, part).runs, self.part(case, part).legs
-        values = {
-            "case": coding.encode(self._cases[case]),
-            "runs": runs,
-            "is_last": leg + 1 == legs,
-        }
+        runs, _, legs = self.part(case, part)
+        encoded = coding.encode(self._cases[case])
+        values = {"case": encoded, "runs": runs, "is_last": leg + 1 == legs}
         return self._asked.job([_leg_file(case, part, leg)], values)
 
     # ------------------------------------------------------------------ files upstream
@@ -174,9 +171,8 @@ class CouponRuns:
 
 def bed_files(beds: Iterable[Bed]) -> list[str]:
     """Return the files of beds, each once."""
-    return [
-        str(COUPON / "bed" / label / "bed.json") for label in dict.fromkeys(b.label for b in beds)
-    ]
+    labels = dict.fromkeys(bed.label for bed in beds)
+    return [str(COUPON / "bed" / label / "bed.json") for label in labels]
 
 
 def _leg_file(case: str, part: int, leg: int) -> str:

@@ -59,16 +59,18 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     upstream = {"left_out": response.output["left_out"], "psd": response.output["psd"]}
     maps = _maps(plan, study, {**basis, **upstream})
     proposals = _optimise(plan, study, {**files, **of_sound})
-    severity = (
-        {} if study.severity is None else {"severity": _severity(plan, study, response, maps)}
-    )
+    severity = {}
+    if study.severity is not None:
+        severity["severity"] = _severity(plan, study, response, maps)
     measurement = _measurement(plan, study, {"response": response, **base})
-    tables = [file for key, file in response.output.items() if key not in ("stress", "left_out")]
     under_sound = {
-        "response": tables,
+        "response": [
+            response.output[name] for name in ("psd", "summary", "layouts", "stress_table")
+        ],
         "maps": maps.output["maps"],
         "spectrum": sound.output["spectrum"],
     }
+    optional = _outputs(proposals | severity | measurement | base)
     return {
         "panel": panel,
         "sound": sound,
@@ -79,9 +81,7 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
         **measurement,
         **base,
         "export": _export(plan, study, panel, response),
-        "report": _report(
-            plan, study, panel, _outputs(proposals | severity | measurement | base), under_sound
-        ),
+        "report": _report(plan, study, panel, optional, under_sound),
     }
 
 
