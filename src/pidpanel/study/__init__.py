@@ -9,7 +9,9 @@ file, the line, the key, the value and what is allowed (`StudyError`).
 `coupon`, `dampers`, `panel`, `sound`, `damping`, `response`, `scenarios`
     The sections, one module each.
 `study`
-    A whole study, and what its sections require of each other.
+    A whole study.
+`requirements`
+    What its sections require of each other.
 `files`
     Files that a study names.
 `document`

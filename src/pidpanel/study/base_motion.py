@@ -1,24 +1,18 @@
 """The section ``base`` of a study: motion of the supports on a shaker, along the normal."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from pidpanel.paths import DATA
 from pidpanel.study.base import SectionModel
-from pidpanel.study.damping import COUPLED
 from pidpanel.study.files import file_in
-from pidpanel.study.mistakes import Keys, Mistake, not_among
+from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, Quantity
 from pidpanel.study.response import LEAST_SPAN
-
-if TYPE_CHECKING:
-    from pidpanel.study.study import Study
 
 Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]
 GRms = Annotated[float, Quantity(0, 500, low_itself=False, units=GRAVITIES)]
@@ -118,51 +112,3 @@ def sound_or_base(sound: Any, info: ValidationInfo) -> Any:
     if sound is None and info.data.get("base", sound_or_base) is None:
         raise PydanticCustomError("missing", "missing")
     return sound
-
-
-def mistakes_of_base(study: Study) -> Iterator[Mistake]:
-    """Yield what base motion does not go together with."""
-    if study.base is None:
-        return
-    if study.sound is None:
-        yield from _mistakes_without_sound(study)
-    if study.is_coupled and study.sound is not None:
-        says = (
-            f"not allowed with a section sound and the damping model '{COUPLED}', whose runs are "
-        )
-        says += "then under sound; put sound and base in two studies, or set damping.readings to "
-        yield Mistake(("base",), f"{says}dem, stated, table or a law")
-    elif study.is_coupled and study.base.random is None:
-        yield Mistake(("base", "random"), f"missing; required for the damping model '{COUPLED}'")
-    elif study.readings == (COUPLED,) and study.base.sine is not None:
-        says = f"needs a damping model of single tones in damping.readings beside '{COUPLED}'"
-        yield Mistake(("base", "sine"), says)
-    if study.damping.level.by == "element":
-        yield Mistake(("damping", "level", "by"), "must be patch with a section base")
-    high, sine = study.response.frequency_hz[1], study.base.sine
-    if sine is not None and sine.frequency_hz[1] > high:
-        says = f"must be at most the highest of response.frequency_hz, {high:g}"
-        yield Mistake(("base", "sine", "frequency_hz", 1), says)
-    points = list(study.panel.points)
-    for name in study.base.limits.points if study.base.limits else ():
-        if name not in points:
-            says = not_among("panel.points", name, points)
-            yield Mistake(("base", "limits", "points", name), says)
-    supports = study.panel.support_input
-    if supports.outline == supports.holes == "free" and not (supports.edges or supports.points):
-        yield Mistake(("panel", "supports"), "a free panel has no supports that base moves")
-
-
-def _mistakes_without_sound(study: Study) -> Iterator[Mistake]:
-    """Yield what is only computed under sound."""
-    response = study.response
-    asked: dict[Keys, bool] = {
-        ("severity",): study.severity is not None,
-        ("response", "maps"): bool(response.maps),
-        ("response", "radiation"): response.radiation != "none",
-    }
-    for name, compared in study.scenarios.items():
-        asked["scenarios", name, "oaspl_db"] = compared.oaspl_db is not None
-    for keys, is_asked in asked.items():
-        if is_asked:
-            yield Mistake(keys, "only allowed with a section sound")

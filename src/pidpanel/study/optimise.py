@@ -1,18 +1,13 @@
 """The section ``optimise`` of a study: dampers placed within a mass budget."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pidpanel.study.base import Fill, SectionModel, Size, Text
-from pidpanel.study.mistakes import Mistake, mistakes_of_names, not_among
+from pidpanel.study.mistakes import Mistake, mistakes_of_names
 from pidpanel.study.panel import Area
 from pidpanel.study.quantity import MASS_PER_AREA, PERCENT, Quantity, whole
 from pidpanel.study.response import Frequency
-
-if TYPE_CHECKING:
-    from pidpanel.study.study import Study
 
 LEAST_BAND = 1.1  # ratio of the ends of a band: 40 natural frequencies are in a decade
 MOST_PATCHES = 6  # patches of a layout; the search grows steeply with them
@@ -80,47 +75,3 @@ class Optimise(SectionModel):
         """Distance between places along x and y [m]."""
         x, y = self.patch_size_m
         return self.spacing_m or (x / 2, y / 2)
-
-
-def mistakes_of_optimise(study: Study) -> Iterator[Mistake]:
-    """Yield dampers and points that are not there, and dampers that cannot be placed."""
-    section = study.optimise
-    if section is None:
-        return
-    for mistake in _mistakes_of(section, study):
-        yield mistake.prefix("optimise")
-
-
-def _mistakes_of(section: Optimise, study: Study) -> Iterator[Mistake]:
-    if study.response.modal_damping != "full":
-        yield Mistake((), "only allowed with response.modal_damping: full")
-    wanted = section.excitation or ("base" if study.sound is None else "sound")
-    if wanted != "base" and study.sound is None:
-        yield Mistake(("excitation",), f"{wanted} needs a section sound")
-    if wanted != "sound" and (study.base is None or study.base.random is None):
-        yield Mistake(("excitation",), f"{wanted} needs base.random")
-    (low, high), band = study.response.frequency_hz, section.band_hz
-    if band is not None and not low <= band[0] < LEAST_BAND * band[0] <= band[1] <= high:
-        says = f"must be two values from {low:g} to {high:g}, the frequencies of the response, the "
-        yield Mistake(("band_hz",), f"{says}second at least {LEAST_BAND:g} times the first")
-    names = list(study.all_dampers)
-    if not names:
-        yield Mistake(("dampers",), "there are no dampers to choose from; add a section dampers")
-    for index, name in enumerate(section.dampers):
-        if name not in names:
-            yield Mistake(("dampers", index), not_among("dampers", name, names))
-    for index, name in enumerate(section.points):
-        if name not in study.panel.points:
-            allowed = list(study.panel.points)
-            yield Mistake(("points", index), not_among("panel.points", name, allowed))
-    for name in section.dampers or names:
-        damper = study.all_dampers.get(name)
-        if damper is None:
-            continue
-        if damper.coupon is not None and name not in study.surfaces:
-            says = f"{name} needs its surface of single tones: a scenario with this damper and "
-            yield Mistake(("dampers",), f"{says}damping.readings: [stated], or a table")
-        if damper.law is not None:
-            yield Mistake(("dampers",), f"{name} is a law without mass, which no budget limits")
-        if damper.is_of_a_fill and not section.fill_fraction:
-            yield Mistake(("fill_fraction",), f"missing; required for the damper {name}")

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from pidpanel.study.base import Fill, Level, SectionModel, Text
 from pidpanel.study.mistakes import Keys, Mistake
-
-if TYPE_CHECKING:
-    from pidpanel.study.study import Study
 
 MOST_SCENARIOS = 1000  # scenarios that a family may have
 Varied = Literal["patch", "fill_fraction", "oaspl_db"]
@@ -175,24 +172,3 @@ class Scenario(SectionModel):
 def level_suffix(oaspl_db: float | None) -> str:
     """Return how a label ends for a level [dB]; nothing where none is stated."""
     return "" if oaspl_db is None else f"_{oaspl_db:g}dB"
-
-
-def mistakes_of_labels(study: Study) -> Iterator[Mistake]:
-    """Yield entries with a scenario whose label another scenario has."""
-    named: dict[str, Scenario] = {}
-    for name, compared in study.scenarios.items():
-        for scenario in study.family_scenarios(name):
-            for labelled in (scenario.bare, scenario):
-                if named.setdefault(labelled.label, labelled) == labelled:
-                    continue
-                alike = named[labelled.label].patches == labelled.patches
-                keys = () if isinstance(compared, Layout) else (compared.varied,)
-                yield Mistake(
-                    ("scenarios", name, *keys),
-                    f"two scenarios would have the name {labelled.label}; "
-                    + (
-                        "values must differ in their first six digits"
-                        if keys and alike
-                        else "give the layout another name"
-                    ),
-                )

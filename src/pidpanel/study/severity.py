@@ -1,18 +1,13 @@
 """The section ``severity`` of a study: what is read off the responses beside rms values."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.files import file_in
-from pidpanel.study.mistakes import Mistake, not_among
+from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import MEGAPASCAL, Quantity
-
-if TYPE_CHECKING:
-    from pidpanel.study.study import Study
 
 # Least product of the lowest frequency and the duration: the largest peak of fewer cycles is not
 # that of its formula.
@@ -84,27 +79,3 @@ class Severity(SectionModel):
     limits: Mapping[Text, Annotated[Path, file_in()]] = {}
     """CSV table of the largest acceleration PSD allowed at a point, by its name: ``frequency_hz``,
     ``acceleration_psd_g2_hz`` and, where wanted, ``slope_db_octave``."""
-
-
-def mistakes_of_severity(study: Study) -> Iterator[Mistake]:
-    """Yield too few cycles, limits of no point, a strength of no core."""
-    severity = study.severity
-    if severity is None:
-        return
-    lowest = study.response.frequency_hz[0]
-    if severity.duration_s * lowest < LEAST_CYCLES:
-        yield Mistake(
-            ("severity", "duration_s"),
-            f"must be at least {LEAST_CYCLES / lowest:.3g}, {LEAST_CYCLES:g} cycles of the lowest "
-            "frequency of the response",
-        )
-    for point in severity.limits:
-        if point not in study.panel.points:
-            yield Mistake(
-                ("severity", "limits", point),
-                not_among("panel.points", point, tuple(study.panel.points)),
-            )
-    strength = severity.strength
-    if strength is not None and strength.core is not None:
-        if study.panel.section.kind != "sandwich":
-            yield Mistake(("severity", "strength", "core"), "only allowed with a sandwich section")

@@ -1,4 +1,4 @@
-"""A whole study, and what its sections require of each other."""
+"""A whole study: its sections, dampers, readings and scenarios."""
 
 import itertools
 import re
@@ -8,16 +8,16 @@ from typing import Annotated, TypeVar
 from pydantic import BeforeValidator, Field
 
 from pidpanel.paths import SECTION
+from pidpanel.study import requirements
 from pidpanel.study.base import StudyError, as_tuple
-from pidpanel.study.base_motion import BaseMotion, mistakes_of_base, sound_or_base
-from pidpanel.study.coupled import mistakes_of_coupled
+from pidpanel.study.base_motion import BaseMotion, sound_or_base
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import NAME, NAME_WORDS, CouponStudy
 from pidpanel.study.dampers import Damper, is_massless_table
 from pidpanel.study.damping import COUPLED, Damping
-from pidpanel.study.measurement import Measurement, mistakes_of_measurements
+from pidpanel.study.measurement import Measurement
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
-from pidpanel.study.optimise import Optimise, mistakes_of_optimise
+from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Response
 from pidpanel.study.scenarios import (
@@ -28,9 +28,8 @@ from pidpanel.study.scenarios import (
     Layout,
     Scenario,
     level_suffix,
-    mistakes_of_labels,
 )
-from pidpanel.study.severity import Severity, mistakes_of_severity
+from pidpanel.study.severity import Severity
 from pidpanel.study.sound import SPEED, Sound
 
 T = TypeVar("T")
@@ -69,16 +68,16 @@ class Study(CouponStudy):
         yield from super().mistakes()
         yield from self._mistakes_of_dampers()
         yield from self._mistakes_of_readings()
-        yield from mistakes_of_severity(self)
-        yield from mistakes_of_base(self)
+        yield from requirements.mistakes_of_severity(self)
+        yield from requirements.mistakes_of_base(self)
         yield from mistakes_of_names("scenarios", self.scenarios)
         mistakes = list(self.mistakes_of_scenarios())
         yield from mistakes
         if mistakes:
             return
-        yield from mistakes_of_labels(self)
-        yield from mistakes_of_optimise(self)
-        yield from mistakes_of_measurements(self)
+        yield from requirements.mistakes_of_labels(self)
+        yield from requirements.mistakes_of_optimise(self)
+        yield from requirements.mistakes_of_measurements(self)
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
             if label not in labels:
@@ -219,7 +218,7 @@ class Study(CouponStudy):
             yield Mistake(
                 ("damping", "coupled"), f"only allowed with the damping model '{COUPLED}'"
             )
-        yield from mistakes_of_coupled(self)
+        yield from requirements.mistakes_of_coupled(self)
 
     # ---------------------------------------------------------------------- scenarios
 

@@ -1,0 +1,213 @@
+"""What the sections of a study require of each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from pidpanel.study.damping import COUPLED, NEIGHBOURS_DB
+from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
+from pidpanel.study.optimise import LEAST_BAND, Optimise
+from pidpanel.study.scenarios import Layout, Scenario
+from pidpanel.study.severity import LEAST_CYCLES
+
+if TYPE_CHECKING:
+    from pidpanel.study.study import Study
+
+# Of a record, 1/T apart, in the range of the response: their scatter is the error of C_e.
+FEWEST_LINES = 10
+
+# Of the lowest frequency in a record: both of its halves then resolve a third octave there.
+FEWEST_PERIODS = 10
+
+
+def mistakes_of_point(study: Study, name: str, keys: Keys) -> Iterator[Mistake]:
+    """Yield a name of no response point."""
+    if name not in study.panel.points:
+        yield Mistake(keys, not_among("panel.points", name, list(study.panel.points)))
+
+
+def mistakes_of_base(study: Study) -> Iterator[Mistake]:
+    """Yield what base motion does not go together with."""
+    if study.base is None:
+        return
+    if study.sound is None:
+        yield from _mistakes_without_sound(study)
+    if study.is_coupled and study.sound is not None:
+        says = (
+            f"not allowed with a section sound and the damping model '{COUPLED}', whose runs are "
+        )
+        says += "then under sound; put sound and base in two studies, or set damping.readings to "
+        yield Mistake(("base",), f"{says}dem, stated, table or a law")
+    elif study.is_coupled and study.base.random is None:
+        yield Mistake(("base", "random"), f"missing; required for the damping model '{COUPLED}'")
+    elif study.readings == (COUPLED,) and study.base.sine is not None:
+        says = f"needs a damping model of single tones in damping.readings beside '{COUPLED}'"
+        yield Mistake(("base", "sine"), says)
+    if study.damping.level.by == "element":
+        yield Mistake(("damping", "level", "by"), "must be patch with a section base")
+    high, sine = study.response.frequency_hz[1], study.base.sine
+    if sine is not None and sine.frequency_hz[1] > high:
+        says = f"must be at most the highest of response.frequency_hz, {high:g}"
+        yield Mistake(("base", "sine", "frequency_hz", 1), says)
+    for name in study.base.limits.points if study.base.limits else ():
+        yield from mistakes_of_point(study, name, ("base", "limits", "points", name))
+    supports = study.panel.support_input
+    if supports.outline == supports.holes == "free" and not (supports.edges or supports.points):
+        yield Mistake(("panel", "supports"), "a free panel has no supports that base moves")
+
+
+def _mistakes_without_sound(study: Study) -> Iterator[Mistake]:
+    """Yield what is only computed under sound."""
+    response = study.response
+    asked: dict[Keys, bool] = {
+        ("severity",): study.severity is not None,
+        ("response", "maps"): bool(response.maps),
+        ("response", "radiation"): response.radiation != "none",
+    }
+    for name, compared in study.scenarios.items():
+        asked["scenarios", name, "oaspl_db"] = compared.oaspl_db is not None
+    for keys, is_asked in asked.items():
+        if is_asked:
+            yield Mistake(keys, "only allowed with a section sound")
+
+
+def mistakes_of_coupled(study: Study) -> Iterator[Mistake]:
+    """Yield what panel and particles cannot be integrated with."""
+    if not study.is_coupled:
+        return
+    yield from _mistakes_of_lines(study)
+    keys = ("damping", "readings")
+    if study.response.modal_damping != "full":
+        yield Mistake(
+            keys, (f"the damping model '{COUPLED}' is only allowed with modal_damping: full")
+        )
+    if not study.has_filled_coupon:
+        says = f"the damping model '{COUPLED}' needs a scenario with a coupon; there is none"
+        yield Mistake(keys, says)
+    filled = {scenario.label: scenario for scenario in study.coupled_scenarios()}
+    run = study.damping.coupled.scenarios or tuple(filled)
+    run_keys = ("damping", "coupled", "scenarios")
+    for label in run:
+        if label not in filled:
+            yield Mistake(run_keys, f"unknown scenario {label!r}; allowed are {', '.join(filled)}")
+    for label, scenario in filled.items():
+        levels = [
+            filled[name].oaspl_db
+            for name in run
+            if name in filled and filled[name].fillings == scenario.fillings
+        ]
+        if not any(_are_neighbours(scenario.oaspl_db, level) for level in levels):
+            says = f"must contain {label}, or its layout within {NEIGHBOURS_DB:g} dB of it"
+            yield Mistake(run_keys, says)
+
+
+def _mistakes_of_lines(study: Study) -> Iterator[Mistake]:
+    """Yield records that have too few lines in the range of the response, 1/T apart."""
+    low, high = study.response.frequency_hz
+    shortest = max(FEWEST_LINES / (high - low), FEWEST_PERIODS / low)
+    if study.damping.coupled.duration_s < shortest:
+        says = f"must be at least {shortest:.3g} for response.frequency_hz = [{low:g}, {high:g}]"
+        yield Mistake(("damping", "coupled", "duration_s"), says)
+
+
+def _are_neighbours(first: float | None, second: float | None) -> bool:
+    """Whether what is found at a level may be carried to another; None is that of the spectrum."""
+    return first is None or second is None or abs(first - second) <= NEIGHBOURS_DB + 1e-9
+
+
+def mistakes_of_labels(study: Study) -> Iterator[Mistake]:
+    """Yield entries with a scenario whose label another scenario has."""
+    named: dict[str, Scenario] = {}
+    for name, compared in study.scenarios.items():
+        for scenario in study.family_scenarios(name):
+            for labelled in (scenario.bare, scenario):
+                if named.setdefault(labelled.label, labelled) == labelled:
+                    continue
+                alike = named[labelled.label].patches == labelled.patches
+                keys = () if isinstance(compared, Layout) else (compared.varied,)
+                yield Mistake(
+                    ("scenarios", name, *keys),
+                    f"two scenarios would have the name {labelled.label}; "
+                    + (
+                        "values must differ in their first six digits"
+                        if keys and alike
+                        else "give the layout another name"
+                    ),
+                )
+
+
+def mistakes_of_measurements(study: Study) -> Iterator[Mistake]:
+    """Yield measurements of no point or scenario."""
+    yield from mistakes_of_names("measurements", study.measurements)
+    labels = [scenario.label for scenario in study.all_scenarios()]
+    for name, measured in study.measurements.items():
+        yield from mistakes_of_point(study, measured.point, ("measurements", name, "point"))
+        if measured.excitation is not None and getattr(study, measured.excitation) is None:
+            says = f"only allowed with a section {measured.excitation}"
+            yield Mistake(("measurements", name, "excitation"), says)
+        if measured.scenario is not None and measured.scenario not in labels:
+            says = f"must be one of {', '.join(labels)}"
+            yield Mistake(("measurements", name, "scenario"), says)
+
+
+def mistakes_of_optimise(study: Study) -> Iterator[Mistake]:
+    """Yield dampers and points that are not there, and dampers that cannot be placed."""
+    section = study.optimise
+    if section is None:
+        return
+    for mistake in _mistakes_of_section(section, study):
+        yield mistake.prefix("optimise")
+
+
+def _mistakes_of_section(section: Optimise, study: Study) -> Iterator[Mistake]:
+    if study.response.modal_damping != "full":
+        yield Mistake((), "only allowed with response.modal_damping: full")
+    wanted = section.excitation or ("base" if study.sound is None else "sound")
+    if wanted != "base" and study.sound is None:
+        yield Mistake(("excitation",), f"{wanted} needs a section sound")
+    if wanted != "sound" and (study.base is None or study.base.random is None):
+        yield Mistake(("excitation",), f"{wanted} needs base.random")
+    (low, high), band = study.response.frequency_hz, section.band_hz
+    if band is not None and not low <= band[0] < LEAST_BAND * band[0] <= band[1] <= high:
+        says = f"must be two values from {low:g} to {high:g}, the frequencies of the response, the "
+        yield Mistake(("band_hz",), f"{says}second at least {LEAST_BAND:g} times the first")
+    names = list(study.all_dampers)
+    if not names:
+        yield Mistake(("dampers",), "there are no dampers to choose from; add a section dampers")
+    for index, name in enumerate(section.dampers):
+        if name not in names:
+            yield Mistake(("dampers", index), not_among("dampers", name, names))
+    for index, name in enumerate(section.points):
+        yield from mistakes_of_point(study, name, ("points", index))
+    for name in section.dampers or names:
+        damper = study.all_dampers.get(name)
+        if damper is None:
+            continue
+        if damper.coupon is not None and name not in study.surfaces:
+            says = f"{name} needs its surface of single tones: a scenario with this damper and "
+            yield Mistake(("dampers",), f"{says}damping.readings: [stated], or a table")
+        if damper.law is not None:
+            yield Mistake(("dampers",), f"{name} is a law without mass, which no budget limits")
+        if damper.is_of_a_fill and not section.fill_fraction:
+            yield Mistake(("fill_fraction",), f"missing; required for the damper {name}")
+
+
+def mistakes_of_severity(study: Study) -> Iterator[Mistake]:
+    """Yield too few cycles, limits of no point, a strength of no core."""
+    severity = study.severity
+    if severity is None:
+        return
+    lowest = study.response.frequency_hz[0]
+    if severity.duration_s * lowest < LEAST_CYCLES:
+        yield Mistake(
+            ("severity", "duration_s"),
+            f"must be at least {LEAST_CYCLES / lowest:.3g}, {LEAST_CYCLES:g} cycles of the lowest "
+            "frequency of the response",
+        )
+    for point in severity.limits:
+        yield from mistakes_of_point(study, point, ("severity", "limits", point))
+    strength = severity.strength
+    if strength is not None and strength.core is not None:
+        if study.panel.section.kind != "sandwich":
+            yield Mistake(("severity", "strength", "core"), "only allowed with a sandwich section")
