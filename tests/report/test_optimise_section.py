@@ -30,7 +30,7 @@ def proposal(gap, violations, names=("base",)):
             "bound_factor": 1.13, "bound_excess": 0.021,
         }
     )  # fmt: skip
-    return ProposalResults(layouts, front, summary, pd.DataFrame(), search)
+    return ProposalResults(layouts, front, summary, pd.DataFrame(), search=search)
 
 
 def test_a_search_without_a_bound_says_why_and_what_it_tried():

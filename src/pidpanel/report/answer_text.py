@@ -9,7 +9,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, is_gain
 from pidpanel.report.inputs import Inputs
-from pidpanel.report.text import common_decimals, number, plain, value_text, with_error
+from pidpanel.report.text import common_decimals, number, value_text, with_error
 from pidpanel.response.trust import KNOWN_TO, NO_ERROR
 
 NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
@@ -90,7 +90,7 @@ def _decibels(responses: Sequence[PointResponse]) -> str:
     decimals = common_decimals(errors, 1)
     low, high = (-f(r.reduction for r in responses) for f in (min, max))
     text = value_text(high, max(errors, default=math.nan), decimals)
-    return f"{plain(low, decimals)} to {text} dB"
+    return f"{value_text(low, math.nan, decimals)} to {text} dB"
 
 
 def _mass(candidates: Sequence[Candidate]) -> str:

@@ -1,7 +1,7 @@
 """Records of what the stages left and a page is made from."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
 
 import pandas as pd
@@ -135,6 +135,7 @@ class ProposalResults:
     front: pd.DataFrame  # ``optimise/front.csv``
     summary: pd.DataFrame  # ``optimise/summary.csv``
     psd: pd.DataFrame  # ``optimise/psd.csv``
+    _: KW_ONLY
     search: pd.Series  # ``optimise/search.csv``, values by quantity
     objective: str = "largest"  # ``optimise.objective``
 
@@ -153,6 +154,7 @@ class SeverityResults:
     fatigue: pd.DataFrame  # ``severity/fatigue.csv``
     strength: pd.DataFrame  # ``severity/strength.csv``
     margins: pd.DataFrame  # ``severity/margins.csv``
+    _: KW_ONLY
     quality: float  # Q of the oscillators [1]
     duration: float  # of the sound [s]
     maps: xr.Dataset | None = None  # ``severity/maps.nc``

@@ -57,14 +57,14 @@ def read_proposal(folder: Path, objective: str) -> inputs.ProposalResults:
     """Read what the optimise stage left of a search for an objective."""
     tables = _tables(folder, "layouts", "front", "summary", "psd")
     search = pd.read_csv(folder / "search.csv").set_index("quantity")["value"]
-    return inputs.ProposalResults(*tables, search, objective)
+    return inputs.ProposalResults(*tables, search=search, objective=objective)
 
 
 def read_severity(folder: Path, quality: float, duration: float) -> inputs.SeverityResults:
     """Read what the severity stage left, of oscillators of this Q and a duration [s]."""
     tables = _tables(folder, "oscillators", "peaks", "fatigue", "strength", "margins")
     maps = None if tables[3].empty else read_dataset(folder / "maps.nc")
-    return inputs.SeverityResults(*tables, quality, duration, maps)
+    return inputs.SeverityResults(*tables, quality=quality, duration=duration, maps=maps)
 
 
 def read_measurements(folder: Path) -> inputs.MeasurementResults:
