@@ -45,7 +45,8 @@ LEAST_SPHERES = 2.0  # of a cell
 TOUCHING = 0.05  # W/L below which a bed without gravity rests in the middle of its cell
 LONGEST_CONTACT = 0.1  # over the period, with the modulus of the material
 DEEPEST_OVERLAP = 0.1  # over the radius, likewise
-CYCLES, MOST_WORK = 12, 6e7  # steps of all particles in the fewest cycles: about six seconds
+CYCLES, MOST_WORK = 12, 1e8  # steps of all particles in the fewest cycles: about ten seconds
+SOFT_OVERLAP = 0.04  # deepest overlap of softened contacts over the radius
 CHOICES_MPA = (20, 50, 200, 800)  # moduli of softened contacts
 BOUNCING = 10.0  # Γ below which a bed that is thrown up bounces as one body
 BOUNCING_CONTACT = 0.002  # longest contact of such a bed over the period
@@ -144,7 +145,7 @@ def modulus(groups: Groups, bead: Bead) -> float:
         speed=speed(groups, bead),
         frequency=frequency(groups, bead),
         contact_time_per_period=min(longest, BOUNCING_CONTACT) if bounces(groups) else longest,
-        overlap_per_radius=0.1,
+        overlap_per_radius=SOFT_OVERLAP,
     )
 
 
