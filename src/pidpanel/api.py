@@ -58,7 +58,7 @@ class ResultsError(RuntimeError):
 class Model:
     """A study, and what can be computed from it.
 
-    Without LIGGGHTS, everything is computed here when it is first asked for. What rests on
+    Without LIGGGHTS, everything is computed here when it is first asked for. What depends on
     simulated particles is read from ``results/<study>`` once `run` has computed it.
 
     Parameters
@@ -163,7 +163,7 @@ class Model:
         Raises
         ------
         ResultsError
-            If it rests on LIGGGHTS and the study was not run.
+            If it depends on LIGGGHTS and the study was not run.
         DampingError
             Where the damper has no answer.
         """
@@ -239,7 +239,7 @@ class Model:
         Raises
         ------
         ResultsError
-            If it rests on LIGGGHTS and the study was not run, or has changed since.
+            If it depends on LIGGGHTS and the study was not run, or has changed since.
         """
         from pidpanel.report.from_study import partly_known  # matplotlib is slow to import
 

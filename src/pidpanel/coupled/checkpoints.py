@@ -25,7 +25,7 @@ FILE = "state.npz"  # rows so far, the state, and the restarts that belong to it
 
 
 def identity_of(*parts: Array | str | float) -> str:
-    """Return a hash of all that a run rests on, to the bit.
+    """Return a hash of all that a run depends on, to the bit.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What is run: packings, beds, runs and cases, each with a label that says what it rests on.
+"""What is run: packings, beds, runs and cases, each with a label that says what it depends on.
 
 A label reads as the thing and ends in a hash of all that its numbers depend on, so a study needs
 nothing but the labels to share runs with another:

@@ -1,6 +1,6 @@
 """Integrals of shapes against plane waves, from far fewer points than the elements have.
 
-What sound does to a panel rests on the shapes through ∫ φ exp(iκ·x) dA alone, for wavenumbers
+What sound does to a panel depends on the shapes through ∫ φ exp(iκ·x) dA alone, for wavenumbers
 |κ| up to some largest one, however fine the mesh is. On a box a plane wave is a polynomial of a
 degree not far above κ a/2 (its Legendre series has the coefficients (2m + 1) iᵐ j_m(κ a/2),
 which vanish beyond), so that a quadrature of any points passes to the Gauss points of the box by

@@ -3,8 +3,8 @@
 The search is on damping that is frozen. What a layout removes from the mean square at a point is
 nearly submodular: a damper removes less, the more there are beside it. Where that holds, the sum
 of what single dampers remove bounds what they remove together (Nemhauser, Wolsey, Fisher 1978).
-It is no theorem for dampers with mass. So it is sampled, violations are counted, and the bound is
-enlarged by the largest ratio that was found.
+This is not guaranteed for dampers with mass: it is sampled, violations are counted, and the bound
+is enlarged by the largest ratio found.
 """
 
 from __future__ import annotations

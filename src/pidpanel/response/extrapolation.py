@@ -1,4 +1,4 @@
-"""How much of a scenario's change rests on damping beyond its data, and how far beyond."""
+"""How much of a scenario's change depends on damping beyond its data, and how far beyond."""
 
 import math
 from collections.abc import Sequence
