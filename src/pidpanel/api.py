@@ -23,8 +23,14 @@ import yaml
 
 from pidpanel.check import checked_study
 from pidpanel.cli.snakemake import command
-from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.from_study import read_cases, reading_of, reading_of_damper, surface_of
+from pidpanel.constants import BY_DAMPER, STANDARD_GRAVITY
+from pidpanel.damping.from_study import (
+    read_cases,
+    reading_from_atlas,
+    reading_of,
+    reading_of_damper,
+    surface_of,
+)
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
@@ -34,7 +40,6 @@ from pidpanel.report.read import without_errors
 from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
-from pidpanel.study.damping import COUPLED
 
 __all__ = ["Model", "ResultsError", "StudyError"]
 
@@ -322,9 +327,9 @@ class Model:
         if not isinstance(study, Study):
             return surface_of(study.coupons[SECTION], self.cases())
         # that of coupled runs is of their scenarios, and no function of r, f and Γ
-        of_all = [n for n in study.readings if n not in ("stated", "bare", COUPLED)]
+        of_all = [n for n in study.readings if n not in (*BY_DAMPER, "bare")]
         swept = [n for n, d in study.dampers.items() if d.coupon is None or n in study.surfaces]
-        sources = dict.fromkeys([*swept, *of_all])
+        sources = dict.fromkeys([*swept, *study.atlas_coupons, *of_all])
         if source is None and len(sources) == 1:
             (source,) = sources
         if source not in sources:
@@ -336,6 +341,8 @@ class Model:
                 else "it has no damping over r, f and Γ"
             )
             raise StudyError(f"source = {source}: {says}{hint}")
+        if source in study.atlas_coupons and source not in study.surfaces:
+            return reading_from_atlas(study.atlas_coupons[source], is_broadband=False)
         if source in study.dampers:
             damper = study.dampers[source]
             surface = None if damper.coupon is None else self._surface(source)

@@ -11,3 +11,6 @@ MOST_LOSS_FACTOR = 2.0
 # Most m_a over the mass of the particles. Particles that ride along have 1, in resonance with
 # their gap a few times that; what is above is taken for a wrong unit.
 MOST_OF_MASS = 10.0
+
+ATLAS = "atlas"  # name of the damping model of the table of simulated beds
+BY_DAMPER = ("stated", "coupled", ATLAS)  # damping models in which each damper has its own damping

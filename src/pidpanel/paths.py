@@ -17,6 +17,10 @@ DATA = WORKFLOW / "data"
 
 PAPER_TABLE = DATA / "paper" / "table_1.csv"  # natural frequencies as the paper printed them
 
+# Simulated beds in dimensionless groups, and the constants of what is fitted to them.
+ATLAS_CASES = PACKAGE / "atlas" / "cases.csv"
+ATLAS_CONSTANTS = PACKAGE / "atlas" / "processes.json"
+
 COUPON = Path("results") / "coupon"  # LIGGGHTS runs of all studies, below the working folder
 
 SECTION = "coupon"  # name of the damper that the section ``coupon`` of a study is

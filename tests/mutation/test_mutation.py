@@ -82,7 +82,7 @@ OTHERS = {
     "solve": "",
     "coupon": "attempts batches bed cases coding deadline estimate film finished from_study judgement legs "
     "packing preparation records runs summary window",
-    "damping": "from_study surface_files table_files",
+    "damping": "atlas_files from_study surface_files table_files",
     "panel": "basis_files first fit plate_files flat_mesh gmsh_files from_study mesh nastran tables",
     "sound": "field_files from_study",
     "coupled": "beds checkpoints estimate_files from_study pieces process record_files scenario",

@@ -91,7 +91,7 @@ def told(refusal, study, key, value):
         ("scenarios.fill.patch", "PID-9", "scenarios.fill.patch = PID-9: must be one of panel.patches: PID-1"),
         ("scenarios.fill.fill_fraction", [0.4, 0.95], "scenarios.fill.fill_fraction[1] = 0.95: must be in the range of coupon.sweep, 0.4 to 0.8"),
         ("damping.readings", ["dem", "dem"], "damping.readings = [dem, dem]: must not contain a damping model twice"),
-        ("damping.readings", ["paper"], "damping.readings[0] = paper: must be 'stated', 'dem', 'paper_corrected', 'paper_printed', 'table' or 'coupled'"),
+        ("damping.readings", ["paper"], "damping.readings[0] = paper: must be 'stated', 'dem', 'paper_corrected', 'paper_printed', 'table', 'coupled' or 'atlas'"),
         ("title", [3], "title = [3]: must be text"),
         ("name", "a/b", "name = a/b: must be letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"),
         ("coupon.cell.dept_mm", 3, "coupon.cell.dept_mm = 3: unknown key; did you mean depth_mm?"),

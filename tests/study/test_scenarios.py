@@ -101,7 +101,7 @@ def test_readings_follow_from_what_the_study_has(loaded):
     stated = load_study(STUDIES / "l_panel.yaml")
     assert stated.readings == ("table",)
     assert loaded(("scenarios", None)).readings == ("bare",)
-    assert load_study(STUDIES / "paper.yaml").readings == ("paper_corrected", "dem")
+    assert load_study(STUDIES / "paper.yaml").readings == ("paper_corrected", "dem", "atlas")
 
 
 OF_THE_SECTION = (("dampers", {}), ("coupon", COUPON), ("scenarios", {}))

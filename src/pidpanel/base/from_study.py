@@ -136,7 +136,8 @@ def write_base(
     motion = study.base
     if motion is None:
         raise ValueError(f"{study.name}: no section base")
-    models = damping_models(study, damping, None if coupled is None else coupled / "impedance.csv")
+    impedance = None if coupled is None else coupled / "impedance.csv"
+    models = damping_models(study, damping, impedance)
     scenarios = base_scenarios(study)
     shakers = shakers_of(study)
 
@@ -169,7 +170,8 @@ def write_base(
         if limits:
             write_csv(output["notched"], tables.input_rows(random, limits))
     if motion.sine is not None:
-        curves = _sweeps(panels["sine"], supported.inertia, motion.sine, scenarios, models)
+        tones = damping_models(study, damping, impedance, is_broadband=False)
+        curves = _sweeps(panels["sine"], supported.inertia, motion.sine, scenarios, tones)
         level = motion.sine.acceleration_g
         write_csv(output["sine_table"], tables.peak_rows(curves, level))
         curves.assign_attrs(attributes, acceleration_g=level).to_netcdf(

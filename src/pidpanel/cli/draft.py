@@ -12,11 +12,13 @@ import jinja2
 
 from pidpanel.cli import new
 from pidpanel.columns import read_rows
+from pidpanel.constants import ATLAS
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.study import StudyError, load_study
+from pidpanel.study.atlas import DEPTH, WIDTH
 from pidpanel.study.files import found_file
 
 LOWEST, HIGHEST = 30.0, 2000.0
@@ -68,14 +70,22 @@ class Draft:
 
     @property
     def is_simulated(self) -> bool:
-        """Whether LIGGGHTS moves particles."""
+        """Whether patches are filled with particles."""
         return not self.table and self.bead != "none"
+
+    @property
+    def is_in_atlas(self) -> bool:
+        """Whether the atlas has cells of this width and depth."""
+        sizes = {WIDTH: self.cell_mm, DEPTH: self.depth_mm}
+        return all(low <= mm / self.bead_mm <= high for (low, high), mm in sizes.items())
 
     @property
     def reading(self) -> str:
         """Where the damping comes from; a search and base motion need that of single tones."""
         if not self.table and not self.is_simulated:
             return "paper_corrected"
+        if self.is_simulated and self.is_in_atlas:
+            return ATLAS
         if self.budget_kg is not None:
             return "stated"
         return "table" if self.table else "dem" if self.shaker else "coupled"

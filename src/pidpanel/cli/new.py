@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--stiffness-n-m", type=above_zero, help="thin: bending stiffness (3273)")
     add("--spectrum", help=f"CSV table of sound levels (default: {SPECTRUM})")
     add("--oaspl", type=above_zero, help="overall level [dB] (default: that of the table)")
-    add("--bead", choices=BEADS, help="particles to simulate; none: the paper's law (acrylic)")
+    add("--bead", choices=BEADS, help="particles; none: the paper's law (acrylic)")
     add("--bead-mm", type=above_zero, help="diameter of the particles (2)")
     add("--cell-mm", type=above_zero, help="width of a honeycomb cell across flats (6.35)")
     add("--table", help="CSV table of measured damping, instead of particles")

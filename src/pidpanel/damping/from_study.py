@@ -18,6 +18,7 @@ from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, TableEr
 from pidpanel.damping.tables import TableReading
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
+from pidpanel.study.atlas import direction_of
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper, WeighsAs
 from pidpanel.study.damping import Damping, Reading
@@ -25,6 +26,7 @@ from pidpanel.study.damping import Damping, Reading
 if TYPE_CHECKING:  # pandas, xarray and scipy.optimize, which a table does not need
     import pandas as pd
 
+    from pidpanel.damping.atlas import AtlasDamping
     from pidpanel.damping.surface import DampingSurface
 
 
@@ -144,6 +146,35 @@ def reading_of_damper(damper: Damper, surface: Path | None) -> DampingReading:
     if surface is None:
         raise DampingError("a coupon without its damping/surface.nc")
     return read_stored_surface(surface)
+
+
+def readings_from_atlas(study: Study, *, is_broadband: bool) -> dict[str, AtlasDamping]:
+    """Return what a study reads from the atlas, by damper; see `reading_from_atlas`."""
+    return {
+        name: reading_from_atlas(coupon, is_broadband=is_broadband)
+        for name, coupon in study.atlas_coupons.items()
+    }
+
+
+def reading_from_atlas(coupon: Coupon, *, is_broadband: bool) -> AtlasDamping:
+    """Return C_e and m_a of a coupon from the atlas of particle beds, under sound or tones."""
+    from pidpanel.damping.atlas import bed_of
+    from pidpanel.damping.atlas_files import read_atlas
+
+    direction = direction_of(coupon)
+    if direction is None:
+        raise DampingError(f"gravity_direction = {coupon.gravity_direction}: not in the atlas")
+    particles, cell = coupon.particles, coupon.cell
+    diameter = coupon.diameters[0]
+    bed = bed_of(
+        particles.restitution, particles.friction, cell.across_flats, cell.depth, diameter,
+        [direction], coupon.gravity_g,
+    )  # fmt: skip
+    atlas = read_atlas()
+    bulk = atlas.bulk_fraction(cell.across_flats / diameter, cell.depth / diameter)
+    mass_per_fill = bulk * particles.effective_density(diameter) * cell.depth
+    damping = atlas.damping_of(bed, mass_per_fill)
+    return damping.under_sound() if is_broadband else damping
 
 
 def _constant(damper: Damper) -> ConstantDamper:

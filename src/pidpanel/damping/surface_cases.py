@@ -154,6 +154,7 @@ class TrainingData:
     # (n,) g_m and its error
     mass: Array
     mass_error: Array
+    spread: Array | None = None  # (d,) that measures the lengths; None for that of the points
 
     def jump(self, lengths: Array | None = None) -> Jump | None:
         """Return the jump that separates the cases; None where nothing is known of it."""
@@ -191,7 +192,7 @@ class TrainingData:
         spread, but no less than ``smallest_spread``, in ``unit``; where there are none they are
         expected about those that cross.
         """
-        axes = gaussian_process.spreads(self.points)
+        axes = gaussian_process.spreads(self.points) if self.spread is None else self.spread
 
         def process(
             rows: Flags, values: Array, prior: tuple[float, float] | None, side: int

@@ -14,7 +14,7 @@ import shapely
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.base.from_study import shakers_of
-from pidpanel.damping.from_study import reading_of_damper
+from pidpanel.damping.from_study import reading_from_atlas, reading_of_damper
 from pidpanel.damping.readings import DampingReading
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.optimise.alternatives import damped_by_layer, thicker_faces
@@ -119,7 +119,11 @@ def models_of(study: Study, folder: Path | None) -> dict[str, DampingReading]:
     models = {}
     for name in section_of(study).dampers or study.all_dampers:
         surface = None if folder is None else of_damper(folder, name, "surface.nc")
-        model = reading_of_damper(study.all_dampers[name], surface)
+        coupon = study.atlas_coupons.get(name)
+        if coupon is not None and name not in study.surfaces:
+            model: DampingReading = reading_from_atlas(coupon, is_broadband=True)
+        else:
+            model = reading_of_damper(study.all_dampers[name], surface)
         models[name] = model if study.response.damper_mass else model.without_mass()
     return models
 
@@ -162,7 +166,8 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
         yield Mistake(("optimise", "patch_size_m"), str(error))
         return
     names = section.dampers or study.all_dampers
-    if any(study.all_dampers[name].coupon is not None for name in names):
+    simulated = set(names) - set(study.atlas_coupons)
+    if any(study.all_dampers[name].coupon is not None for name in simulated):
         return  # their mass is known once they are filled
     lightest = np.inf
     for filling in fillings_of(study, models_of(study, None)):

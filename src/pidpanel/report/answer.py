@@ -26,7 +26,7 @@ ROWS = 5  # scenarios in the first table at most, beside the bare panel
 
 # Readings of the damping, the one that answers first: what is measured before a law.
 PREFERRED = (
-    "coupled", "stated", "dem", "table", "paper_corrected", "paper_printed", "bare",
+    "coupled", "stated", "dem", "table", "atlas", "paper_corrected", "paper_printed", "bare",
 )  # fmt: skip
 
 

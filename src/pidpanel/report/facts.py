@@ -8,6 +8,7 @@ import pandas as pd
 
 from pidpanel.coupon.liggghts.trust import comes_with_pidpanel
 from pidpanel.paths import SECTION, STUDIES
+from pidpanel.report.atlas_section import atlas_text
 from pidpanel.report.base_section import base_facts
 from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.panel_section import panel_text
@@ -63,6 +64,7 @@ def damping_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
     return [
         ("Damping", "; ".join(READINGS[reading] for reading in study.readings)),
         ("C_e(r, f, Γ) evaluated at", study.read_at),
+        *([("Atlas of particle beds", atlas_text(inputs.atlas))] if inputs.atlas else []),
         *coupled_facts(inputs),
     ]
 

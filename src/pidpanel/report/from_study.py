@@ -7,7 +7,9 @@ from pathlib import Path
 import pandas as pd
 
 from pidpanel.coupon.from_study import cases_by_coupon
+from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.damping.coupled import COUPLED
+from pidpanel.damping.from_study import readings_from_atlas
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
@@ -111,6 +113,7 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
         )
         if study.is_coupled
         else None,
+        atlas=read_atlas_results(study) if study.atlas_coupons else None,
         damping={
             name: read.read_damping(name, folder, study.coupons[name].cell.depth)
             for name in study.surfaces
@@ -121,6 +124,12 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
         if study.optimise is None
         else read.read_proposal(folder / "optimise", study.optimise.objective),
     )
+
+
+def read_atlas_results(study: Study) -> inputs.AtlasResults:
+    """Return the atlas, and what a study reads from it."""
+    atlas, models = read_atlas(), readings_from_atlas(study, is_broadband=True)
+    return inputs.AtlasResults(atlas.version, len(atlas.cases), models)
 
 
 def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inputs.Inputs:

@@ -7,6 +7,7 @@ from functools import cached_property
 import pandas as pd
 import xarray as xr
 
+from pidpanel.damping.atlas import AtlasDamping
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.attachments import LineMass, PointMass, Spring
@@ -128,6 +129,15 @@ class CoupledResults:
 
 
 @dataclass(frozen=True)
+class AtlasResults:
+    """The atlas of particle beds, and what is read from it."""
+
+    version: str
+    cases: int  # simulated
+    models: Mapping[str, AtlasDamping]  # by damper
+
+
+@dataclass(frozen=True)
 class ProposalResults:
     """What the optimise stage left; points as text."""
 
@@ -193,6 +203,7 @@ class PanelInputs:
     coupons: Mapping[str, CouponResults]  # by damper; ``coupon`` is the section of the study
     damping: Mapping[str, DampingResults] = field(default_factory=dict)  # by damper
     coupled: CoupledResults | None = None  # None without coupled runs
+    atlas: AtlasResults | None = None  # None where nothing is read from it
     base: BaseResults | None = None  # None without base motion
     measurements: MeasurementResults | None = None  # None without the section ``measurements``
     proposal: ProposalResults | None = None  # None without the section ``optimise``

@@ -7,15 +7,15 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from pidpanel.constants import BY_DAMPER
 from pidpanel.damping import surface_files
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.paths import of_damper
 from pidpanel.report import inputs
 
 # Columns of ``response/summary.csv`` with errors.
 ERROR_COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read_at_error_g")
 
-PARTLY = ("stated", COUPLED)  # readings in which patches are read as the study states them
+PARTLY = BY_DAMPER  # readings in which patches are read as the study states them
 
 
 def read_by_point(path: Path) -> pd.DataFrame:

@@ -10,6 +10,7 @@ from pidpanel.progress import tracked
 from pidpanel.report.answer import answer_of
 from pidpanel.report.answer_section import answer_blocks
 from pidpanel.report.answer_text import NOTHING_MOVES, headline
+from pidpanel.report.atlas_section import atlas_section
 from pidpanel.report.base_section import base_section
 from pidpanel.report.claims import patch_distance, verdict_table, verdicts
 from pidpanel.report.coupled_section import coupled_section
@@ -103,6 +104,8 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     ]
     law = paper_corrected if "paper_corrected" in study.readings else None
     sections += coupon_sections(inputs, law)
+    if inputs.atlas is not None:
+        sections.append(atlas_section(inputs.atlas, inputs.layouts, names, study.frequency))
     if inputs.coupled is not None:
         sections.append(coupled_section(inputs.coupled, names, inputs.moving_points))
     if study.layouts:

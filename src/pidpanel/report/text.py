@@ -13,6 +13,7 @@ READINGS = {
     "bare": "Bare panel",
     "dem": "DEM",
     "coupled": "Panel and particles together",
+    "atlas": "Atlas of particle beds",
     "paper_corrected": "The paper's law, corrected",
     "paper_printed": "The paper's law, as printed",
     "table": "The study's table",

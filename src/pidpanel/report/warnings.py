@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
+from pidpanel.constants import ATLAS
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.panel.resolution import ORDER
 from pidpanel.paths import SECTION
@@ -28,6 +29,9 @@ DOUBTS = {
     "panel's thickness. A real panel stiffens there through membrane stress, which is not modelled",
     trust.EXTRAPOLATED: "damping partly extrapolated beyond its data (up to {share} of the change "
     "in mean square; extend {missing})",
+    trust.MAY_CROSS: "beds may ride on the floor or cross their gap (W/L from 0.1 to 0.5) at up to "
+    "{between} of the change in mean square. The error includes both. damping.readings: [atlas, "
+    "coupled] simulates which",
     trust.CARRIED: "not run; C_e and m_a are interpolated from coupled runs at other levels",
     trust.KNOWN_TO: "g rms is {known}",
     "several solutions": "damping and motion agree at several accelerations; the highest is shown",
@@ -43,6 +47,12 @@ SINGLE_TONES = (
     "errors contain that."
 )
 
+CORRECTED_TONES = (
+    "C_e and m_a of the atlas are those of single tones with the patch's rms acceleration, Γ = √2 "
+    "a_rms/g; C_e of riding beds is reduced to that under broadband motion. The stated errors "
+    "contain what is left of the difference."
+)
+
 
 def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     """Return the limitations of a study with a panel, those of the answer first."""
@@ -56,8 +66,11 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         on_base = inputs.base.summary
         lines += mesh_text(names, on_base[on_base["status"] == "ok"])
     lines += massless_text(study)
-    if study.surfaces or inputs.layouts["damping_read_at_g"].notna().any():
+    of_atlas = inputs.layouts["reading"] == ATLAS
+    if study.surfaces or inputs.layouts.loc[~of_atlas, "damping_read_at_g"].notna().any():
         lines.append(SINGLE_TONES)
+    if of_atlas.any():
+        lines.append(CORRECTED_TONES)
     if answer is not None and answer.candidates and study.radiation == "none":
         lines.append(
             "Radiation damping is not included, so reductions are overestimated "
@@ -99,6 +112,7 @@ def _doubts(study: ReportedStudy, summary: pd.DataFrame, reading: str) -> Iterat
             displacement=number(doubted["displacement_rms_mm"].max(), 2),
             share=percent(worst["extrapolated_share"]),
             missing=worst["data_missing"],
+            between=percent(trust.largest(records(doubted), "between_share")),
             known="".join(word for word in known.split(trust.BETWEEN) if doubt in word),
             residual=percent(doubted["motion_residual"].max(), 1),
             basis=percent(doubted["basis_error"].max(), 1),

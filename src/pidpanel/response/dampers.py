@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
+from pidpanel.constants import ATLAS, BY_DAMPER
 from pidpanel.damping.coupled import COUPLED, CoupledDamping
 from pidpanel.damping.readings import DampingReading
 from pidpanel.paths import SECTION
@@ -78,6 +79,9 @@ class DampingModels:
     coupled
         Results of coupled runs by scenario and patch, for ``coupled``; patches without are read as
         ``stated`` there.
+    atlas
+        Models of the coupons for ``atlas``, by the name of the damper; other dampers are read as
+        ``stated`` there.
     """
 
     def __init__(
@@ -86,11 +90,13 @@ class DampingModels:
         common: Mapping[str, DampingReading],
         stated: Mapping[str, DampingReading],
         coupled: Mapping[tuple[str, str], CoupledDamping] | None = None,
+        atlas: Mapping[str, DampingReading] | None = None,
     ) -> None:
         self.names = tuple(names)
         self.coupled = coupled or {}
         self._common = common
         self._stated = stated
+        self._atlas = atlas or {}
 
     def damper(
         self, name: str, scenario: str, filling: PatchFilling, patch: int, carrier: int
@@ -103,8 +109,10 @@ class DampingModels:
             # each patch has its own motion, and its own errors
             source = f"{filling.damper} on {filling.patch}"
             return PatchDamper(patch, carrier, source, bed, fill, bed)
-        if name in ("stated", COUPLED):
+        if name in BY_DAMPER:
             damper = str(filling.damper)
-            return PatchDamper(patch, carrier, damper, self._stated[damper], fill)
+            coupons = self._atlas if name == ATLAS else {}
+            model = coupons[damper] if damper in coupons else self._stated[damper]
+            return PatchDamper(patch, carrier, damper, model, fill)
         source = SECTION if name == "dem" else name
         return PatchDamper(patch, carrier, source, self._common[name], fill)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
+from pidpanel.damping.atlas import AtlasDamping
 from pidpanel.damping.readings import DampingReading
 from pidpanel.response.dampers import PatchDamper
 from pidpanel.solve.layout import LayoutResponse
@@ -77,6 +78,17 @@ def extrapolation_of(
             reach += f" and r = {damper.fill_fraction:g}"
         missing[damper.source] = f"{damper.source} to {reach}"
     return Extrapolation(weight, " and ".join(missing.values()))
+
+
+def between_regimes(
+    dampers: Sequence[PatchDamper], response: LayoutResponse, frequency: Array
+) -> Extrapolation:
+    """Return at which lines a bed of the atlas may ride or cross its gap; as `extrapolation_of`."""
+    weight = np.zeros(len(frequency))
+    for damper, gamma in zip(dampers, response.acceleration_g.tolist(), strict=True):
+        if isinstance(damper.model, AtlasDamping):
+            weight[damper.model.is_between(frequency, damper.fill_fraction, gamma)] = 1.0
+    return Extrapolation(weight, "")
 
 
 def _distance_in_motion(

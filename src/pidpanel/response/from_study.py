@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from pidpanel.constants import BY_DAMPER
 from pidpanel.damping.coupled import read_coupled
-from pidpanel.damping.from_study import reading_of, reading_of_damper
+from pidpanel.damping.from_study import reading_of, reading_of_damper, readings_from_atlas
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
@@ -43,7 +44,6 @@ from pidpanel.sound.from_study import (
 )
 from pidpanel.sound.radiation import Air
 from pidpanel.study import Study
-from pidpanel.study.damping import COUPLED
 from pidpanel.study.response import Radiation
 
 __all__ = ["PanelFiles", "ResponseFiles", "write_export", "write_maps", "write_response"]
@@ -133,8 +133,10 @@ def scenarios_of(study: Study) -> list[ResponseScenario]:
     ]
 
 
-def damping_models(study: Study, folder: Path | None, coupled: Path | None = None) -> DampingModels:
-    """Return the damping models of a study."""
+def damping_models(
+    study: Study, folder: Path | None, coupled: Path | None = None, *, is_broadband: bool = True
+) -> DampingModels:
+    """Return the damping models of a study, for motion at all frequencies at once or for tones."""
     beds = {} if coupled is None else read_coupled(coupled)
 
     def surface(damper: str) -> Path | None:
@@ -145,16 +147,18 @@ def damping_models(study: Study, folder: Path | None, coupled: Path | None = Non
     common: dict[str, DampingReading] = {
         name: reading_of(name, study, surface(SECTION))
         for name in study.damping.readings or ("dem",)
-        if name in study.readings and name not in ("stated", COUPLED)
+        if name in study.readings and name not in BY_DAMPER
     }
     stated = {
         name: reading_of_damper(study.all_dampers[name], surface(name))
         for name in study.stated_dampers
     }
+    atlas = readings_from_atlas(study, is_broadband=is_broadband)
     if not study.response.damper_mass:
+        atlas = {name: model.without_mass() for name, model in atlas.items()}
         stated = {name: model.without_mass() for name, model in stated.items()}
         beds = {key: model.without_mass() for key, model in beds.items()}
-    return DampingModels(study.readings, common, stated, beds)
+    return DampingModels(study.readings, common, stated, beds, atlas)
 
 
 def write_response(

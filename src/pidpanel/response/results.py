@@ -12,7 +12,7 @@ import pandas as pd
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase
-from pidpanel.response.extrapolation import extrapolation_of
+from pidpanel.response.extrapolation import between_regimes, extrapolation_of
 from pidpanel.response.model_error import (
     broadband_error_of,
     decibels,
@@ -175,7 +175,11 @@ class _Rows:
         by_patch = patch_rows(panel, case, response)
         beyond = extrapolation_of(case.dampers, response, panel.frequency)
         bare, damped = (each.response.acceleration_psd for each in (case.bare, response))
-        shares = beyond.share_of_change(bare, damped, panel.frequency).tolist()
+        between = between_regimes(case.dampers, response, panel.frequency)
+        shares, between_shares = (
+            lines.share_of_change(bare, damped, panel.frequency).tolist()
+            for lines in (beyond, between)
+        )
         self.summary += [
             {
                 **row,
@@ -185,9 +189,10 @@ class _Rows:
                 "model_error_db": 0.0 if model_error is None else decibels(model_error, point),
                 "extrapolated_share": share,
                 "data_missing": beyond.missing,
+                "between_share": between_share,
             }
-            for point, (row, share) in enumerate(
-                zip(self._summary_rows(case, response, error), shares, strict=True)
+            for point, (row, share, between_share) in enumerate(
+                zip(self._summary_rows(case, response, error), shares, between_shares, strict=True)
             )
         ]
         self.layouts += [{**_names(case), **row} for row in by_patch]

@@ -29,6 +29,11 @@ EXTRAPOLATED_SHARE = 0.05
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
 CARRIED, KNOWN_TO = "carried from another level", "known to"
 
+# Share of the change in mean square at lines where beds of the atlas may ride or cross their gap.
+BETWEEN_SHARE = 0.2
+
+MAY_CROSS = "beds may ride or cross their gap"
+
 TOO_FAR = 2.0  # standard error of a coupled g rms over the wanted one, from which it is doubted [1]
 
 # Relative standard error of g rms from which another damping model is doubted: 2 dB [1].
@@ -41,6 +46,7 @@ SOURCES: dict[str, str] = {
     COUPLED: "coupled runs of this study",
     "dem": "simulated coupons under single tones",
     "table": "table",
+    "atlas": "atlas of particle beds",
     "paper_corrected": "law of the paper, corrected",
     "paper_printed": "law of the paper as printed",
 }
@@ -118,6 +124,9 @@ def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "
     if share > EXTRAPOLATED_SHARE:
         more = f"extend {first['data_missing']}"
         reasons.append(f"{100 * share:.0f} % of the change {EXTRAPOLATED}, {more}")
+    share = largest(rows, "between_share")
+    if share > BETWEEN_SHARE:
+        reasons.append(f"{MAY_CROSS} ({100 * share:.0f} % of the change)")
     if first["levels"] > 1:
         reasons.append("several solutions")
     if first["motion_residual"] > MOTION_RESIDUAL:

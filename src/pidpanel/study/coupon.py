@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import (
-    ConfigDict,
     Field,
     ValidationError,
     ValidationInfo,
@@ -36,7 +35,7 @@ from pidpanel.study.quantity import (
     whole,
 )
 from pidpanel.study.stiffness import Stiffness
-from pidpanel.study.sweep import Sweep
+from pidpanel.study.sweep import USUAL_SWEEP, Sweep
 
 MOST_VARIANTS = 1000  # combinations that ``vary`` may have
 MOST_RUNS = 200_000  # runs that a sweep may have; twice as many as have been run
@@ -97,16 +96,8 @@ class Accuracy(SectionModel):
 Component = Annotated[float, Quantity(-1e6, 1e6)]  # of a direction
 
 
-def _sweep_or_cases(schema: dict[str, Any]) -> None:
-    """Require a sweep in the JSON schema, or a table of cases, which gives a coupon its sweep."""
-    schema["required"].remove("sweep")
-    schema["anyOf"] = [{"required": ["sweep"]}, {"required": ["cases"]}]
-
-
 class Coupon(SectionModel):
     """The shaken honeycomb coupon."""
-
-    model_config = ConfigDict(json_schema_extra=_sweep_or_cases)
 
     cell: Cell = Cell()
     """The honeycomb cell."""
@@ -125,8 +116,9 @@ class Coupon(SectionModel):
     """Time step over the Rayleigh time of a particle."""
     samples_per_cycle: Annotated[int, whole(20, 2000)] = 100
     """Samples of the momentum per cycle, from which C_e and m_a are computed."""
-    sweep: Sweep
-    """The drives: fills, frequencies and amplitudes. Required unless ``cases`` is given."""
+    sweep: Sweep = USUAL_SWEEP
+    """The drives: fills, frequencies and amplitudes. The damping models ``coupled`` and ``atlas``
+    need none, nor does a coupon with ``cases``."""
     vary: Mapping[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = {}
     """Values of any other key of the coupon, such as ``particles.friction: [0.1, 0.3, 0.6]``. The
     whole sweep is run for each value, and for every combination of several keys."""

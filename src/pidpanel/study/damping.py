@@ -15,7 +15,7 @@ from pidpanel.study.particles import Modulus
 from pidpanel.study.quantity import MILLISECONDS, Quantity, whole
 from pidpanel.study.sweep import Gamma
 
-Reading = Literal["stated", "dem", "paper_corrected", "paper_printed", "table", "coupled"]
+Reading = Literal["stated", "dem", "paper_corrected", "paper_printed", "table", "coupled", "atlas"]
 REMOVED = "was removed; use 'coupled', the default for sound"
 NEIGHBOURS_DB = 3.0
 # farthest level to which what a coupled run found is carried [dB]: beds begin to cross their gap
@@ -105,7 +105,8 @@ class Damping(SectionModel):
         | None
     ) = None
     """Damping models. ``stated``: each patch as defined in ``dampers``. ``coupled``: panel and
-    particles are integrated together; patches without a coupon as in ``stated``. The others use
+    particles are integrated together. ``atlas``: C_e and m_a of coupons from a table of simulated
+    beds, without LIGGGHTS. Patches without a coupon are as in ``stated`` in both. The others use
     the same damping for all patches: ``dem`` the section ``coupon`` under single tones,
     ``table`` the key below, ``paper_…`` the paper's law. The default is ``coupled`` where a
     scenario has a coupon, because sound is broadband. With ``level``,

@@ -38,7 +38,7 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
             f"not allowed with a section sound and the damping model '{COUPLED}', whose runs are "
         )
         says += "then under sound; put sound and base in two studies, or set damping.readings to "
-        yield Mistake(("base",), f"{says}dem, stated, table or a law")
+        yield Mistake(("base",), f"{says}atlas, dem, stated, table or a law")
     elif study.is_coupled and study.base.random is None:
         yield Mistake(("base", "random"), f"missing; required for the damping model '{COUPLED}'")
     elif study.readings == (COUPLED,) and study.base.sine is not None:
@@ -184,9 +184,9 @@ def _mistakes_of_section(section: Optimise, study: Study) -> Iterator[Mistake]:
         damper = study.all_dampers.get(name)
         if damper is None:
             continue
-        if damper.coupon is not None and name not in study.surfaces:
-            says = f"{name} needs its surface of single tones: a scenario with this damper and "
-            yield Mistake(("dampers",), f"{says}damping.readings: [stated], or a table")
+        if damper.coupon is not None and name not in {*study.surfaces, *study.atlas_coupons}:
+            says = f"{name} needs its damping over Γ: damping.readings: [atlas], a table, or a "
+            yield Mistake(("dampers",), f"{says}scenario with this damper and [stated]")
         if damper.law is not None:
             yield Mistake(("dampers",), f"{name} is a law without mass, which no budget limits")
         if damper.is_of_a_fill and not section.fill_fraction:

@@ -7,8 +7,10 @@ from typing import Annotated, TypeVar
 
 from pydantic import BeforeValidator, Field
 
+from pidpanel.constants import ATLAS, BY_DAMPER
 from pidpanel.paths import SECTION
 from pidpanel.study import requirements
+from pidpanel.study.atlas import mistakes_of_atlas
 from pidpanel.study.base import StudyError, as_tuple
 from pidpanel.study.base_motion import BaseMotion, sound_or_base
 from pidpanel.study.coupon import Coupon
@@ -77,6 +79,7 @@ class Study(CouponStudy):
             return
         yield from requirements.mistakes_of_labels(self)
         yield from requirements.mistakes_of_optimise(self)
+        yield from mistakes_of_atlas(self)
         yield from requirements.mistakes_of_measurements(self)
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
@@ -110,11 +113,11 @@ class Study(CouponStudy):
 
     @property
     def used_dampers(self) -> tuple[str, ...]:
-        """Names of the dampers that are filled in with the reading ``stated`` or ``coupled``."""
+        """Names of the dampers that are filled in with a reading of `BY_DAMPER`."""
         fillings = (f for s in self.all_scenarios() for f in s.fillings)
         named = {filling.damper for filling in fillings}
         used = tuple(name for name in self.all_dampers if name in named)
-        return used if {"stated", COUPLED} & set(self.readings) else ()
+        return used if set(BY_DAMPER) & set(self.readings) else ()
 
     @property
     def massless_dampers(self) -> dict[str | None, str]:
@@ -136,7 +139,7 @@ class Study(CouponStudy):
 
     @property
     def stated_dampers(self) -> tuple[str, ...]:
-        """Names of those that are read as the study states them; coupled all but coupons."""
+        """Names of those that are read as the study states them; without ``stated`` no coupons."""
         if "stated" in self.readings:
             return self.used_dampers
         return tuple(name for name in self.used_dampers if self.all_dampers[name].coupon is None)
@@ -145,11 +148,23 @@ class Study(CouponStudy):
     def coupons(self) -> Mapping[str, Coupon]:
         """Coupons to simulate by the names of their dampers, that of the section first.
 
-        A coupon that is only integrated together with the panel needs no sweep.
+        A coupon that is only integrated together with the panel, or read from the atlas, needs no
+        sweep.
         """
-        of_section = {} if self.is_coupled and "dem" not in self.readings else super().coupons
+        without_sweep = {COUPLED, ATLAS} & set(self.readings) and "dem" not in self.readings
+        of_section = {} if without_sweep else super().coupons
         used = {name: self.all_dampers[name].coupon for name in self.stated_dampers}
         return {**of_section, **{name: value for name, value in used.items() if value is not None}}
+
+    @property
+    def atlas_coupons(self) -> Mapping[str, Coupon]:
+        """Coupons that are read from the atlas, by the names of their dampers."""
+        if ATLAS not in self.readings:
+            return {}
+        placed = self.optimise.dampers or tuple(self.all_dampers) if self.optimise else ()
+        coupons = {name: self.all_dampers[name].coupon for name in self.all_dampers
+                   if name in (*self.used_dampers, *placed)}  # fmt: skip
+        return {name: coupon for name, coupon in coupons.items() if coupon is not None}
 
     @property
     def surfaces(self) -> tuple[str, ...]:
@@ -288,7 +303,7 @@ class Study(CouponStudy):
     def _needs_fill(self, damper: str | None) -> Iterator[str]:
         """Yield what of a patch with a damper asks for its fill."""
         for reading in self.readings:
-            if reading not in ("stated", COUPLED):
+            if reading not in BY_DAMPER:
                 yield f"the damping model '{reading}'"
             elif damper is not None and self.all_dampers[damper].is_of_a_fill:
                 yield f"the {self.all_dampers[damper].kind} of {damper}"

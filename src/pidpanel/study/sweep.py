@@ -143,3 +143,9 @@ class Sweep(SectionModel):
                         (key, index), "duplicate value; its cases would have the same labels"
                     )
                 texts.add(text)
+
+
+# Of a coupon that names none: coarse, from below the first mode of a panel to 2 kHz.
+USUAL_SWEEP = Sweep(
+    frequency_hz=(30, 80, 250, 700, 2000), acceleration_g=(4, 20, 120, 700), max_velocity_m_s=7
+)

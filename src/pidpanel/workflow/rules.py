@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
 from pidpanel.provenance.digests import text_digest, values_digest
 from pidpanel.study import Study
 from pidpanel.study.masses import damper_masses, resolved_masses
@@ -168,9 +169,21 @@ def _damping(plan: Plan, study: Study) -> Rule:
             "coupled": list(coupled_files(plan).values()) if study.is_coupled else [],
         },
         {},
-        {"dampers": values_digest(dampers), "scenarios": scenarios_digest(study)},
+        {
+            "dampers": values_digest(dampers),
+            "scenarios": scenarios_digest(study),
+            **_atlas(study),
+        },
         {name: plan.results(name) for name, is_read in folders.items() if is_read},
     )
+
+
+def _atlas(study: Study) -> dict[str, str]:
+    """Return what the damping from the atlas depends on; nothing where none is."""
+    coupons = study.atlas_coupons
+    inputs = {"cell", "particles", "walls", "gravity_g", "gravity_direction"}
+    beds = [coupon.model_dump(include=inputs) for coupon in coupons.values()]
+    return {"atlas": values_digest([ATLAS_CASES, ATLAS_CONSTANTS, *beds])} if coupons else {}
 
 
 def _optimise(
@@ -184,7 +197,7 @@ def _optimise(
         plan.results("optimise/optimise.log"),
         {**files, "surfaces": surfaces},
         {name: plan.results(f"optimise/{name}.csv") for name in PROPOSAL},
-        {"study": plan.section(*sections, without=NOT_FOR_RESPONSE)},
+        {"study": plan.section(*sections, without=NOT_FOR_RESPONSE), **_atlas(study)},
         {"damping": plan.results("damping")} if surfaces else {},
     )
     return {"optimise": rule}

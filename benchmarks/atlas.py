@@ -1,0 +1,92 @@
+"""Constants of the atlas, and how well it predicts cases that it does not have.
+
+    python benchmarks/atlas.py [--write]
+
+A fifth of the cases, drawn at random, is held out. Constants and calibration are those of the rest.
+The table of docs/theory/damping.md is printed, its figure is written to docs/, and with ``--write``
+the constants of all cases to src/pidpanel/atlas/processes.json. Minutes on a core.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from pidpanel.damping.atlas import REGIMES
+from pidpanel.damping.atlas_files import atlas_data, by_state, read_rows, stored_sides
+from pidpanel.damping.atlas_fit import WIDTH, Predicted, fit_constants, predict
+from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
+
+SHARE = 0.2  # of the cases held out
+NAMES = ("riding, W/L < 0.1", "between", "crossing, W/L > 0.5")
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def held_out(cases: pd.DataFrame) -> tuple[pd.DataFrame, Predicted, np.ndarray]:
+    """Return the cases held out, their prediction, and the calibration (2, n) of its errors."""
+    out = np.random.default_rng(1).permutation(len(cases)) < SHARE * len(cases)
+    known, unknown = cases[~out], cases[out]
+    constants = fit_constants(known)
+    damping, mass = (stored_sides(constants[name]) for name in ("damping", "mass"))
+    predicted = predict(atlas_data(by_state(known)), atlas_data(unknown), damping, mass)
+    regime = np.digitize(unknown["stroke_per_gap"], REGIMES)
+    return unknown, predicted, np.array(constants["calibration"])[:, regime]
+
+
+def rows(cases: pd.DataFrame, predicted: Predicted, calibration: np.ndarray) -> list[str]:
+    """Return the rows of the table."""
+    regime, lines = np.digitize(cases["stroke_per_gap"], REGIMES), []
+    scores = np.abs(predicted.scores()) / calibration
+    for number, name in enumerate(NAMES):
+        part = regime == number
+        away = np.abs(predicted.damping[part])
+        within = 100 * (scores[:, part] < WIDTH).mean(axis=1)
+        lines.append(
+            f"| {name} | {part.sum()} | {np.exp(np.median(away)):.2f} | "
+            f"{np.exp(np.sqrt(np.mean(away**2))):.2f} | {within[0]:.0f} % | "
+            f"{np.median(np.abs(predicted.mass[part])):.2f} | {within[1]:.0f} % |"
+        )
+    return lines
+
+
+def figure(cases: pd.DataFrame, predicted: Predicted, calibration: np.ndarray) -> Figure:
+    """Draw predicted over simulated C_e of the cases held out, with 95 % intervals."""
+    drawn = Figure(figsize=(6.5, 3.2), layout="constrained")
+    axes = drawn.subplots()
+    error = WIDTH * predicted.damping_error * calibration[0]
+    values = np.exp(predicted.damping)
+    low, high = values * (1 - np.exp(-error)), values * (np.exp(error) - 1)
+    axes.errorbar(
+        cases["stroke_per_gap"], values, [low, high], fmt="o", ms=3, lw=0.7, color="#1f4e79"
+    )
+    axes.set(xscale="log", yscale="log", xlabel="W/L", ylabel="predicted over simulated $C_e$")
+    axes.set_ylim(0.1, 10)
+    axes.axhline(1, color="#999999", lw=0.6)
+    for edge in REGIMES:
+        axes.axvline(edge, color="#999999", lw=0.6, ls=":")
+    return drawn
+
+
+def main() -> None:
+    """Print the table, and write the figure and the constants."""
+    cases = read_rows(ATLAS_CASES)
+    result = held_out(cases)
+    print(f"{len(result[0])} of {len(cases)} cases held out")
+    print(
+        "| W/L | cases | factor of C_e, median | rms | within 95 % | m_a/m″, median | within 95 % |"
+    )
+    print("|---|---|---|---|---|---|---|")
+    print("\n".join(rows(*result)))
+    figure(*result).savefig(DOCS / "atlas_held_out.png", dpi=130)
+    if "--write" in sys.argv:
+        constants = fit_constants(cases)
+        ATLAS_CONSTANTS.write_text(json.dumps(constants, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

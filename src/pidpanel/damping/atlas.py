@@ -1,0 +1,267 @@
+"""C_e and m_a of any particles in any cell, from simulated beds in dimensionless groups.
+
+The bed of a closed cell is described by
+
+    r, Γ, W/L, e, μ, width/d, depth/d and the direction of gravity,
+
+with Γ over gravity, L = depth `clear_gap` and the diameter d. Density and size drop out: in units
+of the mass of the particles per area, C_e/(m₁ f) and m_a/m₁ are functions of these groups. They
+are those of `surface`, with the same closed forms, processes and jump in more dimensions. Beds
+without gravity are not among them: at small strokes they float off the walls. How well
+they predict cases left out, and how the errors are calibrated, is counted in docs/atlas.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.arrays import Array, Flags
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.broadband import (
+    CORRECTED_TONES,
+    SINGLE_TONES,
+    BroadbandError,
+    broadband_share,
+)
+from pidpanel.damping.jump import Jump, reach
+from pidpanel.damping.readings import DampingValues, Point
+from pidpanel.damping.sides import Sides
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import (
+    AXES,
+    ERROR,
+    MASS,
+    MASS_ERROR,
+    STROKE,
+    VALUE,
+    SurfaceBed,
+    clear_gap,
+)
+
+Direction = Literal["flat", "upright"]  # of gravity: along the motion, or across it
+
+# W/L up to which beds ride, and from which on they cross; the errors are calibrated in three parts.
+REGIMES = (0.1, 0.5)
+
+# Of r, ln Γ, ln W/L, e, ln μ, ln of width and depth, and direction over the ranges of the atlas.
+SPREAD = np.array([0.26, 1.8, 3.0, 0.19, 0.8, 0.46, 0.66, 0.5])
+
+# Of r, ln Γ and the shape, for the jump.
+JUMP_LENGTHS = np.array([0.3, 1.5, 0.5, 2.0, 1.5, 1.5, 1.0])
+
+# Of a case, in dimensionless form.
+COLUMNS = (
+    "fill_fraction", "gamma", "stroke_per_gap", "loss_factor", "loss_factor_error", "mass_ratio",
+    "mass_ratio_error",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class AtlasBed(SurfaceBed):
+    """A bed in the groups of the atlas; with arrays (n,), a bed for each case."""
+
+    gravity: float | Array  # over g
+    # (n, 5) or (1, 5) e, ln μ, ln(width/d), ln(depth/d), 1 upright
+    shape: Array
+
+    def points(self, fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
+        """Coordinates (n, 8) of the processes: r, ln Γ, ln(W/L), then the shape."""
+        points = super().points(fill_fraction, frequency, acceleration_g)
+        points[:, 1] -= np.log(self.gravity)
+        points[:, STROKE] += np.log(STANDARD_GRAVITY / (4 * np.pi**2 * self.depth))
+        shape = np.broadcast_to(self.shape, (len(points), self.shape.shape[1]))
+        return np.hstack([points, shape])
+
+    def log_stroke(self, points: Array) -> Array:
+        """ln(W/L) (n,) of `points` (n, 8)."""
+        return np.asarray(points[:, STROKE])
+
+    def reached(self, points: Array) -> Array:
+        """u (n,) of `jump.reach` at `points` (n, 8)."""
+        return reach(points[:, STROKE], points[:, 1], self.onset_g / self.gravity)
+
+
+def bed_of(
+    restitution: float | Array,
+    friction: float | Array,
+    width: float | Array,
+    depth: float | Array,
+    diameter: float | Array,
+    direction: Sequence[Direction],
+    gravity: float | Array = 1.0,
+) -> AtlasBed:
+    """Return the bed of a coupon, or those of cases, with m₁ = 1.
+
+    Parameters
+    ----------
+    restitution, friction
+        e and μ of particles and walls [1].
+    width, depth, diameter
+        Of the cell across flats, of the cell, and of the particles [m].
+    direction
+        Of gravity, for each case.
+    gravity
+        Over standard gravity [1].
+    """
+    names = np.asarray(direction)
+    shape = np.column_stack(
+        np.broadcast_arrays(
+            restitution, np.log(friction), np.log(np.divide(width, diameter)),
+            np.log(np.divide(depth, diameter)), names == "upright",
+        )
+    ).astype(float)  # fmt: skip
+    onset = np.where(names == "flat", gravity, 0.0)
+    if len(names) == 1:
+        return AtlasBed(float(onset[0]), 1.0, depth, gravity, shape)
+    return AtlasBed(onset, 1.0, depth, gravity, shape)
+
+
+@dataclass(frozen=True)
+class Atlas:
+    """Simulated beds in dimensionless groups, and the processes between them."""
+
+    cases: pd.DataFrame  # a row for each state of each case that counts
+    damping: Sides  # ln C_e/(m₁ r f h)
+    mass: Sides  # m_a/(m₁ r), less what is left below the onset
+    jump: Jump | None
+    # Calibration of the standard errors of ln C_e and of m_a in the three parts of `REGIMES`
+    calibration: Array  # (2, 3)
+    bulk: Array  # (3,) of `bulk_fraction`
+    version: str
+
+    def bulk_fraction(self, width: float, depth: float) -> float:
+        """Return the volume of poured particles over that of their cell [1].
+
+        c₀ + c₁ d/width + c₂ d/depth, with width and depth over the diameter d.
+        """
+        return float(self.bulk @ [1.0, 1 / width, 1 / depth])
+
+    def damping_of(self, bed: AtlasBed, mass_per_fill: float) -> AtlasDamping:
+        """Return C_e and m_a of the particles in a cell.
+
+        Parameters
+        ----------
+        bed
+            Of the coupon.
+        mass_per_fill
+            m₁, mass of the particles per area and fill fraction [kg/m²].
+        """
+        cases = cases_in(self.cases, bed.depth, bed.gravity)
+        surface = DampingSurface(cases, bed, self.damping, self.mass, self.jump)
+        return AtlasDamping(surface, bed, mass_per_fill, self.calibration)
+
+
+def cases_in(
+    cases: pd.DataFrame, depth: float | Array, gravity: float | Array = 1.0
+) -> pd.DataFrame:
+    """Return the cases as those of a cell, with m₁ = 1, in the columns of `surface_cases.counted`.
+
+    Parameters
+    ----------
+    cases
+        Columns ``fill_fraction``, ``gamma``, ``stroke_per_gap``, and ``loss_factor`` and
+        ``mass_ratio`` with their errors.
+    depth
+        Of the cell [m], or of a cell for each case, (n,).
+    gravity
+        Over standard gravity [1].
+    """
+    fill, gamma, stroke, loss, loss_error, mass, mass_error = cases[list(COLUMNS)].to_numpy(float).T
+    gamma = gamma * gravity
+    frequency = np.sqrt(gamma * STANDARD_GRAVITY / (stroke * clear_gap(fill) * depth)) / (2 * np.pi)
+    damping = 2 * np.pi * frequency * fill  # C_e of η = 1
+    return pd.DataFrame(
+        {
+            **dict(zip(AXES, (fill, frequency, gamma), strict=True)),
+            VALUE: damping * loss,
+            ERROR: damping * loss_error,
+            MASS: fill * mass,
+            MASS_ERROR: fill * mass_error,
+        }
+    )
+
+
+@dataclass(frozen=True)
+class AtlasDamping:
+    """C_e and m_a of one coupon; see `readings.DampingReading`."""
+
+    surface: DampingSurface  # with m₁ = 1
+    bed: AtlasBed
+    mass_per_fill: float  # m₁ [kg/m²]
+    calibration: Array  # (2, 3) factors of standard errors
+    with_mass: bool = True
+    is_broadband: bool = False  # whether C_e is that under sound, not of a tone
+    depends_on_acceleration = True
+
+    @property
+    def broadband_error(self) -> BroadbandError:
+        """Error under broadband motion."""
+        return CORRECTED_TONES if self.is_broadband else SINGLE_TONES
+
+    @property
+    def nodes(self) -> Array:
+        """(n,) nodes of the covariance [Hz]."""
+        return self.surface.nodes
+
+    def stroke_per_gap(
+        self, frequency: Array, fill_fraction: float, acceleration_g: float
+    ) -> Array:
+        """Return W/L (n,) at frequencies (n,) [Hz]."""
+        fill, gamma = (np.full(len(frequency), x) for x in (fill_fraction, acceleration_g))
+        return np.exp(self.bed.points(fill, np.asarray(frequency, float), gamma)[:, STROKE])
+
+    def is_between(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Flags:
+        """Return (n,) whether W/L lies where beds may ride or cross their gap."""
+        stroke = self.stroke_per_gap(frequency, fill_fraction, acceleration_g)
+        return np.asarray((stroke > REGIMES[0]) & (stroke < REGIMES[1]))
+
+    def _factors(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+        """Calibration (2, n) of the standard errors of ln C_e and m_a."""
+        stroke = self.stroke_per_gap(frequency, fill_fraction, acceleration_g)
+        return np.asarray(self.calibration[:, np.digitize(stroke, REGIMES)])
+
+    def __call__(
+        self, frequency: Array, fill_fraction: float, acceleration_g: float
+    ) -> DampingValues:
+        """Return C_e and m_a at ``frequency`` (n,) [Hz]."""
+        values = self.surface(frequency, fill_fraction, acceleration_g)
+        factor = self._factors(frequency, fill_fraction, acceleration_g)[0]
+        unit = np.full(factor.shape, self.mass_per_fill)
+        if self.is_broadband:
+            unit *= broadband_share(self.stroke_per_gap(frequency, fill_fraction, acceleration_g))
+        return DampingValues(
+            unit * values.equivalent_damping,
+            unit * factor * values.equivalent_damping_error,
+            self.mass_per_fill * values.apparent_mass * self.with_mass,
+            values.inside,
+        )
+
+    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+        """Return the covariance (2n, 2n) of ln C_e, then of m_a [kg/m²], at (n,) [Hz]."""
+        point = (fill_fraction, acceleration_g)
+        return self.cross_covariance(frequency, point, point)
+
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
+        """Return the covariance (2n, 2n) between what is read at two points of r and Γ."""
+        scale = np.array([[1.0], [self.mass_per_fill * self.with_mass]])
+        rows, columns = (
+            (scale * self._factors(frequency, *point)).ravel() for point in (first, second)
+        )
+        return self.surface.cross_covariance(frequency, first, second) * np.outer(rows, columns)
+
+    def mass_per_area(self, fill_fraction: float) -> float:
+        """Return the mass of the particles [kg/m²]."""
+        return self.mass_per_fill * fill_fraction
+
+    def under_sound(self) -> AtlasDamping:
+        """Return C_e under sound, `broadband.broadband_share` of that of tones."""
+        return replace(self, is_broadband=True)
+
+    def without_mass(self) -> AtlasDamping:
+        """Return the same damping with m_a = 0, known exactly."""
+        return replace(self, with_mass=False)

@@ -1,0 +1,90 @@
+"""The table of the atlas, and the constants of the processes that are fitted to it."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.atlas.table import PACKAGE_FILE
+from pidpanel.atlas.table import read_atlas as read_table
+from pidpanel.damping.atlas import JUMP_LENGTHS, SPREAD, Atlas, bed_of, cases_in
+from pidpanel.damping.surface_cases import (
+    Constants,
+    TrainingData,
+    clear_gap,
+    training_data,
+)
+from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
+
+UNKNOWN_MASS = 1.0  # error of m_a over the mass of the particles in one of several states
+
+
+@cache
+def read_atlas(cases: Path = ATLAS_CASES, constants: Path = ATLAS_CONSTANTS) -> Atlas:
+    """Read the atlas that comes with pidpanel, or another one of the same form."""
+    frame, stored = read_rows(cases), json.loads(constants.read_text(encoding="utf-8"))
+    data = atlas_data(by_state(frame))
+    return Atlas(
+        frame,
+        data.damping_sides(stored_sides(stored["damping"])),
+        data.mass_sides(stored_sides(stored["mass"])),
+        data.jump(JUMP_LENGTHS),
+        np.array(stored["calibration"]),
+        np.array(stored["bulk"]),
+        stored["version"],
+    )
+
+
+def package_version() -> str:
+    """Return the version of the table that comes with pidpanel."""
+    return str(json.loads(PACKAGE_FILE.read_text(encoding="utf-8"))["version"])
+
+
+def read_rows(path: Path) -> pd.DataFrame:
+    """Read the cases, with W/L in the clear gap of `surface_cases.clear_gap`.
+
+    Rows count with gravity, whose η exceeds its own error and whose Γ is above the onset.
+    """
+    frame = read_table(path)
+    fill, gamma = frame["fill_fraction"], frame["gamma"]
+    counts = (
+        (frame["loss_factor"] > frame["loss_factor_error"])
+        & (frame["direction"] != "none")
+        & ((gamma > 1) | (frame["direction"] != "flat"))
+    )
+    stroke = frame["stroke_per_gap"] * (1 - fill) / clear_gap(fill.to_numpy(float))
+    return frame.assign(stroke_per_gap=stroke)[counts].reset_index(drop=True)
+
+
+def by_state(cases: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each state of motion of the cases; m_a of one of several is not known."""
+    several = cases["state_loss_factors"] != ""
+    rows = [cases[~several]]
+    for _, case in cases[several].iterrows():
+        losses = [float(text) for text in str(case["state_loss_factors"]).split()]
+        relative = case["loss_factor_statistical_error"] / case["loss_factor"]
+        rows.append(
+            pd.DataFrame([case] * len(losses)).assign(
+                loss_factor=losses,
+                loss_factor_error=[relative * loss for loss in losses],
+                mass_ratio_error=UNKNOWN_MASS,
+            )
+        )
+    return pd.concat(rows, ignore_index=True)
+
+
+def atlas_data(cases: pd.DataFrame) -> TrainingData:
+    """Return what the cases of the atlas teach, with m₁ = 1."""
+    names = ["restitution", "friction", "width_per_diameter", "depth_per_diameter"]
+    restitution, friction, width, depth = cases[names].to_numpy(float).T
+    bed = bed_of(restitution, friction, width, depth, 1.0, cases["direction"].tolist())
+    return replace(training_data(cases_in(cases, depth), bed), spread=SPREAD)
+
+
+def stored_sides(stored: Any) -> Constants:
+    """Return lengths, size and scatter of the processes of both sides."""
+    return np.array(stored["riding"]), np.array(stored["crossing"])

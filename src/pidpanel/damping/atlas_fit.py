@@ -1,0 +1,144 @@
+"""Constants of the atlas: of its processes, and factors that calibrate their errors.
+
+Split conformal prediction (Lei et al., *J. Am. Stat. Assoc.* 113, 1094 (2018)): cases are predicted
+by those of the other parts of the table, once with parts of single cases and once with parts of
+whole packings. In each of three ranges of W/L the standard errors are multiplied by the larger of
+both factors for which `COVERAGE` of the predicted cases lie within 1.96 of them.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.arrays import Array, Index
+from pidpanel.damping.atlas import JUMP_LENGTHS, REGIMES
+from pidpanel.damping.atlas_files import atlas_data, by_state, package_version
+from pidpanel.damping.sides import Sides
+from pidpanel.damping.surface_cases import STROKE, Constants, TrainingData
+
+COVERAGE, WIDTH = 0.95, 1.96  # share of cases within so many standard errors
+PARTS = 10  # of the table, each predicted by the others
+
+
+class Predicted(NamedTuple):
+    """Errors of predicted cases, and the standard errors that were predicted."""
+
+    # (n,) of ln C_e
+    damping: Array
+    damping_error: Array
+    # (n,) of m_a over the mass of the particles
+    mass: Array
+    mass_error: Array
+
+    def scores(self) -> Array:
+        """Return errors over standard errors (2, n)."""
+        return np.stack([self.damping / self.damping_error, self.mass / self.mass_error])
+
+
+def predict(
+    known: TrainingData, unknown: TrainingData, damping: Constants, mass: Constants
+) -> Predicted:
+    """Predict cases from others, with the constants of a fit."""
+    points, bed = unknown.points, unknown.bed
+    jump = known.jump(JUMP_LENGTHS)
+    crossing = np.zeros(len(points))
+    if jump is not None:
+        crossing = jump.probability(np.delete(points, STROKE, axis=1), bed.reached(points))
+    results: list[Array] = []
+    for sides, values, errors, expected, restless in (
+        (known.damping_sides(damping), unknown.log_damping, unknown.log_error,
+         bed.inelastic(points)[0], bed.restless(points)),
+        (known.mass_sides(mass), unknown.mass, unknown.mass_error, bed.inelastic(points)[1],
+         np.zeros((2, len(points)))),
+    ):  # fmt: skip
+        mixture = sides.mixture(points, crossing, expected, restless)
+        results += [mixture.mean - values, np.sqrt(sides.variance(mixture) + errors**2)]
+    return Predicted(*results)
+
+
+def predict_parts(
+    cases: pd.DataFrame, damping: Constants, mass: Constants, part: Index
+) -> Predicted:
+    """Predict every case from the other parts of the table, by numbers of its part (n,)."""
+    parts = [
+        predict(atlas_data(by_state(cases[part != number])), atlas_data(cases[part == number]),
+                damping, mass)
+        for number in np.unique(part)
+    ]  # fmt: skip
+    back = np.argsort(np.argsort(part, kind="stable"))  # to the order of the table
+    return Predicted(*(np.concatenate(values)[back] for values in zip(*parts, strict=True)))
+
+
+def partitions(cases: pd.DataFrame) -> list[Index]:
+    """Return the parts (n,) of the cases by number: of single cases, and of whole packings.
+
+    The second predicts a coupon that the table does not have.
+    """
+    packings = cases.groupby(["friction", "width_per_diameter", "depth_per_diameter"], sort=False)
+    numbers = np.arange(len(cases)), packings.ngroup().to_numpy(np.int64)
+    return [np.asarray(number % PARTS, np.int64) for number in numbers]
+
+
+def calibration_of(predicted: Predicted, stroke: Array) -> Array:
+    """Return the factors (2, 3) of the errors of ln C_e and m_a below, in and above `REGIMES`.
+
+    Parameters
+    ----------
+    stroke
+        (n,) W/L of the predicted cases.
+    """
+    regime = np.digitize(stroke, REGIMES)
+    factors = np.ones((2, len(REGIMES) + 1))
+    for number in range(factors.shape[1]):
+        scores = np.sort(np.abs(predicted.scores()[:, regime == number]), axis=1)
+        count = scores.shape[1]
+        if count:  # the conformal quantile of `count` scores
+            rank = min(int(np.ceil(COVERAGE * (count + 1))), count) - 1
+            factors[:, number] = scores[:, rank] / WIDTH
+    return factors
+
+
+def fit_constants(cases: pd.DataFrame) -> dict[str, Any]:
+    """Return the constants that `atlas_files.read_atlas` reads."""
+    data = atlas_data(by_state(cases))
+    damping, mass = (constants_of(sides) for sides in (data.damping_sides(), data.mass_sides()))
+    stroke = cases["stroke_per_gap"].to_numpy(float)
+    factors = np.max(
+        [
+            calibration_of(predict_parts(cases, damping, mass, part), stroke)
+            for part in partitions(cases)
+        ],
+        axis=0,
+    )
+    names = ("riding", "crossing")
+    return {
+        "version": package_version(),
+        "cases": len(cases),
+        "bulk": _rounded(fit_bulk(cases)),
+        "damping": {name: _rounded(c) for name, c in zip(names, damping, strict=True)},
+        "mass": {name: _rounded(c) for name, c in zip(names, mass, strict=True)},
+        "calibration": factors.round(3).tolist(),
+    }
+
+
+def fit_bulk(cases: pd.DataFrame) -> Array:
+    """Return c₀, c₁ and c₂ of `atlas.Atlas.bulk_fraction` by least squares."""
+    packings = cases.drop_duplicates(["width_per_diameter", "depth_per_diameter"])
+    full = (packings["bulk_fraction"] / packings["fill_fraction"]).to_numpy(float)
+    names = ["width_per_diameter", "depth_per_diameter"]
+    shape = np.column_stack([np.ones(len(full)), 1 / packings[names].to_numpy(float)])
+    return np.asarray(np.linalg.lstsq(shape, full, rcond=None)[0])
+
+
+def constants_of(sides: Sides) -> Constants:
+    """Return lengths, size and scatter of the processes of both sides."""
+    processes = [process for process in (sides.riding, sides.crossing) if process is not None]
+    riding, crossing = (np.array([*p.lengths, p.size, p.scatter]) for p in processes)
+    return riding, crossing
+
+
+def _rounded(constants: Array | None) -> list[float]:
+    return [] if constants is None else [float(f"{value:.4g}") for value in constants]

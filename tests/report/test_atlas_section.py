@@ -1,0 +1,50 @@
+"""The atlas on the page: its source, and curves of the patches that are read from it."""
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.damping.readings import DampingValues
+from pidpanel.report import style
+from pidpanel.report.atlas_section import atlas_section, atlas_text, curves
+from pidpanel.report.inputs import AtlasResults
+
+
+class Model:
+    """C_e = Γ r f, known to a tenth, to 1 kHz; m_a of 2 ± 0.5 kg/m²."""
+
+    def __call__(self, frequency, fill, gamma):
+        damping = gamma * fill * frequency
+        return DampingValues(damping, 0.1 * damping, 2 + 0 * frequency, frequency <= 1000)
+
+    def covariance(self, frequency, fill, gamma):
+        return np.diag([0.01] * len(frequency) + [0.25] * len(frequency))
+
+
+ATLAS = AtlasResults("0.1.0", 873, {"steel": Model()})
+LAYOUTS = pd.DataFrame(
+    {
+        "reading": ["atlas", "atlas", "dem"],
+        "scenario": ["a", "a", "a"],
+        "patch": ["P1", "P2", "P1"],
+        "damper": ["steel", "lab", "steel"],
+        "fill_fraction": [0.5, np.nan, 0.5],
+        "damping_read_at_g": [20.0, 3.0, 20.0],
+    }
+)
+
+
+def test_curves_are_of_the_patches_read_from_the_atlas_at_their_motion():
+    # red: rows of other readings; values outside the atlas; errors of C_e for those of m_a
+    table = curves(ATLAS, LAYOUTS, (100.0, 2000.0))
+    assert set(table["patch"]) == {"P1"} and table["frequency_hz"].max() <= 1000
+    np.testing.assert_allclose(table["equivalent_damping_n_s_m3"], 10 * table["frequency_hz"])
+    np.testing.assert_allclose(table["equivalent_damping_error_n_s_m3"], table["frequency_hz"])
+    assert (table["apparent_mass_error_kg_m2"] == 0.5).all()
+
+
+def test_the_section_names_version_and_cases():
+    # red: a section without its source
+    assert atlas_text(ATLAS) == "version 0.1.0, 873 simulated cases"
+    with style.context():
+        section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (100.0, 2000.0))
+    assert atlas_text(ATLAS) in section.blocks[0].text

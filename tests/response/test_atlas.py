@@ -1,0 +1,49 @@
+"""Responses with damping from the atlas: no runs, the study's own coupon, C_e as under sound."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from pidpanel import Model
+from pidpanel.damping.broadband import broadband_share
+
+BASE = Path(__file__).parents[1] / "corpus" / "bases"
+POINT = {"fill_fraction": 0.5, "frequency_hz": [120.0, 380.0], "acceleration_g": 20.0}
+
+
+@pytest.fixture(scope="module")
+def model():
+    study = yaml.safe_load((BASE / "atlas.yaml").read_text())
+    study["base"] = {"sine": {"acceleration_g": 1.0, "frequency_hz": [100, 400]}}
+    return Model(study, BASE)
+
+
+def test_a_coupon_answers_without_a_run(model):
+    # red: atlas_coupons left out of `Study.coupons`; `judged` without the atlas
+    rows = model.summary().set_index("scenario")
+    filled = rows.loc["PID-1_r0.5"]
+    assert filled["reading"] == "atlas" and filled["damping_source"] == "atlas of particle beds"
+    assert filled["reduction_db"] > filled["dead_weight_reduction_db"]
+    assert 0 < filled["reduction_error_db"] and 0 <= filled["between_share"] <= 1
+    assert rows["added_mass_kg"].max() == pytest.approx(0.5 * 0.06 * 0.458 * 1190 * 0.025, rel=0.1)
+
+
+def test_under_sound_its_damping_is_that_of_tones_times_the_broadband_share(model):
+    # red: is_broadband=False in `damping_models`
+    gamma = model.summary().set_index("scenario").loc["PID-1_r0.5", "damping_read_at_g"]
+    psd = model.response().sel(reading="atlas", scenario="PID-1_r0.5", patch="PID-1")
+    f = psd["frequency"].to_numpy()
+    tones = model.damping("coupon", fill_fraction=0.5, frequency_hz=f, acceleration_g=gamma)
+    stroke = gamma * 9.80665 / (2 * np.pi * f) ** 2 / (0.025 * (1 - 0.94 * 0.5))
+    expected = broadband_share(stroke) * tones["equivalent_damping"].to_numpy().ravel()
+    np.testing.assert_allclose(psd["equivalent_damping"], expected, rtol=1e-3)
+
+
+def test_a_damper_is_chosen_by_its_name(model):
+    # red: "atlas" among the sources
+    values = model.damping(**POINT)
+    assert (values["equivalent_damping"] > 0).all() and (values["inside"] == 1).all()
+    with pytest.raises(ValueError, match="source = atlas: must be one of coupon"):
+        model.damping("atlas", **POINT)
