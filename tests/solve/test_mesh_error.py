@@ -93,3 +93,14 @@ def test_a_point_without_motion_at_a_line_has_no_error():
 def test_decibels_of_an_error():
     # red: 20 *
     assert decibels(10**0.05 - 1) == pytest.approx(0.5)
+
+
+def test_over_the_largest_point_a_minimum_of_another_counts_little():
+    # the first point is 20 dB above the second, whose minimum is shifted; red: over its own PSD
+    f = np.geomspace(50.0, 200.0, 2001)
+    dip = (f / 100 - 1) ** 2 + 1e-4
+    psd, shift = np.stack([np.full(f.size, 100.0), dip], axis=1), np.full(f.size, 1e-3)
+    alone = mesh_error(f, psd, np.ones(f.size), shift).line
+    among = mesh_error(f, psd, np.ones(f.size), shift, over_largest=True).line
+    assert alone[1] > 0.05 and among[1] < 1e-2 * alone[1]
+    assert among[0] == pytest.approx(alone[0])

@@ -239,7 +239,7 @@ def _sweeps(
             square = np.asarray(values["acceleration"]) ** 2
             shift = shifts[scenario.is_bare]
             values["mesh_error"] = mesh_error(
-                panel.frequency, square, np.ones(len(square)), shift
+                panel.frequency, square, np.ones(len(square)), shift, over_largest=True
             ).line
             place = {"reading": model, "scenario": scenario.label, "direction": direction}
             names = panel.basis.point_names

@@ -119,7 +119,7 @@ def random_dataset(
             if part is None:
                 continue
             shift = shifts[case.scenario.is_bare]
-            mesh = mesh_error(case.frequency, part.absolute, part.input, shift)
+            mesh = mesh_error(case.frequency, part.absolute, part.input, shift, over_largest=True)
             values: dict[str, Array | float] = {
                 "input_psd": part.input,
                 "absolute_acceleration_psd": part.absolute,

@@ -57,7 +57,9 @@ def shift_of_modes(frequency: Array, modes: LoadedModes, bare: Array, patches: A
     return found
 
 
-def mesh_error(frequency: Array, psd: Array, input_psd: Array, shift: Array) -> MeshError:
+def mesh_error(
+    frequency: Array, psd: Array, input_psd: Array, shift: Array, *, over_largest: bool = False
+) -> MeshError:
     """Return the error of a response whose resonances are too high.
 
     Parameters
@@ -70,7 +72,11 @@ def mesh_error(frequency: Array, psd: Array, input_psd: Array, shift: Array) -> 
         (nf,) of the pressure, whose steps stay where they are.
     shift
         (nf,) [1].
+    over_largest
+        Whether the error of a line is over the largest PSD of any point there: under base motion a
+        point that is nearly at rest has deep minima, whose shift changes nothing.
     """
+    largest = np.max(psd, axis=1)
     moves = np.all(psd > 0, axis=0)
     line, rms = np.zeros((2, psd.shape[1]))
     log_f = np.log(frequency)
@@ -80,7 +86,8 @@ def mesh_error(frequency: Array, psd: Array, input_psd: Array, shift: Array) -> 
     for point in np.flatnonzero(moves):
         transfer = np.log(psd[:, point] / input_psd)
         ratio = np.exp(np.interp(raised, log_f, transfer) - transfer)
-        line[point] = np.max(np.abs(np.log(ratio)))
+        share = psd[:, point] / largest if over_largest else 1.0
+        line[point] = np.max(np.abs(np.log(ratio)) * share)
         squares = root_mean_square(frequency, np.stack([psd[:, point], ratio * psd[:, point]], 1))
         mean_shift = np.trapezoid(shift * psd[:, point], frequency) / squares[0] ** 2
         rms[point] = abs(squares[1] / squares[0] - 1) + AMPLITUDE * mean_shift
