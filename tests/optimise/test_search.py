@@ -84,6 +84,7 @@ def test_where_the_property_fails_the_bound_is_lower_and_branches_beyond_it_are_
     assert sampling.excess > 0.01
     proofs = [branch_and_bound(problem, start, each, 50) for each in (HOLDS, sampling)]
     assert proofs[1].value < 0.99 * proofs[0].value
+    assert proofs[1].is_exhaustive and not proofs[0].is_exhaustive
     gaps = [branch_and_bound(problem, start, each, 1).gap_db for each in (HOLDS, sampling)]
     assert gaps[1] > gaps[0] + 0.05
 

@@ -27,7 +27,7 @@ def proposal(gap, violations, names=("base",)):
         {
             "budget_kg": 2.0, "gap_db": gap, "nodes": 200.0, "evaluated_layouts": 25041.0,
             "submodularity_checks": 6864.0, "submodularity_violations": violations,
-            "bound_factor": 1.13, "bound_excess": 0.021,
+            "bound_factor": 1.13, "bound_excess": 0.021, "is_exhaustive": 0.0,
         }
     )  # fmt: skip
     return ProposalResults(layouts, front, summary, pd.DataFrame(), search=search)
@@ -54,6 +54,14 @@ def test_a_gap_is_proved_where_no_check_fails(violations, says):
     assert ("Not proved" in proposal_headline(bound)) == bool(violations)
     assert "0.55 dB" in proposal_headline(bound)
     assert ("2.1 % of the bare mean square" in gap_text(bound)) == bool(violations)
+
+
+def test_where_every_layout_was_evaluated_no_property_is_needed():
+    # red: not proved
+    every = proposal(0.0, 796.0)
+    every.search["is_exhaustive"] = 1.0
+    assert "no layout here is better by more than 0.2 dB" in proposal_headline(every)
+    assert "Every layout" in gap_text(every) and "fails" not in gap_text(every)
 
 
 def test_of_two_excitations_the_headline_names_both_and_the_smaller_counts():

@@ -268,6 +268,7 @@ def search_table(
         "equivalent_within_db": margin,
         "gap_db": proof.gap_db,
         "nodes": proof.nodes,
+        "is_exhaustive": int(proof.is_exhaustive),
         "submodularity_checks": sampling.checks,
         "submodularity_violations": sampling.violations,
         "largest_violation": sampling.largest,

@@ -242,12 +242,15 @@ class Proof:
         Mean square that counts of the layout, and the least that any layout can have [m²/s⁴].
     nodes
         Layouts whose further dampers were all evaluated.
+    is_exhaustive
+        Whether every layout was evaluated, so that no bound is needed.
     """
 
     layout: Layout
     value: float
     bound: float
     nodes: int
+    is_exhaustive: bool = False
 
     @property
     def gap_db(self) -> float:
@@ -295,7 +298,8 @@ def branch_and_bound(problem: Problem, start: Layout, sampling: Sampling, nodes:
             else:
                 closed = min(closed, below)
     bounds = [entry[0] for entry in heap]
-    return Proof(best, value, min([value, closed, *bounds]), done)
+    is_exhaustive = not heap and sampling.violations > 0  # otherwise branches are cut
+    return Proof(best, value, min([value, closed, *bounds]), done, is_exhaustive)
 
 
 def _children(

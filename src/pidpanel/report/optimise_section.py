@@ -67,7 +67,7 @@ def proposal_headline(proposal: ProposalResults) -> str:
     if not np.isfinite(facts["gap_db"]):
         tried = _count(facts["evaluated_layouts"])
         gap = f"It is the best of {tried} layouts tried, not proved to be the best of all."
-    elif facts["submodularity_violations"]:
+    elif facts["submodularity_violations"] and not facts["is_exhaustive"]:
         gap = f"Not proved to be the best; the estimated gap is {_gap(proposal):g} dB."
     x, y = proposal.layouts[["size_x_m", "size_y_m"]].iloc[0]
     return (
@@ -213,6 +213,13 @@ def gap_text(proposal: ProposalResults) -> str:
     checks, violations = (int(facts[f"submodularity_{name}"]) for name in ("checks", "violations"))
     assumption = "assumes that a damper removes less beside others, "
     fails = f"which fails in {_count(violations)} of {_count(checks)} checks"
+    if facts["is_exhaustive"]:
+        return (
+            "Every layout of the places and fill fractions of the study was evaluated, with the "
+            "damping frozen at the motion of each damper alone. The confirmed layouts, whose "
+            f"damping follows their own motion, differ by up to {_drift(proposal.front):.2f} dB; "
+            "twice that is the gap."
+        )
     if not np.isfinite(facts["gap_db"]):
         text = (
             "Not proved to be the best: single dampers would remove in sum more than the whole "

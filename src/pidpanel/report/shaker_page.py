@@ -136,7 +136,7 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
                 "there is no steady motion."
             )
         lines += mesh_text(study.names, base.summary[base.summary["status"] == "ok"])
-        if study.has_dampers and not study.is_coupled:
+        if (study.has_dampers or inputs.proposal is not None) and not study.is_coupled:
             lines.append(TONES_AT_RANDOM)
     lines.append("The panel is in vacuum: radiation into the air is not included.")
     for name, coupon in inputs.coupons.items():
