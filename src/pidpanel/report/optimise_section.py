@@ -61,9 +61,9 @@ def _both(proposal: ProposalResults, best: Any) -> str:
 def proposal_headline(proposal: ProposalResults) -> str:
     """Return the answer: where, how full, how heavy, how much less, and the gap."""
     facts, best = proposal.search, proposal.front.iloc[0]
-    gap = (
-        f"By the bound of the search, no layout here is better by more than {_gap(proposal):g} dB."
-    )
+    every = facts["is_exhaustive"]
+    by = "Every layout was evaluated:" if every else "By the bound of the search,"
+    gap = f"{by} no layout here is better by more than {_gap(proposal):g} dB."
     if not np.isfinite(facts["gap_db"]):
         tried = _count(facts["evaluated_layouts"])
         gap = f"It is the best of {tried} layouts tried, not proved to be the best of all."
