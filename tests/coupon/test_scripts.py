@@ -5,6 +5,7 @@ import json
 import pandas as pd
 import pytest
 
+from pidpanel.atlas.table import read_atlas
 from pidpanel.coupon import coding
 from pidpanel.coupon.batches import Batch
 from pidpanel.coupon.from_study import cases_of
@@ -57,6 +58,11 @@ def test_a_small_study_goes_through_all_scripts(tmp_path):
     assert table["case"].tolist() == [case.label for case in cases]
     assert (table["equivalent_damping_n_s_m3"] > 0).all()
     assert table["acceleration_g"].tolist() == pytest.approx([10, 12])
+    rows = tmp_path / "atlas.csv"
+    call("atlas", study, {"cases": tmp_path / "cases.csv"}, {"atlas": rows})
+    atlas = read_atlas(rows)
+    assert atlas["loss_factor"].tolist() == pytest.approx(table["loss_factor"].tolist(), rel=1e-5)
+    assert atlas["source"].tolist() == ["tiny", "tiny"]
 
 
 def test_a_table_without_its_coverage_is_refused_with_the_cases_named(tmp_path):
