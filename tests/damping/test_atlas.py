@@ -31,9 +31,10 @@ def test_coordinates_are_the_groups():
     fill, gamma = np.full(4, 0.5), np.full(4, 20.0)
     points = bed.points(fill, F, gamma)
     stroke = 20 * STANDARD_GRAVITY / (2 * np.pi * F) ** 2 / (0.03 * clear_gap(np.array(0.5)))
-    np.testing.assert_allclose(np.exp(points[:, STROKE]), stroke)
+    np.testing.assert_allclose(np.exp(bed.log_stroke(points)), stroke)
+    np.testing.assert_allclose(np.exp(points[:, STROKE]), 20 * stroke)
     np.testing.assert_allclose(points[0, :2], [0.5, np.log(20)])
-    np.testing.assert_allclose(points[0, 3:], [0.6, np.log(0.2), np.log(4), np.log(15), 0])
+    np.testing.assert_allclose(points[0, 3:], [0.6, np.log(0.2), np.log(4), np.log(7.5), 0])
 
 
 def test_scale_and_density_drop_out():

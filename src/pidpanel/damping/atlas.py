@@ -48,8 +48,10 @@ Direction = Literal["flat", "upright"]  # of gravity: along the motion, or acros
 # W/L up to which beds ride, and from which on they cross; the errors are calibrated in three parts.
 REGIMES = (0.1, 0.5)
 
-# Of r, ln Γ, ln W/L, e, ln μ, ln of width and depth, and direction over the ranges of the atlas.
-SPREAD = np.array([0.26, 1.8, 3.0, 0.19, 0.8, 0.46, 0.66, 0.5])
+# Of the coordinates of `AtlasBed.points` over the ranges of the atlas.
+SPREAD = np.array([0.26, 1.8, 3.5, 0.19, 0.8, 0.46, 1.0, 0.5])
+
+DEPTH = 6  # column of the coordinates with the depth of the bed
 
 # Of r, ln Γ and the shape, for the jump.
 JUMP_LENGTHS = np.array([0.3, 1.5, 0.5, 2.0, 1.5, 1.5, 1.0])
@@ -70,20 +72,27 @@ class AtlasBed(SurfaceBed):
     shape: Array
 
     def points(self, fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
-        """Coordinates (n, 8) of the processes: r, ln Γ, ln(W/L), then the shape."""
+        """Coordinates (n, 8) of the processes: r, ln Γ, ln(Γ W/L), then the shape.
+
+        Γ W/L is twice the height of a bed thrown at ωW over the gap. In place of the depth of the
+        cell stands that of the bed, r depth/d.
+        """
         points = super().points(fill_fraction, frequency, acceleration_g)
         points[:, 1] -= np.log(self.gravity)
         points[:, STROKE] += np.log(STANDARD_GRAVITY / (4 * np.pi**2 * self.depth))
         shape = np.broadcast_to(self.shape, (len(points), self.shape.shape[1]))
-        return np.hstack([points, shape])
+        points[:, STROKE] += points[:, 1]
+        points = np.hstack([points, shape])
+        points[:, DEPTH] += np.log(fill_fraction)
+        return points
 
     def log_stroke(self, points: Array) -> Array:
         """ln(W/L) (n,) of `points` (n, 8)."""
-        return np.asarray(points[:, STROKE])
+        return np.asarray(points[:, STROKE] - points[:, 1])
 
     def reached(self, points: Array) -> Array:
         """u (n,) of `jump.reach` at `points` (n, 8)."""
-        return reach(points[:, STROKE], points[:, 1], self.onset_g / self.gravity)
+        return reach(self.log_stroke(points), points[:, 1], self.onset_g / self.gravity)
 
 
 def bed_of(
@@ -213,7 +222,8 @@ class AtlasDamping:
     ) -> Array:
         """Return W/L (n,) at frequencies (n,) [Hz]."""
         fill, gamma = (np.full(len(frequency), x) for x in (fill_fraction, acceleration_g))
-        return np.exp(self.bed.points(fill, np.asarray(frequency, float), gamma)[:, STROKE])
+        points = self.bed.points(fill, np.asarray(frequency, float), gamma)
+        return np.exp(self.bed.log_stroke(points))
 
     def is_between(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Flags:
         """Return (n,) whether W/L lies where beds may ride or cross their gap."""
