@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -134,7 +134,8 @@ def solve(panel: Panel) -> PanelEstimate:
             mesh = studied.mesh(file)
         if len(mesh.cells) > 2 * cells_max:
             return PanelEstimate(study_mesh, 9 * len(study_mesh.cells), 0, None, 0)
-        plate = studied.plate(mesh)
+        # of what is on the panel only the masses count here
+        plate = studied.plate(replace(mesh, patch_cells={}))
     rigid, frequency = first_frequencies(plate, MODES + 3)
     share = len(study_mesh.cells) / len(mesh.cells)
     coordinates = round(plate.stiffness.shape[0] * share)

@@ -11,7 +11,6 @@ for every polynomial f up to that degree.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import spherical_jn
 
 from pidpanel.arrays import Array, Index
 
@@ -137,6 +136,8 @@ def degree(reach: float) -> int:
     >>> degree(0.0), degree(10.0), degree(100.0)
     (1, 22, 125)
     """
+    from scipy.special import spherical_jn  # slow to import, and a check needs none
+
     order = np.arange(int(2 * reach) + 40)
     return max(
         int(np.flatnonzero((2 * order + 1) * np.abs(spherical_jn(order, at)) > allowed)[-1]) + 1

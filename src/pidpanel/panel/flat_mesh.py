@@ -13,7 +13,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths
@@ -228,6 +227,8 @@ def _check_apart(path: Path, node: Index, position: Array, close: float) -> None
     if again.size:
         pairs = np.flatnonzero((squares == squares[again[0]]).all(axis=1))[None, :2]
     else:
+        from scipy.spatial import cKDTree  # slow to import, for files alone
+
         pairs = cKDTree(position).query_pairs(close, output_type="ndarray")
     if len(pairs):
         first, second = node[pairs[0]]

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import gmsh
 import numpy as np
-import psutil
 
 from pidpanel.panel.flat_mesh import FlatMesh, check_size
 from pidpanel.panel.mesh import gmsh_session
@@ -114,6 +113,8 @@ def _elements(path: Path) -> tuple[list[int], list[list[int]], list[str]]:
 @contextmanager
 def _bounded_memory(size: int) -> Iterator[None]:
     """Let allocations fail that take the process more than a size [bytes] beyond its present."""
+    import psutil  # slow to import, for files alone
+
     before = resource.getrlimit(resource.RLIMIT_AS)
     limit = psutil.Process().memory_info().vms + size
     allowed = [limit] + [old for old in before if old != resource.RLIM_INFINITY]

@@ -25,7 +25,7 @@ from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Shape, signed_area
 
 PANEL_GROUP = "panel"
-CELL_KINDS = {"quad": "quadrilaterals", "triangle": "triangles"}
+CELL_KINDS = {3: "quadrilaterals", 2: "triangles"}  # by gmsh's number of an element
 
 
 @dataclass(frozen=True)
@@ -48,45 +48,41 @@ def read_mesh(
 
     One kind of cell in the plane z = 0; patches are surface groups, response points point groups.
     """
-    import meshio  # slow to import, for files alone
-
-    raw = meshio.gmsh.read(path)
-    kind = next(block.type for block in raw.cells if block.type in CELL_KINDS)
-    blocks = [k for k, block in enumerate(raw.cells) if block.type == kind]
-    cells = np.concatenate([raw.cells[k].data for k in blocks]).astype(np.int64)
-
-    used = np.unique(cells)
-    used = used[row_order(raw.points[used, :2])]
-    number = np.full(len(raw.points), -1, dtype=np.int64)
-    number[used] = np.arange(len(used))
-    vertices = raw.points[used, :2]
-    cells = number[cells]
-    cells = counter_clockwise(vertices, cells)
-    order = row_order(vertices[cells].mean(axis=1))
-
-    patch_cells = {}
-    for name in patches:
-        members = raw.cell_sets[name]
-        inside = np.concatenate(
-            [np.isin(np.arange(len(raw.cells[k].data)), members[k]) for k in blocks]
-        )
-        patch_cells[name] = np.flatnonzero(inside[order])
-    point_vertices = {}
-    for name in points:
-        members = raw.cell_sets[name]
-        (node,) = {
-            int(node)
-            for block, chosen in zip(raw.cells, members, strict=True)
-            if block.type == "vertex"
-            for node in block.data[chosen, 0]
+    with gmsh_session():
+        gmsh.open(str(path))
+        model = gmsh.model
+        tags, positions, _ = model.mesh.getNodes()
+        (kind,), (elements,), (corners,) = model.mesh.getElements(2)
+        groups = {model.getPhysicalName(*group): group for group in model.getPhysicalGroups()}
+        members = {
+            name: [
+                model.mesh.getElements(2, entity)[1][0]
+                for entity in model.getEntitiesForPhysicalGroup(*groups[name])
+            ]
+            for name in patches
         }
-        point_vertices[name] = int(number[node])
+        nodes = {name: model.mesh.getNodesForPhysicalGroup(*groups[name])[0] for name in points}
+    cells = corners.reshape(len(elements), -1).astype(np.int64)
+    place = np.zeros((int(tags.max()) + 1, 2))
+    place[tags] = positions.reshape(-1, 3)[:, :2]
+    used = np.unique(cells)
+    used = used[row_order(place[used])]
+    number = np.full(len(place), -1, dtype=np.int64)
+    number[used] = np.arange(len(used))
+    vertices = place[used]
+    cells = counter_clockwise(vertices, number[cells])
+    order = row_order(vertices[cells].mean(axis=1))
+    patch_cells = {
+        name: np.flatnonzero(np.isin(elements, np.concatenate(inside))[order])
+        for name, inside in members.items()
+    }
+    point_vertices = {name: int(number[node]) for name, (node,) in nodes.items()}
     return PanelMesh(vertices, cells[order], CELL_KINDS[kind], patch_cells, point_vertices)
 
 
 def write_triangles(path: Path, mesh: PanelMesh) -> None:
     """Write a mesh of triangles to a ``.msh`` file, without groups, to look at."""
-    import meshio
+    import meshio  # slow to import, for files alone
 
     position = np.pad(mesh.vertices, ((0, 0), (0, 1)))
     meshio.gmsh.write(path, meshio.Mesh(position, [("triangle", mesh.cells)]), "4.1", binary=False)

@@ -3,8 +3,6 @@
 Bogner-Fox-Schmit (bicubic) on axis-parallel rectangles, Argyris (quintic) on triangles.
 """
 
-import functools
-
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
@@ -19,6 +17,7 @@ from skfem import (
     MeshQuad,
     MeshTri,
 )
+from skfem.element import DiscreteField
 from skfem.helpers import dd
 
 from pidpanel.arrays import Array
@@ -132,46 +131,37 @@ class _CellCentred:
 
     def gbasis(self, mapping, X, i, tind=None):  # type: ignore[no-untyped-def]
         """Return basis function i at the local points X, seen from the centre."""
-        return super().gbasis(self._centred(mapping, X, tind), X, i, tind)
+        points, previous = (mapping, X, tind), getattr(self, "_points", (None,) * 3)
+        if any(new is not old for new, old in zip(points, previous, strict=True)):
+            self._points, self._fields = points, self._all_functions(*points)
+        return (self._fields[i],)
 
-    def _centred(self, mapping, X, tind):  # type: ignore[no-untyped-def]
-        """Return the centred mapping, the same for all basis functions at the same points."""
-        previous = getattr(self, "_mapping", None)
-        if previous is None or not previous.holds(mapping, X, tind):
-            previous = self._mapping = _CentredMapping(mapping, X, tind)
-        return previous
+    def _all_functions(self, mapping, X, tind):  # type: ignore[no-untyped-def]
+        """Return all basis functions, each a sum of the same monomials.
 
+        scikit-fem evaluates the monomials anew for each of the 21 functions of an Argyris element.
+        """
+        cells = mapping.mesh.t if tind is None else mapping.mesh.t[:, tind]
+        if self.V is None:
+            self._pbasis_init(self.maxdeg, self.dim, self.derivatives, self.tensorial_basis)
+            self.V = np.linalg.inv(self._eval_dofs(mapping.mesh))
+        V = (self.V if tind is None else self.V[tind]).swapaxes(1, 2)
+        centre = mapping.mesh.p[:, cells].mean(axis=1)
+        x, y = mapping.F(X, tind=tind) - centre[:, :, None]
 
-class _CentredMapping:
-    """A scikit-fem mapping at some points, with positions seen from the centre of each cell."""
+        def derivative(*along: int) -> Array:
+            monomials = np.stack(
+                [np.broadcast_to(power(x, y), x.shape) for power in self._pbasis[along]], axis=1
+            )
+            return np.ascontiguousarray((V @ monomials).swapaxes(0, 1))  # (function, cell, point)
 
-    def __init__(self, mapping, X, tind) -> None:  # type: ignore[no-untyped-def]
-        self.mapping, self.X, self.tind = mapping, X, tind
-        self.mesh = mapping.mesh
-        cells = self.mesh.t if tind is None else self.mesh.t[:, tind]
-        centre = self.mesh.p[:, cells].mean(axis=1)
-        self.position = [_Powers(x) for x in mapping.F(X, tind=tind) - centre[:, :, None]]
-
-    def holds(self, mapping, X, tind) -> bool:  # type: ignore[no-untyped-def]
-        """Return whether this is the mapping at these points."""
-        return mapping is self.mapping and X is self.X and tind is self.tind
-
-    def F(self, X, tind=None):  # type: ignore[no-untyped-def]
-        return self.position
-
-
-class _Powers:
-    """A coordinate of points whose powers are computed once.
-
-    scikit-fem evaluates all monomials for each of the 21 basis functions of an Argyris element.
-    """
-
-    def __init__(self, value: Array) -> None:
-        self.shape = value.shape
-        self._power = functools.cache(lambda exponent: value**exponent)
-
-    def __pow__(self, exponent: int) -> Array:
-        return self._power(exponent)
+        hessian = derivative(0, 0), derivative(0, 1), derivative(1, 1)
+        return [
+            DiscreteField(value, grad=np.array(gradient), hess=np.array([[xx, xy], [xy, yy]]))
+            for value, *gradient, xx, xy, yy in zip(
+                derivative(), derivative(0), derivative(1), *hessian, strict=True
+            )
+        ]
 
 
 class _CentredBFS(_CellCentred, ElementQuadBFS):

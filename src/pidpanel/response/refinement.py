@@ -1,7 +1,7 @@
 """The basis of a study's responses: checked in every scenario, and widened until it is right."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,7 +35,7 @@ from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.mesh_error import MeshError, mesh_error, shift_of_modes
 from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.sharpness import LoadedModes, flanks, loaded_modes
-from pidpanel.solve.solvers import PanelSolver
+from pidpanel.solve.solvers import PanelSolver, damper_key
 
 ATTEMPTS = 4  # bases that are tried: each further one holds what the one before left out
 
@@ -196,16 +196,19 @@ def _check(
     force_at: ForceAt,
 ) -> tuple[BasisCheck, list[list[int]]]:
     """Return the check of all that was solved, and of each case the rows that count for it."""
-    rows: dict[int, int] = {}
+    rows: dict[Hashable, int] = {}
     answers: list[LayoutResponse] = []
 
     def row(answer: LayoutResponse | UnstableDamping | None) -> list[int]:
+        """Return the row of an answer: the same for equal dampers, whatever the sound level."""
         if answer is None or isinstance(answer, UnstableDamping):
             return []
-        if id(answer) not in rows:
-            rows[id(answer)] = len(answers)
+        loads = tuple(answer.loads.tolist())
+        key = damper_key(loads, answer.equivalent_damping, answer.apparent_mass)
+        if key not in rows:
+            rows[key] = len(answers)
             answers.append(answer)
-        return [rows[id(answer)]]
+        return [rows[key]]
 
     of_case = [
         row(case.response) + row(case.bare) + row(case.dead_weight) if row(case.response) else []

@@ -17,7 +17,7 @@ from pidpanel.solve.model import PanelResponse, UnstableDamping
 from pidpanel.solve.motions import Motions
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.search import LinearisationError, find_motions, starts_between
-from pidpanel.solve.solvers import Answer, PanelSolver, Request
+from pidpanel.solve.solvers import Answer, PanelSolver, Request, damper_key
 
 # (frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the simulated range
 # (nf,).
@@ -215,10 +215,7 @@ def _response(
     count = len(layout.loads)
     rms, cells = np.full(count, np.nan), np.full((count, 2), np.nan)
     if layout.loads and layout.with_motion:
-        key = ("moved", layout.search_key)
-        if key not in solver.searched:
-            solver.searched[key] = _final_motion(solver, layout, motion)
-        rms, cells = solver.searched[key]
+        rms, cells = _final_motion(solver, layout, motion)
     root = np.sqrt(factor)
     return LayoutResponse(
         response=answer.response.scaled(factor),
@@ -249,9 +246,14 @@ def _final_motion(
     motions = solver.motions(layout.patches)
     if solver.panel.cells is None:
         return motions.acceleration_rms(value, mass), unseen
-    covariance = motions.acceleration_covariance(value, mass)
-    square = np.sum(motions.weight * covariance, axis=(1, 2)) / motions.area
-    return np.sqrt(square), solver.cell_acceleration_rms(layout.patches, covariance)
+    key = damper_key(layout.patches, value, mass)
+    if key not in solver.searched:
+        covariance = motions.acceleration_covariance(value, mass)
+        square = np.sum(motions.weight * covariance, axis=(1, 2)) / motions.area
+        cells = solver.cell_acceleration_rms(layout.patches, covariance)
+        solver.searched[key] = np.sqrt(square), cells
+    rms, cells = solver.searched[key]
+    return rms, cells
 
 
 def _consistent_motion(solver: PanelSolver, layout: DamperLayout) -> _Motion:

@@ -49,6 +49,11 @@ Loaded = tuple[int, ...]  # indices of the patches that carry dampers together
 SolutionPath = LowRankPanel | DirectPanel
 
 
+def damper_key(patches: Loaded, equivalent_damping: Array, apparent_mass: Array) -> Hashable:
+    """Return what is equal where the dampers are."""
+    return patches, equivalent_damping.tobytes(), apparent_mass.tobytes()
+
+
 @dataclass(frozen=True)
 class Request:
     """Dampers whose response is wanted."""
@@ -58,6 +63,13 @@ class Request:
     equivalent_damping: Array
     apparent_mass: Array
     with_slope: bool = False  # whether the derivatives of the PSDs are wanted too
+
+    @property
+    def key(self) -> Hashable:
+        """What the answer depends on."""
+        return self.with_slope, damper_key(
+            self.patches, self.equivalent_damping, self.apparent_mass
+        )
 
 
 @dataclass(frozen=True)
@@ -74,7 +86,8 @@ class PanelSolver:
     Attributes
     ----------
     searched
-        Result of the search for Γ by layout: it does not depend on the lines of the result.
+        Result of the search for Γ by layout, and motions of the patches by dampers: they do not
+        depend on the lines of the result.
     """
 
     def __init__(self, panel: ModalPanel, excitation: Excitation) -> None:
@@ -202,11 +215,18 @@ class PanelSolver:
     def responses(self, requests: Sequence[Request]) -> list[Answer]:
         """Return the response with each of several sets of dampers, in one run over the lines.
 
+        Sets that are equal, such as a mass at several sound levels, are solved once.
+
         Raises
         ------
         UnstableDamping
             Where C_e is negative.
         """
+        distinct = {request.key: request for request in requests}
+        answers = dict(zip(distinct, self._responses(list(distinct.values())), strict=True))
+        return [answers[request.key] for request in requests]
+
+    def _responses(self, requests: Sequence[Request]) -> list[Answer]:
         count, (n_points, m, _) = self.panel.frequency.size, self.panel.points.shape
         psds = [np.empty((count, n_points, m, m), complex) for _ in requests]
         slopes = [

@@ -88,11 +88,9 @@ def layer_psd(response: PanelResponse, layers: Layers) -> Array:
     -------
     (nf, n_points, n_layers, 7) in the order and units² of `QUANTITIES`, per Hz.
     """
-    curvature = response.cross_psd[:, :, None, 1:4, 1:4]
-    strain = _congruence(layers.strain, curvature)
-    stress = _congruence(layers.stress, curvature)
-    von_mises = np.einsum("ij,...ji->...", VON_MISES, stress.real)
-    return np.concatenate([_diagonal(strain), _diagonal(stress), von_mises[..., None]], axis=-1)
+    von_mises = layers.stress.swapaxes(1, 2) @ VON_MISES @ layers.stress
+    forms = [_squares(layers.strain), _squares(layers.stress), von_mises[:, None]]
+    return _means(np.concatenate(forms, axis=1), response.cross_psd[:, :, 1:4, 1:4])
 
 
 def core_psd(response: PanelResponse, core_stress: Array) -> Array:
@@ -109,12 +107,15 @@ def core_psd(response: PanelResponse, core_stress: Array) -> Array:
     -------
     (nf, n_points, 2) [Pa²/Hz].
     """
-    return _diagonal(_congruence(core_stress, response.cross_psd[:, :, 4:6, 4:6]))
+    return _means(_squares(core_stress), response.cross_psd[:, :, 4:6, 4:6])
 
 
-def _congruence(matrix: Array, psd: Complexes) -> Complexes:
-    return matrix @ psd @ matrix.swapaxes(-1, -2)
+def _squares(matrix: Array) -> Array:
+    """Return the quadratic forms (…, n, m, m) of the components of matrix (…, n, m) times κ."""
+    return matrix[..., :, None] * matrix[..., None, :]
 
 
-def _diagonal(psd: Complexes) -> Array:
-    return np.asarray(np.diagonal(psd, axis1=-2, axis2=-1).real, np.float64)
+def _means(forms: Array, psd: Complexes) -> Array:
+    """Return tr(F S) of symmetric F (…, m, m) and S (nf, n_points, m, m)."""
+    flat = forms.reshape(*forms.shape[:-2], -1)
+    return np.tensordot(psd.real.reshape(*psd.shape[:2], -1), flat, axes=(2, -1))

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from scipy.io import netcdf_file
 
 from pidpanel.arrays import Array
 from pidpanel.sound.wavenumber_table import WavenumberTable
@@ -67,6 +66,8 @@ def read_table(path: Path, name: str) -> WavenumberTable:
     KeyError
         Where the file has no such table.
     """
+    from scipy.io import netcdf_file  # slow to import, and a check needs none
+
     # a copy at a time: of a large panel a table has a gigabyte
     with netcdf_file(path, mmap=True) as file:
 
