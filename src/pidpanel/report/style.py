@@ -6,7 +6,7 @@ bare panel is black throughout. Nothing is set for the process: figures are made
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from io import BytesIO
 from pathlib import Path
@@ -15,6 +15,8 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib import colors
+from matplotlib.artist import Artist
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -96,8 +98,21 @@ def as_typed(text: str) -> str:
 
 
 def set_as_typed(figure: Figure) -> None:
-    """Make names and titles of a study in a figure appear as they were typed."""
-    for text in figure.findobj(Text):
+    """Make names and titles of a study in a figure appear as they were typed.
+
+    Ticks have numbers, or names that are `as_typed` already: to ask for them makes them twice.
+    """
+
+    def texts(artist: Artist) -> Iterator[Text]:
+        for child in artist.get_children():
+            if isinstance(child, Text):
+                yield child
+            elif isinstance(child, Axis):
+                yield child.label
+            else:
+                yield from texts(child)
+
+    for text in texts(figure):
         if "$" in text.get_text():
             text.set_text(as_typed(text.get_text()))
 
