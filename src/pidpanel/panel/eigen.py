@@ -82,7 +82,7 @@ def _near(
     size = stiffness.shape[0]
     solve = factors(stiffness - shift * mass).solve
     start = np.random.default_rng(0).standard_normal((size, BLOCK))
-    step, coupling = _orthonormal(solve(mass @ start), mass)
+    step, of_step, coupling = _orthonormal(solve(mass @ start), mass)
     basis, of_mass, projected = (np.empty((rows, 0), order="F") for rows in (size, size, 0))
     count, next_check, sparing = 0, 4 * BLOCK, True
     while True:  # `_orthonormal` refuses more vectors than there are
@@ -91,7 +91,7 @@ def _near(
             basis, of_mass = _wider(basis, room), _wider(of_mass, room)
             projected = np.pad(projected, (0, room - len(projected)))
         last = slice(count, count + BLOCK)
-        basis[:, last], of_mass[:, last] = step, mass @ step
+        basis[:, last], of_mass[:, last] = step, of_step
         count += BLOCK
         new = solve(of_mass[:, last])
         # what the recurrence of Lanczos says, and then what rounding adds to it
@@ -105,7 +105,7 @@ def _near(
         if not sparing or count // BLOCK % 3:
             lost = of_mass[:, :count].T @ new
             new -= basis[:, :count] @ lost
-        step, coupling = _orthonormal(new, mass)
+        step, of_step, coupling = _orthonormal(new, mass)
         if np.abs(lost).max(initial=0.0) > LOST * np.abs(coupling.diagonal()).min():
             sparing = False
         if count < next_check:
@@ -127,14 +127,17 @@ def _wider(columns: Array, width: int) -> Array:
     return wider
 
 
-def _orthonormal(columns: Array, mass: sp.csr_array) -> tuple[Array, Array]:
-    """Return columns orthonormal in M, and the triangle that makes the given ones of them."""
+def _orthonormal(columns: Array, mass: sp.csr_array) -> tuple[Array, Array, Array]:
+    """Return columns orthonormal in M, M times these, and the triangle to the given ones."""
     whole = np.eye(columns.shape[1])
     for _ in range(2):
+        of_mass = mass @ columns
         try:
-            triangle = la.cholesky(columns.T @ (mass @ columns))
+            triangle = la.cholesky(columns.T @ of_mass)
         except la.LinAlgError:
             raise RuntimeError("the Lanczos iteration ended before all modes were found") from None
-        columns = la.solve_triangular(triangle, columns.T, trans="T").T
+        columns, of_mass = (
+            la.solve_triangular(triangle, part.T, trans="T").T for part in (columns, of_mass)
+        )
         whole = triangle @ whole
-    return columns, whole
+    return columns, of_mass, whole

@@ -126,7 +126,7 @@ def design_picture(cases: pd.DataFrame, varied: Sequence[str]) -> Picture:
     """Return η over each quantity of a table of cases."""
     return Picture(
         "loss_factor_design",
-        style.png(design_figure(cases, varied)),
+        style.Drawing(design_figure, cases, varied),
         "Loss factor η of every case over each quantity of the table; all others differ too.",
     )
 
