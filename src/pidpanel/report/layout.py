@@ -110,6 +110,7 @@ def separate(figure: Figure, names: Sequence[Annotation]) -> None:
     if not names:
         return
     figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # known now, and takes longer than the drawing
     placed: list[BboxBase] = []
     for name in names:
         box = first = name.get_window_extent()

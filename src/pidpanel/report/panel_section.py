@@ -123,9 +123,14 @@ def shapes_figure(basis: PanelBasis, titles: Sequence[str]) -> Figure:
     edges = [cells, *(cells[inside] for inside in basis.cell_in_patch)]
     lines = np.concatenate([boundary_edges(part) for part in edges])
     rows = -(-len(titles) // 3)
-    height = rows * ((WIDTH - 0.9) / 3 * 400 / 660 + 0.3)
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    grid = figure.subplots(rows, 3, squeeze=False).ravel().tolist()
+    picture = (WIDTH - 0.9) / 3 * 400 / 660
+    height = rows * (picture + 0.3)
+    figure = Figure(figsize=(WIDTH, height))
+    room = {"left": 0.0, "right": 1.0, "bottom": 0.0, "top": 1 - 0.3 / height, "wspace": 0.02}
+    axes_grid = figure.subplots(
+        rows, 3, squeeze=False, gridspec_kw={**room, "hspace": 0.3 / picture}
+    )
+    grid = axes_grid.ravel().tolist()
     for axes in grid:
         axes.set_axis_off()
     size, middle = np.ptp(vertices, axis=0), (vertices.min(axis=0) + vertices.max(axis=0)) / 2
