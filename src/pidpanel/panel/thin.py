@@ -149,7 +149,7 @@ class _CellCentred:
         centre = mapping.mesh.p[:, cells].mean(axis=1)
         x, y = mapping.F(X, tind=tind) - centre[:, :, None]
 
-        def derivative(*along: int) -> Array:
+        def derivative(*along):  # type: ignore[no-untyped-def]
             monomials = np.stack(
                 [np.broadcast_to(power(x, y), x.shape) for power in self._pbasis[along]], axis=1
             )
