@@ -1,7 +1,7 @@
 "use strict";
 // What a page does besides being read: folds open on the way to their content, sections open in
 // print (with the tables and figures that the reader has opened), and curves are drawn by uPlot
-// once they can be seen.
+// once they can be seen or printed.
 document.documentElement.classList.add("scripted");
 
 function openAround(element) {
@@ -21,6 +21,7 @@ let closed = [];
 addEventListener("beforeprint", () => {
   closed = [...document.querySelectorAll("details.topic:not([open])")];
   closed.forEach(one => { one.open = true; });
+  document.querySelectorAll("div.chart").forEach(drawSeen);
 });
 addEventListener("afterprint", () => closed.forEach(one => { one.open = false; }));
 
@@ -72,10 +73,18 @@ function draw(box, width) {
       data.push(...curve.band);
       series.push({ ...edge, label: curve.label + " +" }, { ...edge, label: curve.label + " −" });
     }
-    data.push(curve.values);
+    const outside = curve.values.map(() => null);
+    if (curve.outside.length) {  // dashed, up to the neighbours of what is inside
+      for (let n = 0; n < curve.outside.length; n += 2)
+        for (let k = Math.max(0, curve.outside[n] - 1); k <= curve.outside[n + 1] && k < outside.length; k++) outside[k] = curve.values[k];
+      data.push(outside);
+      series.push({ label: curve.label + " outside", class: "band", stroke: curve.colour, width: curve.width, dash: DASHES.dashed, points: { show: false } });
+    }
+    data.push(curve.values.map((v, k) => curve.outside.filter(end => end <= k).length % 2 ? null : v));
     series.push({
       label: curve.label, class: curve === told.curves[0] ? "first" : "other", stroke: curve.colour, width: curve.width, dash: DASHES[curve.line], line: curve.line,
-      points: { show: false }, value: (u, v) => shortNumber(v), banded: !!curve.band, colour: curve.colour,
+      points: { show: false }, value: (u, v, s, k) => k == null ? "" : shortNumber(curve.values[k]), colour: curve.colour,
+      parts: (curve.band ? 2 : 0) + (curve.outside.length ? 1 : 0),
     });
   }
   const top = Math.max(...told.curves.flatMap(c => c.values.filter(v => v != null)));
@@ -85,7 +94,7 @@ function draw(box, width) {
     width, height: Math.round(Math.min(460, Math.max(260, 0.55 * width))),
     scales: {
       x: { time: false, distr: 3, range: (u, low, high) => [low, high] },
-      y: { distr: 3, range: (u, low, high) => [Math.max(low ?? bottom, top / 1e9), high ?? top] },
+      y: told.log ? { distr: 3, range: (u, low, high) => [Math.max(low ?? bottom, top / 1e9), high ?? top] } : {},
     },
     series, bands,
     legend: { markers: {
@@ -94,16 +103,15 @@ function draw(box, width) {
     } },
     axes: [
       { ...axis, label: "frequency, Hz", splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power), size: 34 },
-      { ...axis, label: told.unit, splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power), size: 52 },
+      { ...axis, label: told.unit, size: 52, ...(told.log ? { splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power) } : {}) },
     ],
     cursor: { drag: { x: true, y: true, uni: 30 } },
     hooks: {
-      // a band goes with its curve
+      // a band and what is outside the data go with their curve
       setSeries: [(u, index, options) => {
         if (index == null || options.show == null) return;
         nameOf(u, index).setAttribute("aria-pressed", options.show);
-        if (!u.series[index].banded) return;
-        for (const edge of [index - 2, index - 1]) u.setSeries(edge, { show: options.show });
+        for (let part = 1; part <= u.series[index].parts; part++) u.setSeries(index - part, { show: options.show });
       }],
     },
   }, data, box);
@@ -141,15 +149,14 @@ function press(chart, event) {
   event.preventDefault();
 }
 
+const drawn = new Map();
+function drawSeen(box) {
+  const width = Math.floor(box.clientWidth), chart = drawn.get(box);
+  if (width < 50) return;
+  if (!chart) drawn.set(box, draw(box, width));
+  else if (chart.width !== width) chart.setSize({ width, height: chart.height });
+}
 if (window.uPlot) {
-  const drawn = new Map();
-  const watch = new ResizeObserver(entries => {
-    for (const entry of entries) {
-      const width = Math.floor(entry.contentRect.width), chart = drawn.get(entry.target);
-      if (width < 50) continue;
-      if (!chart) drawn.set(entry.target, draw(entry.target, width));
-      else if (chart.width !== width) chart.setSize({ width, height: chart.height });
-    }
-  });
+  const watch = new ResizeObserver(entries => entries.forEach(entry => drawSeen(entry.target)));
   document.querySelectorAll("div.chart").forEach(box => watch.observe(box));
 }

@@ -190,10 +190,10 @@ def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, mon
     monkeypatch.setattr(
         answer_section, "mass_figure", lambda answer, weighed, colours: drawn.update(colours)
     )
-    monkeypatch.setattr(answer_section.style, "png", lambda figure: b"")
+    monkeypatch.setattr(answer_section.style, "png", lambda figure: b"drawn")
     found = answered(study, respond, added_mass_kg=0.3)
     b_first = sorted(found.candidates, key=lambda one: one.scenario.patch, reverse=True)
-    answer_section.mass_block(found, b_first, ["A", "B"])
+    assert answer_section.mass_block(found, b_first, ["A", "B"]).image == b"drawn"
     assert drawn == {
         "A": answer_section.style.place_colour("A", ["A", "B"]),
         "B": answer_section.style.place_colour("B", ["A", "B"]),

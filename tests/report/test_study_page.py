@@ -23,13 +23,18 @@ def test_every_family_and_point_has_its_figure(whole):
     for family in ("fill", "place", "level"):
         assert {f"psd_{family}_middle", f"psd_{family}_corner", f"reduction_{family}"} <= names
     assert {"mode_shapes", "spectrum"} <= names
-    assert all(picture.image.startswith(b"\x89PNG") for picture in whole.pictures)
+    assert all(p.image.startswith(b"\x89PNG") for p in whole.pictures if p.is_image)
+    assert all(p.is_image or p.charts or p.tables for p in whole.pictures)
 
 
 def test_the_page_holds_all_pictures_and_the_words_of_the_study(whole):
     # red: sections left out of the page
     text = html.render(whole)
-    assert text.count("data:image/png;base64,") == len(whole.pictures)
+    images = sum(picture.is_image for picture in whole.pictures)
+    assert text.count("data:image/png;base64,") == images
+    assert text.count('<script type="application/json">') == sum(
+        len(picture.charts) for picture in whole.pictures
+    )
     for words in ("A panel under test", "The spectrum is assumed.", "Place of the damper (Figure 6)",
                   "Table 1 of the paper", "cannot be tested", "σ_v, MPa", "make run"):  # fmt: skip
         assert words in text, words

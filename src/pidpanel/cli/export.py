@@ -2,7 +2,7 @@
 
 The files are CSV with units, third octaves, Nastran tables and dampers, and UFF 58. They are in
 results/<study>/response/export; --to copies them to another folder. --figures writes the figures of
-the report as SVG or PDF to results/<study>/figures, or to that folder.
+the report as PNG, SVG or PDF to results/<study>/figures, or to that folder.
 """
 
 import argparse
@@ -12,7 +12,7 @@ from pidpanel.cli.parser import add_directory, add_study
 
 HELP = "Write the files for other programs, such as Nastran tables."
 
-FORMATS = ("svg", "pdf")
+FORMATS = ("png", "svg", "pdf")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=FORMATS,
         default=(),
         metavar="FORMAT",
-        help="write the figures of the report too, as svg or pdf",
+        help="write the figures of the report too, as png, svg or pdf",
     )
 
 
@@ -45,16 +45,13 @@ def call(args: argparse.Namespace) -> int:
         ours = shutil.ignore_patterns(".*")  # Snakemake's time stamp
         folder = Path(shutil.copytree(folder, args.to, dirs_exist_ok=True, ignore=ours))
     if args.figures:
-        from pidpanel.report import style
         from pidpanel.report.from_study import page_of
-        from pidpanel.report.write import write_vectors
+        from pidpanel.report.write import write_figures
 
         results = args.directory / "results"
         make(args.study, args.directory, f"results/{study.name}/report.html", "report")
         figures = args.to or results / study.name / "figures"
-        with style.context():
-            page = page_of(args.study, results / study.name)
-            write_vectors(page, args.figures, figures)
+        write_figures(page_of(args.study, results / study.name), args.figures, figures)
         print(figures)
     for path in sorted(folder.glob("[!.]*")):
         print(path)

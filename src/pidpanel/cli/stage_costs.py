@@ -60,5 +60,5 @@ def panel_costs(coordinates: int, shapes: int, lines: int, solves: int) -> list[
     return [
         Cost("panel", 3 + 20 * (product / 2.1e7) ** 1.25, IMPORTS + 36 * product),
         *(under_sound if solves else []),
-        Cost("report", 20 + 0.3 * solves, 3 * IMPORTS),
+        Cost("report", 3 + 0.2 * solves, 3 * IMPORTS),
     ]

@@ -88,7 +88,9 @@ def trust(candidate: Candidate) -> str:
 def drawing_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
     """Return the panel with supports, masses, patches and points over the worst map."""
     mapped = worst_map(inputs)
-    figure = panel_figure(inputs.basis, inputs.study.panel, None if mapped is None else mapped[1])
+    figure = style.Drawing(
+        panel_figure, inputs.basis, inputs.study.panel, None if mapped is None else mapped[1]
+    )
     caption = "The panel"
     if mapped is not None:
         names = {c.scenario.label: c.name for c in (answer.bare, *answer.candidates)}
@@ -96,7 +98,7 @@ def drawing_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
         title = names.get(label, "bare panel" if label.startswith("bare") else label)
         preposition = "of the" if title == "bare panel" else "with"
         caption += f"; colour: rms acceleration {preposition} {title}"
-    return Picture("panel", style.png(figure), f"{caption}.")
+    return Picture("panel", figure, f"{caption}.")
 
 
 def psd_block(inputs: Inputs, answer: StudyAnswer) -> Picture:
@@ -140,5 +142,5 @@ def mass_block(
     groups = dict.fromkeys([*patches, *(group_of(c) for c in weighed)])
     colours = dict(zip(groups, itertools.cycle(style.PLACES), strict=False))
     caption = f"Reduction of the rms acceleration at point {answer.worst} against mass."
-    figure = mass_figure(answer, weighed, colours)
-    return Picture("reduction_mass", style.png(figure), caption)
+    figure = style.Drawing(mass_figure, answer, weighed, colours)
+    return Picture("reduction_mass", figure, caption)

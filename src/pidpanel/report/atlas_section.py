@@ -37,7 +37,7 @@ def atlas_section(
     frequency
         Range of the response [Hz].
     """
-    figure = coupled_figure(curves(atlas, layouts, frequency), names)
+    figure = style.Drawing(coupled_figure, curves(atlas, layouts, frequency), names)
     text = (
         f"C_e and m_a come from the atlas of particle beds ({atlas_text(atlas)}), a table of "
         "LIGGGHTS runs under single tones over the dimensionless groups of hard particles: fill "
@@ -51,7 +51,7 @@ def atlas_section(
         "C_e and m_a at the acceleration of each patch, with standard errors of the atlas; "
         "not drawn outside the atlas."
     )
-    blocks: list[Block] = [Paragraph(text), Picture("atlas_damping", style.png(figure), caption)]
+    blocks: list[Block] = [Paragraph(text), Picture("atlas_damping", figure, caption)]
     return PageSection("atlas", "Damping from the atlas", blocks)
 
 

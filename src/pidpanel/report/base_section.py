@@ -154,7 +154,7 @@ def _curves(
 
 
 def _picture(name: str, caption: str, charts: Sequence[html.Chart]) -> html.Picture:
-    return html.Picture(f"base_{name}", style.png(charts_figure(charts)), caption, charts)
+    return html.Picture(f"base_{name}", style.Drawing(charts_figure, charts), caption, charts)
 
 
 def _folded(pictures: Iterator[html.Picture]) -> list[html.Block]:

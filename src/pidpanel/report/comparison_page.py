@@ -18,14 +18,13 @@ COLOURS = ("#0072B2", "#D55E00")
 
 def write_comparison(first: comparison.Side, second: comparison.Side, file: Path) -> None:
     """Write the page of two studies against each other."""
-    with style.context():
-        page = comparison_page(first, second)
+    page = comparison_page(first, second)
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(html.render(page), encoding="utf-8")
 
 
 def comparison_page(first: comparison.Side, second: comparison.Side) -> html.Page:
-    """Return the page; call it within `style.context`."""
+    """Return the page."""
     shared = comparison.differences(first, second)
     certain = [d for d in shared if d.verdict in ("lower", "higher")]
     columns = comparison.columns_of(first, second)
@@ -121,7 +120,7 @@ def _maps(first: comparison.Side, second: comparison.Side) -> list[html.PageSect
         if side.maps is None or side.cell_in_patch is None:
             continue
         titles = [f"{side.name}: {scenario}" for scenario in side.maps["scenario"].to_numpy()]
-        image = style.png(map_figure(side.maps, side.cell_in_patch, titles, tops))
+        image = style.Drawing(map_figure, side.maps, side.cell_in_patch, titles, tops)
         caption = f"Rms acceleration and stress of {side.name}; colours as in the other map."
         blocks.append(html.Picture(f"maps_{number}", image, caption))
     return [html.PageSection("maps", "Maps", blocks)]

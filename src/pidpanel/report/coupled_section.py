@@ -27,13 +27,13 @@ def coupled_section(
     results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
 ) -> PageSection:
     """Return what the coupled runs know and found: a table, and C_e and m_a over frequency."""
-    figure = coupled_figure(run_itself(results.impedance), names)
+    figure = style.Drawing(coupled_figure, run_itself(results.impedance), names)
     blocks: list[Block] = [
         Paragraph(METHOD),
         coupled_table(results, names, points),
         Picture(
             "coupled_damping",
-            style.png(figure),
+            figure,
             "C_e and m_a of patches at their own motion, in third octaves, with standard errors. "
             "A negative C_e is not drawn.",
         ),

@@ -20,7 +20,7 @@ def coupon_page(
     coupon: CouponResults,
     steps: Sequence[tuple[str, str]],
 ) -> Page:
-    """Return the whole page; call it within `style.context`."""
+    """Return the whole page."""
     good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
     lost = coupon.cases[~coupon.cases["status"].isin(COUNTED)]
     keys = coupon.varied

@@ -99,24 +99,24 @@ def sweep_blocks(cases: pd.DataFrame, law: Law | None) -> list[Picture]:
         sides.insert(0, ("frequency", FREQUENCY, ACCELERATION))
     pictures = []
     for name, x, panel in sides:
-        figure = sweep_figure(cases, x, EQUIVALENT_DAMPING, panel, law=law, bound="bound_n_s_m3")
-        caption = f"Equivalent damping per area over {x.symbol} at constant {panel.symbol}."
-        pictures.append(
-            Picture(f"damping_over_{name}", style.png(figure), f"{caption} {BARS} {references}")
+        figure = style.Drawing(
+            sweep_figure, cases, x, EQUIVALENT_DAMPING, panel, law=law, bound="bound_n_s_m3"
         )
+        caption = f"Equivalent damping per area over {x.symbol} at constant {panel.symbol}."
+        pictures.append(Picture(f"damping_over_{name}", figure, f"{caption} {BARS} {references}"))
     caption = (
         "Share of the particles' mass that moves in phase with the cell (apparent mass over "
         f"mass, both per area), over {x.symbol}. {BARS}"
     )
-    figure = sweep_figure(cases, x, MASS_SHARE, panel)
-    return [*pictures, Picture("apparent_mass", style.png(figure), caption)]
+    figure = style.Drawing(sweep_figure, cases, x, MASS_SHARE, panel)
+    return [*pictures, Picture("apparent_mass", figure, caption)]
 
 
 def loss_factor_picture(cases: pd.DataFrame) -> Picture:
     """Return η over frequency and acceleration as maps."""
     return Picture(
         "loss_factor_map",
-        style.png(loss_factor_map(cases)),
+        style.Drawing(loss_factor_map, cases),
         "Loss factor η = E_d/(π m″(ωW)²) over frequency and Γ = a/g, by fill fraction; the bound "
         "of a perfectly inelastic bed is 4/π = 1.27. Empty: no case with status ok.",
     )
@@ -180,7 +180,7 @@ def losses_section(cases: pd.DataFrame) -> PageSection:
         "accepted. LIGGGHTS lists contact forces with the velocity at the end of a time step, so "
         "about 1 % is missing at a fifth of the Rayleigh time, and less with shorter steps."
     )
-    picture = Picture("losses", style.png(losses_figure(cases)), caption)
+    picture = Picture("losses", style.Drawing(losses_figure, cases), caption)
     return PageSection("losses", "Energy balance of the coupon", [picture])
 
 

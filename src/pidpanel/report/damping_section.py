@@ -42,9 +42,9 @@ def damping_section(results: DampingResults) -> PageSection:
             )
             + "."
         ),
-        _picture(
+        Picture(
             "map_frequency_acceleration",
-            damping_figures.map_figure(surface, "frequency_hz", "acceleration_g"),
+            style.Drawing(damping_figures.map_figure, surface, "frequency_hz", "acceleration_g"),
             "C_e and loss factor over frequency and Γ at the simulated fills. Circles: cases. "
             "White: outside the simulated range.",
         ),
@@ -75,9 +75,9 @@ def law_blocks(results: DampingResults) -> list[Block]:
             return np.where(a1 > 0, equation_5(2 * np.pi * frequency, a1, a2, a3), np.nan)
 
     blocks.append(
-        _picture(
+        Picture(
             "damping_law",
-            damping_figures.law_figure(results.surface, fitted),
+            style.Drawing(damping_figures.law_figure, results.surface, fitted),
             "Cases and surface with their standard errors, and Eq. 5 with constants in the form of "
             "Eq. 6, fitted at each Γ. Dotted: C_e = 4 m″ω/π.",
         )
@@ -145,9 +145,9 @@ def form_blocks(results: DampingResults) -> list[Block]:
         drawn = partial(forms.two_regimes, constants)
         blocks.append(Paragraph(quoted_regimes(regimes)))
     blocks.append(
-        _picture(
+        Picture(
             "damping_collapse",
-            damping_figures.collapse_figure(points, log_eta, drawn),
+            style.Drawing(damping_figures.collapse_figure, points, log_eta, drawn),
             "Loss factors of all cases on dimensionless axes; larger dots: fuller cells. Lines: "
             "the form of two regimes at r = 0.5. Dotted: bound of an inelastic bed, 4/π.",
         )
@@ -169,7 +169,3 @@ def quoted_regimes(constants: pd.DataFrame) -> str:
         f"{int(constants.iloc[0]['points'])} cases scatter about it by "
         f"{constants.iloc[0]['scatter']:.2f} in ln C_e."
     )
-
-
-def _picture(name: str, figure: damping_figures.Figure, caption: str) -> Picture:
-    return Picture(name, style.png(figure), caption)

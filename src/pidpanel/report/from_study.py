@@ -15,7 +15,7 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.provenance.digests import stamp
-from pidpanel.report import inputs, read, style
+from pidpanel.report import inputs, read
 from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.films import read_film
@@ -61,12 +61,11 @@ def write_study_page(study_file: Path, folder: Path, file: Path, figures: Path) 
     StudyError
         If the results are not those of the study.
     """
-    with style.context():
-        write_page(page_of(study_file, folder), file, figures)
+    write_page(page_of(study_file, folder), file, figures)
 
 
 def page_of(study_file: Path, folder: Path) -> Page:
-    """Return the page of `write_study_page`; call it within `style.context`."""
+    """Return the page of `write_study_page`."""
     study = load_study(study_file)
     on_panel = read_panel_inputs(study, folder)
     steps = [run_step(study_file, _decks(study)), files_step(study.name)]
@@ -84,8 +83,7 @@ def write_coupon_page(study_file: Path, table: Path, file: Path, figures: Path) 
     results = read_coupon(study, SECTION, table)
     steps = [run_step(study_file, _decks(study)), files_step(study.name)]
     title = study.title or study.name
-    with style.context():
-        page = coupon_page(title, study.assumptions, stamp(study), results, steps)
+    page = coupon_page(title, study.assumptions, stamp(study), results, steps)
     write_page(page, file, figures)
 
 

@@ -1,9 +1,8 @@
 """The page as text: sections of paragraphs, pictures and tables into one self-contained file.
 
 Images are in the page as base64, style and scripts are inline: the file needs no network and no
-other file, and can be sent by mail. Curves that a reader may zoom and switch are drawn by uPlot
-(``templates/report/uplot``, MIT licence); where there are no scripts, and in print, the picture of
-the same curves stands in their place.
+other file, and can be sent by mail. Curves are in it as numbers and drawn by uPlot
+(``templates/report/uplot``, MIT licence) when their section is opened or printed.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import jinja2
 import numpy as np
@@ -51,7 +50,7 @@ class PageCurve:
     """One curve of a `Chart`."""
 
     label: str
-    values: Array  # (n_lines,) in the unit of the chart; not finite or not positive: a gap
+    values: Array  # (n_lines,) in the unit of the chart; not finite: a gap
     colour: str  # ``#rrggbb``
     line: Literal["solid", "dashed", "dotted"] = "solid"
     width: float | None = None  # [pt]; None for the usual one
@@ -75,6 +74,12 @@ class Chart:
     unit: str  # quantity and unit, as on the axis
     curves: Sequence[PageCurve]  # the first is drawn over all others
     note: str = ""  # below the title of the figure
+    is_log: bool = True  # whether the values have a logarithmic axis, and none below zero
+
+    @property
+    def heading(self) -> str:
+        """Title, and note."""
+        return ": ".join(filter(None, [self.title, self.note.replace("$", "")]))
 
     @property
     def json(self) -> str:
@@ -85,38 +90,75 @@ class Chart:
                 "colour": curve.colour,
                 "line": curve.line if curve.inside is None or curve.inside.any() else "dashed",
                 "width": curve.pixels,
-                "values": _rounded(curve.values),
+                "values": self._rounded(curve.values),
+                "outside": []
+                if curve.inside is None
+                else np.flatnonzero(np.diff(~curve.inside, prepend=False, append=False)).tolist(),
                 "band": None
                 if curve.log_error is None
                 else [
-                    _rounded(curve.values * np.exp(sign * curve.log_error)) for sign in (1.0, -1.0)
+                    self._rounded(curve.values * np.exp(sign * curve.log_error))
+                    for sign in (1.0, -1.0)
                 ],
             }
             for curve in self.curves
         ]
-        values = {"unit": self.unit, "x": _rounded(self.frequency, 6), "curves": drawn}
+        unit, frequency = self.unit.replace("$", ""), self._rounded(self.frequency, 6)
+        values = {"unit": unit, "log": self.is_log, "x": frequency, "curves": drawn}
         # "</" would end the script element that holds it
         return json.dumps(values, separators=(",", ":"), ensure_ascii=False).replace("</", "<\\/")
 
+    def _rounded(self, values: Array, digits: int = DIGITS) -> list[float | None]:
+        """Return values to some significant digits; None for a gap."""
+        shown = np.isfinite(values) & ((values > 0) | (not self.is_log))
+        return [
+            float(f"{value:.{digits}g}") if is_shown else None
+            for value, is_shown in zip(values.tolist(), shown.tolist(), strict=True)
+        ]
 
-def _rounded(values: Array, digits: int = DIGITS) -> list[float | None]:
-    """Return values to some significant digits for a logarithmic axis; None for a gap."""
-    return [
-        float(f"{value:.{digits}g}") if np.isfinite(value) and value > 0 else None
-        for value in values.tolist()
-    ]
+
+@dataclass(frozen=True)
+class ColourTable:
+    """Numbers on colours."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[str]
+    # (text, colour ``#rrggbb``, whether that is dark) by row and column
+    cells: Sequence[Sequence[tuple[str, str, bool]]]
+
+
+class Drawn(Protocol):
+    """A figure that is drawn when it is asked for; see `style.Drawing`."""
+
+    @property
+    def png(self) -> bytes:
+        """Return the figure as PNG."""
+        ...
 
 
 @dataclass(frozen=True)
 class Picture:
-    """An image with its caption."""
+    """An image with its caption, or what stands for it in the page."""
 
     name: str  # anchor in the page and stem of the file
-    image: bytes
+    drawn: bytes | Drawn
     caption: str  # also the text for readers who cannot see the image
-    charts: Sequence[Chart] = ()  # the same curves; the image stands for them without scripts
+    # The same as numbers, in the place of the image
+    charts: Sequence[Chart] = ()
+    tables: Sequence[ColourTable] = ()
     format: Literal["png", "webp"] = "png"
     kind: Literal["picture"] = "picture"
+
+    @property
+    def is_image(self) -> bool:
+        """Whether the page has an image of it."""
+        return not (self.charts or self.tables)
+
+    @property
+    def image(self) -> bytes:
+        """Return the image."""
+        return self.drawn if isinstance(self.drawn, bytes) else self.drawn.png
 
     @property
     def base64(self) -> str:
@@ -126,14 +168,15 @@ class Picture:
     @property
     def is_broad(self) -> bool:
         """Whether the picture takes the width of the page."""
-        return (self.width or 0) > BROAD
+        return not self.charts and (bool(self.tables) or (self.width or 0) > BROAD)
 
     @property
     def width(self) -> int | None:
         """Return the width at which a PNG of `RESOLUTION` is shown [pixel]; None for no PNG."""
-        if not self.image.startswith(b"\x89PNG") or len(self.image) < 24:
+        image = self.image
+        if not image.startswith(b"\x89PNG") or len(image) < 24:
             return None
-        return round(int.from_bytes(self.image[16:20], "big") * SHOWN_PER_INCH / RESOLUTION)
+        return round(int.from_bytes(image[16:20], "big") * SHOWN_PER_INCH / RESOLUTION)
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def case_titles(maps: xr.Dataset, names: Mapping[str, str]) -> list[str]:
 def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> PageSection:
     """Return the maps of rms acceleration and stress."""
     layers = ", ".join(str(name) for name in maps["layer"].to_numpy())
-    figure = map_figure(maps, cell_in_patch, case_titles(maps, names))
+    figure = style.Drawing(map_figure, maps, cell_in_patch, case_titles(maps, names))
     caption = (
         "Rms values over the frequency range of the response (response.maps; numbers in "
         "response/maps.nc, for ParaView in response/maps/maps.pvd). The von Mises stress is "
@@ -44,7 +44,7 @@ def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str
         "exceeds, because plate theory has unbounded stress at re-entrant corners and point "
         "supports."
     )
-    return PageSection("maps", "Maps", [Picture("maps", style.png(figure), caption)])
+    return PageSection("maps", "Maps", [Picture("maps", figure, caption)])
 
 
 def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:

@@ -114,4 +114,4 @@ def _picture(name: str, lines: pd.DataFrame, rows: pd.DataFrame, curves: Curves)
         f"{'Acceleration PSD' if is_psd else 'Transmissibility'}, measured (straight between its "
         "lines) and computed. Bands: one standard error due to the damping."
     )
-    return Picture(name, style.png(charts_figure([chart])), caption, [chart])
+    return Picture(name, style.Drawing(charts_figure, [chart]), caption, [chart])

@@ -85,7 +85,7 @@ def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> html.Choice
         label = f"{number(row['mass_kg'])} kg, {_decibels(row)}"
         picture = html.Picture(
             f"layout_drawing_{layout}",
-            style.png(layout_figure(proposal, basis, layout)),
+            style.Drawing(layout_figure, proposal, basis, layout),
             f"{patches_text(proposal.layouts, layout)}.",
         )
         title = f"Layout {layout}: {label}"

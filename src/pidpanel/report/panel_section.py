@@ -103,10 +103,12 @@ def mode_table(modes: pd.DataFrame, printed: pd.DataFrame | None) -> Table:
 
 def _shapes(basis: PanelBasis, modes: pd.DataFrame) -> Picture:
     count = min(MODES_SHOWN, len(modes))
-    figure = shapes_figure(basis, [_title(row) for row in records(modes.head(count))])
+    figure = style.Drawing(
+        shapes_figure, basis, [_title(row) for row in records(modes.head(count))]
+    )
     orders = " with their half waves (m, n) along x and y" if "m" in modes else ""
     caption = f"First {count} modes{orders}. Lines: patches; dots: response points."
-    return Picture("mode_shapes", style.png(figure), caption)
+    return Picture("mode_shapes", figure, caption)
 
 
 def _title(row: dict[str, Any]) -> str:

@@ -13,13 +13,13 @@ import numpy as np
 from matplotlib import ticker
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pidpanel.arrays import Array
 from pidpanel.report import style
-from pidpanel.report.html import Chart, Picture
+from pidpanel.report.html import Chart, ColourTable, Picture
 from pidpanel.report.layout import DASHES, LINES, WIDTH, draw_curve, draw_map, frequency_axis
 
 PSD_UNIT = "acceleration PSD, g²/Hz"
@@ -112,7 +112,7 @@ def psd_figure(charts: Sequence[Chart], *, width: float = WIDTH, height: float =
 
 def psd_picture(name: str, charts: Sequence[Chart], caption: str, **size: float) -> Picture:
     """Return a `psd_figure` with its charts; ``size`` is its width and height [inch]."""
-    return Picture(name, style.png(psd_figure(charts, **size)), caption, charts)
+    return Picture(name, style.Drawing(psd_figure, charts, **size), caption, charts)
 
 
 def damping_figure(damping: Sequence[Chart], mass: Sequence[Chart]) -> Figure:
@@ -156,7 +156,7 @@ def reduction_figure(
     down = math.ceil(len(maps) / across)
     figure = Figure(figsize=(WIDTH, 1.5 + down * (0.55 + 0.2 * len(rows))), layout="constrained")
     grid = _side_by_side(figure, len(maps), across)
-    limit = max(1.0, max(float(np.abs(map_).max()) for map_ in gained.values()))
+    limit = _limit(gained)
     norm = Normalize(-limit, limit)
     scale = ScalarMappable(norm, mpl.colormaps["RdBu"])
     for number, (point, reading) in enumerate(maps):
@@ -175,6 +175,32 @@ def reduction_figure(
         shrink=0.5, pad=0.02,
     )  # fmt: skip
     return figure
+
+
+def reduction_tables(
+    centre: Array, rows: Sequence[str], gained: Mapping[tuple[str, str], Array], row_name: str
+) -> list[ColourTable]:
+    """Return the maps of `reduction_figure` as tables."""
+    limit = _limit(gained)
+    colours, norm = mpl.colormaps["RdBu"], Normalize(-limit, limit)
+    bands = [f"{row_name} / Hz", *map(_nominal, centre)]
+    return [
+        ColourTable(
+            f"point {point} · {reading}",
+            bands,
+            rows,
+            [
+                [(_short(v), to_hex(colours(norm(v))), abs(v) > 0.6 * limit) for v in row]
+                for row in values.tolist()
+            ],
+        )
+        for (point, reading), values in gained.items()
+    ]
+
+
+def _limit(gained: Mapping[tuple[str, str], Array]) -> float:
+    """Return the end of the colours [dB]."""
+    return max(1.0, max(float(np.abs(map_).max()) for map_ in gained.values()))
 
 
 def _short(value: float) -> str:

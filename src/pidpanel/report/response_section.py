@@ -1,5 +1,6 @@
 """Families of scenarios on the page: PSDs, reductions, the damping behind them."""
 
+import itertools
 from collections.abc import Mapping
 
 import numpy as np
@@ -149,21 +150,24 @@ def reduction_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str,
     rows = [
         _known_as(inputs, family, s)[0].removeprefix("r = ").removesuffix(" dB") for s in scenarios
     ]
-    figure = response_figures.reduction_figure(
-        centre, rows, gained, points, list(titles.values()), ROW_NAMES[family.varied]
-    )
+    row_name = ROW_NAMES[family.varied]
+    figure = style.Drawing(
+        response_figures.reduction_figure,
+        centre, rows, gained, points, list(titles.values()), row_name,
+    )  # fmt: skip
+    tables = response_figures.reduction_tables(centre, rows, gained, row_name)
     caption = (
         "Reduction of the rms acceleration in third octaves against the bare panel under the "
         "same sound; positive (blue): less acceleration. Where the PSDs are dashed, these "
         "values use damping outside the range of its data."
     )
-    return Picture(f"reduction_{family.key}", style.png(figure), caption)
+    return Picture(f"reduction_{family.key}", figure, caption, tables=tables)
 
 
 def damping_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, str]) -> Picture:
     """Return C_e and m_a with which a family was computed, by reading."""
 
-    def charts(quantity: str, unit: str) -> list[Chart]:
+    def charts(quantity: str, unit: str, *, is_log: bool = True) -> list[Chart]:
         return [
             Chart(
                 title,
@@ -171,16 +175,17 @@ def damping_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, s
                 unit,
                 [_damping_curve(inputs, family, reading, s, quantity) for s in family.scenarios],
                 acceleration_note(inputs, family, reading),
+                is_log,
             )
             for reading, title in titles.items()
         ]
 
-    figure = response_figures.damping_figure(
-        charts("equivalent_damping", "$C_e$, N s/m³"),
-        charts("apparent_mass", "apparent mass $m_a$, kg/m²"),
-    )
+    damping = charts("equivalent_damping", "$C_e$, N s/m³")
+    mass = charts("apparent_mass", "apparent mass $m_a$, kg/m²", is_log=False)
+    figure = style.Drawing(response_figures.damping_figure, damping, mass)
     caption = "Equivalent damping and apparent mass used for these responses."
-    return Picture(f"damping_{family.key}", style.png(figure), caption)
+    pairs = itertools.chain.from_iterable(zip(damping, mass, strict=True))
+    return Picture(f"damping_{family.key}", figure, caption, list(pairs))
 
 
 def _damping_curve(

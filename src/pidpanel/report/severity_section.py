@@ -99,7 +99,7 @@ def _oscillators(
         "the response. severity/oscillators.csv has all scenarios, with the values of Miles' "
         "equation."
     )
-    return html.Picture("oscillators", style.png(_figure(charts)), caption, charts)
+    return html.Picture("oscillators", style.Drawing(_figure, charts), caption, charts)
 
 
 def _figure(charts: Sequence[html.Chart]) -> Figure:
@@ -212,7 +212,7 @@ INDEX_STYLES = {
 def _index_maps(maps: xr.Dataset, names: Mapping[str, str], cell_in_patch: Flags) -> html.Picture:
     """Return maps of the failure indices that the study has strengths for."""
     styles = {name: look for name, look in INDEX_STYLES.items() if name in maps}
-    figure = map_figure(maps, cell_in_patch, case_titles(maps, names), styles=styles)
+    figure = style.Drawing(map_figure, maps, cell_in_patch, case_titles(maps, names), styles=styles)
     largest = [f"{styles[name][0]}: {number(float(maps[name].max()))}" for name in styles]
     caption = (
         "Failure indices all over the panel, of layers the highest, for the scenarios of "
@@ -221,7 +221,7 @@ def _index_maps(maps: xr.Dataset, names: Mapping[str, str], cell_in_patch: Flags
         f"{percent(EXCEEDED_SHARE)} of the area exceeds: at re-entrant corners and point supports "
         "the stress of a plate has no limit. Numbers are in severity/maps.nc."
     )
-    return html.Picture("failure_maps", style.png(figure), caption)
+    return html.Picture("failure_maps", figure, caption)
 
 
 def _fatigue(table: pd.DataFrame, duration: float) -> list[html.Paragraph | html.Table]:

@@ -31,7 +31,7 @@ SAME_DB = 0.05  # reduction below which there is none
 
 
 def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
-    """Return the whole page; call it within `style.context`."""
+    """Return the whole page."""
     study, base = inputs.study, inputs.base
     if base is None:
         raise ValueError(f"{study.name}: a page without sound and base motion")
@@ -47,7 +47,7 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
     # the drawing and the first curves make a row
     cut = [isinstance(block, Picture) for block in on_shaker.blocks].index(True)
     drawing = Picture(
-        "panel", style.png(panel_figure(inputs.basis, study.panel, None)), "The panel."
+        "panel", style.Drawing(panel_figure, inputs.basis, study.panel, None), "The panel."
     )
     head, tail = on_shaker.blocks[:cut], on_shaker.blocks[cut:]
     sections = [on_panel, *coupon_sections(inputs)]

@@ -5,8 +5,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.report import style
-from pidpanel.report.html import PageSection, Picture
+from pidpanel.report.html import Chart, PageCurve, PageSection, Picture
 from pidpanel.report.layout import WIDTH, frequency_axis
+
+LEVEL, DENSITY = "band level, dB re 20 µPa", "pressure PSD on the surface, Pa²/Hz"
 
 # The PSD within a spectrum, by what its table has.
 SHAPES = {
@@ -26,13 +28,24 @@ def sound_section(
     """Return the spectrum of the sound, of a table of bands or of rows of PSD."""
     overall = 10 * np.log10(np.sum(10 ** (bands["band_spl_db"] / 10)))
     caption = (
-        f"Sound spectrum used: {spectrum}, {overall:.1f} dB overall. {SHAPES[rows]} Grey: "
-        "outside the response's frequency range."
+        f"Sound spectrum used: {spectrum}, {overall:.1f} dB overall. {SHAPES[rows]} The "
+        f"response is computed from {frequency[0]:g} to {frequency[1]:g} Hz."
     )
     if assumed:
         caption += " Its shape is an assumption: the paper's Fig. 2 is not recoverable."
-    picture = Picture("spectrum", style.png(spectrum_figure(bands, *frequency)), caption)
-    return PageSection("sound", "Sound", [picture])
+    drawing = style.Drawing(spectrum_figure, bands, *frequency)
+    charts = [
+        _steps(bands, "band_spl_db", LEVEL, is_log=False),
+        _steps(bands, "surface_pressure_psd_pa2_hz", DENSITY),
+    ]
+    return PageSection("sound", "Sound", [Picture("spectrum", drawing, caption, charts)])
+
+
+def _steps(bands: pd.DataFrame, column: str, unit: str, *, is_log: bool = True) -> Chart:
+    """Return values of bands, each from edge to edge."""
+    edges = np.column_stack([bands["lower_hz"], bands["upper_hz"]]).ravel()
+    values = np.repeat(bands[column].to_numpy(float), 2)
+    return Chart("", edges, unit, [PageCurve(unit, values, style.PLACES[0])], "", is_log)
 
 
 def spectrum_figure(bands: pd.DataFrame, low: float, high: float) -> Figure:
@@ -49,9 +62,9 @@ def spectrum_figure(bands: pd.DataFrame, low: float, high: float) -> Figure:
             if stop > start:
                 axes.axvspan(start, stop, color="#eeeeee", lw=0, zorder=0)
     left.plot(bands["center_hz"], bands["band_spl_db"], "o", color=colour, ms=3)
-    left.set_ylabel("band level, dB re 20 µPa")
+    left.set_ylabel(LEVEL)
     left.set_title("band levels", loc="left", fontweight="bold")
     right.set_yscale("log")
-    right.set_ylabel("pressure PSD on the surface, Pa²/Hz")
+    right.set_ylabel(DENSITY)
     right.set_title("one-sided PSD", loc="left", fontweight="bold")
     return figure

@@ -35,7 +35,7 @@ from pidpanel.report.warnings import study_warnings
 
 
 def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
-    """Return the whole page; call it within `style.context`."""
+    """Return the whole page."""
     study = inputs.study
     answer = answer_of(study, inputs.summary)
     proposal = inputs.proposal

@@ -2,12 +2,13 @@
 
 The colours are distinct for the common kinds of colour blindness: fills run through viridis
 (dark is empty), sound levels through plasma, patches take the set of Okabe and Ito (2008). The
-bare panel is black throughout. Nothing is set for the process: figures are made within `context`.
+bare panel is black throughout. Nothing is set for the process: a `Drawing` draws within `context`.
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
+from functools import cached_property, partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -61,6 +62,7 @@ _RC: dict[Any, Any] = {
     "figure.dpi": 100,
     "figure.facecolor": "white",
     "mathtext.fontset": "dejavusans",
+    "pdf.fonttype": 42,
 }
 
 
@@ -117,33 +119,40 @@ def set_as_typed(figure: Figure) -> None:
             text.set_text(as_typed(text.get_text()))
 
 
-class Drawing(bytes):
-    """A PNG with the figure from which it was drawn."""
+class Drawing:
+    """A figure that is drawn when it is asked for."""
 
-    figure: Figure
+    def __init__(self, draw: Callable[..., Figure], *values: Any, **options: Any) -> None:
+        self._draw = partial(draw, *values, **options)
+
+    @cached_property
+    def png(self) -> bytes:
+        """The figure as PNG."""
+        with context():
+            return png(self._draw())
+
+    def write(self, path: Path) -> None:
+        """Write the figure as PNG, SVG or PDF, by the end of the path."""
+        if path.suffix == ".png":
+            path.write_bytes(self.png)
+            return
+        date = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
+        with context():
+            figure = self._draw()
+            set_as_typed(figure)
+            figure.savefig(path, metadata={date: None})
 
 
-def write_vector(drawing: Drawing, path: Path) -> None:
-    """Write the figure of a PNG as SVG or PDF, by the end of the path."""
-    dates = {".svg": "Date", ".pdf": "CreationDate"}
-    drawing.figure.set_layout_engine("none")  # as in the PNG
-    with mpl.rc_context({"pdf.fonttype": 42}):
-        drawing.figure.savefig(path, metadata={dates[path.suffix]: None})
-
-
-def png(figure: Figure) -> Drawing:
+def png(figure: Figure) -> bytes:
     """Return the figure as PNG, the same bytes from the same numbers; texts appear as typed."""
     set_as_typed(figure)
     figure.set_dpi(RESOLUTION)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # `savefig` draws twice
-    figure.set_layout_engine("none")  # each further draw would move the axes a little
     buffer = BytesIO()
     reduced = _reduced(np.ascontiguousarray(canvas.buffer_rgba()))
     reduced.save(buffer, format="png", compress_level=6)  # `optimize` takes seven times as long
-    drawing = Drawing(buffer.getvalue())
-    drawing.figure = figure
-    return drawing
+    return buffer.getvalue()
 
 
 def _reduced(colours: NDArray[np.uint8]) -> Image.Image:

@@ -44,9 +44,9 @@ def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> PageSection:
         )
         if rest:
             caption += f" Points one above the other differ in {rest}."
-        figure = varied_figure(cases, key, LABELS.get(key, key))
+        figure = style.Drawing(varied_figure, cases, key, LABELS.get(key, key))
         blocks.append(varied_table(cases, key, keys))
-        blocks.append(Picture(f"over_{key.replace('.', '_')}", style.png(figure), caption))
+        blocks.append(Picture(f"over_{key.replace('.', '_')}", figure, caption))
     return PageSection("varied", "Varied parameters", blocks)
 
 

@@ -181,7 +181,7 @@ def verdict_section(
         blocks.append(
             Picture(
                 "verdict_level",
-                style.png(level_figure(verdict, points)),
+                style.Drawing(level_figure, verdict, points),
                 "g rms of every damping model over that of the coupled integration. Grey: "
                 f"within {RMS_LIMIT:.0%}.",
             )
@@ -193,6 +193,6 @@ def verdict_section(
             f"Every damping model over the coupled run by third octave, within {BAND_DEPTH:g} "
             f"dB of the highest. Grey: within {BAND_LIMIT:g} dB."
         )
-        figure = band_figure(psd, run, labels, points)
-        blocks.append(Picture("verdict_bands", style.png(figure), caption))
+        figure = style.Drawing(band_figure, psd, run, labels, points)
+        blocks.append(Picture("verdict_bands", figure, caption))
     return PageSection("verdict", "Which damping model holds", blocks)

@@ -5,21 +5,22 @@ from pathlib import Path
 
 from pidpanel.provenance import durable
 from pidpanel.report.html import Page, render
-from pidpanel.report.style import Drawing, write_vector
+from pidpanel.report.style import Drawing
 
 
 def write_page(page: Page, file: Path, figures: Path) -> None:
-    """Write a page, and each of its pictures as ``<name>.<format>`` into a folder."""
+    """Write a page, and each of its images as ``<name>.<format>`` into a folder."""
     figures.mkdir(exist_ok=True)
     for picture in page.pictures:
-        (figures / f"{picture.name}.{picture.format}").write_bytes(picture.image)
+        if picture.is_image:
+            (figures / f"{picture.name}.{picture.format}").write_bytes(picture.image)
     durable.write_text(file, render(page))
 
 
-def write_vectors(page: Page, formats: Sequence[str], figures: Path) -> None:
-    """Write the figures of a page as ``svg`` or ``pdf`` into a folder; films are left out."""
+def write_figures(page: Page, formats: Sequence[str], figures: Path) -> None:
+    """Write the figures of a page as PNG, SVG or PDF into a folder; films are left out."""
     figures.mkdir(parents=True, exist_ok=True)
     for picture in page.pictures:
-        if isinstance(picture.image, Drawing):
+        if isinstance(picture.drawn, Drawing):
             for name in formats:
-                write_vector(picture.image, figures / f"{picture.name}.{name}")
+                picture.drawn.write(figures / f"{picture.name}.{name}")
