@@ -91,6 +91,8 @@ def test_packings_serve_many_cases(tmp_path):
     ("change", "reason"),
     [
         ({"fill_fraction": 0.05, "width": 2.0, "depth": 4.0}, "fewer than 2 particles in a cell"),
+        ({"direction": "none"}, "no gravity"),
+        ({"width": 2.2, "depth": 34.6}, "too narrow and deep"),
         ({"stroke_per_gap": 20.0, "gamma": 1.5, "depth": 40.0}, "a frequency outside 3 to 10000 Hz"),
         ({"stroke_per_gap": 20.0, "gamma": 700.0, "depth": 40.0}, "overlaps of more than 0.1 radii"),
         ({"stroke_per_gap": 1e-4, "gamma": 300.0}, "contacts of more than 0.1 periods"),

@@ -42,6 +42,9 @@ FULL_CELL = (8.0, 1000.0)  # particles of a full cell
 FULL_COUPON = 140.0  # particles of all cells together when full, with small cells
 MOST_CELLS = 24  # of which each has rows of its own
 LEAST_SPHERES = 2.0  # of a cell
+# Depth · width/(width − 1)², in diameters: up to it the chimney of a pour is less than 224 times as
+# high as its sides are wide, and LIGGGHTS takes its triangles.
+SLENDEREST = 35.0
 TOUCHING = 0.05  # W/L below which a bed without gravity rests in the middle of its cell
 LONGEST_CONTACT = 0.1  # over the period, with the modulus of the material
 DEEPEST_OVERLAP = 0.1  # over the radius, likewise
@@ -111,6 +114,8 @@ def exclusion(groups: Groups, bead: Bead) -> str:
     f, v = frequency(groups, bead), speed(groups, bead)
     if spheres < LEAST_SPHERES:
         return f"fewer than {LEAST_SPHERES:g} particles in a cell"
+    if groups.depth * groups.width / (groups.width - 1) ** 2 > SLENDEREST:
+        return "a cell too narrow and deep to be poured"
     if groups.direction == "none" and groups.stroke_per_gap < TOUCHING:
         return "no gravity, and a stroke with which the bed hardly touches its walls"
     if not FREQUENCIES[0] <= f <= FREQUENCIES[1]:
