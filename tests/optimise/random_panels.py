@@ -22,7 +22,7 @@ class RandomPanel:
     On a moving base its last shape is the translation, and the supports have that spectrum.
     """
 
-    def __init__(self, seed, heavy=False, moving=False):
+    def __init__(self, seed, heavy=False, moving=False, lines=160):
         self.moving = moving
         draw = np.random.default_rng(seed)
         self.size = draw.uniform([0.9, 0.6], [1.6, 1.1])
@@ -51,7 +51,7 @@ class RandomPanel:
         load = draw.normal(size=(len(self.modes), 40))
         self.slope = draw.uniform(0, 2)
         self.force = load @ load.T / 40 * self.size.prod() ** 2
-        self.frequency = np.geomspace(20, 1.2 * max(frequency), 160)
+        self.frequency = np.geomspace(20, 1.2 * max(frequency), lines)
         self.excitation = ModalForce(self.spectrum, self.force)
         if moving:
             of_wave = {number: (1 - (-1) ** number) / (np.pi * number) for number in range(1, 6)}
