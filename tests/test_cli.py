@@ -16,8 +16,10 @@ from pidpanel import cli
 from pidpanel.cli import draft, snakemake
 from pidpanel.cli.parser import COMMANDS, parser
 from pidpanel.coupon.from_study import cases_of
+from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.panel.resolution import frequency_shift
 from pidpanel.paths import STUDIES
-from pidpanel.study import load_any_study
+from pidpanel.study import load_any_study, load_study
 
 (ENTRY,) = importlib.metadata.entry_points(group="console_scripts", name="pidpanel")
 main = ENTRY.load()
@@ -319,6 +321,18 @@ def test_a_new_study_has_fill_fractions_of_its_table(capsys, tmp_path, rows, fil
     assert scenarios["fill"]["fill_fraction"] == fills
     assert scenarios["location"]["fill_fraction"] == fill
     assert answer(capsys, "check", tmp_path / "a.yaml")[0] == 0
+
+
+@pytest.mark.parametrize("options", [{}, {"section": "solid"}, {"size": (3.0, 2.0)}])
+def test_the_mesh_of_a_new_study_shifts_no_resonance_by_a_fraction_of_its_width(tmp_path, options):
+    # 0.15 ζ is 0.65 dB beside a resonance; red: SHARP = 1
+    draft.write(draft.Draft(**options), tmp_path / "a.yaml")
+    study = load_study(tmp_path / "a.yaml")
+    panel = StudiedPanel(study.panel)
+    panel.check(study.response.frequency_hz[1])
+    size, highest = 1.2 * study.panel.mesh.size_m, study.response.frequency_hz[1]
+    shift = frequency_shift(panel.element, panel.section, size, highest)
+    assert shift < 0.15 * 0.01
 
 
 def test_an_own_spectrum_is_named_relative_to_the_new_study(capsys, tmp_path, monkeypatch):
