@@ -47,7 +47,8 @@ FORMULAS = {
     "": "chebyshev damping_ratio",
     "spectra": "acceleration_table break_points third_octaves",
     "geometry": "cells plane_mesh plane_waves polygon sizes",
-    "coupon": "balance contact cycles drive geometry packings rows states",
+    "atlas": "groups",
+    "coupon": "balance contact cycles design drive geometry packings rows states",
     "damping": "atlas atlas_fit broadband constants coupled fit forms gaussian_process inelastic interpolation jump laws readings sides simulated_range "
     "surface surface_cases tables thinned",
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section shapes "

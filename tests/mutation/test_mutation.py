@@ -80,7 +80,8 @@ OTHERS = {
     "spectra": "",
     "geometry": "",
     "solve": "",
-    "coupon": "attempts batches bed cases coding deadline estimate film finished from_study judgement legs "
+    "atlas": "table",
+    "coupon": "atlas attempts batches bed cases coding deadline estimate film finished from_study judgement legs "
     "packing preparation records runs summary window",
     "damping": "atlas_files from_study surface_files table_files",
     "panel": "basis_files first fit plate_files flat_mesh gmsh_files from_study mesh nastran tables",
