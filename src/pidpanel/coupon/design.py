@@ -50,6 +50,7 @@ LONGEST_CONTACT = 0.1  # over the period, with the modulus of the material
 DEEPEST_OVERLAP = 0.1  # over the radius, likewise
 CYCLES, MOST_WORK = 12, 6e7  # steps of all particles in the fewest cycles: about six seconds
 SOFT_OVERLAP = 0.05  # deepest overlap of softened contacts over the radius
+LAST_CYCLES, MOST_STEPS = (32, 240), 4e6  # a run ends after so many steps if it is noisy
 CHOICES_MPA = (20, 50, 200, 800)  # moduli of softened contacts
 BOUNCING = 10.0  # Γ below which a bed that is thrown up bounces as one body
 BOUNCING_CONTACT = 0.002  # longest contact of such a bed over the period
@@ -172,6 +173,12 @@ def time_step_rayleigh(restitution: float) -> float:
     return min(0.2, round(0.027 / (log / math.hypot(math.pi, log)), 3))
 
 
+def max_cycles(groups: Groups, bead: Bead) -> int:
+    """Return after how many cycles a run ends at the latest, fewer where a cycle is long."""
+    low, high = LAST_CYCLES
+    return round(min(max(MOST_STEPS / steps_per_cycle(groups, bead), low), high))
+
+
 def row_of(groups: Groups, bead: Bead) -> dict[str, Any]:
     """Return the row of a case: key of the coupon → value.
 
@@ -199,6 +206,7 @@ def row_of(groups: Groups, bead: Bead) -> dict[str, Any]:
         else " ".join(map(str, CHOICES_MPA)),
         "time_step_rayleigh": time_step_rayleigh(groups.restitution),
         "accuracy.seeds": 1 if groups.gamma < FEW_SEEDS else 2,
+        "accuracy.max_cycles": max_cycles(groups, bead),
     }
     return {key: f"{v:.4g}" if isinstance(v, float) else v for key, v in values.items()}
 
