@@ -74,5 +74,5 @@ def test_the_errors_are_those_of_the_scenarios_that_set_them():
     assert np.sqrt(np.mean(shares**2)) == pytest.approx(SINGLE_TONES.of_effect, abs=0.03)
     of_law = np.array([cells[5].strip(" %").split("/") for cells in rows], float) / 100
     assert np.sqrt(np.mean(np.log(1 + of_law) ** 2)) == pytest.approx(PAPER_LAW.of_rms, abs=0.01)
-    stated = re.search(r"tones\*\*.*: (\d+) % of what .* dB.* (\d+) % of g rms are added", page)
+    stated = re.search(r"tones\*\*.*: (\d+) % of the .* dB.* (\d+) % of g rms is added", page)
     assert [int(number) / 100 for number in stated.groups()] == pytest.approx(SINGLE_TONES)
