@@ -61,7 +61,7 @@ FORMULAS = {
     "response": "bushes cases coupled_errors dampers extrapolation mapping model_error panel patch_rows tabdmp1 tables",
     "base": "basis_check notching random sine sine_errors transfer",
     "severity": "fatigue moments oscillators strength",
-    "optimise": "alternatives bound objectives places proposal reduced search variants",
+    "optimise": "alternatives bound joint objectives places proposal reduced search variants",
     "measurement": "computed differences",
     "report": "verdict",
 }

@@ -89,7 +89,7 @@ OTHERS = {
     "coupled": "beds checkpoints estimate_files from_study pieces process record_files scenario",
     "base": "from_study panel tables",
     "severity": "from_study tables",
-    "optimise": "finalists from_study options placed",
+    "optimise": "excited finalists from_study options placed",
     "measurement": "files from_study",
     "response": "export exports from_study map_files nastran psd_files refinement results trust",
 }
