@@ -110,10 +110,11 @@ def _of_motion(
             value = value_text(best[column], best.get(error, math.nan))
             text += (
                 f". {names[best['scenario']]} lowers the largest of any point most, to {value} "
-                f"{unit} (−{gain:.1f} dB; {READINGS[str(reading)]})"
+                f"{unit} (−{gain:.1f} dB)"
                 if gain > SAME_DB
-                else f", and no layout lowers it ({READINGS[str(reading)]})"
+                else ", and no layout lowers it"
             )
+            text += f". Damping: {READINGS[str(reading)]}"
         findings.append(f"{text}.")
     return findings
 
