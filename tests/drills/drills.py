@@ -324,7 +324,7 @@ def panel_file_damaged(stage: Stage, folder: Path, rng: random.Random) -> Ended:
 
 
 def panel_killed(stage: Stage, folder: Path, rng: random.Random) -> Ended:
-    """A stage of the panel, or Snakemake during it, is killed, and the study called again."""
+    """A stage of the panel, or Snakemake during it, is killed, and the study is called again."""
     world = stage.panel.copy(folder)
     for stage_left in ("panel", "sound", "response"):
         shutil.rmtree(world.folder / "results" / "drill" / stage_left)
