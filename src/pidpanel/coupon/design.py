@@ -54,9 +54,8 @@ LAST_CYCLES, MOST_STEPS = (32, 240), 4e6  # a run ends after so many steps if it
 CHOICES_MPA = (20, 50, 200, 800)  # moduli of softened contacts
 BOUNCING = 10.0  # Γ below which a bed that is thrown up bounces as one body
 BOUNCING_CONTACT = 0.002  # longest contact of such a bed over the period
-FEW_SEEDS = (
-    5.0  # Γ below which a case has a single seed: its contacts are hard, and its steps short
-)
+# Γ below which a case has a single seed: its contacts are hard, and its steps short.
+FEW_SEEDS = 5.0
 FREQUENCIES = (3.0, 10_000.0)  # [Hz]
 
 

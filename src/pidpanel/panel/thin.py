@@ -139,7 +139,7 @@ class _CellCentred:
     def _all_functions(self, mapping, X, tind):  # type: ignore[no-untyped-def]
         """Return all basis functions, each a sum of the same monomials.
 
-        scikit-fem evaluates the monomials anew for each of the 21 functions of an Argyris element.
+        scikit-fem evaluates the monomials again for each of the 21 functions of an Argyris element.
         """
         cells = mapping.mesh.t if tind is None else mapping.mesh.t[:, tind]
         if self.V is None:

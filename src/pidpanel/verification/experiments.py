@@ -143,7 +143,7 @@ BOX_GAPS = (2.5, 2.8, 3.1, 3.3, 3.5, 3.7, 4.0)  # L/A
 
 
 def box_rows(folder: Path) -> list[Row]:
-    """L/A at which the loss of a bed falls to half of the largest."""
+    """L/A at which the loss of a bed falls to three quarters of the largest."""
     settled = shaken.poured(folder / "pour")
     energy = [
         shaken.slug(folder / f"{gap:g}", settled, shaken.BED_SIZES[-1], gap, count=16)[1]
