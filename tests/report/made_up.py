@@ -44,6 +44,7 @@ def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
                         "damping_read_at_g": np.nan if scenario.patch is None else read_at,
                         "outside_run_points_share": 0.0 if scenario.patch is None else 1 - inside,
                         "extrapolated_share": 0.0 if scenario.patch is None else 1 - inside,
+                        "between_share": 0.0,
                         "data_missing": "" if scenario.patch is None else "dem to 61 g",
                         "levels": 1,
                         "doubts": "",

@@ -38,6 +38,16 @@ def test_damping_outside_the_simulated_range_is_named_with_what_is_missing(said,
     assert "up to 25 % of the change in mean square; extend dem to 61 g" in outside
 
 
+def test_beds_that_may_ride_or_cross_are_simulated_on_demand(said, respond):
+    # red: rows below the share; the share of a single scenario
+    summary, _ = respond({})
+    assert not any("cross their gap" in text for text in said(summary))
+    summary.loc[summary["scenario"] == "B_r0.5_150dB", "between_share"] = 0.31
+    (text,) = (t for t in said(summary) if "cross their" in t and READINGS["paper_corrected"] in t)
+    assert "B, r = 0.5, 150 dB: beds may ride on the floor" in text and "up to 31 %" in text
+    assert text.endswith("damping.readings: [atlas, coupled] simulates which.")
+
+
 def test_motion_beyond_a_tenth_of_the_thickness_is_told(said, respond):
     # red: the smallest displacement
     summary, _ = respond({})

@@ -28,6 +28,7 @@ GOOD = {
             {"extrapolated_share": 0.12},
             ["12 % of the change extrapolated, extend steel to 61 g"],
         ),
+        ({"between_share": 0.9}, []),
         ({"levels": 2}, ["several solutions"]),
         ({"motion_residual": 2e-3}, ["motion not converged"]),
         ({"basis_error": 6e-3}, ["basis too small"]),
@@ -53,6 +54,17 @@ def test_coupled_runs_are_doubted_beyond_twice_the_wanted_error():
     for wanted, said in ((0.02, ""), (0.01, "known to ± 3 % only (more damping.coupled.runs)")):
         found = judged(scenarios_of(study), pd.DataFrame([row]), None, wanted)
         assert found["doubts"].tolist() == [said]
+
+
+def test_a_large_error_of_the_atlas_has_a_remedy():
+    # red: no remedy; the remedy for any damping model
+    study = load_study(WORKFLOW / "studies" / "launch.yaml")
+    row = {**GOOD, "scenario": "PID-1_r0.5_136.7dB", "point": "326", "between_share": 0.9}
+    rows = [{**row, "reading": name, "acceleration_rms_error_g": 3.0} for name in ("atlas", "dem")]
+    assert judged(scenarios_of(study), pd.DataFrame(rows), None, 0.02)["doubts"].tolist() == [
+        "known to ± 30 % only (damping.readings: [atlas, coupled])",
+        "known to ± 30 % only",
+    ]
 
 
 def test_every_row_says_whether_to_trust_it_and_where_its_damping_comes_from():

@@ -17,7 +17,7 @@ from pidpanel.report.inputs import ReportedStudy
 from pidpanel.report.names import ReportedScenario
 from pidpanel.report.rms import moving_points
 from pidpanel.report.text import records
-from pidpanel.response.trust import doubts_in
+from pidpanel.response.trust import BETWEEN_SHARE, MAY_CROSS, doubts_in, largest
 
 # Standard errors of a difference beyond which it counts (95 % of a normal distribution).
 SIGNIFICANCE = 2.0
@@ -51,6 +51,7 @@ class Candidate:
     share: float  # of the panel, in percent
     responses: dict[str, PointResponse]  # by point; empty without a steady response
     doubts: tuple[str, ...]  # why its numbers are not to be trusted
+    note: str = ""  # on numbers that are
 
     @property
     def name(self) -> str:
@@ -181,6 +182,7 @@ def _candidate(scenario: ReportedScenario, rows: Sequence[dict[str, Any]]) -> Ca
         rows[0]["added_mass_percent"],
         responses,
         doubts_in(rows[0]),
+        MAY_CROSS if largest(rows, "between_share") > BETWEEN_SHARE else "",
     )
 
 

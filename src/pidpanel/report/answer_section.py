@@ -81,8 +81,10 @@ def _rms(response: PointResponse, decimals: int | None) -> str:
 
 
 def trust(candidate: Candidate) -> str:
-    """Return whether the numbers of a scenario are to be trusted, and why not."""
-    return f"no: {', '.join(candidate.doubts)}" if candidate.doubts else "yes"
+    """Return whether the numbers of a scenario are to be trusted, why not, or with which note."""
+    if candidate.doubts:
+        return f"no: {', '.join(candidate.doubts)}"
+    return f"yes; {candidate.note}" if candidate.note else "yes"
 
 
 def drawing_block(inputs: Inputs, answer: StudyAnswer) -> Picture:

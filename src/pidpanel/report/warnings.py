@@ -29,9 +29,6 @@ DOUBTS = {
     "panel's thickness. A real panel stiffens there through membrane stress, which is not modelled",
     trust.EXTRAPOLATED: "damping partly extrapolated beyond its data (up to {share} of the change "
     "in mean square; extend {missing})",
-    trust.MAY_CROSS: "beds may ride on the floor or cross their gap (W/L from 0.1 to 0.5) at up to "
-    "{between} of the change in mean square. The error includes both. damping.readings: [atlas, "
-    "coupled] simulates which",
     trust.CARRIED: "not run; C_e and m_a are interpolated from coupled runs at other levels",
     trust.KNOWN_TO: "g rms is {known}",
     "several solutions": "damping and motion agree at several accelerations; the highest is shown",
@@ -40,6 +37,12 @@ DOUBTS = {
     "basis too small": "the basis is too small for these dampers; against all elements PSDs are "
     "off by about {basis}",
 }
+
+MAY_CROSS = (
+    "beds may ride on the floor or cross their gap (W/L from 0.1 to 0.5) at up to {share} of the "
+    "change in mean square. The error includes both. damping.readings: [atlas, coupled] simulates "
+    "which"
+)
 
 SINGLE_TONES = (
     "C_e and m_a are those of single tones with the patch's rms acceleration, Γ = √2 a_rms/g. "
@@ -112,12 +115,14 @@ def _doubts(study: ReportedStudy, summary: pd.DataFrame, reading: str) -> Iterat
             displacement=number(doubted["displacement_rms_mm"].max(), 2),
             share=percent(worst["extrapolated_share"]),
             missing=worst["data_missing"],
-            between=percent(trust.largest(records(doubted), "between_share")),
             known="".join(word for word in known.split(trust.BETWEEN) if doubt in word),
             residual=percent(doubted["motion_residual"].max(), 1),
             basis=percent(doubted["basis_error"].max(), 1),
         )
         yield f"{names(doubted)}: {meaning}."
+    between = rows[rows["between_share"] > trust.BETWEEN_SHARE]
+    if len(between):
+        yield f"{names(between)}: {MAY_CROSS.format(share=percent(between['between_share'].max()))}."
 
 
 def _of_answer(inputs: Inputs, answer: StudyAnswer) -> Iterator[str]:
