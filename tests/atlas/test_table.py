@@ -1,14 +1,20 @@
 """The published table is what its description says, and agrees with itself."""
 
+import json
 import math
+from pathlib import Path
 
 import pandas as pd
 import pytest
+import yaml
 
 from pidpanel.atlas.groups import Direction
-from pidpanel.atlas.table import TABLE_FILE, fields, read_atlas
+from pidpanel.atlas.table import PACKAGE_FILE, TABLE_FILE, fields, read_atlas
 
 G = 9.80665
+
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +31,21 @@ def test_columns_with_a_dimension_have_it_in_their_name():
         assert field["description"].endswith(".")
     (direction,) = (field for field in fields() if field["name"] == "direction")
     assert tuple(direction["constraints"]["enum"]) == Direction.__args__
+
+
+def test_archive_and_citation_are_of_the_published_version():
+    # red: a version that is raised in one of the files only
+    package, archive = (
+        json.loads(path.read_text(encoding="utf-8"))
+        for path in (PACKAGE_FILE, ROOT / ".zenodo.json")
+    )
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    (data,) = (entry for entry in cited["references"] if entry["type"] == "data")
+    assert package["version"] == archive["version"] == data["version"]
+    assert package["title"] == archive["title"] == data["title"]
+    assert package["licenses"][0]["name"].lower() == archive["license"] == data["license"].lower()
+    assert archive["creators"] == cited["authors"] == data["authors"]
+    assert f"version {package['version']}. CC BY 4.0" in (ROOT / "docs" / "cite.md").read_text()
 
 
 def test_groups_follow_from_the_simulated_values(atlas):

@@ -122,7 +122,8 @@ def _doubts(study: ReportedStudy, summary: pd.DataFrame, reading: str) -> Iterat
         yield f"{names(doubted)}: {meaning}."
     between = rows[rows["between_share"] > trust.BETWEEN_SHARE]
     if len(between):
-        yield f"{names(between)}: {MAY_CROSS.format(share=percent(between['between_share'].max()))}."
+        meaning = MAY_CROSS.format(share=percent(between["between_share"].max()))
+        yield f"{names(between)}: {meaning}."
 
 
 def _of_answer(inputs: Inputs, answer: StudyAnswer) -> Iterator[str]:
