@@ -2,8 +2,9 @@
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 from pidpanel.arrays import Array
@@ -46,6 +47,19 @@ class Constants:
     wall_friction: float
     rolling_friction: float
     wall_rolling_friction: float
+
+    @classmethod
+    def alike(
+        cls,
+        youngs_modulus: float,
+        poissons_ratio: float,
+        restitution: float,
+        friction: float,
+        rolling_friction: float = 0.0,
+    ) -> "Constants":
+        """Constants of spheres and walls of one material."""
+        values = (youngs_modulus, poissons_ratio, restitution, friction, rolling_friction)
+        return cls(*chain.from_iterable(zip(values, values, strict=True)))
 
     @property
     def has_rolling_friction(self) -> bool:
@@ -117,18 +131,10 @@ class Packing:
     @property
     def pour_constants(self) -> Constants:
         """Constants of the contacts of the pour."""
-        return Constants(
-            youngs_modulus=POURING.youngs_modulus,
-            wall_youngs_modulus=POURING.youngs_modulus,
-            poissons_ratio=self.poissons_ratio,
-            wall_poissons_ratio=self.poissons_ratio,
-            restitution=POURING.restitution,
-            wall_restitution=POURING.restitution,
-            friction=self.friction,
-            wall_friction=self.wall_friction,
-            rolling_friction=0.0,
-            wall_rolling_friction=0.0,
+        alike = Constants.alike(
+            POURING.youngs_modulus, self.poissons_ratio, POURING.restitution, self.friction
         )
+        return replace(alike, wall_friction=self.wall_friction)
 
     @property
     def pour_time_step(self) -> float:

@@ -33,7 +33,7 @@ from pidpanel.solve.supports import (
     supported_panel,
     with_translation,
 )
-from pidpanel.verification.rows import Row
+from pidpanel.verification.rows import Comparison, Row
 
 SIZE, RIGIDITY, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02
 MASS = MASS_PER_AREA * SIZE[0] * SIZE[1]
@@ -65,6 +65,7 @@ def oscillator_rows(folder: Path) -> list[Row]:
 
     case = "Oscillator on a moving base"
     method = "the solver of the response with a translation"
+    comparison = Comparison(case, "m2/s4/Hz", 1e-6, method, "closed form")
     rows = []
     for frequency in (20.0, 50.0, 120.0):
         r = frequency / own
@@ -74,10 +75,7 @@ def oscillator_rows(folder: Path) -> list[Row]:
             ("absolute", "relative"), psds(np.array([frequency]))[0], closed, strict=True
         ):
             quantity = f"{name} acceleration PSD at {frequency:g} Hz"
-            rows.append(
-                Row(case, quantity, float(value), float(exact), "m2/s4/Hz", 1e-6, method,
-                    "closed form", at=frequency)
-            )  # fmt: skip
+            rows.append(comparison.row(quantity, value, exact, frequency))
     lines = frequency_grid(2e-4, 1e7, ratio)
     rms = np.sqrt(np.trapezoid(psds(lines)[:, 0], lines))
     miles = np.sqrt(level * np.pi * own * (1 + 4 * ratio**2) / (4 * ratio))
@@ -203,10 +201,13 @@ def limit_rows(folder: Path) -> list[Row]:
 
 def balance_rows(folder: Path) -> list[Row]:
     """Power of the shaker against the losses in the structure and in a damper."""
-    plate, case = _Plate(folder), "Power balance of base motion"
+    plate = _Plate(folder)
     frequency = np.array([30.0, 65.0, 224.0, 390.0])
     _, force, shapes = plate.solve(frequency, DAMPING, APPARENT)
     overlap, count = plate.basis.patch_overlap[0], len(plate.force) - 1
+    comparison = Comparison(
+        "Power balance of base motion", "W s4/m2", 1e-6, METHOD, "losses of structure and damper"
+    )
     rows = []
     for line, f in enumerate(frequency.tolist()):
         omega, q = 2 * np.pi * f, shapes[line]
@@ -214,10 +215,7 @@ def balance_rows(folder: Path) -> list[Row]:
         lost = 0.5 * omega**2 * float(plate.modal.damping[:count] @ np.abs(q[:count]) ** 2)
         lost += 0.5 * omega**2 * DAMPING * float(np.real(q.conj() @ overlap @ q))
         quantity = f"power of the shaker per acceleration squared, {f:g} Hz"
-        rows.append(
-            Row(case, quantity, power, lost, "W s4/m2", 1e-6, METHOD,
-                "losses of structure and damper", at=f)
-        )  # fmt: skip
+        rows.append(comparison.row(quantity, power, lost, f))
     return rows
 
 

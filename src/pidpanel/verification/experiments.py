@@ -6,6 +6,7 @@ and difference, and what was not known. Numbers without a reference of their own
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from pidpanel.arrays import Array
 from pidpanel.coupon import contact
 from pidpanel.coupon.packing import Constants
 from pidpanel.verification.coupon import contacts, shaken
-from pidpanel.verification.rows import Row
+from pidpanel.verification.rows import Comparison, Row
 
 # ---- oblique impact of a sphere on a wall
 
@@ -32,50 +33,33 @@ SPIN = {
     6.00: 135.6, 10.98: 264.5, 21.19: 577.0, 31.09: 612.6, 39.03: 595.5, 50.22: 452.9, 60.25: 381.3,
 }  # fmt: skip
 SPEED, DIAMETER, DENSITY = 3.9, 5e-3, 4000.0  # [m/s], [m], [kg/m³]
-ALUMINA_GLASS = Constants(
-    youngs_modulus=380e9,
-    wall_youngs_modulus=70e9,
-    poissons_ratio=0.23,
-    wall_poissons_ratio=0.25,
-    restitution=0.98,
-    wall_restitution=0.98,
-    friction=0.092,
-    wall_friction=0.092,
-    rolling_friction=0.0,
-    wall_rolling_friction=0.0,
+ALUMINA_GLASS = replace(
+    Constants.alike(380e9, 0.23, 0.98, 0.092), wall_youngs_modulus=70e9, wall_poissons_ratio=0.25
 )
 SOFTENED = (1.0, 100.0, 1000.0)  # moduli of the materials over those of the run
 
 
 def impact_rows(folder: Path) -> list[Row]:
     """Tangential restitution and spin over the angle, at real and at softened moduli."""
-    return [
-        Row(
-            case=KHARAZ,
-            quantity=f"{quantity} at {angle:.4g}°, "
-            + ("moduli of the materials" if softened == 1 else f"softened {softened:g} times"),
-            computed=float(value),
-            reference=reference,
-            unit=unit,
-            tolerance=math.nan,
-            method="one sphere on a flat wall, step 0.05 Rayleigh",
-            source=KHARAZ_SOURCE,
-            at=angle,
-        )
-        for softened in SOFTENED
-        for quantity, unit, measured, values in _impacts(folder / f"{softened:g}", softened)
-        for (angle, reference), value in zip(measured.items(), values, strict=True)
-    ]
+    method = "one sphere on a flat wall, step 0.05 Rayleigh"
+    rows = []
+    for softened in SOFTENED:
+        moduli = "moduli of the materials" if softened == 1 else f"softened {softened:g} times"
+        for quantity, unit, measured, values in _impacts(folder / f"{softened:g}", softened):
+            comparison = Comparison(KHARAZ, unit, math.nan, method, KHARAZ_SOURCE)
+            rows += [
+                comparison.row(f"{quantity} at {angle:.4g}°, {moduli}", value, reference, angle)
+                for (angle, reference), value in zip(measured.items(), values, strict=True)
+            ]
+    return rows
 
 
 def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, float], Array]]:
     """Quantity, unit, measured and computed values."""
-    constants = Constants(
-        **{
-            **vars(ALUMINA_GLASS),
-            "youngs_modulus": ALUMINA_GLASS.youngs_modulus / softened,
-            "wall_youngs_modulus": ALUMINA_GLASS.wall_youngs_modulus / softened,
-        }
+    constants = replace(
+        ALUMINA_GLASS,
+        youngs_modulus=ALUMINA_GLASS.youngs_modulus / softened,
+        wall_youngs_modulus=ALUMINA_GLASS.wall_youngs_modulus / softened,
     )
     material = DENSITY, constants.youngs_modulus, constants.poissons_ratio
     time_step = 0.05 * contact.rayleigh_time(DIAMETER / 2, *material)
@@ -123,19 +107,12 @@ def open_bed_rows(folder: Path) -> list[Row]:
         energy, _ = shaken.shaken(folder / f"{gamma:g}", run, bed, 60)
         loss.append(energy[20:].mean() / math.pi)
     exponent = np.polyfit(np.log(OPEN_GAMMAS), np.log(loss), 1)[0]
-    return [
-        Row(
-            case=OPEN_BED,
-            quantity=f"exponent of the loss factor, Γ from {OPEN_GAMMAS[0]:g} to "
-            f"{OPEN_GAMMAS[-1]:g}",
-            computed=float(exponent),
-            reference=-1.0,
-            unit="1",
-            tolerance=math.nan,
-            method=f"{len(bed)} spheres in four layers, {OPEN_FREQUENCY:g} Hz",
-            source="Masmoudi et al. 2016; Ferreyra & Pugnaloni, arXiv 2007.07961 (abstract)",
-        )
-    ]
+    comparison = Comparison(
+        OPEN_BED, "1", math.nan, f"{len(bed)} spheres in four layers, {OPEN_FREQUENCY:g} Hz",
+        "Masmoudi et al. 2016; Ferreyra & Pugnaloni, arXiv 2007.07961 (abstract)",
+    )  # fmt: skip
+    span = f"Γ from {OPEN_GAMMAS[0]:g} to {OPEN_GAMMAS[-1]:g}"
+    return [comparison.row(f"exponent of the loss factor, {span}", exponent, -1.0)]
 
 
 BOX = "Weightless box: where collect and collide ends (Sack et al. 2013)"
@@ -149,19 +126,13 @@ def box_rows(folder: Path) -> list[Row]:
         shaken.slug(folder / f"{gap:g}", settled, shaken.BED_SIZES[-1], gap, count=16)[1]
         for gap in BOX_GAPS
     ]
-    return [
-        Row(
-            case=BOX,
-            quantity="L/A at which the loss falls to three quarters of the largest",
-            computed=falls_to(0.75, BOX_GAPS, energy),
-            reference=math.pi,
-            unit="1",
-            tolerance=math.nan,
-            method=f"{shaken.BED_SIZES[-1]} spheres, e = {shaken.BED_RESTITUTION:g}, "
-            f"{len(BOX_GAPS)} gaps",
-            source="Sack et al., Phys. Rev. Lett. 111, 018001 (2013); A = L/π",
-        )
-    ]
+    beds = f"{shaken.BED_SIZES[-1]} spheres, e = {shaken.BED_RESTITUTION:g}"
+    comparison = Comparison(
+        BOX, "1", math.nan, f"{beds}, {len(BOX_GAPS)} gaps",
+        "Sack et al., Phys. Rev. Lett. 111, 018001 (2013); A = L/π",
+    )  # fmt: skip
+    quantity = "L/A at which the loss falls to three quarters of the largest"
+    return [comparison.row(quantity, falls_to(0.75, BOX_GAPS, energy), math.pi)]
 
 
 def falls_to(share: float, points: Sequence[float], values: Sequence[float]) -> float:
@@ -202,23 +173,21 @@ def period_rows(folder: Path) -> list[Row]:
         if value > 1 and value != previous
     ]
     windows += [(math.nan, 0)] * (len(SEQUENCE) - len(windows))
+    comparison = Comparison(
+        PERIODS, "1", math.nan,
+        f"{len(bed)} spheres, {PERIOD_FREQUENCY:g} Hz, loss of {PERIOD_CYCLES - SETTLING} cycles "
+        f"at {len(PERIOD_GAMMAS)} values of Γ",
+        "Jiang, Wang & Wu, EPL 74, 417 (2006) (abstract)",
+    )  # fmt: skip
     return [
-        Row(
-            case=PERIODS,
-            quantity=f"period {number} in the order of Γ, first at Γ = {gamma:g} [cycles]",
-            computed=value,
-            reference=reference,
-            unit="1",
-            tolerance=math.nan,
-            method=f"{len(bed)} spheres, {PERIOD_FREQUENCY:g} Hz, loss of "
-            f"{PERIOD_CYCLES - SETTLING} cycles at {len(PERIOD_GAMMAS)} values of Γ",
-            source="Jiang, Wang & Wu, EPL 74, 417 (2006) (abstract)",
-            at=gamma,
+        comparison.row(
+            f"period {number} in the order of Γ, first at Γ = {gamma:g} [cycles]",
+            value, reference, gamma,
         )
         for number, ((gamma, value), reference) in enumerate(
             zip(windows, SEQUENCE, strict=False), start=1
         )
-    ]
+    ]  # fmt: skip
 
 
 def period(energy: Array) -> int:

@@ -19,7 +19,7 @@ from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.supports import EdgeSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
-from pidpanel.verification.rows import Row
+from pidpanel.verification.rows import Comparison, Row
 
 FACE = Ply(Material.isotropic(60e9, 0.3, 1600.0), 0.3e-3)
 UNIT_PLATE = ThinSection(bending_stiffness=1.0, mass_per_area=1.0, poissons_ratio=0.3)
@@ -149,23 +149,14 @@ def frequency_rows(case: ReferencePanel, folder: Path) -> list[Row]:
     reference = case.scale * np.array(case.reference)
     frequency, _ = normal_modes(plate, 1.02 * float(reference[-1]))
     rigid = np.sum(frequency == 0)
-    rows = [
-        Row(
-            case.name, f"frequency of mode {mode}", float(computed), float(exact), "Hz",
-            case.tolerance, f"{case.element}, {plate.stiffness.shape[0]} coordinates",
-            case.source, at=mode,
-        )
-        for mode, (computed, exact) in enumerate(
-            zip(frequency[rigid:], reference, strict=False), 1
-        )
-    ]  # fmt: skip
-    rows.append(
-        Row(
-            case.name, "number of rigid-body modes", float(rigid), float(case.rigid), "1",
-            0.0, f"{case.element}", "statics",
-        )
-    )  # fmt: skip
-    return rows
+    method = f"{case.element}, {plate.stiffness.shape[0]} coordinates"
+    elastic = Comparison(case.name, "Hz", case.tolerance, method, case.source)
+    statics = Comparison(case.name, "1", 0.0, case.element, "statics")
+    pairs = enumerate(zip(frequency[rigid:], reference, strict=False), 1)
+    return [
+        *(elastic.row(f"frequency of mode {mode}", *pair, mode) for mode, pair in pairs),
+        statics.row("number of rigid-body modes", rigid, case.rigid),
+    ]
 
 
 TAPE = Material(280e9, 6.5e9, 4.5e9, 0.3, 1600.0)
@@ -189,17 +180,17 @@ def turned_rows(folder: Path) -> list[Row]:
     outline = Polygon(tuple((float(x), float(y)) for x, y in CORNERS))
     mesh = mesh_triangles(folder / "panel.msh", outline, 0.08, {}, {})
     reference = _orthotropic_frequencies(mesh, 0.0)
+    comparison = Comparison(
+        "Orthotropic sandwich, layup and ribbon turned with the panel", "Hz", 1e-8,
+        f"{len(mesh.cells)} triangles", "the same elements turned; tolerance: rounding",
+    )  # fmt: skip
     return [
-        Row(
-            "Orthotropic sandwich, layup and ribbon turned with the panel",
-            f"{name}: frequency {mode}", float(computed), float(expected), "Hz", 1e-8,
-            f"{len(mesh.cells)} triangles", "the same elements turned; tolerance: rounding",
-        )
+        comparison.row(f"{name}: frequency {mode}", computed, expected)
         for name, turn in TURNS.items()
         for mode, (computed, expected) in enumerate(
             zip(_orthotropic_frequencies(mesh, turn), reference, strict=True), 1
         )
-    ]  # fmt: skip
+    ]
 
 
 # Each computes in a folder and returns its rows.

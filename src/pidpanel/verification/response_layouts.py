@@ -23,7 +23,7 @@ from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.power import power_balance
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import diffuse_modal_force, wavenumber
-from pidpanel.verification.rows import Row
+from pidpanel.verification.rows import Comparison, Row
 
 SPEED = 343.0
 SIZE, ELEMENTS = (1.5, 1.0), (30, 20)
@@ -146,24 +146,21 @@ HIGHEST = 1000.0
 
 def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> list[Row]:
     """Return layouts of dampers in the basis of a study beside all elements."""
+    case = "Dampers in a diffuse field: modes and residual vectors against all elements"
+    source = "sparse solve of all coordinates; tolerance: as the documents say"
     rows = []
     frequency = np.array(LINES)
     for name in names:
         dampers = LAYOUTS[name]
         panel = damped_panel(folder, dampers, HIGHEST)
         computed = panel.psd(frequency, panel.modal_force(frequency), dampers)
+        method = f"{len(panel.basis.modal_mass)} shapes, the worst of {len(POINTS)} points"
+        comparison = Comparison(case, "m2/Pa2", TRUNCATION, method, source)
         for f, psd in zip(LINES, computed, strict=True):
             reference = panel.psd_of_elements(f, dampers)
             worst = int(np.argmax(np.abs(psd / reference - 1)))
-            rows.append(
-                Row(
-                    "Dampers in a diffuse field: modes and residual vectors against all elements",
-                    f"{name}: displacement PSD {list(POINTS)[worst]}, {f:g} Hz",
-                    float(psd[worst]), float(reference[worst]), "m2/Pa2", TRUNCATION,
-                    f"{len(panel.basis.modal_mass)} shapes, the worst of {len(POINTS)} points",
-                    "sparse solve of all coordinates; tolerance: as the documents say", at=f,
-                )
-            )  # fmt: skip
+            quantity = f"{name}: displacement PSD {list(POINTS)[worst]}, {f:g} Hz"
+            rows.append(comparison.row(quantity, psd[worst], reference[worst], f))
     return rows
 
 
@@ -177,14 +174,15 @@ def power_rows(folder: Path) -> list[Row]:
         panel.modal_force(frequency), *_values(dampers, frequency.size),
     )  # fmt: skip
     lost = balance.structure + balance.patches.sum(axis=1)
+    comparison = Comparison(
+        "Power lost in a panel with a damper", "W/Pa2", 1e-6, "low-rank solve",
+        "power put in by the field, dense solve; tolerance: columns of the overlap below 1e-8 are "
+        "dropped",
+    )  # fmt: skip
     return [
-        Row(
-            "Power lost in a panel with a damper", f"{f:g} Hz", float(computed), float(reference),
-            "W/Pa2", 1e-6, "low-rank solve", "power put in by the field, dense solve; tolerance: "
-            "columns of the overlap below 1e-8 are dropped", at=f,
-        )
+        comparison.row(f"{f:g} Hz", computed, reference, f)
         for f, computed, reference in zip(LINES, lost, balance.field, strict=True)
-    ]  # fmt: skip
+    ]
 
 
 # Each computes in a folder and returns its rows.

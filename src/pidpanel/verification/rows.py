@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import SupportsFloat
 
 import pandas as pd
 
@@ -70,6 +71,31 @@ class Row:
     def met(self) -> bool:
         """Whether the error is within the tolerance; False for NaN."""
         return abs(self.error) <= self.tolerance
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What rows have in common; attributes as of `Row`."""
+
+    case: str
+    unit: str
+    tolerance: float
+    method: str
+    source: str
+
+    def row(
+        self,
+        quantity: str,
+        computed: SupportsFloat,
+        reference: SupportsFloat,
+        at: float = math.nan,
+        resolution: float = math.nan,
+    ) -> Row:
+        """Return the row of a computed number."""
+        values = vars(self) | {"at": at, "resolution": resolution}
+        return Row(
+            quantity=quantity, computed=float(computed), reference=float(reference), **values
+        )
 
 
 # Columns of the file of rows, besides the error.

@@ -8,7 +8,7 @@ import numpy as np
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import diffuse_modal_force, radiation_efficiency, wavenumber
-from pidpanel.verification.rows import Row
+from pidpanel.verification.rows import Comparison, Row
 
 SIDES = (1.5, 1.0)
 SPEED = 343.0
@@ -47,46 +47,31 @@ def field_rows(folder: Path) -> list[Row]:
     case = "Simply supported panel of 1.5 m × 1 m in a diffuse field"
     method = "plane waves, order-5 load quadrature on 30 × 20 elements"
     source = "double integral by the autocorrelation of sines"
-    modes = list(JOINT_ACCEPTANCE)
-    panel = sine_panel(modes)
+    force = Comparison(case, "m4", 3e-5, method, source)
+    panel = sine_panel(list(JOINT_ACCEPTANCE))
     rows = []
     for index, (mode, (frequency, reference)) in enumerate(JOINT_ACCEPTANCE.items()):
         k = float(wavenumber(frequency, SPEED))
         G = diffuse_modal_force(k, panel)
-        rows.append(
-            Row(
-                case, f"modal force G of mode {mode} at {frequency:.2f} Hz", G[index, index],
-                reference, "m4", 3e-5, method, source, at=frequency,
-            )
-        )  # fmt: skip
+        quantity = f"modal force G of mode {mode} at {frequency:.2f} Hz"
+        rows.append(force.row(quantity, G[index, index], reference, frequency))
         if mode == (1, 1):
             sigma = radiation_efficiency([k], np.diag(G)[None], panel.shape_square_integral)
-            rows.append(
-                Row(
-                    case, f"radiation efficiency of mode (1, 1) at {frequency:.2f} Hz",
-                    float(sigma[0, 0]), 0.2063, "1", 3e-4, method, source, at=frequency,
-                )
-            )  # fmt: skip
-    modes = list(ADDED_VOLUME)
-    static = tabulate_added_mass(36.6, sine_panel(modes)).matrix([0.0])[0]
+            quantity = f"radiation efficiency of mode (1, 1) at {frequency:.2f} Hz"
+            efficiency = Comparison(case, "1", 3e-4, method, source)
+            rows.append(efficiency.row(quantity, sigma[0, 0], 0.2063, frequency))
+    static = tabulate_added_mass(36.6, sine_panel(list(ADDED_VOLUME))).matrix([0.0])[0]
+    mass = Comparison(case, "m3", 1e-3, "integral over wavenumber", source)
     rows += [
-        Row(
-            case, f"added mass over density of mode {mode}, k = 0", float(static[i, i].real),
-            ADDED_VOLUME[mode], "m3", 1e-3, "integral over wavenumber", source,
-        )
-        for i, mode in enumerate(modes)
-    ]  # fmt: skip
+        mass.row(f"added mass over density of mode {mode}, k = 0", static[i, i].real, volume)
+        for i, (mode, volume) in enumerate(ADDED_VOLUME.items())
+    ]
     panel = sine_panel([(1, 1)])
     piston = replace(panel, shape=np.ones_like(panel.shape))
-    rows.append(
-        Row(
-            "Rigid piston with free edges, 1.5 m × 1 m", "added mass over density, k = 0",
-            float(tabulate_added_mass(36.6, piston).matrix([0.0])[0, 0, 0].real),
-            piston_volume(*SIDES), "m3", 1e-3, "integral over wavenumber",
-            "closed form of ∬∬ dA dA′/R over a rectangle",
-        )
-    )  # fmt: skip
-    return rows
+    closed = "closed form of ∬∬ dA dA′/R over a rectangle"
+    rigid = replace(mass, case="Rigid piston with free edges, 1.5 m × 1 m", source=closed)
+    volume = tabulate_added_mass(36.6, piston).matrix([0.0])[0, 0, 0].real
+    return [*rows, rigid.row("added mass over density, k = 0", volume, piston_volume(*SIDES))]
 
 
 def piston_volume(a: float, b: float) -> float:

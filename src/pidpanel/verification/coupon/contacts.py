@@ -13,7 +13,7 @@ from pidpanel.coupon import contact
 from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.packing import Constants
-from pidpanel.verification.rows import Row
+from pidpanel.verification.rows import Comparison, Row
 
 POISSONS_RATIO = 0.35
 DENSITY = 1190.0
@@ -56,20 +56,11 @@ GROWTH_TOLERANCE = 1e-4  # of the energy before: velocity Verlet at a tenth of t
 IMPACT_SPEED = 0.1  # [m/s]
 
 
-def alike(youngs_modulus: float, restitution: float, friction: float) -> Constants:
-    """Constants of contacts where walls are of the spheres' material; no rolling friction."""
-    return Constants(
-        youngs_modulus=youngs_modulus,
-        wall_youngs_modulus=youngs_modulus,
-        poissons_ratio=POISSONS_RATIO,
-        wall_poissons_ratio=POISSONS_RATIO,
-        restitution=restitution,
-        wall_restitution=restitution,
-        friction=friction,
-        wall_friction=friction,
-        rolling_friction=0.0,
-        wall_rolling_friction=0.0,
-    )
+def alike(
+    youngs_modulus: float, restitution: float, friction: float, rolling_friction: float = 0.0
+) -> Constants:
+    """Constants of contacts where walls are of the spheres' material."""
+    return Constants.alike(youngs_modulus, POISSONS_RATIO, restitution, friction, rolling_friction)
 
 
 @dataclass(frozen=True)
@@ -186,45 +177,31 @@ def _effective_modulus() -> float:
 
 def collision_rows(folder: Path) -> list[Row]:
     """Head-on collisions over restitution, the worst pair of each."""
+    method = f"worst of {PAIRS} pairs, {STEP_TEXT}"
     rows = []
     for restitution in (0.3, 0.6, 0.8, 0.95, 1.0):
         reference = 1 - restitution**2
+        tolerance = COLLISION_TOLERANCE if reference else LOSSLESS_TOLERANCE
+        comparison = Comparison(COLLISION, "1", tolerance, method, "1 − e²")
         lost = energy_lost(folder / f"e{restitution}", restitution, 0.1)
-        rows.append(
-            Row(
-                case=COLLISION,
-                quantity=f"share of energy lost, e = {restitution:g}",
-                computed=float(lost[np.argmax(np.abs(lost - reference))]),
-                reference=reference,
-                unit="1",
-                tolerance=COLLISION_TOLERANCE if reference else LOSSLESS_TOLERANCE,
-                method=f"worst of {PAIRS} pairs, {STEP_TEXT}",
-                source="1 − e²",
-                at=restitution,
-            )
-        )
+        worst = lost[np.argmax(np.abs(lost - reference))]
+        quantity = f"share of energy lost, e = {restitution:g}"
+        rows.append(comparison.row(quantity, worst, reference, at=restitution))
     return rows
 
 
 def sliding_rows(folder: Path) -> list[Row]:
     """Spheres that friction brings to roll: one sets off sliding, the other spinning."""
     speed = 0.2
-    spin = speed / (DIAMETER / 2)
+    slid = rolling_speed(folder / "slide", speed) / speed
+    spun = rolling_speed(folder / "spin", 0.0, spin=speed / (DIAMETER / 2)) / speed
+    comparison = Comparison(
+        SLIDING, "1", SLIDING_TOLERANCE, f"1 sphere, μ = {FRICTION:g}, {STEP_TEXT}",
+        "angular momentum about the contact, I = (2/5) m R²",
+    )  # fmt: skip
     return [
-        Row(
-            case=SLIDING,
-            quantity=quantity,
-            computed=rolling_speed(folder / name, *start) / speed,
-            reference=reference,
-            unit="1",
-            tolerance=SLIDING_TOLERANCE,
-            method=f"1 sphere, μ = {FRICTION:g}, {STEP_TEXT}",
-            source="angular momentum about the contact, I = (2/5) m R²",
-        )
-        for name, quantity, start, reference in (
-            ("slide", "final speed over the first, without spin", (speed, 0.0), 5 / 7),
-            ("spin", "final speed over that of the rim, from rest", (0.0, spin), 2 / 7),
-        )
+        comparison.row("final speed over the first, without spin", slid, 5 / 7),
+        comparison.row("final speed over that of the rim, from rest", spun, 2 / 7),
     ]
 
 
@@ -233,27 +210,18 @@ def rolling_rows(folder: Path) -> list[Row]:
     speed = 0.05
     slowing = 5 / 7 * ROLLING_FRICTION * STANDARD_GRAVITY
     steps = math.ceil(0.5 * speed / slowing / STEP)
-    rolling = replace(
-        alike(MODULUS, 0.5, FRICTION),
-        rolling_friction=ROLLING_FRICTION,
-        wall_rolling_friction=ROLLING_FRICTION,
-    )
+    rolling = alike(MODULUS, 0.5, FRICTION, ROLLING_FRICTION)
     sphere = FreeSphere(0.0, _resting_height(), vx=speed, spin=speed / (DIAMETER / 2))
     ends = moved(
         folder, [sphere], rolling, STEP, steps, ("vx",), gravity=STANDARD_GRAVITY, floor=True
     )
-    return [
-        Row(
-            case=ROLLING,
-            quantity="deceleration",
-            computed=(speed - float(ends[-1, 0, 0])) / (steps * STEP),
-            reference=slowing,
-            unit="m/s²",
-            tolerance=ROLLING_TOLERANCE,
-            method=f"1 sphere, rolling friction {ROLLING_FRICTION:g}, {STEP_TEXT}",
-            source="(5/7) μ_r g: moment μ_r R m g, I = (2/5) m R²",
-        )
-    ]
+    comparison = Comparison(
+        ROLLING, "m/s²", ROLLING_TOLERANCE,
+        f"1 sphere, rolling friction {ROLLING_FRICTION:g}, {STEP_TEXT}",
+        "(5/7) μ_r g: moment μ_r R m g, I = (2/5) m R²",
+    )  # fmt: skip
+    lost = speed - float(ends[-1, 0, 0])
+    return [comparison.row("deceleration", lost / (steps * STEP), slowing)]
 
 
 def impacts(
@@ -284,6 +252,11 @@ def oblique_rows(folder: Path) -> list[Row]:
     """Impacts on a wall and of pairs that slide throughout, with μ times the normal force."""
     restitution = 0.8
     impulse = FRICTION * (1 + restitution)  # over m v_n
+    ratio = Comparison(
+        OBLIQUE, "1", OBLIQUE_TOLERANCE, f"e = {restitution:g}, μ = {FRICTION:g}, {STEP_TEXT}",
+        "impulses m v_n (1 + e) and μ times that, I = (2/5) m R²",
+    )  # fmt: skip
+    rate = replace(ratio, unit="rad/s")
     rows = []
     constants = alike(MODULUS, restitution, FRICTION)
     for partner, angles in (("wall", OBLIQUE_ANGLES), ("second sphere", PAIR_ANGLES)):
@@ -293,23 +266,13 @@ def oblique_rows(folder: Path) -> list[Row]:
         for angle, first, last in zip(angles, initial, final, strict=True):
             tangential = 1 - impulse / math.tan(math.radians(angle))
             spin = 5 / 2 * impulse * -first[1] / (DIAMETER / 2)
-            for quantity, computed, reference, unit in (
-                ("tangential restitution", last[0] / first[0], tangential, "1"),
-                ("spin after it", last[2], spin, "rad/s"),
-            ):
-                rows.append(
-                    Row(
-                        case=OBLIQUE,
-                        quantity=f"{quantity}, on a {partner}, {angle:g}° from the normal",
-                        computed=float(computed),
-                        reference=reference,
-                        unit=unit,
-                        tolerance=OBLIQUE_TOLERANCE,
-                        method=f"e = {restitution:g}, μ = {FRICTION:g}, {STEP_TEXT}",
-                        source="impulses m v_n (1 + e) and μ times that, I = (2/5) m R²",
-                        at=angle,
-                    )
-                )
+            place = f"on a {partner}, {angle:g}° from the normal"
+            rows += [
+                ratio.row(
+                    f"tangential restitution, {place}", last[0] / first[0], tangential, angle
+                ),
+                rate.row(f"spin after it, {place}", last[2], spin, angle),
+            ]
     return rows
 
 
@@ -322,39 +285,25 @@ def peak_rows(folder: Path) -> list[Row]:
     frames = moved(
         folder, [sphere], alike(MODULUS, 1.0, 0.0), STEP, steps, ("fz",), floor=True, stride=1
     )
-    return [
-        Row(
-            case=PEAK,
-            quantity="largest force",
-            computed=float(frames.max()),
-            reference=4 / 3 * _effective_modulus() * math.sqrt(radius) * deepest**1.5,
-            unit="N",
-            tolerance=PEAK_TOLERANCE,
-            method=f"1 sphere at {speed:g} m/s, {STEP_TEXT}",
-            source="Hertz; Johnson, Contact Mechanics (1985), eq. 11.22",
-        )
-    ]
+    comparison = Comparison(
+        PEAK, "N", PEAK_TOLERANCE, f"1 sphere at {speed:g} m/s, {STEP_TEXT}",
+        "Hertz; Johnson, Contact Mechanics (1985), eq. 11.22",
+    )  # fmt: skip
+    reference = 4 / 3 * _effective_modulus() * math.sqrt(radius) * deepest**1.5
+    return [comparison.row("largest force", frames.max(), reference)]
 
 
 def growth_rows(folder: Path) -> list[Row]:
     """Impacts on a wall at all angles, with and without loss: the largest growth of the energy."""
     angles = [float(angle) for angle in range(90)]
+    method = f"impacts on a wall from 0 to 89°, {STEP_TEXT}"
+    comparison = Comparison(GROWTH, "1", GROWTH_TOLERANCE, method, "second law")
     rows = []
     for restitution, friction in ((1.0, FRICTION), (0.8, FRICTION), (0.8, 1.0)):
         constants = alike(MODULUS, restitution, friction)
         ends = impacts(folder / f"{restitution}_{friction}", angles, constants)
         weights = np.array([1.0, 1.0, 2 / 5 * (DIAMETER / 2) ** 2])
         first, last = (end**2 @ weights for end in ends)
-        rows.append(
-            Row(
-                case=GROWTH,
-                quantity=f"largest growth, e = {restitution:g}, μ = {friction:g}",
-                computed=max(0.0, float((last / first).max()) - 1),
-                reference=0.0,
-                unit="1",
-                tolerance=GROWTH_TOLERANCE,
-                method=f"impacts on a wall from 0 to 89°, {STEP_TEXT}",
-                source="second law",
-            )
-        )
+        quantity = f"largest growth, e = {restitution:g}, μ = {friction:g}"
+        rows.append(comparison.row(quantity, max(0.0, float((last / first).max()) - 1), 0.0))
     return rows

@@ -21,7 +21,7 @@ from pidpanel.coupon.packing import Constants, Packing
 from pidpanel.damping import inelastic
 from pidpanel.geometry.sizes import Sizes
 from pidpanel.verification.coupon.contacts import DENSITY, alike
-from pidpanel.verification.rows import Row
+from pidpanel.verification.rows import Comparison, Row
 
 HIGH = 0.1  # depth of a cell whose lid is never met [m]
 
@@ -119,18 +119,13 @@ def ball_rows(folder: Path) -> list[Row]:
     """The ball that lands once a period."""
     restitution, gamma = 0.5, 1.25
     run, energy = ball(folder, restitution, gamma)
-    return [
-        Row(
-            case=BALL,
-            quantity=f"E/(m A²ω²), e = {restitution:g}, Γ = {gamma:g}",
-            computed=energy,
-            reference=inelastic.ball_energy(gamma, restitution),
-            unit="1",
-            tolerance=BALL_TOLERANCE,
-            method=f"1 sphere, {_drive_text(run)}; cycles 11–20",
-            source="½ m (gT)² (1 − e)/(1 + e); Luck & Mehta, Phys. Rev. E 48, 3988 (1993)",
-        )
-    ]
+    comparison = Comparison(
+        BALL, "1", BALL_TOLERANCE, f"1 sphere, {_drive_text(run)}; cycles 11–20",
+        "½ m (gT)² (1 − e)/(1 + e); Luck & Mehta, Phys. Rev. E 48, 3988 (1993)",
+    )  # fmt: skip
+    reference = inelastic.ball_energy(gamma, restitution)
+    quantity = f"E/(m A²ω²), e = {restitution:g}, Γ = {gamma:g}"
+    return [comparison.row(quantity, energy, reference)]
 
 
 # ---- a bed of small inelastic spheres in place of the perfectly inelastic body
@@ -267,20 +262,11 @@ def _bed_rows(
     for spheres in BED_SIZES:
         for point, tolerance in points.items():
             run, energy = energy_of(folder / f"n{spheres}_{point:g}", settled, spheres, point)
-            rows.append(
-                Row(
-                    case=case,
-                    quantity=f"E/(m A²ω²), {name} = {point:g}",
-                    computed=energy,
-                    reference=closed_form(point),
-                    unit="1",
-                    tolerance=tolerance if spheres == BED_SIZES[-1] else math.nan,
-                    method=f"{spheres} sphere{'s' * (spheres > 1)}, {_drive_text(run)}; {counted}",
-                    source=source,
-                    at=point,
-                    resolution=spheres,
-                )
-            )
+            counts = tolerance if spheres == BED_SIZES[-1] else math.nan
+            method = f"{spheres} sphere{'s' * (spheres > 1)}, {_drive_text(run)}; {counted}"
+            comparison = Comparison(case, "1", counts, method, source)
+            quantity = f"E/(m A²ω²), {name} = {point:g}"
+            rows.append(comparison.row(quantity, energy, closed_form(point), point, spheres))
     return rows
 
 
