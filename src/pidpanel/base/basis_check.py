@@ -32,8 +32,8 @@ from pidpanel.solve.elements import ElementMotion, Pull
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.supports import SupportedPanel, integrals_of_shapes, supported_panel
 
+# A panel in some basis → the panel under each motion of a study
 Shaken = Callable[[SupportedPanel], Sequence[ResponsePanel]]
-"""A panel in some basis → the panel under each motion of a study."""
 
 
 def checked_panel(

@@ -9,49 +9,27 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 
-HALVINGS = 80
-"""Of the range of a cap on a PSD: it is then exact to rounding."""
+HALVINGS = 80  # of the range of a cap on a PSD: it is then exact to rounding
 
-ROUNDS = 50
-"""Most rounds over the limits of overall values, each of which depends on the others."""
+ROUNDS = 50  # most rounds over the limits of overall values, each of which depends on the others
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of a PSD or of an overall value, in units of one location.
+    """A limit of a PSD or of an overall value, in units of one location."""
 
-    Attributes
-    ----------
-    location
-        Index of the location among those whose gains are given.
-    reason
-        The limit in words, such as "point 326: 0.5 g²/Hz".
-    value
-        Largest PSD, or largest rms value.
-    is_rms
-        Whether it is that of the overall value.
-    """
-
-    location: int
-    reason: str
-    value: float
-    is_rms: bool = False
+    location: int  # index of the location among those whose gains are given
+    reason: str  # the limit in words, such as "point 326: 0.5 g²/Hz"
+    value: float  # largest PSD, or largest rms value
+    is_rms: bool = False  # whether it is that of the overall value
 
 
 @dataclass(frozen=True)
 class NotchedInput:
-    """A random input and why it is lower than stated.
+    """A random input and why it is lower than stated."""
 
-    Attributes
-    ----------
-    psd
-        (nf,) of the input, at most that stated.
-    reason
-        (nf,) index of the limit that holds; −1 where there is no notch.
-    """
-
-    psd: Array
-    reason: Index
+    psd: Array  # (nf,) of the input, at most that stated
+    reason: Index  # (nf,) index of the limit that holds; −1 where there is no notch
 
 
 def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) -> NotchedInput:

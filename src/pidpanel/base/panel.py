@@ -15,24 +15,12 @@ from pidpanel.spectra.break_points import BreakPoints
 
 @dataclass(frozen=True)
 class Shaker:
-    """A random motion of the supports of a panel in vacuum.
+    """A random motion of the supports of a panel in vacuum."""
 
-    Attributes
-    ----------
-    settings
-        Of the panel; its frequencies are those of the spectrum.
-    spectrum
-        [g²/Hz].
-    mass_per_area
-        Of the panel, without dampers [kg/m²].
-    shift_of_wave
-        As of `ResponsePanel`.
-    """
-
-    settings: Settings
-    spectrum: BreakPoints
-    mass_per_area: float
-    shift_of_wave: ShiftOfWave
+    settings: Settings  # of the panel; its frequencies are those of the spectrum
+    spectrum: BreakPoints  # [g²/Hz]
+    mass_per_area: float  # of the panel, without dampers [kg/m²]
+    shift_of_wave: ShiftOfWave  # as of `ResponsePanel`
 
     def panel(self, supported: SupportedPanel) -> ResponsePanel:
         """Return a panel under the motion."""

@@ -31,45 +31,28 @@ from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.supports import BaseExcitation
 from pidpanel.solve.uncertainty import FurtherPsd, StandardErrors
 
-ROUNDS = 12
-"""Most rounds of notching: less input is less motion, and that is other damping."""
+ROUNDS = 12  # most rounds of notching: less input is less motion, and that is other damping
 
-STEP = 1e-3
-"""Of ln C_e, and of m_a [kg/m²], in the slopes of the force."""
+STEP = 1e-3  # of ln C_e, and of m_a [kg/m²], in the slopes of the force
 
-SETTLED = 2e-3
-"""Change of the notched input from round to round that ends them, of ln S."""
+SETTLED = 2e-3  # change of the notched input from round to round that ends them, of ln S
 
 
 @dataclass(frozen=True)
 class RandomResponse:
-    """A scenario under a random motion of the supports, SI throughout.
+    """A scenario under a random motion of the supports, SI throughout."""
 
-    Attributes
-    ----------
-    input
-        (nf,) PSD of the acceleration of the supports [(m/s²)²/Hz].
-    absolute, relative
-        (nf, n_points) PSD of the absolute acceleration [(m/s²)²/Hz], and of the deflection relative
-        to the supports [m²/Hz].
-    force
-        (nf,) PSD of the force of all supports on panel and particles [N²/Hz].
-    errors
-        Standard errors of the absolute accelerations at the points, then of the force; None where
-        the damping has none.
-    patch_acceleration_g
-        (n_loads,) Γ of each load.
-    outside_share
-        Share of the lines on which damping is extrapolated [1].
-    """
-
-    input: Array
+    input: Array  # (nf,) PSD of the acceleration of the supports [(m/s²)²/Hz]
+    # (nf, n_points) PSD of the absolute acceleration [(m/s²)²/Hz], and of the deflection relative
+    # to the supports [m²/Hz]
     absolute: Array
     relative: Array
-    force: Array
+    force: Array  # (nf,) PSD of the force of all supports on panel and particles [N²/Hz]
+    # Standard errors of the absolute accelerations at the points, then of the force; None where the
+    # damping has none
     errors: StandardErrors | None
-    patch_acceleration_g: Array
-    outside_share: float
+    patch_acceleration_g: Array  # (n_loads,) Γ of each load
+    outside_share: float  # share of the lines on which damping is extrapolated [1]
 
 
 @dataclass(frozen=True)

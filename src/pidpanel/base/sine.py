@@ -17,39 +17,25 @@ from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import Load
 from pidpanel.solve.search import Map, NotConverged, approach, find_motions, iterate
 
-GRID = 60
-"""Γ at which the damping of a load is taken; linear in ln Γ between them."""
+GRID = 60  # Γ at which the damping of a load is taken; linear in ln Γ between them
 
+# Γ over the amplitude of the supports that is looked at: dampers limit the highest motion
 RANGE = (1e-2, 1e3)
-"""Γ over the amplitude of the supports that is looked at: dampers limit the highest motion."""
 
-TOLERANCE, STEPS = 1e-6, 60
-"""Of ln Γ, and most steps to it on a line."""
+TOLERANCE, STEPS = 1e-6, 60  # of ln Γ, and most steps to it on a line
 
+# Of ln Γ, from where another motion is looked for when that of the line before has ended
 JUMPS = np.linspace(-2.5, 2.5, 11)
-"""Of ln Γ, from where another motion is looked for when that of the line before has ended."""
 
 
 @dataclass(frozen=True)
 class SineSweep:
-    """Motions per acceleration of the supports in one direction of a sweep.
+    """Motions per acceleration of the supports in one direction of a sweep."""
 
-    Attributes
-    ----------
-    motion
-        (nf, nw) complex, of the motions that are looked at [s²].
-    stiffness
-        (n_loads, nf) s of each damper [N/m³].
-    acceleration_g
-        (n_loads, nf) Γ of each patch.
-    residual
-        (nf,) largest |ln(Γ_out/Γ)|.
-    """
-
-    motion: Complexes
-    stiffness: Complexes
-    acceleration_g: Array
-    residual: Array
+    motion: Complexes  # (nf, nw) complex, of the motions that are looked at [s²]
+    stiffness: Complexes  # (n_loads, nf) s of each damper [N/m³]
+    acceleration_g: Array  # (n_loads, nf) Γ of each patch
+    residual: Array  # (nf,) largest |ln(Γ_out/Γ)|
 
 
 class _Damping:

@@ -17,8 +17,7 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.response.dampers import PatchDamper
 from pidpanel.solve.layout import Load
 
-Amplitudes = Mapping[str, Array]
-"""(nf, …) by name."""
+Amplitudes = Mapping[str, Array]  # (nf, …) by name
 
 
 class DampingErrors(NamedTuple):

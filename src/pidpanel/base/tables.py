@@ -18,6 +18,7 @@ from pidpanel.solve.supports import Inertia
 
 INPUTS, DIRECTIONS = ("stated", "notched"), ("up", "down")
 
+# Unit and long name of each variable
 VARIABLES = {
     "input_psd": ("m2 s-4 Hz-1", "one-sided PSD of the acceleration of the supports"),
     "absolute_acceleration_psd": ("m2 s-4 Hz-1", "one-sided PSD of the absolute acceleration"),
@@ -37,7 +38,6 @@ VARIABLES = {
     "mesh_error": ("1", "largest relative error of the PSD of any line due to the mesh"),
     "mesh_error_rms": ("1", "relative error of the rms acceleration due to the mesh"),
 }
-"""Unit and long name of each variable."""
 
 BY_POINT = {name for name in VARIABLES if name.startswith(("absolute", "relative", "log"))}
 BY_POINT |= {"acceleration", "acceleration_log_error", "mesh_error", "mesh_error_rms"}

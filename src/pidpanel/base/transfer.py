@@ -10,32 +10,19 @@ from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.dampers import weighted_sum
 from pidpanel.solve.model import ModalBasis, Patches
 
-CUTOFF = 1e-8
-"""Eigenvalues of D below this share of the largest are dropped."""
+CUTOFF = 1e-8  # eigenvalues of D below this share of the largest are dropped
 
 
 @dataclass(frozen=True)
 class Transfer:
-    """Motions per acceleration of the supports, on some lines.
+    """Motions per acceleration of the supports, on some lines."""
 
-    Attributes
-    ----------
-    frequency
-        (nf,) [Hz].
-    weight
-        (n_patches, r, r) Δ of the motions u that the patches feel.
-    area
-        (n_patches,) [m²].
-    receptance
-        (nf, nw, r) of the motions w that are looked at and then, from row nw − r, of u [m/N].
-    free
-        (nf, nw) the same motions without dampers, per acceleration of the supports [s²].
-    """
-
-    frequency: Array
-    weight: Array
-    area: Array
+    frequency: Array  # (nf,) [Hz]
+    weight: Array  # (n_patches, r, r) Δ of the motions u that the patches feel
+    area: Array  # (n_patches,) [m²]
+    # (nf, nw, r) of the motions w that are looked at and then, from row nw − r, of u [m/N]
     receptance: Complexes
+    # (nf, nw) the same motions without dampers, per acceleration of the supports [s²]
     free: Complexes
 
     @classmethod

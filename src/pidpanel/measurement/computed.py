@@ -11,15 +11,14 @@ import xarray as xr
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 
-CHOSEN = {"input": "stated", "direction": "up"}
-"""Of the inputs and directions under base motion."""
+CHOSEN = {"input": "stated", "direction": "up"}  # of the inputs and directions under base motion
 
+# Variables of the response, of random and of sine motion of the supports, and their errors
 ERRORS = {
     "acceleration_psd": "acceleration_psd_log_error",
     "absolute_acceleration_psd": "log_error",
     "acceleration": "acceleration_log_error",
 }
-"""Variables of the response, of random and of sine motion of the supports, and their errors."""
 
 
 class ComputedPsd(NamedTuple):

@@ -11,8 +11,7 @@ from pidpanel.arrays import Array
 from pidpanel.measurement.files import MeasuredPsd
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 
-LEAST_SPAN = 10**0.1
-"""Ratio of the ends of a common range that holds a third octave."""
+LEAST_SPAN = 10**0.1  # ratio of the ends of a common range that holds a third octave
 
 
 class BandDifference(NamedTuple):

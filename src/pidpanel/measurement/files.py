@@ -21,28 +21,21 @@ COLUMNS = {
 FREQUENCY_COLUMN, PSD_COLUMN, RATIO_COLUMN = COLUMNS
 UNIVERSAL = (".uff", ".unv", ".uf58")
 
+# Codes of data set 58: two kinds of function, and the kind of ordinate
 RESPONSE, PSD, ACCELERATION = 4, 9, 12
-"""Codes of data set 58: two kinds of function, and the kind of ordinate."""
 FUNCTIONS = {1: "a time history", 2: "an auto spectrum without a width", 3: "a cross spectrum",
              6: "a coherence"}  # fmt: skip
 
-IN_G = re.compile(r"g(n|\^2|\*\*2|²)?\s*(/|$)", re.IGNORECASE)
-"""Label of an axis in g²/Hz."""
+IN_G = re.compile(r"g(n|\^2|\*\*2|²)?\s*(/|$)", re.IGNORECASE)  # label of an axis in g²/Hz
 
 
 class MeasuredPsd(NamedTuple):
-    """A measured acceleration PSD.
+    """A measured acceleration PSD."""
 
-    Attributes
-    ----------
-    frequency, psd
-        (nf,) rising [Hz] and [g²/Hz].
-    over_base
-        Whether the PSD is over that of the supports [1]: the square of a transmissibility.
-    """
-
+    # (nf,) rising [Hz] and [g²/Hz]
     frequency: Array
     psd: Array
+    # Whether the PSD is over that of the supports [1]: the square of a transmissibility
     over_base: bool = False
 
     @property

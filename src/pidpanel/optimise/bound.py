@@ -12,8 +12,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
 
-PRICES = 12
-"""Prices of mass that are tried, beside none."""
+PRICES = 12  # prices of mass that are tried, beside none
 
 
 def weights_of_points(points: int) -> Array:

@@ -24,32 +24,22 @@ from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.model import PanelResponse, ResponseError
 from pidpanel.solve.supports import SupportedPanel
 
+# Share of the largest static response to a patch below which a direction is left out
 STATIC_TOLERANCE = 1e-2
-"""Share of the largest static response to a patch below which a direction is left out."""
 
 
 @dataclass(frozen=True)
 class Finalist:
-    """A layout at its consistent motion.
+    """A layout at its consistent motion."""
 
-    Attributes
-    ----------
-    response, bare, dead_weight
-        With the dampers, without them, and with their mass alone.
-    log_rms_error
-        (n_points,) standard error of ln of the rms acceleration; 0 where none is known.
-    acceleration_g
-        (n_loads,) Γ of each patch; NaN for a damper that does not depend on it.
-    basis_error
-        Largest relative error of a PSD [1].
-    """
-
+    # With the dampers, without them, and with their mass alone
     response: PanelResponse
     bare: PanelResponse
     dead_weight: PanelResponse
+    # (n_points,) standard error of ln of the rms acceleration; 0 where none is known
     log_rms_error: Array
-    acceleration_g: Array
-    basis_error: float
+    acceleration_g: Array  # (n_loads,) Γ of each patch; NaN for a damper that does not depend on it
+    basis_error: float  # largest relative error of a PSD [1]
 
 
 def confirm(

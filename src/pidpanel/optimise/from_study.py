@@ -61,14 +61,11 @@ from pidpanel.study import Study
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.optimise import Optimise
 
-LINES_PER_BANDWIDTH = 2.0
-"""Of the search: g rms within 0.2 %."""
+LINES_PER_BANDWIDTH = 2.0  # of the search: g rms within 0.2 %
 
-RANK = 4
-"""Motions of each place in the search: g rms within 0.2 %."""
+RANK = 4  # motions of each place in the search: g rms within 0.2 %
 
-NODES = 200
-"""Layouts whose further dampers branch and bound evaluates at most."""
+NODES = 200  # layouts whose further dampers branch and bound evaluates at most
 
 
 class ProposalInputs(NamedTuple):

@@ -19,14 +19,9 @@ class JointPanel:
     The stiffness s of a damper has a column for each line of all parts: its damping follows the
     motion under each excitation. Of several parts mean squares are shares of the largest of the
     bare panel under the same excitation. The largest share is then that of the smallest reduction.
-
-    Attributes
-    ----------
-    parts
-        The panel under each excitation, with the same places.
     """
 
-    parts: tuple[ReducedPanel, ...]
+    parts: tuple[ReducedPanel, ...]  # the panel under each excitation, with the same places
 
     @cached_property
     def frequency(self) -> Array:

@@ -19,11 +19,9 @@ from pidpanel.severity.oscillators import gain
 from pidpanel.solve.model import PanelResponse
 from pidpanel.solve.stress import VON_MISES, Layers
 
-CURVATURE = slice(1, 4)
-"""Of the motions w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz at a point."""
+CURVATURE = slice(1, 4)  # of the motions w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz at a point
 
-PLACES = 24
-"""Vertices that stand for the panel, beside the response points."""
+PLACES = 24  # vertices that stand for the panel, beside the response points
 
 
 @dataclass(frozen=True)

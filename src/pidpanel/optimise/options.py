@@ -13,11 +13,9 @@ from pidpanel.optimise.reduced import ReducedPanel
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import DampingOfMotion, sine_accelerations_g
 
-MOTIONS = 16
-"""Γ at which a damping model is tabulated; linear in ln Γ between them."""
+MOTIONS = 16  # Γ at which a damping model is tabulated; linear in ln Γ between them
 
-ROUNDS = 8
-"""Of the search for Γ, each half way in ln Γ: 2⁻⁸ of the first step is left."""
+ROUNDS = 8  # of the search for Γ, each half way in ln Γ: 2⁻⁸ of the first step is left
 
 
 @dataclass(frozen=True)
@@ -45,21 +43,13 @@ class FilledDamper:
 
 @dataclass(frozen=True)
 class Options:
-    """Every filling on every place.
+    """Every filling on every place."""
 
-    Attributes
-    ----------
-    place, filling
-        (n_options,) indices.
-    mass
-        (n_options,) [kg].
-    stiffness
-        (n_options, nf) s = iω C_e − ω² m_a [N/m³] on the lines of all parts of a panel.
-    """
-
+    # (n_options,) indices
     place: Index
     filling: Index
-    mass: Array
+    mass: Array  # (n_options,) [kg]
+    # (n_options, nf) s = iω C_e − ω² m_a [N/m³] on the lines of all parts of a panel
     stiffness: Complexes
 
     def subset(self, index: Index, used: Index) -> Options:

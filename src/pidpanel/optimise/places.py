@@ -14,12 +14,10 @@ from shapely.geometry.base import BaseGeometry
 
 from pidpanel.arrays import Array, Flags, Index
 
-SLACK = 1e-6
-"""Of the size of a place: rounding of its edges."""
+SLACK = 1e-6  # of the size of a place: rounding of its edges
 
 
-MOST_PLACES = 4000
-"""Of a grid: two places have a flag whether they overlap."""
+MOST_PLACES = 4000  # of a grid: two places have a flag whether they overlap
 
 
 class NoPlace(ValueError):

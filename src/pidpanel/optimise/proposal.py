@@ -17,17 +17,13 @@ from pidpanel.optimise.search import Layout, Problem, Proof, Sampling, greedy
 from pidpanel.optimise.variants import VARIANTS
 from pidpanel.solve.model import PanelResponse
 
-BUDGETS = 5
-"""Even budgets up to that of the study, each with a search of its own."""
+BUDGETS = 5  # even budgets up to that of the study, each with a search of its own
 
-BEST = 5
-"""Best layouts of the search that are confirmed, beside the lightest of each reduction."""
+BEST = 5  # best layouts of the search that are confirmed, beside the lightest of each reduction
 
-EXCITATIONS = ("sound", "base")
-"""What a search may count."""
+EXCITATIONS = ("sound", "base")  # what a search may count
 
-COMPUTED = 0.05
-"""Difference of reductions that computing leaves: lines, basis, frozen damping [dB]."""
+COMPUTED = 0.05  # difference of reductions that computing leaves: lines, basis, frozen damping [dB]
 
 
 def layouts_to_confirm(problem: Problem, best: Layout) -> list[Layout]:
@@ -50,32 +46,18 @@ def layouts_to_confirm(problem: Problem, best: Layout) -> list[Layout]:
 
 @dataclass(frozen=True)
 class Proposals:
-    """Layouts at their consistent motion.
-
-    Attributes
-    ----------
-    layouts
-        In the order in which they were confirmed.
-    finalists
-        The same at their consistent motion, by excitation.
-    counted
-        (n,) response points that count.
-    objective
-        What is to be small.
-    variants_db
-        (n_layouts, n_variants) reductions of `variants` [dB].
-    alternatives_db
-        Mass [kg] → reductions of thicker face sheets and of a damping layer of that mass [dB]; NaN
-        where the study does not tell.
-    """
+    """Layouts at their consistent motion."""
 
     problem: Problem
     fillings: Sequence[FilledDamper]
-    layouts: Sequence[Layout]
+    layouts: Sequence[Layout]  # in the order in which they were confirmed
+    # The same at their consistent motion, by excitation
     finalists: Mapping[str, Sequence[Finalist]]
-    counted: Index
-    objective: Objective
-    variants_db: Array
+    counted: Index  # (n,) response points that count
+    objective: Objective  # what is to be small
+    variants_db: Array  # (n_layouts, n_variants) reductions of `variants` [dB]
+    # Mass [kg] → reductions of thicker face sheets and of a damping layer of that mass [dB]; NaN
+    # where the study does not tell
     alternatives_db: Callable[[float], tuple[float, float]]
 
     def value(self, response: PanelResponse) -> float:

@@ -25,42 +25,24 @@ from pidpanel.solve.moved import InAir, InVacuum, MatrixInput, MovedPanel, matri
 
 THREADS = 2
 LINES_AT_ONCE = 16
+# Bytes of the motions of all places; and of their receptances and PSDs that are stored
 LARGEST = 2e9
-"""Bytes of the motions of all places; and of their receptances and PSDs that are stored."""
 
 
 @dataclass(frozen=True)
 class Additions:
-    """A layout with each of several further dampers.
+    """A layout with each of several further dampers."""
 
-    Attributes
-    ----------
-    mean_square
-        (n_options, n_points) of the acceleration [m²/s⁴].
-    patch_mean_square
-        (n_options,) mean over the patch of the further damper.
-    """
-
-    mean_square: Array
-    patch_mean_square: Array
+    mean_square: Array  # (n_options, n_points) of the acceleration [m²/s⁴]
+    patch_mean_square: Array  # (n_options,) mean over the patch of the further damper
 
 
 class Outputs(NamedTuple):
-    """What counts of the PSDs of some rows, on some lines.
+    """What counts of the PSDs of some rows, on some lines."""
 
-    Attributes
-    ----------
-    row
-        (n_outputs,) row of each output.
-    weight
-        (nf, n_outputs) with which PSDs of the rows sum to mean squares.
-    groups
-        (n_outputs, n_groups) 1 where an output belongs to a group.
-    """
-
-    row: Index
-    weight: Array
-    groups: Array
+    row: Index  # (n_outputs,) row of each output
+    weight: Array  # (nf, n_outputs) with which PSDs of the rows sum to mean squares
+    groups: Array  # (n_outputs, n_groups) 1 where an output belongs to a group
 
     def mean_square(self, psd: Array) -> Array:
         """Return (…, n_groups) from the PSDs (nf, …, n_rows) of the rows."""

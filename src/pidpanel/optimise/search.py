@@ -23,17 +23,13 @@ from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.options import Options
 from pidpanel.optimise.places import Places
 
-CHAINS = 5
-"""Random layouts on which the property is sampled, one damper after another."""
+CHAINS = 5  # random layouts on which the property is sampled, one damper after another
 
-TOLERANCE = 1e-4
-"""Of the bare mean square: violations below are those of single precision."""
+TOLERANCE = 1e-4  # of the bare mean square: violations below are those of single precision
 
-CLOSE = 0.005
-"""Share of the mean square below which branches are not searched, 0.02 dB."""
+CLOSE = 0.005  # share of the mean square below which branches are not searched, 0.02 dB
 
-Layout = tuple[int, ...]
-"""Indices of options, rising."""
+Layout = tuple[int, ...]  # indices of options, rising
 
 
 @dataclass
@@ -46,11 +42,6 @@ class Problem:
         Largest mass [kg].
     most
         Number of patches at most.
-
-    Attributes
-    ----------
-    evaluated
-        Mean square that counts [m²/s⁴] of every layout that was looked at.
     """
 
     panel: JointPanel
@@ -58,6 +49,7 @@ class Problem:
     places: Places
     budget: float
     most: int
+    # Mean square that counts [m²/s⁴] of every layout that was looked at
     evaluated: dict[Layout, float] = field(default_factory=dict)
 
     def on_places(self, used: Index, layouts: Sequence[Layout]) -> tuple[Problem, list[Layout]]:
@@ -150,25 +142,16 @@ def exchanged(problem: Problem, layout: Layout) -> Layout:
 
 @dataclass(frozen=True)
 class Sampling:
-    """Whether what single dampers remove bounds what they remove together.
+    """Whether what single dampers remove bounds what they remove together."""
 
-    Attributes
-    ----------
-    checks, violations
-        Numbers of comparisons, and of those in which a damper removes more beside others.
-    largest
-        Largest violation, as a share of the bare mean square.
-    ratio
-        Largest of what layouts remove over the sum of what their dampers remove; at least 1.
-    excess
-        Most that dampers remove beside another over ``ratio`` times the sum of what each removes
-        without it, as a share of the bare mean square; at least 0.
-    """
-
+    # Numbers of comparisons, and of those in which a damper removes more beside others
     checks: int
     violations: int
-    largest: float
+    largest: float  # largest violation, as a share of the bare mean square
+    # Largest of what layouts remove over the sum of what their dampers remove; at least 1
     ratio: float
+    # Most that dampers remove beside another over ``ratio`` times the sum of what each removes
+    # without it, as a share of the bare mean square; at least 0
     excess: float
 
 
@@ -234,23 +217,14 @@ def _excess(bare: Array, chain: _Chain, ratio: float) -> float:
 
 @dataclass(frozen=True)
 class Proof:
-    """The best layout, and how good any other can be on the frozen damping.
-
-    Attributes
-    ----------
-    value, bound
-        Mean square that counts of the layout, and the least that any layout can have [m²/s⁴].
-    nodes
-        Layouts whose further dampers were all evaluated.
-    is_exhaustive
-        Whether every layout was evaluated, so that no bound is needed.
-    """
+    """The best layout, and how good any other can be on the frozen damping."""
 
     layout: Layout
+    # Mean square that counts of the layout, and the least that any layout can have [m²/s⁴]
     value: float
     bound: float
-    nodes: int
-    is_exhaustive: bool = False
+    nodes: int  # layouts whose further dampers were all evaluated
+    is_exhaustive: bool = False  # whether every layout was evaluated, so that no bound is needed
 
     @property
     def gap_db(self) -> float:

@@ -12,14 +12,11 @@ from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.search import Layout, Problem
 
-LEVELS_DB = (-6.0, 6.0)
-"""Changes of the level of the excitation."""
+LEVELS_DB = (-6.0, 6.0)  # changes of the level of the excitation
 
-DAMPING_FACTORS = (0.5, 2.0)
-"""On the damping ratio of the panel."""
+DAMPING_FACTORS = (0.5, 2.0)  # on the damping ratio of the panel
 
-MASS_FACTORS = (0.9, 1.1)
-"""On C_e and m_a: the tolerance of the mass that is filled in."""
+MASS_FACTORS = (0.9, 1.1)  # on C_e and m_a: the tolerance of the mass that is filled in
 
 VARIANTS = (
     *(f"level_{level:+g}_db" for level in LEVELS_DB),

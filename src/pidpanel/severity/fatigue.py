@@ -19,21 +19,11 @@ from pidpanel.severity.moments import spectral_moment
 
 
 class FatigueLine(NamedTuple):
-    """Cycles to failure N = cycles (A/stress)^−exponent for the amplitude A.
+    """Cycles to failure N = cycles (A/stress)^−exponent for the amplitude A."""
 
-    Attributes
-    ----------
-    stress
-        Amplitude [Pa].
-    cycles
-        At that amplitude.
-    exponent
-        b [1].
-    """
-
-    stress: float
-    cycles: float
-    exponent: float
+    stress: float  # amplitude [Pa]
+    cycles: float  # at that amplitude
+    exponent: float  # b [1]
 
 
 def dirlik_damage_rate(frequency: Array, psd: Array, line: FatigueLine) -> Array:

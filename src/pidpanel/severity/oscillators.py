@@ -12,9 +12,9 @@ import numpy as np
 
 from pidpanel.arrays import Array
 
+# Angle up to which lines are added at a resonance, where the half bandwidth times its tangent is 14
+# of them away [rad].
 WIDEST = 1.5
-"""Angle up to which lines are added at a resonance, where the half bandwidth times its tangent is
-14 of them away [rad]."""
 ADDED = 241
 PER_DECADE = 40
 

@@ -18,21 +18,14 @@ from pidpanel.arrays import Array
 
 
 class LayerStrength(NamedTuple):
-    """Strengths of a ply [Pa], all positive.
+    """Strengths of a ply [Pa], all positive."""
 
-    Attributes
-    ----------
-    tension_1, compression_1, tension_2, compression_2
-        Along (1) and across (2) the fibres.
-    shear
-        In the plane.
-    """
-
+    # Along (1) and across (2) the fibres
     tension_1: float
     compression_1: float
     tension_2: float
     compression_2: float
-    shear: float
+    shear: float  # in the plane
 
 
 def maximum_stress_index(stress: Array, strength: LayerStrength) -> Array:

@@ -32,30 +32,17 @@ def rectangle(a: float, b: float) -> Polygon:
 
 @dataclass(frozen=True)
 class ReferencePanel:
-    """A panel whose frequencies are known.
-
-    Attributes
-    ----------
-    plate
-        Assembles the plate; takes the ``.msh`` file to write.
-    reference
-        The lowest frequencies above 0, in the unit of `scale`.
-    tolerance
-        Relative, of the larger of the mesh's error and the rounding of the references.
-    scale
-        Unit of the references over Hz, such as 1 / (2π) for angular frequencies.
-    rigid
-        Modes at 0 Hz.
-    """
+    """A panel whose frequencies are known."""
 
     name: str
     source: str
-    plate: Callable[[Path], AssembledPlate]
+    plate: Callable[[Path], AssembledPlate]  # assembles the plate; takes the ``.msh`` file to write
     element: str
-    reference: tuple[float, ...]
+    reference: tuple[float, ...]  # the lowest frequencies above 0, in the unit of `scale`
+    # Relative, of the larger of the mesh's error and the rounding of the references
     tolerance: float
-    scale: float = 1.0
-    rigid: int = 0
+    scale: float = 1.0  # unit of the references over Hz, such as 1 / (2π) for angular frequencies
+    rigid: int = 0  # modes at 0 Hz
 
 
 def _sandwich(path: Path) -> AssembledPlate:

@@ -65,17 +65,13 @@ class Spheres:
     time_step
         As in the deck [s].
 
-    Attributes
-    ----------
-    velocity, force
-        (n, 3) of the spheres; the force includes gravity [m/s], [N].
-
     Raises
     ------
     ParticlesLost
         If LIGGGHTS holds other spheres than ``cell``, or in another order.
     """
 
+    # (n, 3) of the spheres; the force includes gravity [m/s], [N]
     velocity: Array
     force: Array
 
