@@ -173,13 +173,13 @@ def check_panel(study: Study) -> Iterator[Mistake]:
 def _check_tables(study: Study) -> Iterator[Mistake]:
     """Yield what is wrong with the tables of damping, and with what is read from them."""
     from pidpanel.damping.from_study import read_table
-    from pidpanel.damping.table_files import TableError, read_columns
+    from pidpanel.damping.table_files import read_columns
 
     for keys, table in _tables(study):
         damper = study.damping if keys[0] == "damping" else study.dampers[str(keys[1])]
         try:
             read_table(table, impedance=keys[-1] == "impedance", apparent_mass=damper.apparent_mass)
-        except TableError as error:
+        except ColumnsError as error:
             yield from (Mistake(keys, fault) for fault in error.faults)
         else:
             yield from _check_range(study, keys, read_columns(table))
@@ -224,11 +224,10 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
 
 def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
     from pidpanel.sound.psd_table import read_spectrum
-    from pidpanel.sound.table import SpectrumTableError
 
     try:
         spectrum = read_spectrum(sound.spectrum)
-    except SpectrumTableError as error:
+    except ColumnsError as error:
         yield from (Mistake(("sound", "spectrum"), fault) for fault in error.faults)
         return
     sums = f"its {spectrum.rows} sum to {spectrum.oaspl:.1f} dB"

@@ -126,6 +126,30 @@ def faults_of_names(header: Sequence[str], allowed: Sequence[str]) -> Iterator[s
             yield f"column {name}: given twice"
 
 
+Fault = tuple[int, str]  # line, and what is wrong there
+
+
+def faults_of_header(
+    table: TableRows, allowed: Sequence[str], required: Sequence[str] | None = None
+) -> list[Fault]:
+    """Return columns that are unknown or given twice; if there are none, what is missing.
+
+    All that are allowed are required by default.
+    """
+    faults = list(faults_of_names(table.header, allowed))
+    if not faults:
+        missing = (name for name in required or allowed if name not in table.header)
+        faults = [f"column {name}: missing" for name in missing]
+    return [(table.line, says) for says in faults]
+
+
+def refuse(path: Path, faults: Sequence[Fault]) -> None:
+    """Raise a `ColumnsError` with the faults in the order of their lines, if there are any."""
+    if faults:
+        ordered = sorted(faults, key=lambda fault: fault[0])
+        raise ColumnsError([f"{path}, line {line}: {says}" for line, says in ordered])
+
+
 def are_numbers(header: Sequence[str]) -> bool:
     """Whether there are numbers where names of columns should be."""
     return all(NUMBER.fullmatch(name) for name in header)

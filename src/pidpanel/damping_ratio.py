@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, faults_of_names, numbers, read_rows
+from pidpanel.columns import Allowed, ColumnsError, faults_of_header, numbers, read_rows, refuse
 
 HEADER = ("frequency_hz", "damping_ratio")
 
@@ -86,12 +86,8 @@ def read_damping_ratio(path: Path) -> DampingRatio:
         With all faults of the file.
     """
     table = read_rows(path)
-    faults = [(table.line, says) for says in faults_of_names(table.header, HEADER)]
-    if not faults:
-        missing = [name for name in HEADER if name not in table.header]
-        faults += [(table.line, f"column {name}: missing") for name in missing]
     lines, columns, of_cells = numbers(table, COLUMNS)
-    faults += of_cells
+    faults = faults_of_header(table, HEADER) + of_cells
     if not faults and not lines:
         raise ColumnsError([f"{path}: no rows; at least one is needed"])
     if not faults:
@@ -99,7 +95,5 @@ def read_damping_ratio(path: Path) -> DampingRatio:
         for row in np.flatnonzero(np.diff(frequency) <= 0) + 1:
             says = f"frequency_hz = {frequency[row]:g} must be above that of the row before"
             faults.append((lines[row], says))
-    if faults:
-        ordered = sorted(faults, key=lambda fault: fault[0])
-        raise ColumnsError([f"{path}, line {line}: {says}" for line, says in ordered])
+    refuse(path, faults)
     return DampingRatio(tuple(columns[HEADER[1]].tolist()), tuple(frequency.tolist()))

@@ -5,6 +5,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from pidpanel.columns import ColumnsError
 from pidpanel.damping.constants import ConstantDamper
 from pidpanel.damping.from_study import reading_of, reading_of_damper
 from pidpanel.damping.laws import PaperLaw, paper_corrected, paper_printed
@@ -88,7 +89,7 @@ def test_a_table_and_an_impedance_are_read_as_the_damper_says(tmp_path):
     real = tmp_path / "real.csv"
     real.write_text("frequency_hz,equivalent_damping_n_s_m3\n100,10\n")
     damper(table=real)
-    with pytest.raises(DampingError, match="apparent_mass_kg_m2: missing"):
+    with pytest.raises(ColumnsError, match="apparent_mass_kg_m2: missing"):
         damper(impedance=real)
 
 

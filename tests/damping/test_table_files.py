@@ -9,9 +9,9 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pidpanel.columns import MOST_FAULTS
+from pidpanel.columns import MOST_FAULTS, ColumnsError
 from pidpanel.damping.from_study import read_table
-from pidpanel.damping.table_files import COLUMNS, TableError, read_columns
+from pidpanel.damping.table_files import COLUMNS, read_columns
 from pidpanel.paths import PROJECT
 from pidpanel.study.dampers import ALLOWED, Damper
 
@@ -23,7 +23,7 @@ def faults(tmp_path, text, *, impedance=False):
     """Faults of a text or of bytes, the name of the file left out."""
     path = tmp_path / "lab.csv"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    with pytest.raises(TableError) as caught:
+    with pytest.raises(ColumnsError) as caught:
         read_columns(path, impedance=impedance)
     assert str(caught.value).split("\n") == list(caught.value.faults)
     assert all(fault.startswith(str(path)) for fault in caught.value.faults)
@@ -192,7 +192,7 @@ def test_of_many_faults_of_one_kind_the_first_is_told_with_the_lines_of_the_othe
 
 def test_a_file_that_is_not_there_is_told(tmp_path):
     # red: no try round read_bytes
-    with pytest.raises(TableError, match=r"none\.csv: cannot be read: No such file"):
+    with pytest.raises(ColumnsError, match=r"none\.csv: cannot be read: No such file"):
         read_columns(tmp_path / "none.csv")
 
 
@@ -228,7 +228,7 @@ def test_no_cell_is_read_as_anything_but_the_number_that_is_written(tmp_path, co
     path.write_text(text, encoding="utf-8", errors="replace", newline="")
     try:
         value = read_columns(path)[column]
-    except TableError as error:
+    except ColumnsError as error:
         assert all("\n" not in fault and fault.isprintable() for fault in error.faults)
         return
     plain = cell.partition("#")[0].strip().strip('"').strip()
@@ -244,7 +244,7 @@ def test_bytes_are_a_table_or_have_lines(tmp_path, data):
     path.write_bytes(f"{F},{C}\n".encode() + data)
     try:
         columns = read_columns(path)
-    except TableError as error:
+    except ColumnsError as error:
         assert error.faults
     else:
         assert all(np.isfinite(values).all() for values in columns.values())
@@ -269,7 +269,7 @@ def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(tmp_path):
     path = tmp_path / "steel.csv"
     head = f"{F},{C},apparent_mass_kg_m2,particle_mass_per_area_kg_m2\n"
     path.write_text(head + "100,500,357,1\n")
-    with pytest.raises(TableError, match=r"apparent mass of 357 kg/m²: at most 10 times"):
+    with pytest.raises(ColumnsError, match=r"apparent mass of 357 kg/m²: at most 10 times"):
         read_columns(path)
     path.write_text(head + "100,500,80,10\n")  # of particles in resonance with their gap
     assert read_columns(path)["apparent_mass_kg_m2"] == [80]
@@ -286,5 +286,5 @@ def test_the_particles_of_a_table_can_act_with_their_own_mass(tmp_path):
     ]
     assert masses == [0.0, pytest.approx(10.0)]
     path.write_text(f"{F},{C}\n100,500\n200,500\n")
-    with pytest.raises(TableError, match="particle_mass_per_area_kg_m2: missing"):
+    with pytest.raises(ColumnsError, match="particle_mass_per_area_kg_m2: missing"):
         read_table(path, apparent_mass="particles")

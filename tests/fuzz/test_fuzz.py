@@ -11,10 +11,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pidpanel.check import checked_study
+from pidpanel.columns import ColumnsError
 from pidpanel.coupon import coding
 from pidpanel.coupon.liggghts import failures, output, sphere_dump
 from pidpanel.coupon.records import RunState
-from pidpanel.damping.table_files import TableError, read_columns
+from pidpanel.damping.table_files import read_columns
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.paths import DATA, WORKFLOW
@@ -55,7 +56,7 @@ def readings():
     kinds = {
         "study": (WORKFLOW / "studies" / "smoke.yaml", checked_study, StudyError),
         "sound": (DATA / "spl" / "smc_s_016_2014_min_third.csv", read_spl_table, ValueError),
-        "damping": (DATA / "damping" / "acrylic_2mm.csv", read_columns, TableError),
+        "damping": (DATA / "damping" / "acrylic_2mm.csv", read_columns, ColumnsError),
         "nastran": (mesh, read_nastran, ValueError),
         "rows": (
             GOLDEN / "cycles_1.txt",

@@ -6,11 +6,11 @@ import pytest
 from scipy.integrate import quad
 
 import pidpanel
+from pidpanel.columns import ColumnsError
 from pidpanel.paths import DATA
 from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.sound.spectrum import REFERENCE_PRESSURE, PsdSpectrum, SpectrumError, pressure_psd
-from pidpanel.sound.table import SpectrumTableError
 from pidpanel.spectra.break_points import BreakPoints
 
 BANDS = DATA / "spl" / "smc_s_016_2014_min_third.csv"
@@ -120,7 +120,7 @@ def test_small_values_and_up_to_two_hundred_decibels_in_a_hertz_are_read(tmp_pat
 def test_each_row_that_is_wrong_is_named_by_its_line(tmp_path, rows, lines):
     # values of none or beyond 200 dB; frequencies that fall; steps at an end or of three rows
     # red: the row before or after it; steps alone at an end that are of three rows
-    with pytest.raises(SpectrumTableError) as error:
+    with pytest.raises(ColumnsError) as error:
         read_spectrum(written(tmp_path / "psd.csv", *rows))
     named = [int(fault.partition("line ")[2].partition(":")[0]) for fault in error.value.faults]
     assert named == lines

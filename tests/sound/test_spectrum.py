@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pidpanel.columns import ColumnsError
 from pidpanel.sound.spectrum import BandSpectrum, SpectrumError, pressure_psd
 from pidpanel.sound.table import read_spl_table
 
@@ -173,7 +174,7 @@ REFUSED = {
 def test_a_table_that_cannot_be_meant_is_refused_by_line_and_value(tmp_path, name):
     # red: `if False:` in the place of any one check in `table`
     lines, message = REFUSED[name]
-    with pytest.raises(SpectrumError, match=message) as caught:
+    with pytest.raises(ColumnsError, match=message) as caught:
         read_spl_table(write(tmp_path, *lines))
     assert "spl.csv" in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -188,7 +189,7 @@ def test_levels_of_minus_100_to_200_decibels_are_read(tmp_path, level):
 @pytest.mark.parametrize("level", [-100.1, 200.1])
 def test_levels_beyond_minus_100_to_200_decibels_are_refused(tmp_path, level):
     # red: LEVEL_RANGE = (0.0, 220.0)
-    with pytest.raises(SpectrumError, match="must be at least -100 and at most 200"):
+    with pytest.raises(ColumnsError, match="must be at least -100 and at most 200"):
         read_spl_table(write(tmp_path, f"100,{level}", "125,90"))
 
 
@@ -199,17 +200,17 @@ def test_centres_within_two_percent_are_read(tmp_path, share):
     if abs(share) < 0.02:
         assert read_spl_table(path).band_number.tolist() == [20, 21]
     else:
-        with pytest.raises(SpectrumError, match=r"nearest is 100 Hz \(within 2%\)"):
+        with pytest.raises(ColumnsError, match=r"nearest is 100 Hz \(within 2%\)"):
             read_spl_table(path)
 
 
 def test_a_missing_file_is_refused_by_name(tmp_path):
-    with pytest.raises(SpectrumError, match=r"absent\.csv: cannot be read: No such file"):
+    with pytest.raises(ColumnsError, match=r"absent\.csv: cannot be read: No such file"):
         read_spl_table(tmp_path / "absent.csv")
 
 
 def test_a_folder_is_no_table(tmp_path):
-    with pytest.raises(SpectrumError, match="is a folder; must be a file"):
+    with pytest.raises(ColumnsError, match="is a folder; must be a file"):
         read_spl_table(tmp_path)
 
 
@@ -229,7 +230,7 @@ def test_a_folder_is_no_table(tmp_path):
 def test_another_header_is_refused(tmp_path, text, found):
     path = tmp_path / "spl.csv"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(SpectrumError) as caught:
+    with pytest.raises(ColumnsError) as caught:
         read_spl_table(path)
     assert str(caught.value).startswith(f"{path}{found}")
 
@@ -245,7 +246,7 @@ def test_a_comment_that_states_another_kind_of_band_is_refused(tmp_path):
     # red: no `_faults_of_comments`
     path = tmp_path / "spl.csv"
     path.write_text("# band: 1/1 octave\ncenter_hz,spl_db\n100,90\n125,90\n", encoding="utf-8")
-    with pytest.raises(SpectrumError, match="line 1: the comment states octave bands"):
+    with pytest.raises(ColumnsError, match="line 1: the comment states octave bands"):
         read_spl_table(path)
 
 

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pidpanel.columns import ColumnsError
 from pidpanel.damping.constants import ConstantDamper
 from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import PaperLaw
 from pidpanel.damping.readings import DampingError, DampingReading
-from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, TableError, read_columns
+from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, read_columns
 from pidpanel.damping.tables import TableReading
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
@@ -70,16 +71,16 @@ def read_table(
 
     Raises
     ------
-    TableError
+    ColumnsError
         With a line for each fault of the file; or where the particles' mass is to be m_a, and the
         table has none, or has m_a.
     """
     columns = read_columns(path, impedance=impedance)
     if apparent_mass == "particles":
         if MASS in columns or IMAGINARY in columns:
-            raise TableError([f"{path}: has an apparent mass; apparent_mass is not allowed"])
+            raise ColumnsError([f"{path}: has an apparent mass; apparent_mass is not allowed"])
         if PARTICLE_MASS not in columns:
-            raise TableError([f"{path}: column {PARTICLE_MASS}: missing; apparent_mass needs it"])
+            raise ColumnsError([f"{path}: column {PARTICLE_MASS}: missing; apparent_mass needs it"])
         columns[MASS] = columns[PARTICLE_MASS]
     return TableReading(columns, interpolation or "log")
 
@@ -98,8 +99,10 @@ def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingRead
 
     Raises
     ------
+    ColumnsError
+        If the table cannot be read.
     DampingError
-        If the table cannot be read, a file is missing, or there is no such reading.
+        If a file is missing, or there is no such reading.
     """
     reading = _reading_with_mass(name, study.damping, surface)
     return reading if study.response.damper_mass else reading.without_mass()
@@ -132,8 +135,10 @@ def reading_of_damper(damper: Damper, surface: Path | None) -> DampingReading:
 
     Raises
     ------
+    ColumnsError
+        If a table cannot be read.
     DampingError
-        If a table cannot be read, or the surface is missing.
+        If the surface is missing.
     """
     if damper.law is not None:
         return PaperLaw(printed=damper.law == "paper_printed")

@@ -24,7 +24,6 @@ from pidpanel.columns import (
 )
 from pidpanel.constants import MOST_LOSS_FACTOR, MOST_OF_MASS
 from pidpanel.damping.interpolation import lone_rows
-from pidpanel.damping.readings import DampingError
 
 FILL, FREQUENCY = "fill_fraction", "frequency_hz"
 AMPLITUDES = ("acceleration_g", "displacement_mm", "velocity_m_s")
@@ -40,10 +39,6 @@ ERRORS: Mapping[str, str] = {
     IMAGINARY: "impedance_imag_error_n_s_m3",
     MASS: "apparent_mass_error_kg_m2",
 }
-
-
-class TableError(ColumnsError, DampingError):
-    """A table of damping with mistakes; see `ColumnsError`."""
 
 
 POSITIVE, NOT_NEGATIVE, ANY = Allowed(0.0, low_itself=False), Allowed(0.0), Allowed()
@@ -79,13 +74,10 @@ def read_columns(path: Path, *, impedance: bool = False) -> dict[str, Array]:
 
     Raises
     ------
-    TableError
+    ColumnsError
         With all faults of the file, up to `MOST_FAULTS`.
     """
-    try:
-        table = read_rows(path)
-    except ColumnsError as error:
-        raise TableError(error.faults) from None
+    table = read_rows(path)
     line, header = table.line, table.header
     allowed = IMPEDANCE if impedance else tuple(COLUMNS)
     faults = [f"{path}, line {line}: {says}" for says in _faults_of_header(header, allowed)]
@@ -96,7 +88,7 @@ def read_columns(path: Path, *, impedance: bool = False) -> dict[str, Array]:
     if not faults:
         faults = [f"{path}, {says}" for says in _faults_of_rows(columns, lines)]
     if faults:
-        raise TableError(faults)
+        raise ColumnsError(faults)
     return columns
 
 

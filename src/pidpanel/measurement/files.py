@@ -10,7 +10,7 @@ import numpy as np
 import pyuff
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, faults_of_names, numbers, read_rows
+from pidpanel.columns import Allowed, ColumnsError, faults_of_header, numbers, read_rows, refuse
 from pidpanel.constants import STANDARD_GRAVITY
 
 COLUMNS = {
@@ -67,14 +67,8 @@ def read_measured(path: Path, record: int | None = None) -> MeasuredPsd:
     table = read_rows(path)
     over_base = RATIO_COLUMN in table.header
     names = [FREQUENCY_COLUMN, RATIO_COLUMN if over_base else PSD_COLUMN]
-    faults = [(table.line, says) for says in faults_of_names(table.header, names)]
-    if not faults:
-        missing = [name for name in names if name not in table.header]
-        faults = [(table.line, f"column {name}: missing") for name in missing]
     _, columns, of_cells = numbers(table, {name: COLUMNS[name] for name in names})
-    if faults or of_cells:
-        ordered = sorted([*faults, *of_cells], key=lambda fault: fault[0])
-        raise ColumnsError([f"{path}, line {line}: {says}" for line, says in ordered])
+    refuse(path, faults_of_header(table, names) + of_cells)
     frequency, values = (columns[name] for name in names)
     return _checked(path, frequency, values, over_base)
 

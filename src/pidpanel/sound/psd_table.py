@@ -10,9 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, TableRows, faults_of_names, numbers, read_rows
+from pidpanel.columns import (
+    Allowed,
+    ColumnsError,
+    Fault,
+    TableRows,
+    faults_of_header,
+    numbers,
+    read_rows,
+    refuse,
+)
 from pidpanel.sound.spectrum import PsdSpectrum, Spectrum
-from pidpanel.sound.table import SpectrumTableError, read_spl_table
+from pidpanel.sound.table import read_spl_table
 from pidpanel.spectra.break_points import BreakPoints
 
 HEADER = ("frequency_hz", "psd_pa2_hz")
@@ -29,35 +38,28 @@ def read_spectrum(path: str | Path) -> Spectrum:
 
     Raises
     ------
-    SpectrumTableError
+    ColumnsError
         With all faults of the file.
     """
-    try:
-        table = read_rows(Path(path))
-    except ColumnsError as error:
-        raise SpectrumTableError(error.faults) from None
+    table = read_rows(Path(path))
     if any(name.lower().startswith("psd") for name in table.header):
         return _psd_spectrum(table)
     return read_spl_table(path)
 
 
 def _psd_spectrum(table: TableRows) -> PsdSpectrum:
-    names = list(faults_of_names(table.header, HEADER))
-    names += [f"column {name}: missing" for name in HEADER if name not in table.header]
     lines, columns, of_cells = numbers(table, COLUMNS)
-    faults = [(table.line, says) for says in names] + of_cells
+    faults = faults_of_header(table, HEADER) + of_cells
     if not faults and len(lines) < 2:
-        raise SpectrumTableError([f"{table.path}: must have at least 2 rows, not {len(lines)}"])
+        raise ColumnsError([f"{table.path}: must have at least 2 rows, not {len(lines)}"])
     if not faults:
         faults += _faults_of_order(lines, columns[HEADER[0]])
-    if faults:
-        ordered = sorted(faults, key=lambda fault: fault[0])
-        raise SpectrumTableError([f"{table.path}, line {line}: {says}" for line, says in ordered])
+    refuse(table.path, faults)
     source = "\n".join(comment for _, comment in table.comments)
     return PsdSpectrum(BreakPoints(columns[HEADER[0]], columns[HEADER[1]]), source)
 
 
-def _faults_of_order(lines: Sequence[int], frequency: Array) -> Iterator[tuple[int, str]]:
+def _faults_of_order(lines: Sequence[int], frequency: Array) -> Iterator[Fault]:
     """Yield rows that fall, and steps that are none."""
     rise = np.diff(frequency)
     for row in (np.flatnonzero(rise < 0) + 1).tolist():

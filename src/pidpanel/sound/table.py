@@ -13,8 +13,17 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, TableRows, faults_of_names, numbers, read_rows
-from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum, SpectrumError
+from pidpanel.columns import (
+    Allowed,
+    ColumnsError,
+    Fault,
+    TableRows,
+    faults_of_header,
+    numbers,
+    read_rows,
+    refuse,
+)
+from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum
 from pidpanel.spectra.third_octaves import center_frequency
 
 HEADER = ("center_hz", "spl_db")
@@ -35,10 +44,6 @@ COLUMNS = {
 }
 
 
-class SpectrumTableError(ColumnsError, SpectrumError):
-    """A table of band levels with mistakes; see `ColumnsError`."""
-
-
 # How a comment line `# band: …` may state the kind, which must be what the centres say.
 BAND_WORDS: dict[str, BandKind] = {"1/3 octave": "third octave", "1/1 octave": "octave"}
 
@@ -51,19 +56,16 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
 
     Raises
     ------
-    SpectrumTableError
+    ColumnsError
         With all faults of the file: where it is missing or not text, columns have other names, a
         value is not a number, a level is outside `LEVEL_RANGE`, a centre is not a preferred one; if
         there are none of these, where centres are unsorted, double or leave a gap, there are fewer
         than two bands, or a comment states another kind.
     """
-    try:
-        table = read_rows(Path(path))
-    except ColumnsError as error:
-        raise SpectrumTableError(error.faults) from None
+    table = read_rows(Path(path))
     lines, columns, of_cells = numbers(table, COLUMNS)
-    of_cells = [(line, f"{says}{_of_overall(table, line)}") for line, says in of_cells]
-    faults = [(table.line, says) for says in _faults_of_header(table.header)] + of_cells
+    faults = faults_of_header(table, HEADER)
+    faults += [(line, f"{says}{_of_overall(table, line)}") for line, says in of_cells]
     band_number: list[int] = []
     if not set(HEADER) - set(table.header):
         band_number, of_centers = _band_numbers(lines, columns[HEADER[0]])
@@ -71,26 +73,13 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
     if not faults and len(lines) < 2:
         bands = "1 band" if lines else "no bands"
         says = f"{bands}; at least two are needed to tell octaves from thirds"
-        raise SpectrumTableError([f"{path}: {says}"])
+        raise ColumnsError([f"{path}: {says}"])
     if not faults:
         kind, faults = _band_kind(lines, columns[HEADER[0]], band_number)
         faults += _faults_of_comments(table, kind)
-    if faults:
-        ordered = sorted(faults, key=lambda fault: fault[0])
-        raise SpectrumTableError([f"{path}, line {line}: {says}" for line, says in ordered])
+    refuse(Path(path), faults)
     source = "\n".join(comment for _, comment in table.comments)
     return BandSpectrum(kind, np.array(band_number), columns[HEADER[1]], source=source)
-
-
-Fault = tuple[int, str]  # line, and what is wrong there
-
-
-def _faults_of_header(header: Sequence[str]) -> Iterator[str]:
-    """Yield columns that are unknown, given twice or missing."""
-    faults = list(faults_of_names(header, HEADER))
-    yield from faults
-    if not faults:
-        yield from (f"column {name}: missing" for name in HEADER if name not in header)
 
 
 def _of_overall(table: TableRows, line: int) -> str:

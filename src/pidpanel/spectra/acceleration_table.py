@@ -11,7 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, faults_of_names, numbers, read_rows
+from pidpanel.columns import (
+    Allowed,
+    ColumnsError,
+    Fault,
+    faults_of_header,
+    numbers,
+    read_rows,
+    refuse,
+)
 from pidpanel.spectra.break_points import BreakPoints
 
 FREQUENCY, LEVEL, SLOPE = COLUMNS = ("frequency_hz", "acceleration_psd_g2_hz", "slope_db_octave")
@@ -37,13 +45,7 @@ def read_base_table(path: Path) -> BreakPoints:
         slopes that contradict the levels.
     """
     table = read_rows(path)
-    faults = [(table.line, says) for says in faults_of_names(table.header, COLUMNS)]
-    if not faults:
-        faults = [
-            (table.line, f"column {name}: missing")
-            for name in COLUMNS[:2]
-            if name not in table.header
-        ]
+    faults = faults_of_header(table, COLUMNS, required=COLUMNS[:2])
     # an empty level or slope is not stated
     stand_in = {LEVEL: "1", SLOPE: "0"}
     heads = [stand_in.get(name, "") for name in table.header]
@@ -70,13 +72,8 @@ def read_base_table(path: Path) -> BreakPoints:
         if not faults:
             psd = _filled(columns[FREQUENCY], level, slope)
             faults = _faults_of_levels(lines, columns[FREQUENCY], psd, slope)
-    if faults:
-        ordered = sorted(faults, key=lambda fault: fault[0])
-        raise ColumnsError([f"{path}, line {line}: {says}" for line, says in ordered])
+    refuse(path, faults)
     return BreakPoints(columns[FREQUENCY], psd)
-
-
-Fault = tuple[int, str]
 
 
 def _faults_of_order(lines: Sequence[int], frequency: Array) -> list[Fault]:
