@@ -12,6 +12,8 @@ from pidpanel.cli.study_overview import coupled_count, overview, solve
 from pidpanel.coupled.from_study import estimated_cpu_seconds
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import normal_modes
+from pidpanel.report.from_study import reported_study
+from pidpanel.report.warnings import support_text
 from pidpanel.study.panel import Panel
 
 STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
@@ -64,6 +66,25 @@ def test_coupled_runs_are_counted_and_their_time_is_told(tmp_path):
     coupled = study.damping.coupled.model_copy(update={"scenarios": ("first", "third")})
     damping = study.damping.model_copy(update={"coupled": coupled})
     assert coupled_count(study.model_copy(update={"damping": damping})) == 2
+
+
+def test_supports_at_single_points_of_a_sandwich_are_named(tmp_path):
+    # red: `single_points` without `radius_m`, or of a thin plate
+    study = checked_study(STUDIES / "bdf_panel.yaml")
+    says = "H1, H2, H3, H4 at single points, where frequencies depend on the mesh; state radius_m"
+    assert f"  supports {says}" in overview(study, tmp_path).split("\n")
+    (sentence,) = support_text(reported_study(study))
+    assert sentence.startswith("Supports at single points (H1, H2, H3, H4): frequencies depend")
+    thin = study.panel.section.model_copy(update={"kind": "thin"})
+    assert not study.panel.model_copy(update={"section": thin}).single_points
+    with_feet = checked_study(STUDIES / "wing.yaml")
+    assert with_feet.panel.support_input.points and not support_text(reported_study(with_feet))
+
+
+def test_the_time_of_a_search_is_stated(tmp_path):
+    # red: `optimise` left out of the costs; 120 s measured, within the factor of two
+    (time,) = lines_of(STUDIES / "design_launch.yaml", tmp_path)["time"]
+    assert "; optimise 4 min, 3.0 GB; report" in time
 
 
 def test_masses_holes_and_tables_count(tmp_path):

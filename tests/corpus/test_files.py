@@ -122,8 +122,8 @@ NASTRAN = [
     ("CTRIA3,6,1,7,8,12", "CTRIA3,5,1,7,8,12", "panel.mesh.file = panel.bdf: element 5 appears twice"),
     ("CTRIA3,6,1,7,8,12", "CTRIA3,6,1,7,8", "panel.mesh.file = panel.bdf: panel.bdf:20: CTRIA3: a blank is not allowed; a number from 1 is needed"),
     ("CQUAD4,1,1,1,2,6,5", "CQUAD4,1,1,1,6,2,5", "panel.mesh.file = panel.bdf: element 1: its corners do not form a convex quadrilateral"),
-    ("CQUAD4,1,1,1,2,6,5", "CBEAM,1,1,1,2,6,5", "panel.mesh.file = panel.bdf: panel.bdf:15: card CBEAM is not read; allowed are GRID, CTRIA3, CQUAD4, PSHELL, MAT1, BEGIN BULK, ENDDATA"),
-    ("CQUAD4,1,1,1,2,6,5\nCQUAD4,2,2,2,3,7,6", "CBEAM,1,1,1,2,6,5\nCQUAD8,2,2,2,3,7,6", "panel.mesh.file = panel.bdf: panel.bdf:15: card CBEAM is not read; allowed are GRID, CTRIA3, CQUAD4, PSHELL, MAT1, BEGIN BULK, ENDDATA", "panel.mesh.file = panel.bdf: panel.bdf:16: card CQUAD8 is not read; allowed are GRID, CTRIA3, CQUAD4, PSHELL, MAT1, BEGIN BULK, ENDDATA"),
+    ("CQUAD4,1,1,1,2,6,5", "CBEAM,1,1,1,2,6,5", "panel.mesh.file = panel.bdf: panel.bdf:15: card CBEAM is not read; allowed are GRID, CTRIA3, CQUAD4, @"),
+    ("CQUAD4,1,1,1,2,6,5\nCQUAD4,2,2,2,3,7,6", "CBEAM,1,1,1,2,6,5\nCQUAD8,2,2,2,3,7,6", "panel.mesh.file = panel.bdf: panel.bdf:15: card CBEAM is not read; allowed are GRID, CTRIA3, CQUAD4, @", "panel.mesh.file = panel.bdf: panel.bdf:16: card CQUAD8 is not read; allowed are GRID, CTRIA3, CQUAD4, @"),
     ("ENDDATA", "GRID,21,,5000.0,0.0,0.0\nGRID,22,,5400.0,0.0,0.0\nGRID,23,,5000.0,400.0,0.0\nCTRIA3,21,1,21,22,23\nENDDATA", "panel.mesh.file = panel.bdf: the mesh has 2 pieces: no edges join element 21 to element 1; a panel is one piece"),
     ("ENDDATA", "GRID,21,,1600.0,800.0,0.0\nGRID,22,,1600.0,1200.0,0.0\nCTRIA3,21,1,12,21,22\nENDDATA", "panel.mesh.file = panel.bdf: the mesh has 2 pieces: no edges join element 21 to element 1; a panel is one piece"),
     ("ENDDATA", "GRID,21,,1200.0,800.0,0.0\nGRID,22,,1600.0,800.0,0.0\nGRID,23,,1600.0,1200.0,0.0\nCTRIA3,21,1,21,22,23\nENDDATA", "panel.mesh.file = panel.bdf: nodes 12 and 21 are at one place (1200, 800) m: the panel is cracked there; merge them@"),
@@ -132,7 +132,7 @@ NASTRAN = [
     (None, "GRID,1,,0.,0.,0.\n", "panel.mesh.file = panel.bdf: no CTRIA3 or CQUAD4; a mesh needs one"),
     (None, "+,1,2\n", "panel.mesh.file = panel.bdf: panel.bdf:1: a continuation without a card"),
     (None, b"\x7fELF\x00\x00", "panel.mesh.file = panel.bdf: panel.bdf:1: must be text; it has a byte 0x00, as of a binary file"),
-    (None, "<html>\n", "panel.mesh.file = panel.bdf: panel.bdf:1: card <HTML> is not read; allowed are GRID, CTRIA3, CQUAD4, PSHELL, MAT1, BEGIN BULK, ENDDATA"),
+    (None, "<html>\n", "panel.mesh.file = panel.bdf: panel.bdf:1: card <HTML> is not read; allowed are GRID, CTRIA3, CQUAD4, @"),
 ]  # fmt: skip
 GMSH = [
     (None, "", "panel.mesh.file = panel.msh: not a gmsh mesh: it must begin with $MeshFormat"),

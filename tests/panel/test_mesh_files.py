@@ -122,10 +122,48 @@ def test_exponents_without_their_e_are_read(tmp_path):
     assert read_nastran(path).at_node(6) == (2.0, 1.0)
 
 
+def test_a_deck_of_an_analysis_is_read_without_what_the_study_states(tmp_path):
+    # red: control read as cards; nodes of ignored cards kept
+    control = "SOL 103\nCEND\nSPC = 1\nMETHOD = 10\nBEGIN BULK\nPARAM,POST,-1\nEIGRL,10,,2000."
+    bulk = [
+        "PCOMP,7,,,,,,,", "+,1,0.25,0.,YES,2,20.,0.,YES,", "+,1,0.25,0.,YES",
+        "MAT8,2,1.,1.,.3,1.,186.,90.,3.2-11", "SPC1,1,123456,1,3", "GRID,77,,1.,0.5,-30.",
+        "CONM2,9,77,,2.5", "RBE2,10,77,123456,2,5", "ENDDATA",
+    ]  # fmt: skip
+    path = tmp_path / "deck.bdf"
+    path.write_text(DECK.replace("BEGIN BULK", control).replace("ENDDATA", "\n".join(bulk)))
+    with pytest.raises(ValueError) as caught:
+        read_nastran(path)
+    assert [line.split()[2] for line in str(caught.value).splitlines()] == ["SPC1", "CONM2", "RBE2"]
+    assert "list their cards in panel.mesh.ignore" in str(caught.value)
+    whole = read_nastran(path, ("SPC1", "CONM2", "RBE2"))
+    plain = tmp_path / "plain.bdf"
+    plain.write_text(DECK)
+    for name in ("node", "position", "triangles", "groups"):
+        np.testing.assert_array_equal(getattr(whole, name), getattr(read_nastran(plain), name))
+
+
+def test_a_refined_mesh_has_the_nodes_area_and_groups_of_its_file(tmp_path):
+    # red: a middle at the wrong side; groups tiled in place of repeated
+    path = tmp_path / "two.bdf"
+    path.write_text(DECK.replace("2.      1.", "2.     1.5"))
+    flat = read_nastran(path)
+    fine = flat.refined()
+    assert fine.triangles.shape == (16, 3) and len(fine.node) == len(set(fine.node.tolist())) == 15
+    assert [fine.at_node(number) for number in flat.node] == [tuple(p) for p in flat.position]
+    assert (areas(fine) > 0).all()
+    for group in "78":
+        whole = areas(flat)[flat.groups == group].sum()
+        assert areas(fine)[fine.groups == group].sum() == pytest.approx(whole, rel=1e-14)
+    # of four equal parts
+    np.testing.assert_allclose(areas(fine), np.repeat(areas(flat) / 4, 4), rtol=1e-14)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
         ("BEGIN BULK", "INCLUDE 'more.bdf'", "deck.bdf:2: card INCLUDE is not read; allowed are GRID"),
+        ("BEGIN BULK", "INCLUDE 'more.bdf'\nBEGIN BULK", "deck.bdf:2: card INCLUDE is not read"),
         ("BEGIN BULK", "SOL 103", "deck.bdf:2: card SOL 103 is not read; allowed are GRID, CTRIA3"),
         ("ENDDATA", "SPC1           1     123       1", "deck.bdf:11: card SPC1 is not read"),
         ("ENDDATA", "CTRIA6         3       7       1       2       5", "deck.bdf:11: card CTRIA6"),
@@ -312,7 +350,7 @@ def test_nodes_at_one_place_take_no_memory_by_pairs(tmp_path):
 )
 def test_a_deck_reads_no_other_file_and_is_not_read_for_ever(tmp_path, text, message):
     path = tmp_path / "deck.bdf"
-    path.write_text(text + DECK)
+    path.write_text(text + DECK.replace("BEGIN BULK\n", ""))
     tracemalloc.start()
     try:
         with pytest.raises(ValueError) as caught:

@@ -46,6 +46,11 @@ def base_cost(shapes: int, lines: int, sine_lines: int, cases: int, *, notched: 
     return Cost("base", seconds, IMPORTS + 4e6 * shapes)
 
 
+def search_cost(shapes: int, lines: int, excitations: int) -> Cost:
+    """Return the cost of a search: ``design_launch`` takes 120 s, ``design_wing`` 280 s."""
+    return Cost("optimise", 1.2e-5 * lines * shapes**2 * excitations, 3e9)
+
+
 def panel_costs(coordinates: int, shapes: int, lines: int, solves: int) -> list[Cost]:
     """Return the costs of the stages from the panel to the report; without solves no response."""
     product = coordinates * shapes

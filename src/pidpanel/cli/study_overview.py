@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidpanel.cli.stage_costs import Cost, base_cost, panel_costs, shape_count
+from pidpanel.cli.stage_costs import Cost, base_cost, panel_costs, search_cost, shape_count
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
 from pidpanel.coupon.from_study import distinct_cases
@@ -155,6 +155,9 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
                         f"{estimate.coordinates} coordinates")  # fmt: skip
     yield _line("modes", _of_modes(study, estimate))
+    if names := study.panel.single_points:
+        yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "
+                                "the mesh; state radius_m")  # fmt: skip
     of_patch = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
     yield _line("points", "; ".join(_of_points(study, mesh)))
     for label, weights in _damper_masses(study, of_patch).items():
@@ -329,6 +332,11 @@ def _panel_costs(study: Study, estimate: PanelEstimate) -> list[Cost]:
         layouts = {scenario.fillings for scenario in study.all_scenarios()}
         cases, notched = len(layouts) * len(study.readings), base.limits is not None
         costs.insert(-1, base_cost(shapes, random, sweep, cases, notched=notched))
+    if study.optimise is not None:
+        from pidpanel.optimise.from_study import counted_excitations
+
+        excitations = len(counted_excitations(study))
+        costs.insert(-1, search_cost(shapes, lines(low, high), excitations))
     return costs
 
 

@@ -8,6 +8,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from pidpanel.arrays import Array
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Circle, Shape, show, signed_area
 from pidpanel.panel.attachments import LineMass, PointMass, Spring
 from pidpanel.panel.mesh import PanelMesh
@@ -23,6 +24,8 @@ from pidpanel.panel.supports import (
 
 # Of the extent of the panel: as the vertices at supports are looked for.
 SLACK = 1e-6
+# Of the area of a foot on a mesh from a file: a tenth in its radius.
+FOOT_TOLERANCE = 0.2
 SEPARATION = "feet must lie apart from other supports"
 
 
@@ -131,6 +134,20 @@ def check_held(mesh: PanelMesh, supports: Supports) -> None:
             raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {SEPARATION}")
     if len(edge.union(*vertices.values())) == len(mesh.vertices):
         raise ValueError(NONE_FREE)
+
+
+def check_foot_areas(mesh: PanelMesh, supports: Supports) -> None:
+    """Refuse feet whose elements on a given mesh cover another area than theirs."""
+    for name, point in supports.points.items():
+        if point.radius:
+            cells = mesh.cells[foot_cells(mesh, name, point)]
+            area, nominal = cell_areas(mesh.vertices, cells).sum(), np.pi * point.radius**2
+            if abs(area / nominal - 1) > FOOT_TOLERANCE:
+                raise ValueError(
+                    f"patch 'foot of {name}' of radius {point.radius:g} m: its elements cover"
+                    f" {area:.3g} m² of its {nominal:.3g} m², a radius of"
+                    f" {np.sqrt(area / np.pi):.3g} m; refine the mesh there, or state that radius"
+                )
 
 
 def _supported(area: BaseGeometry, supports: Supports, slack: float) -> BaseGeometry:

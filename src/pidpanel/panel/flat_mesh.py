@@ -117,6 +117,21 @@ class FlatMesh:
         """Return the mesh in metres, where the unit of length of the file is `unit` [m]."""
         return replace(self, position=self.position * unit)
 
+    def refined(self) -> "FlatMesh":
+        """Return the mesh with each triangle divided in four; new nodes have further numbers."""
+        a, b, c = self.triangles.T
+        sides = np.stack([[b, c], [c, a], [a, b]]).transpose(2, 0, 1)  # opposite to a, b, c
+        edges, middle = np.unique(np.sort(sides.reshape(-1, 2)), axis=0, return_inverse=True)
+        to_a, to_b, to_c = len(self.node) + middle.reshape(-1, 3).T
+        parts = [[a, to_c, to_b], [to_c, b, to_a], [to_b, to_a, c], [to_a, to_b, to_c]]
+        return replace(
+            self,
+            node=np.append(self.node, self.node.max() + 1 + np.arange(len(edges))),
+            position=np.append(self.position, self.position[edges].mean(axis=1), axis=0),
+            triangles=np.array(parts).transpose(2, 0, 1).reshape(-1, 3),
+            groups=np.repeat(self.groups, 4),
+        )
+
     def at_node(self, number: int) -> Position:
         """Return the position of a node [m]."""
         rows = np.flatnonzero(self.node == number)

@@ -82,13 +82,16 @@ class StudiedPanel:
         spec = self.panel.mesh
         if spec.file is None:
             return None
-        read = read_gmsh if spec.file.suffix == ".msh" else read_nastran
-        mesh = read(spec.file).scaled(spec.unit_m)
+        is_gmsh = spec.file.suffix == ".msh"
+        mesh = read_gmsh(spec.file) if is_gmsh else read_nastran(spec.file, spec.ignore)
+        mesh = mesh.scaled(spec.unit_m)
         extent = float(np.ptp(mesh.position, axis=0).max())
         if says := EXTENT.refuses(extent):
             raise ValueError(
                 f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {says}"
             )
+        for _ in range(spec.refine):
+            mesh = mesh.refined()
         return mesh
 
     @cached_property
@@ -197,6 +200,7 @@ class StudiedPanel:
             mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
             fit.check_fit(fit.area_of(mesh), self.supports, self.attachments)
             fit.check_held(mesh, self.supports)
+            fit.check_foot_areas(mesh, self.supports)
             length = element_sizes(mesh.vertices, mesh.cells)
             area_of_cell, edge = cell_areas(mesh.vertices, mesh.cells), float(length.max())
             edges = {name: float(length[cells].max()) for name, cells in mesh.patch_cells.items()}
@@ -220,7 +224,12 @@ class StudiedPanel:
             *(Region(name, areas[name], edges[name], value) for name, value in mass.items()),
         ]
         ratio = self.panel.modal_damping.least(0.0, frequency)
-        check_resolution(self.element, regions, self.section, frequency, ratio)
+        try:
+            check_resolution(self.element, regions, self.section, frequency, ratio)
+        except ValueError as error:
+            if self.foreign is None:
+                raise
+            raise ValueError(f"{error} (mesh.refine divides the elements of a file)") from error
 
     def patch_sizes(self, frequency: float, damper_mass: Mapping[str, float]) -> dict[str, float]:
         """Return the element sizes that the dampers of patches need, where they are shorter [m]."""

@@ -1,14 +1,15 @@
 """Plane meshes from Nastran bulk data: GRID, CTRIA3 and CQUAD4.
 
-A deck with any other card (supports, loads, other elements, coordinate systems, includes)
-describes another panel than would be read, so it is refused with the card and its line. PSHELL
-and MAT1 are ignored: the section comes from the study. Fields may be
-short (8), long (16, ``GRID*``) or free (commas).
+A deck with any other card (supports, masses, other elements, coordinate systems, includes)
+describes another panel than would be read, so it is refused with the card and its line, unless
+the study lists the card as ignored. Properties and materials are ignored: the section comes from
+the study. So are parameters, and the executive and case control before ``BEGIN BULK``. Fields may
+be short (8), long (16, ``GRID*``) or free (commas).
 """
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +18,11 @@ from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, check_size
 from pidpanel.text_files import lines_of
 
 CORNERS = {"CTRIA3": 3, "CQUAD4": 4}
-IGNORED = ("PSHELL", "MAT1")
-DELIMITERS = ("BEGIN BULK", "ENDDATA")
-ALLOWED = ", ".join(("GRID", *CORNERS, *IGNORED, *DELIMITERS))
+# What the section of the study states, and what an analysis asks for
+IGNORED = ("PSHELL", "PCOMP", "PCOMPG", "MAT1", "MAT2", "MAT8", "PARAM", "EIGRL", "EIGR")
+BULK = ["BEGIN", "BULK"]
+ALLOWED = ", ".join(("GRID", *CORNERS, *IGNORED, "BEGIN BULK", "ENDDATA"))
+ADVICE = "state supports and masses in the study and list their cards in panel.mesh.ignore"
 # More than any card that is read or ignored has
 MOST_FIELDS = 64
 # A file with more mistakes is not read to its end
@@ -28,13 +31,16 @@ COUNTED_FAULTS = 1000
 SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-][0-9]+)$")
 
 
-def read_nastran(path: Path) -> FlatMesh:
+def read_nastran(path: Path, ignored: Collection[str] = ()) -> FlatMesh:
     """Read a plane mesh from bulk data.
 
     Parameters
     ----------
     path
         A ``.bdf``, ``.dat`` or ``.nas`` file.
+    ignored
+        Further cards to ignore, such as SPC1 and CONM2. Nodes that no element uses are then
+        omitted: those cards used them.
 
     Returns
     -------
@@ -82,7 +88,7 @@ def read_nastran(path: Path) -> FlatMesh:
             corners.append(nodes)
 
     faults: list[str] = []
-    for line, name, fields in _cards(path, faults):
+    for line, name, fields in _cards(path, {*IGNORED, *ignored}, faults):
         try:
             read(f"{path}:{line}: {name}", name, fields)
         except ValueError as error:
@@ -91,12 +97,18 @@ def read_nastran(path: Path) -> FlatMesh:
         raise MeshFileError(faults)
     if not element:
         raise ValueError(f"{path}: no CTRIA3 or CQUAD4; a mesh needs one")
+    if ignored:
+        used = {number for nodes in corners for number in nodes}
+        rows = [row for row, number in enumerate(node) if number in used]
+        node, position = [node[row] for row in rows], [position[row] for row in rows]
     return FlatMesh.from_elements(
         path, node, np.array(position).reshape(-1, 3), element, corners, np.array(group)
     )
 
 
-def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]]:
+def _cards(
+    path: Path, ignored: Collection[str], faults: list[str]
+) -> Iterator[tuple[int, str, list[str]]]:
     """Yield line number, name and fields of each card that is read; add faults of the others."""
     pending: tuple[int, str, list[str]] | None = None
     unknown: set[str] = set()
@@ -106,13 +118,14 @@ def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]
         line = data[: data.index(b"\0")].count(b"\n") + 1
         raise ValueError(f"{path}:{line}: must be text; it has a byte 0x00, as of a binary file")
     # comments may be in any encoding
-    for number, raw in enumerate(lines_of(data.decode("latin-1")), 1):
-        text = raw.split("$")[0].rstrip().expandtabs(8)
-        if not text.strip():
+    lines = [raw.split("$")[0].rstrip().expandtabs(8) for raw in lines_of(data.decode("latin-1"))]
+    control = next((k for k, text in enumerate(lines) if text.upper().split() == BULK), 0)
+    for number, text in enumerate(lines, 1):
+        if not text.strip() or (number <= control and not text.upper().startswith("INCLUDE")):
             continue
         if text.strip().upper() == "ENDDATA" or len(faults) > COUNTED_FAULTS:
             break
-        if text.strip().upper() == "BEGIN BULK":
+        if text.upper().split() == BULK:
             continue
         head, fields = _fields(text)
         name = head.rstrip("*").strip().upper()
@@ -125,15 +138,17 @@ def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]
             else:
                 pending[2].extend(fields)
             continue
-        if pending is not None and pending[1] not in IGNORED:
+        if pending is not None and pending[1] not in ignored:
             yield pending
         pending = number, name, fields
-        if name not in ("GRID", *CORNERS, *IGNORED):
+        if name not in ("GRID", *CORNERS, *ignored):
             if name not in unknown:  # reported once
-                faults.append(f"{path}:{number}: card {name} is not read; allowed are {ALLOWED}")
+                faults.append(
+                    f"{path}:{number}: card {name} is not read; allowed are {ALLOWED}; {ADVICE}"
+                )
             unknown.add(name)
             pending = number, IGNORED[0], fields
-    if pending is not None and pending[1] not in IGNORED:
+    if pending is not None and pending[1] not in ignored:
         yield pending
 
 

@@ -232,6 +232,7 @@ def reported_study(study: Study) -> inputs.ReportedStudy:
         read_kind=level.kind,
         surfaces=study.surfaces,
         massless=study.massless_dampers,
+        single_points=study.panel.single_points,
     )
 
 

@@ -69,6 +69,7 @@ class ReportedStudy:
     # dampers whose particles have no mass in the computation, and the key that changes it; None
     # for a table for all patches
     massless: Mapping[str | None, str] = field(default_factory=dict)
+    single_points: tuple[str, ...] = ()  # supports on whose mesh the frequencies depend
 
     @property
     def has_dampers(self) -> bool:

@@ -19,7 +19,7 @@ from pidpanel.report.optimise_section import optimise_section, proposal_choice, 
 from pidpanel.report.panel_section import panel_section
 from pidpanel.report.study_page import coupon_sections
 from pidpanel.report.text import READINGS, number, percent, records, value_text
-from pidpanel.report.warnings import coupon_warnings, massless_text, mesh_text
+from pidpanel.report.warnings import coupon_warnings, massless_text, mesh_text, support_text
 
 TONES_AT_RANDOM = (
     "Under random motion the damping is that of a sine with the patch's rms acceleration, "
@@ -122,7 +122,7 @@ def _of_motion(
 def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
     """Return what limits the numbers, the most important first."""
     study = inputs.study
-    lines = massless_text(study)
+    lines = massless_text(study) + support_text(study)
     if base.summary is not None:
         outside = base.summary["outside_run_points_share"].max()
         if outside > 0:

@@ -68,7 +68,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         names = {scenario.layout_label: scenario.name for scenario in study.scenarios}
         on_base = inputs.base.summary
         lines += mesh_text(names, on_base[on_base["status"] == "ok"])
-    lines += massless_text(study)
+    lines += massless_text(study) + support_text(study)
     of_atlas = inputs.layouts["reading"] == ATLAS
     if study.surfaces or inputs.layouts.loc[~of_atlas, "damping_read_at_g"].notna().any():
         lines.append(SINGLE_TONES)
@@ -149,6 +149,17 @@ def massless_text(study: ReportedStudy) -> list[str]:
         f"The particles of {name or 'the table'} have no mass in the computation: its data have no "
         f"apparent mass. With {key} they have their own; resonances are then lower."
         for name, key in study.massless.items()
+    ]
+
+
+def support_text(study: ReportedStudy) -> list[str]:
+    """Return a sentence about supports at single points of a panel with core shear."""
+    if not study.single_points:
+        return []
+    names = ", ".join(study.single_points)
+    return [
+        f"Supports at single points ({names}): frequencies depend on the mesh. State the radius of "
+        "their feet (radius_m)."
     ]
 
 

@@ -1,6 +1,7 @@
 """The section ``panel`` of a study: outline, supports, masses, mesh, patches, points."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -41,6 +42,12 @@ def _of_known_suffix(file: Path) -> Path:
     return file
 
 
+def _of_other_cards(card: str) -> str:
+    if not re.fullmatch("[A-Z][A-Z0-9]{1,7}", card) or card in ("GRID", "CTRIA3", "CQUAD4"):
+        raise ValueError("must be the name of a card that has no nodes or elements of the panel")
+    return card
+
+
 class Mesh(SectionModel):
     """Structured quadrilaterals (rectangle, thin plate), triangles, or a file."""
 
@@ -57,6 +64,11 @@ class Mesh(SectionModel):
     """Mesh file: .msh (gmsh), or .bdf, .dat or .nas (Nastran bulk data)."""
     unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
     """Length unit of the file [m]: 0.001 for millimetres."""
+    ignore: tuple[Annotated[str, AfterValidator(_of_other_cards)], ...] = ()
+    """Cards of a Nastran file to ignore, such as SPC1, CONM2 and RBE2, because the study states
+    supports and masses. Nodes of these cards alone are omitted."""
+    refine: Annotated[int, whole(0, 4)] = 0
+    """How often the elements of a file are divided in four, where they are too coarse."""
 
     def mistakes(self) -> Iterator[Mistake]:
         if (self.kind == "triangles") != (self.size_m is not None):
@@ -69,6 +81,11 @@ class Mesh(SectionModel):
             yield Mistake(("elements",), says)
         if (self.kind == "file") != (self.file is not None):
             yield Mistake(("file",), "required for kind: file, not allowed otherwise")
+        for key in ("ignore", "refine"):
+            if getattr(self, key) and self.file is None:
+                yield Mistake((key,), "only allowed for kind: file")
+        if self.ignore and self.file is not None and self.file.suffix == ".msh":
+            yield Mistake(("ignore",), "only allowed with a Nastran file")
 
 
 def _mistakes_of_corners(shape: Shape | None, key: str) -> Iterator[Mistake]:
@@ -213,6 +230,17 @@ class Panel(SectionModel):
         if isinstance(self.supports, str):
             return SupportsInput(outline=self.supports)
         return self.supports
+
+    @property
+    def single_points(self) -> tuple[str, ...]:
+        """Hinges and hold-downs without a foot, if the section has core shear.
+
+        The deflection there depends on the mesh, like a logarithm.
+        """
+        if self.section.kind == "thin":
+            return ()
+        points = self.support_input.points.items()
+        return tuple(name for name, p in points if p.kind != "spring" and not p.radius_m)
 
     def places(self) -> Iterator[tuple[Keys, Position | Node | PointSupportInput | Mass]]:
         """Yield all that has a position, or a node of a mesh file, with the way to it."""
