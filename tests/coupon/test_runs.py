@@ -363,6 +363,27 @@ def test_rolling_friction_has_its_place_in_the_balance(tmp_path, bed_file):
     assert abs(found.closure) < window.CLOSURE_LIMIT
 
 
+@pytest.mark.parametrize(("restitution", "friction"), [(0.34, 0.7), (0.6, 0.05)])
+def test_the_energy_closes_at_low_restitution_and_high_friction(
+    tmp_path, bed_file, restitution, friction, monkeypatch
+):
+    # −0.27 and −0.16 % of the work with every step listed; −11 % at (0.34, 0.7) while contacts that
+    # stick were cut back to Coulomb's limit, which LIGGGHTS does not do
+    # red: `slides` all True in `balance._acting`
+    monkeypatch.setattr(window, "FRAMES_PER_CONTACT", (24,))
+    (case,) = cases_of(coupon())
+    lossy = dataclasses.replace(
+        case.runs[0].constants,
+        restitution=restitution,
+        wall_restitution=restitution,
+        friction=friction,
+        wall_friction=friction,
+    )
+    run = dataclasses.replace(case.runs[0], constants=lossy)
+    found = runs.shake(run, case.target, bed_file.parent, tmp_path / "lossy").balance
+    assert abs(found.closure) < 0.005
+
+
 def test_an_energy_that_does_not_close_is_named(tmp_path, bed_file):
     shaken(tmp_path, bed_file)
     (case,) = cases_of(coupon())
@@ -390,12 +411,12 @@ def test_another_version_of_the_balance_measures_it_anew_and_runs_no_cycle_again
     again, _ = shaken(tmp_path, bed_file)
     assert again == first
     assert not (folder / "shake_2.log").exists()  # all was there
-    monkeypatch.setattr(window, "BALANCE_VERSION", 2)
+    monkeypatch.setattr(window, "BALANCE_VERSION", 1000)
     anew, _ = shaken(tmp_path, bed_file)
     assert (folder / "shake_2.log").exists()
     assert {name: (folder / name).stat().st_mtime_ns for name in before} == before
     state = records.RunState.read(folder)
-    assert (state.legs, state.balance_version) == ((10,), 2)
+    assert (state.legs, state.balance_version) == ((10,), 1000)
     # from a restart at the cycle at which it was measured before: the same bits
     assert anew == first
 

@@ -14,6 +14,7 @@ its time step, of a wall that leaks, of a contact law that is not the one asked 
 tangential springs is not listed separately; its change over a cycle is negligible.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,16 +46,19 @@ class SphereFrames:
     position: Array
     velocity: Array
     spin: Array  # (frames, k, 3) [rad/s]
-    # (frames, k, 3) half a step before [m/s]: the one that the damping of the step saw
+    # (frames, k, 3) half a step before [m/s], [rad/s]: those that the damping of the step saw
     earlier_velocity: Array
+    earlier_spin: Array
 
 
 @dataclass(frozen=True)
 class ContactMaterial:
-    """One kind of contact: E* of `effective_modulus` [Pa] and the friction μ."""
+    """One kind of contact: E* and G* [Pa], μ, and β of `contact.damping` [1]."""
 
     effective_modulus: float
+    effective_shear_modulus: float
     friction: float
+    damping: float
 
 
 @dataclass(frozen=True)
@@ -107,10 +111,45 @@ def effective_modulus(
     return 1 / ((1 - n1**2) / e1 + (1 - n2**2) / e2)
 
 
+def effective_shear_modulus(
+    youngs_modulus: tuple[float, float], poissons_ratio: tuple[float, float]
+) -> float:
+    """G* of two materials in contact [Pa]: 1/G* = Σ 2(2−ν)(1+ν)/E.
+
+    Examples
+    --------
+    >>> round(effective_shear_modulus((8e9, 8e9), (0.0, 0.0)))
+    1000000000
+    """
+    return 1 / sum(
+        2 * (2 - n) * (1 + n) / e for e, n in zip(youngs_modulus, poissons_ratio, strict=True)
+    )
+
+
+# LIGGGHTS lists forces with six digits.
+ROUNDING = 1e-5
+
+
 def _dot(a: Array, b: Array) -> Array:
     """Scalar products (n,) of vectors (n, 3); four times as fast as a sum of products."""
     result: Array = np.einsum("ij,ij->i", a, b)
     return result
+
+
+def _relative_velocity(
+    contacts: Contacts, spheres: SphereFrames, velocity: Array, spin: Array, arms: Array
+) -> Array:
+    """Velocity (n, 3) of the first surface against the second in each contact [m/s].
+
+    ``arms`` (1 or 2, n, 3) go from the centre of each sphere to the contact; a wall has none and
+    stands still.
+    """
+    f = contacts.frame
+    first, *second = (
+        velocity[f, sphere] + np.cross(spin[f, sphere], arm)
+        for sphere, arm in zip((contacts.first, contacts.second), arms, strict=False)
+    )
+    return np.asarray(first - second[0] if second else first)
 
 
 def contact_losses(
@@ -119,49 +158,76 @@ def contact_losses(
     material: ContactMaterial,
     normal: Array,
     overlap: Array,
-    relative_radius: Array,
     *,
     with_wall: bool,
 ) -> tuple[Array, Array, Array, Array]:
     """Power lost in each contact along the normal, the surface and in rolling [W]; 2/5 F δ [J].
 
-    ``normal`` (n, 3) is the unit vector towards the first sphere, ``overlap`` δ and
-    ``relative_radius`` R* = R₁R₂/(R₁+R₂), R₁ against a wall, (n,) [m]. A wall does not move.
+    ``normal`` (n, 3) is the unit vector towards the first sphere, ``overlap`` δ (n,) [m]. A wall
+    does not move.
 
     Notes
     -----
-    LIGGGHTS lists forces evaluated again at the end of the step, where tangential damping is
-    added to contacts that slide as well: half of them exceed μ|F_n|, and the loss would come
-    out 26 % too high. They are cut back to μ|F_n|, which is the force that acted. Likewise the
-    normal damping is listed for the speed v at the end of the step and acted with that half a
-    step before, v′; −γ v′ did the work −γ v′ v dt, which is the listed force times v′.
+    A force acts with the velocity half a step before, v′, and does the work F · v dt with that at
+    the end of the step, v. LIGGGHTS lists the forces evaluated again with v, so the viscous parts
+    are taken back to v′. A contact slides if its spring reaches μ|F_n|; its force is then μ|F_n|
+    without a viscous part, which the list may have added. In a contact that sticks, spring and
+    viscous force together may exceed μ|F_n|: LIGGGHTS limits only the spring.
     """
-    f, i, j = contacts.frame, contacts.first, contacts.second
-    depth = np.maximum(overlap, 0.0)
-    hertz = 4 / 3 * material.effective_modulus * np.sqrt(relative_radius) * depth**1.5
-    # the contact lies half the overlap inside each surface, all of it at a rigid wall
-    arm = spheres.radius[i] - overlap / 2
-    spin = spheres.spin[f, i]
-    relative = spheres.velocity[f, i] - np.cross(spin, arm[:, None] * normal)
-    earlier = spheres.earlier_velocity[f, i]
+    i, j = contacts.first, contacts.second
+    radii, masses = [spheres.radius[i]], [spheres.mass[i]]
     if not with_wall:
-        earlier = earlier - spheres.earlier_velocity[f, j]
-        other = spheres.radius[j] - overlap / 2
-        relative -= spheres.velocity[f, j] + np.cross(spheres.spin[f, j], other[:, None] * normal)
-    speed, along = _dot(earlier, normal), _dot(contacts.force, normal)
+        radii, masses = [*radii, spheres.radius[j]], [*masses, spheres.mass[j]]
+    # the contact lies half the overlap inside each surface; LIGGGHTS has it so at walls, too
+    sides = zip((-1, 1), radii, strict=False)
+    arms = np.array([side * (radius - overlap / 2)[:, None] * normal for side, radius in sides])
+    velocity = _relative_velocity(contacts, spheres, spheres.velocity, spheres.spin, arms)
+    earlier = _relative_velocity(
+        contacts, spheres, spheres.earlier_velocity, spheres.earlier_spin, arms
+    )
+    speed, earlier_speed = _dot(velocity, normal), _dot(earlier, normal)
+    slip = velocity - speed[:, None] * normal
+    earlier_slip = earlier - earlier_speed[:, None] * normal
+
+    depth = np.maximum(overlap, 0.0)
+    contact_radius = np.sqrt(depth / sum(1 / radius for radius in radii))
+    hertz = 4 / 3 * material.effective_modulus * contact_radius * depth
+    inertia = contact_radius / sum(1 / mass for mass in masses)
+    viscous, sideways_viscous = (
+        2 * math.sqrt(5 / 6) * material.damping * np.sqrt(stiffness * inertia)
+        for stiffness in (2 * material.effective_modulus, 8 * material.effective_shear_modulus)
+    )
+    along = _dot(contacts.force, normal)
     sideways = contacts.force - along[:, None] * normal
-    size = np.sqrt(_dot(sideways, sideways))
-    limit = material.friction * np.abs(along)
-    sideways *= np.where(size > limit, limit / np.maximum(size, 1e-300), 1.0)[:, None]
+    limit = material.friction * np.abs(along + viscous * (speed - earlier_speed))
+    sideways = _acting(
+        sideways, sideways_viscous[:, None] * slip, sideways_viscous[:, None] * earlier_slip,
+        limit, material.friction * np.abs(along),
+    )  # fmt: skip
     rolling = np.zeros(len(speed))
     if contacts.torque is not None:
         # what is left of the torque is rolling friction
-        rest = contacts.torque - np.cross(
-            -arm[:, None] * normal, contacts.force - along[:, None] * normal
-        )
-        turning = spin if with_wall else spin - spheres.spin[f, j]
+        rest = contacts.torque - np.cross(arms[0], contacts.force - along[:, None] * normal)
+        f = contacts.frame
+        turning = spheres.spin[f, i] - (0.0 if with_wall else spheres.spin[f, j])
         rolling = -_dot(rest, turning)
-    return (-(along - hertz) * speed, -_dot(sideways, relative), rolling, 2 / 5 * hertz * depth)
+    return -(along - hertz) * earlier_speed, -_dot(sideways, slip), rolling, 2 / 5 * hertz * depth
+
+
+def _acting(
+    listed: Array, viscous: Array, earlier_viscous: Array, limit: Array, listed_limit: Array
+) -> Array:
+    """Tangential forces (n, 3) that acted [N], from those listed; see `contact_losses`.
+
+    ``viscous`` and ``earlier_viscous`` (n, 3) resist the motion at the end of the step and half a
+    step before; the limits μ|F_n| (n,) are those of the step and of the list.
+    """
+    size = np.sqrt(_dot(listed, listed))
+    spring = listed + viscous
+    slides = np.sqrt(_dot(spring, spring)) >= limit - ROUNDING * size
+    slides |= np.abs(size - listed_limit) <= ROUNDING * size
+    sliding = listed * (limit / np.maximum(size, 1e-300))[:, None]
+    return np.where(slides[:, None], sliding, spring - earlier_viscous)
 
 
 def _pair_losses(
@@ -170,16 +236,9 @@ def _pair_losses(
     i, j, f = pairs.first, pairs.second, pairs.frame
     separation = spheres.position[f, i] - spheres.position[f, j]
     distance = np.sqrt(_dot(separation, separation))
-    r1, r2 = spheres.radius[i], spheres.radius[j]
-    return contact_losses(
-        pairs,
-        spheres,
-        material,
-        separation / distance[:, None],
-        r1 + r2 - distance,
-        r1 * r2 / (r1 + r2),
-        with_wall=False,
-    )
+    overlap = spheres.radius[i] + spheres.radius[j] - distance
+    normal = separation / distance[:, None]
+    return contact_losses(pairs, spheres, material, normal, overlap, with_wall=False)
 
 
 def _wall_losses(
@@ -187,9 +246,8 @@ def _wall_losses(
 ) -> tuple[Array, Array, Array, Array]:
     normal, offset = planes[touches.second, :3], planes[touches.second, 3]
     place = spheres.position[touches.frame, touches.first]
-    radius = spheres.radius[touches.first]
-    overlap = radius + offset - _dot(place, normal)
-    return contact_losses(touches, spheres, material, normal, overlap, radius, with_wall=True)
+    overlap = spheres.radius[touches.first] + offset - _dot(place, normal)
+    return contact_losses(touches, spheres, material, normal, overlap, with_wall=True)
 
 
 def _kinetic_energy(spheres: SphereFrames) -> Array:

@@ -49,6 +49,20 @@ def wall_contact_time(
     )
 
 
+def damping_ratio(restitution: float) -> float:
+    """Damping β of a contact that rebounds at e of its speed [1]: −ln e/√(π² + ln² e).
+
+    Tsuji, Tanaka & Ishida, Powder Technology 71, 239 (1992), as in LIGGGHTS.
+
+    Examples
+    --------
+    >>> round(damping_ratio(0.5), 4)
+    0.2155
+    """
+    log = -math.log(restitution)
+    return log / math.hypot(math.pi, log)
+
+
 CROSSING = 0.1  # stroke over clear gap W/L from which a bed can cross its gap [1]; below, it rides
 
 

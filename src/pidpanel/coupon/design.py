@@ -168,8 +168,7 @@ def time_step_rayleigh(restitution: float) -> float:
     What the energy balance misses grows with the step and the damping of a contact,
     β = −ln e/√(π² + ln² e).
     """
-    log = -math.log(restitution)
-    return min(0.2, round(0.027 / (log / math.hypot(math.pi, log)), 3))
+    return min(0.2, round(0.027 / contact.damping_ratio(restitution), 3))
 
 
 def max_cycles(groups: Groups, bead: Bead) -> int:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon import balance, cycles, geometry
+from pidpanel.coupon import balance, contact, cycles, geometry
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.failures import LogTruncated
@@ -19,7 +19,7 @@ from pidpanel.coupon.liggghts.process import ContactFiles, Liggghts
 from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.records import MeasuredBalance
 
-BALANCE_VERSION = 1  # of the algorithm that measures a balance: this module and `balance`
+BALANCE_VERSION = 2  # of the algorithm that measures a balance: this module and `balance`
 
 CLOSURE_LIMIT = 0.02  # share of the work that may be missing in the energy balance [1]
 
@@ -64,6 +64,9 @@ def _window(
         path.unlink()
     diameters = start_files.read_diameters((folder / deck.START_FILE).read_text())
     mass = geometry.masses(diameters, run.packing.density)
+    # the second half of velocity Verlet, taken back
+    kick = 0.5 * run.time_step / mass[:, None]
+    twist = kick / (0.4 * (diameters[:, None] / 2) ** 2)
     phase = 2 * math.pi * (first + stride * np.arange(frames)) / steps
     measured = balance.energy_balance(
         balance.SphereFrames(
@@ -72,8 +75,8 @@ def _window(
             position=motion.position,
             velocity=motion.velocity,
             spin=motion.spin,
-            # the second half of velocity Verlet, taken back
-            earlier_velocity=motion.velocity - 0.5 * run.time_step * motion.force / mass[:, None],
+            earlier_velocity=motion.velocity - kick * motion.force,
+            earlier_spin=motion.spin - twist * motion.torque,
         ),
         pairs,
         touches,
@@ -124,13 +127,23 @@ def _read_contacts(
 def _materials(run: Run) -> tuple[balance.ContactMaterial, balance.ContactMaterial]:
     """Of sphere on sphere and of sphere on wall."""
     constants = run.constants
-    moduli = (constants.youngs_modulus, constants.wall_youngs_modulus)
-    ratios = (constants.poissons_ratio, constants.wall_poissons_ratio)
+    sphere = constants.youngs_modulus, constants.poissons_ratio
+    wall = constants.wall_youngs_modulus, constants.wall_poissons_ratio
+
+    def material(
+        partner: tuple[float, float], friction: float, restitution: float
+    ) -> balance.ContactMaterial:
+        moduli, ratios = zip(sphere, partner, strict=True)
+        return balance.ContactMaterial(
+            balance.effective_modulus(moduli, ratios),
+            balance.effective_shear_modulus(moduli, ratios),
+            friction,
+            contact.damping_ratio(restitution),
+        )
+
     return (
-        balance.ContactMaterial(
-            balance.effective_modulus((moduli[0],) * 2, (ratios[0],) * 2), constants.friction
-        ),
-        balance.ContactMaterial(balance.effective_modulus(moduli, ratios), constants.wall_friction),
+        material(sphere, constants.friction, constants.restitution),
+        material(wall, constants.wall_friction, constants.wall_restitution),
     )
 
 

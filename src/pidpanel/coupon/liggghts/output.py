@@ -30,7 +30,10 @@ CYCLE_COLUMNS = (
 
 
 # Columns of a frame of the energy balance, SI.
-MOTION = (*sphere_dump.POSITION_AND_VELOCITY, "omegax", "omegay", "omegaz", "fx", "fy", "fz")
+MOTION = (
+    *sphere_dump.POSITION_AND_VELOCITY,
+    *("omegax", "omegay", "omegaz", "fx", "fy", "fz", "tqx", "tqy", "tqz"),
+)
 
 
 # As LIGGGHTS writes numbers; Python takes more for one, such as 1_000.
@@ -157,17 +160,18 @@ _BINARY_HEADER = np.dtype(
 class SphereMotion(NamedTuple):
     """How every sphere moves in each frame."""
 
-    # (frames, spheres, 3) [m], [m/s], [rad/s], [N]
+    # (frames, spheres, 3) [m], [m/s], [rad/s], [N], [N m]
     position: Array
     velocity: Array
     spin: Array
     force: Array
+    torque: Array
 
 
 def read_motion(content: bytes, source: str, *, spheres: int) -> SphereMotion:
     """Read the binary dump of the energy balance."""
     table = read_binary_dump(content, source, atoms=spheres, columns=1 + len(MOTION))
-    return SphereMotion(table[:, :, 1:4], table[:, :, 4:7], table[:, :, 7:10], table[:, :, 10:13])
+    return SphereMotion(*(table[:, :, 3 * part + 1 : 3 * part + 4] for part in range(5)))
 
 
 def contact_columns(compute: str, *, with_wall: bool, rolling: bool) -> str:
