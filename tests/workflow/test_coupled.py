@@ -11,7 +11,8 @@ import yaml
 from reference_pages import untold
 
 from pidpanel.coupled.record_files import IDENTITY, read_record
-from tests.workflow.test_workflow import STUDIES, jobs, said, snakemake
+from tests.commands import jobs, said, snakemake
+from tests.workflow.test_workflow import STUDIES
 
 SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
 TABLES = "results/both/coupled"

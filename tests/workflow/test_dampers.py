@@ -7,7 +7,8 @@ import pytest
 import yaml
 from reference_pages import untold
 
-from tests.workflow.test_workflow import STUDIES, jobs, said, snakemake
+from tests.commands import jobs, said, snakemake
+from tests.workflow.test_workflow import STUDIES
 
 SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.workflow.test_workflow import jobs, pidpanel, said, snakemake
+from tests.commands import jobs, pidpanel, said, snakemake
 
 PIDPANEL = Path(sys.executable).with_name("pidpanel")
 AFTER_SOUND = {"sound", "response", "maps", "export", "report"}

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import yaml
 
-from tests.workflow.test_workflow import ROOT, said
+from tests.commands import call, said
+from tests.workflow.test_workflow import ROOT
 
 PARENT = """
 configfile: "config/config.yaml"
@@ -35,10 +36,7 @@ rule mine:
 
 
 def dry_run(folder, *options):
-    snakemake = Path(sys.executable).with_name("snakemake")
-    result = subprocess.run(
-        [snakemake, "-n", "-d", folder, *options], capture_output=True, text=True, check=False
-    )
+    result = call("-n", "-d", folder, *options)
     assert result.returncode == 0, said(result)
     return said(result)
 
@@ -73,9 +71,7 @@ STUDY = ROOT / "workflow" / "studies" / "l_panel.yaml"
 
 def refusal(folder, *options):
     """What Snakemake says where it refuses the configuration."""
-    snakemake = Path(sys.executable).with_name("snakemake")
-    command = [snakemake, "-n", "-s", ROOT / "Snakefile", "-d", folder, *options]
-    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    result = call("-n", "-s", ROOT / "Snakefile", "-d", folder, *options)
     assert result.returncode != 0 and "Traceback" not in said(result)
     return said(result)
 

@@ -1,8 +1,6 @@
 """Layouts proposed through Snakemake, and their page in a browser."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +9,7 @@ import pytest
 import yaml
 from browser import CHROMIUM, Browser
 
+from tests.commands import snakemake
 from tests.jobs import call, within
 
 ROOT = Path(__file__).parents[2]
@@ -26,10 +25,7 @@ def designed(tmp_path_factory):
     values["optimise"] |= {"spacing_m": [0.4, 0.3], "patches_at_most": 2, "fill_fraction": [0.45]}
     study = folder / "design.yaml"
     study.write_text(yaml.safe_dump(values, sort_keys=False))
-    command = [Path(sys.executable).with_name("snakemake"), "-s", ROOT / "Snakefile", "-d", folder]
-    done = subprocess.run(
-        [*command, "--configfile", study, "-j2"], capture_output=True, text=True, check=False
-    )
+    done = snakemake(folder, study)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder / "results" / "design"
 

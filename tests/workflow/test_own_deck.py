@@ -7,7 +7,8 @@ import shutil
 import pandas as pd
 import pytest
 
-from tests.workflow.test_workflow import ROOT, pidpanel, said
+from tests.commands import pidpanel, said
+from tests.workflow.test_workflow import ROOT
 
 STUDY = """
 title: "A deck of my own"

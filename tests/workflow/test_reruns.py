@@ -7,17 +7,14 @@ looks at what a dry run would do, and takes the edit back.
 import contextlib
 import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from tests.workflow.test_workflow import jobs, said
+from tests.commands import call, jobs, said
 
 ROOT = Path(__file__).parents[2]
-SNAKEMAKE = Path(sys.executable).with_name("snakemake")
 AFTER_PANEL = {"panel", "sound", "response", "maps", "export", "report"}
 SANDWICH = {
     "kind": "sandwich",
@@ -41,11 +38,8 @@ def project(tmp_path_factory):
 
 def snakemake(project, study, *options):
     """Snakemake of the copy, which imports the copy's package."""
-    command = [SNAKEMAKE, "-s", project / "Snakefile", "-d", project, "--configfile", study, "-j2"]
-    return subprocess.run(
-        [*command, *options], capture_output=True, text=True, check=False,
-        env={**os.environ, "PYTHONPATH": str(project / "src")},
-    )  # fmt: skip
+    arguments = ["-s", project / "Snakefile", "-d", project, "--configfile", study, "-j2", *options]
+    return call(*arguments, PYTHONPATH=str(project / "src"))
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 import html
 import importlib
-import itertools
 import json
 import os
 import shlex
@@ -18,29 +17,11 @@ import yaml
 from reference_pages import untold
 
 from pidpanel.verification import experiments
+from tests.commands import jobs, pidpanel, said, snakemake
 
 ROOT = Path(__file__).parents[2]
 STUDIES = ROOT / "workflow" / "studies"
 SNAKEMAKE = Path(sys.executable).with_name("snakemake")
-
-
-def snakemake(folder, study, *options):
-    command = [SNAKEMAKE, "-s", ROOT / "Snakefile", "-d", folder, "--configfile", study]
-    return subprocess.run([*command, "-j2", *options], capture_output=True, text=True, check=False)
-
-
-def said(result):
-    return result.stdout + result.stderr
-
-
-def jobs(result):
-    """Number of jobs by rule, from the table of a dry run; empty where nothing is to be done."""
-    assert result.returncode == 0, said(result)
-    if "Job stats" not in said(result):
-        return {}
-    lines = said(result).split("Job stats:")[1].splitlines()[3:]
-    rows = (line.split() for line in itertools.takewhile(str.strip, lines))
-    return {row[0]: int(row[1]) for row in rows if row[0] not in ("all", "total")}
 
 
 ODD = 'it\'s $(touch hacked) & größe; {0/90}s "q"'.replace("/", "-")
@@ -49,12 +30,6 @@ ODD = 'it\'s $(touch hacked) & größe; {0/90}s "q"'.replace("/", "-")
 
 TITLE = "Fill of a {0/90}s layup, <b>$C_e$ & $x_{2}$</b>"
 """Neither a format, nor HTML, nor TeX."""
-
-
-def pidpanel(folder, *arguments):
-    """The command line, called in a folder."""
-    command = [Path(sys.executable).with_name("pidpanel"), *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="module")
