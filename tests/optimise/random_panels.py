@@ -94,18 +94,22 @@ class RandomPanel:
             self.frequency, self.basis, self.patches, self.points, self.excitation, **more
         )
 
-    def problem(self, most=3, is_largest=True, **more):
+    def problem(self, most=3, is_largest=True):
         outputs = accelerations(np.arange(3), is_largest=is_largest).outputs(self.frequency)
-        panel = JointPanel((self.reduced(rank=4, outputs=outputs, **more),))
+        panel = JointPanel((self.reduced(rank=4, outputs=outputs),))
         options = frozen_options(panel, self.fillings)
         return Problem(panel, options, self.places, self.budget, most)
 
 
-def both(sound, base, most=2, is_largest=True):
-    """The problem of one panel under both excitations; places and dampers are of the first."""
-    parts = [each.problem(most, is_largest) for each in (sound, base)]
-    panel = JointPanel(tuple(part.panel.parts[0] for part in parts))
-    return Problem(panel, frozen_options(panel, sound.fillings), sound.places, sound.budget, most)
+def problems(sound, base, most=2, is_largest=True):
+    """The problems of one panel under sound, on a base and under both at once.
+
+    Places and dampers of both are those under sound.
+    """
+    alone = [each.problem(most, is_largest) for each in (sound, base)]
+    panel = JointPanel(tuple(problem.panel.parts[0] for problem in alone))
+    options = frozen_options(panel, sound.fillings)
+    return *alone, Problem(panel, options, alone[0].places, sound.budget, most)
 
 
 def exhaustive(problem):
