@@ -18,7 +18,7 @@ settings.register_profile(
 settings.load_profile("any machine")
 
 TESTS = Path(__file__).parent
-SHARED = {"coupled", "report", "response"}
+SHARED = {"coupled", "docs", "report", "response"}
 """Folders whose tests share what took long to make."""
 
 
