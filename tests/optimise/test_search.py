@@ -1,5 +1,7 @@
 """Searches within limits against all layouts, and the gap that they state."""
 
+import itertools
+
 import numpy as np
 import pytest
 from random_panels import RandomPanel, exhaustive, problems
@@ -129,10 +131,13 @@ def test_only_what_is_allowed_is_removed():
 def test_dampers_that_share_a_mass_are_bounded_by_those_that_may_be_divided():
     # 10 of 1 kg and 4 p of 4 kg: of 3 kg the first and half of the second, 10 + 2 p, where p is a
     # price that is tried: twelve over three decades below the steepest, 10
-    # red: PRICES = 13; steepest from another quotient
-    for number in (1, 4, 10):
+    # half of that under the second weight changes no price
+    # red: PRICES = 13; steepest from another quotient, or of the weight that removes least
+    for number, unit in itertools.product((1, 4, 10), (1, 1e-3)):
         p = 10 * 10 ** (-3 * number / 11)
-        gain, mass = np.array([[4 * p], [10.0]]), np.array([4.0, 1.0])
-        prices = PriceOfMass(gain, mass, np.array([0, 1]), 2)
-        np.testing.assert_allclose(prices.most(np.ones(2, bool), 3.0), [10 + 2 * p])
-    np.testing.assert_allclose(prices.most(np.array([False, True]), 0.3), [3.0])
+        gain = unit * np.array([[4 * p, 2 * p], [10.0, 5.0]])
+        prices = PriceOfMass(gain, np.array([4.0, 1.0]), np.array([0, 1]), 2)
+        most = prices.most(np.ones(2, bool), 3.0)
+        np.testing.assert_allclose(most[0], unit * (10 + 2 * p))
+        least = prices.most(np.array([False, True]), 0.3)
+        np.testing.assert_allclose(least[0], 3.0 * unit)

@@ -162,7 +162,7 @@ def test_a_standard_error_is_the_scatter_of_scenarios_with_other_damping(solver)
     ).standard_errors(root @ root.T)
     # what the linearisation leaves out
     expected = [*errors.log_rms, *errors.log_acceleration]
-    np.testing.assert_allclose(scatter(root, answer), expected, rtol=0.03)
+    np.testing.assert_allclose(scatter(root, answer), expected, rtol=0.005)
 
 
 # ------------------------------------------------------------------ several dampers
@@ -289,7 +289,7 @@ def test_errors_of_one_damper_on_two_patches_add_up_and_those_of_two_dampers_do_
         stated = got.standard_errors(covariance)
         errors.append([*stated.log_rms, *stated.log_acceleration])
         # what the linearisation leaves out
-        np.testing.assert_allclose(scatter(changes, answer), errors[-1], rtol=0.03)
+        np.testing.assert_allclose(scatter(changes, answer), errors[-1], rtol=0.005)
     assert np.max(np.abs(np.divide(*errors) - 1)) > 0.2
 
 
