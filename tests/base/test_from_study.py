@@ -14,12 +14,12 @@ from pidpanel.measurement.from_study import write_measurements
 from pidpanel.paths import DATA
 from pidpanel.report import style
 from pidpanel.report.base_section import base_section
-from pidpanel.report.html import Paragraph, Table, unfolded
 from pidpanel.report.inputs import MeasurementResults
 from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.report.read import read_base
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study import StudyError, load_study
+from tests.page_reader import blocks_of
 
 G = 9.80665
 pytestmark = pytest.mark.slow
@@ -133,12 +133,13 @@ def test_the_page_has_tables_and_curves_of_all_parts(shaken):
         section = base_section(
             read_base(folder, study.base.parts), names, ["centre", "aside"], 25.0
         )
-    tables = [block for block in unfolded(section.blocks) if isinstance(block, Table)]
+    blocks = blocks_of(section)
+    tables = [block for block in blocks if block.kind == "table"]
     summary, notches, peaks, modes = tables
     scenarios = [row[0].rstrip(" ‡") for row in summary.rows]
     assert scenarios == 2 * ["bare panel"] + 2 * ["PID-1, r = 0.5"] + 2 * ["bare panel"]
     assert [row[2].split(",")[0] for row in summary.rows] == 3 * ["stated", "notched"]
-    (caution,) = [b.text for b in section.blocks if getattr(b, "text", "").startswith("Caution")]
+    (caution,) = [b.text for b in blocks if getattr(b, "text", "").startswith("Caution")]
     assert "in the sine sweep. Linear plate theory holds to about 2.50 mm" in caution
     assert {row[-1] for row in notches.rows} <= {
         "point centre: 3 g²/Hz", "point centre: 12 g rms", "interface: 150 N rms"
@@ -208,7 +209,7 @@ def test_measurements_under_base_motion_are_compared_with_the_base(shaken, tmp_p
     curves = curves_of(read_base(shaken[1], study.base.parts))
     with style.context():
         section = measurement_section(measured, {"base": curves}, names)
-    texts = [block.text for block in section.blocks if isinstance(block, Paragraph)]
+    texts = [block.text for block in blocks_of(section) if block.kind == "paragraph"]
     assert "point aside under base motion, half full" in texts[0]
     assert texts[1].startswith("transmissibility: transmissibility of point aside under base")
 

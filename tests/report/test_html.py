@@ -88,7 +88,7 @@ def test_a_page_without_claims_or_warnings_has_no_empty_boxes():
 
 def test_a_template_that_asks_for_what_is_not_there_is_refused(tmp_path):
     # red: jinja2's default undefined
-    (tmp_path / "report.html.j2").write_text("{{ page.nothing }}")
+    (tmp_path / "page.html").write_text("{{ page.nothing }}")
     with pytest.raises(jinja2.UndefinedError, match="nothing"):
         html.render(page(), tmp_path)
 

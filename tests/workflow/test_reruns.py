@@ -91,7 +91,7 @@ def test_a_second_run_has_nothing_to_do(project, study):
         ("src/pidpanel/panel/plate.py", "import numpy as np", "import numpy as np  # arrays"),
         ("workflow/scripts/maps.py", "    read, made", "    print()\n    read, made"),
         ("workflow/data/materials/honeycomb_5056.csv", "3/16-5056-0.0007,", "3/16-5056-0.0007,1"),
-        ("templates/report/report.html.j2", "<title>", "<title>A "),
+        ("src/pidpanel/report/pages/page.html", "<title>", "<title>A "),
     ],
 )
 def test_the_package_behind_a_result_makes_it_run_again(project, study, file, old, new):

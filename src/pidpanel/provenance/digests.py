@@ -41,7 +41,11 @@ def package_digest() -> str:
     Stages that take seconds depend on it. LIGGGHTS runs do not: their labels hold the rendered
     deck and the version numbers of the algorithms (`coupon.cases`).
     """
-    roots = ((PACKAGE, "*.py"), (WORKFLOW / "scripts", "*.py"), (TEMPLATES, "*"), (DATA, "*"))
+    pages = PACKAGE / "report" / "pages"
+    roots = (
+        (PACKAGE, "*.py"), (pages, "*"), (WORKFLOW / "scripts", "*.py"), (TEMPLATES, "*"),
+        (DATA, "*"),
+    )  # fmt: skip
     return text_digest(
         f"{root.name}/{path.relative_to(root).as_posix()} {file_digest(path)}"
         for root, pattern in roots

@@ -24,42 +24,48 @@ LEAST_SHARE = 1e-6
 # Relative difference of amplitudes of the two sweeps from which there are several motions.
 SAME_MOTION = 0.01
 
-Names = Mapping[str, str]  # names of the scenarios by label, without a sound level
-
-# First columns of the tables.
-SCENARIO: Mapping[str, html.Cell] = {
-    "scenario": lambda row: row["name"],
-    "damping model": lambda row: READINGS[row["reading"]],
+# Value and error of each column of the peaks of a sweep.
+PEAKS = {
+    "acceleration": ("peak_acceleration_g", "peak_acceleration_error_g"),
+    "frequency": ("peak_frequency_hz", ""),
+    "transmissibility": ("peak_transmissibility", ""),
+    "displacement": ("peak_relative_displacement_mm", ""),
+    "force": ("peak_interface_force_n", "peak_interface_force_error_n"),
 }
+
+Names = Mapping[str, str]  # names of the scenarios by label, without a sound level
 
 
 def base_section(
     base: BaseResults, names: Names, points: Sequence[str], thickness_mm: float
 ) -> html.PageSection:
     """Return the section of base motion on a panel of a thickness [mm]."""
-    blocks: list[html.Block] = []
-    for table, column in (
-        (base.summary, "relative_displacement_rms_mm"),
-        (base.peaks, "peak_relative_displacement_mm"),
-    ):
-        largest = 0.0 if table is None else float(table[column].max())
-        if largest > thickness_mm / 10:
-            motion = "random motion" if table is base.summary else "the sine sweep"
-            text = f"Caution: displacements reach {number(largest)} mm in {motion}. Linear plate "
-            text += (
-                f"theory holds to about {number(thickness_mm / 10)} mm, a tenth of the thickness."
-            )
-            blocks.append(html.Paragraph(text))
+    random, sine = None, None
+    pictures: list[html.Picture] = []
+    of_sine: list[html.Picture] = []
     if base.summary is not None and base.psd is not None:
-        good = base.summary[base.summary["status"] == "ok"]
-        blocks += [html.Paragraph(_of_random(base, good)), _summary_table(good, names, points)]
-        blocks += _folded(_random_pictures(base.psd, names, points))
-    if base.notched is not None:
-        blocks.append(_notch_table(base.notched, names))
+        random = _random_values(base.summary, names, points)
+        pictures = list(_random_pictures(base.psd, names, points))
     if base.sine is not None and base.peaks is not None:
-        blocks += [html.Paragraph(_of_sine(base.sine, names)), _peak_table(base.peaks, names)]
-        blocks += _folded(_sine_pictures(base.sine, names, points))
-    return html.PageSection("base", "Base motion", [*blocks, _mode_table(base.modes)])
+        sine = _sine_values(base.sine, base.peaks, names)
+        of_sine = list(_sine_pictures(base.sine, names, points))
+    first, *others = pictures or of_sine
+    values = {
+        "large": [(motion, mm) for motion, mm in _largest(base) if mm > thickness_mm / 10],
+        "thickness": thickness_mm,
+        "has_notches": base.notched is not None,
+        "random": random,
+        "sine": sine,
+    }
+    rest = {
+        "pictures": others,
+        "notches": None if base.notched is None else _notches(base.notched, names),
+        "sine": sine if random else None,
+        "sine_pictures": of_sine if random else [],
+        **_mode_values(base.modes),
+    }
+    blocks = [html.Fragment("base.html", values), first, html.Fragment("base_more.html", rest)]
+    return html.PageSection("base", "Base motion", blocks)
 
 
 def base_facts(base: BaseResults) -> list[tuple[str, str]]:
@@ -86,54 +92,32 @@ def base_facts(base: BaseResults) -> list[tuple[str, str]]:
     return facts
 
 
-def _of_random(base: BaseResults, good: pd.DataFrame) -> str:
-    level = good["input_rms_g"].max()
-    text = (
-        f"All supports move along the normal with {level:.3g} g rms, the panel in vacuum. "
-        "Accelerations are absolute, displacements relative to the supports."
-    )
-    if base.notched is not None:
-        text += (
-            " The notched input keeps all limits at the motion it leads to. Each scenario has its "
-            "own, line by line in base/notched.csv."
-        )
-    return text
+def _largest(base: BaseResults) -> Iterator[tuple[str, float]]:
+    """Yield the largest displacement [mm] of each motion."""
+    if base.summary is not None:
+        yield "random motion", base.summary["relative_displacement_rms_mm"].max()
+    if base.peaks is not None:
+        yield "the sine sweep", base.peaks["peak_relative_displacement_mm"].max()
 
 
-def _summary_table(good: pd.DataFrame, names: Names, points: Sequence[str]) -> html.Table:
+def _random_values(summary: pd.DataFrame, names: Names, points: Sequence[str]) -> dict[str, Any]:
     """Return g rms, displacement and force of each scenario, by input."""
-    decimals = common_decimals(good["acceleration_rms_error_g"])
-    force_decimals = common_decimals(good["interface_force_rms_error_n"])
-
-    def acceleration(point: str) -> html.Cell:
-        value, error = "acceleration_rms_g", "acceleration_rms_error_g"
-        return lambda row: value_text(row[point][value], row[point][error], decimals)
-
+    good = summary[summary["status"] == "ok"]
     rows = []
     for (reading, scenario, level), group in good.groupby(
         ["reading", "scenario", "input"], sort=False
     ):
-        by_point: dict[str, Any] = {row["point"]: row for row in records(group)}
-        first = by_point[points[0]]
-        beyond = " ‡" * bool(first["outside_run_points_share"] > 0)
-        about = {"name": names[str(scenario)] + beyond, "reading": reading, "input": level}
-        displacement = group["relative_displacement_rms_mm"].max()
-        rows.append({**first, **by_point, **about, "displacement": displacement})
-    return html.table_of(
-        rows,
-        "Random base motion: rms of the absolute acceleration at the points, the largest of their "
-        "relative displacements, and the force of all supports. ±: one standard error from the "
-        "damping. ‡ partly outside the range of the damping's data.",
-        {
-            **SCENARIO,
-            "input, g rms": lambda row: f"{row['input']}, {row['input_rms_g']:.2f}",
-            **{f"{point}: g rms": acceleration(point) for point in points},
-            "displacement, mm rms": lambda row: number(row["displacement"]),
-            "interface force, N rms": lambda row: value_text(
-                row["interface_force_rms_n"], row["interface_force_rms_error_n"], force_decimals
-            ),
-        },
-    )
+        by_point = {row["point"]: row for row in records(group)}
+        about = {"name": names[str(scenario)], "reading": reading, "input": level}
+        about["displacement"] = group["relative_displacement_rms_mm"].max()
+        about["by_point"] = {point: by_point[point] for point in points}
+        rows.append({**by_point[points[0]], **about})
+    return {
+        "level": good["input_rms_g"].max(),
+        "rows": rows,
+        "decimals": common_decimals(good["acceleration_rms_error_g"]),
+        "force_decimals": common_decimals(good["interface_force_rms_error_n"]),
+    }
 
 
 def _curves(
@@ -155,12 +139,6 @@ def _curves(
 
 def _picture(name: str, caption: str, charts: Sequence[html.Chart]) -> html.Picture:
     return html.Picture(f"base_{name}", style.Drawing(charts_figure, charts), caption, charts)
-
-
-def _folded(pictures: Iterator[html.Picture]) -> list[html.Block]:
-    """Return the first picture, and the others behind a title."""
-    first, *others = pictures
-    return [first, html.Fold("Further points and the interface", others)]
 
 
 def _random_pictures(
@@ -197,7 +175,7 @@ def _random_pictures(
     yield _picture("interface", caption, charts)
 
 
-def _notch_table(notched: pd.DataFrame, names: Names) -> html.Table:
+def _notches(notched: pd.DataFrame, names: Names) -> list[dict[str, Any]]:
     """Return the bands in which one limit lowers the input."""
     lowered = notched[notched["reason"] != ""]
     place = lowered[["reading", "scenario", "reason"]]
@@ -207,21 +185,7 @@ def _notch_table(notched: pd.DataFrame, names: Names) -> html.Table:
         deepest = max(records(band), key=lambda row: row["notch_db"])
         lower, *_, upper = band["frequency_hz"].tolist() * 2
         rows.append({**deepest, "lower": lower, "upper": upper, "name": names[deepest["scenario"]]})
-    return html.table_of(
-        rows,
-        "Notches: bands in which a limit lowers the input, the deepest line of each, and the "
-        "limit. A limit of an overall value caps the highest peaks of the PSD there.",
-        {
-            **SCENARIO,
-            "from, Hz": lambda row: number(row["lower"]),
-            "to, Hz": lambda row: number(row["upper"]),
-            "deepest at, Hz": lambda row: number(row["frequency_hz"]),
-            "depth, dB": lambda row: f"{row['notch_db']:.1f}",
-            "limit": lambda row: row["reason"],
-        },
-        folded=True,
-        title=f"Notches ({len(rows)})",
-    )
+    return rows
 
 
 def _with_jumps(sine: xr.Dataset) -> list[str]:
@@ -232,49 +196,24 @@ def _with_jumps(sine: xr.Dataset) -> list[str]:
     return labels
 
 
-def _of_sine(sine: xr.Dataset, names: Names) -> str:
-    f, jumps = sine["frequency"].to_numpy(), [names[label] for label in _with_jumps(sine)]
-    text = (
-        f"A slow sine sweep from {f[0]:g} to {f[-1]:g} Hz at {sine.attrs['acceleration_g']:g} g, "
-        "up and down. The damping is that of single tones at each frequency's own amplitude. "
-    )
-    if not jumps:
-        return f"{text}Both directions give the same motion."
-    return f"{text}Up and down differ with {', '.join(jumps)}: several motions are possible there."
-
-
-def _peak_table(peaks: pd.DataFrame, names: Names) -> html.Table:
-    """Return the peaks of the sweeps, up and down in one cell where they differ."""
+def _sine_values(sine: xr.Dataset, peaks: pd.DataFrame, names: Names) -> dict[str, Any]:
+    """Return the sweep and its peaks, up and down in one text where they differ."""
     up, down = (records(peaks[peaks["direction"] == way]) for way in ("up", "down"))
-
-    def both(column: str, error: str = "") -> html.Cell:
-        return lambda row: " / ".join(
-            dict.fromkeys(
-                value_text(sweep[column], sweep.get(error, math.nan))
-                for sweep in (row, row["down"])
-            )
-        )
-
-    rows = [
-        {**row, "down": returned, "name": names[row["scenario"]]}
-        for row, returned in zip(up, down, strict=True)
-    ]
-    return html.table_of(
-        rows,
-        "Sine sweep: peaks at the points and of the interface force; up / down where they differ. "
-        "±: one standard error from the damping.",
-        {
-            **SCENARIO,
-            "point": lambda row: row["point"],
-            "peak, g": both("peak_acceleration_g", "peak_acceleration_error_g"),
-            "at, Hz": both("peak_frequency_hz"),
-            "transmissibility": both("peak_transmissibility"),
-            "displacement, mm": both("peak_relative_displacement_mm"),
-            "interface force, N": both("peak_interface_force_n", "peak_interface_force_error_n"),
-        },
-        folded=True,
-        title="Peaks of the sine sweep",
-    )
+    rows = []
+    for sweeps in zip(up, down, strict=True):
+        row = {**sweeps[0], "name": names[sweeps[0]["scenario"]]}
+        for key, (value, error) in PEAKS.items():
+            texts = [value_text(s[value], s.get(error, math.nan)) for s in sweeps]
+            row[key] = " / ".join(dict.fromkeys(texts))
+        rows.append(row)
+    frequency = sine["frequency"].to_numpy()
+    return {
+        "low": frequency[0],
+        "high": frequency[-1],
+        "level": sine.attrs["acceleration_g"],
+        "jumps": [names[label] for label in _with_jumps(sine)],
+        "peaks": rows,
+    }
 
 
 def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Iterator[html.Picture]:
@@ -307,22 +246,9 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
         yield _picture(f"sine_{start}", caption, charts[start : start + 2])
 
 
-def _mode_table(modes: pd.DataFrame) -> html.Table:
-    """Return the modes with the largest effective masses."""
+def _mode_values(modes: pd.DataFrame) -> dict[str, Any]:
+    """Return the modes with the largest effective masses, and the share of all modes."""
     moved = modes[modes["effective_mass_share"] > LEAST_SHARE]
     heaviest = moved.nlargest(MODES_SHOWN, "effective_mass_kg").sort_values("frequency_hz")
-    total = modes["cumulative_share"].iloc[-1]
-    return html.table_of(
-        records(heaviest),
-        f"Effective masses of the bare panel along the normal: the {len(heaviest)} largest of "
-        f"{len(modes)} modes, which have {percent(total, 1)} of the mass together. The rest is in "
-        "higher modes and at the supports.",
-        {
-            "mode": lambda row: f"{row['mode']:.0f}",
-            "frequency, Hz": lambda row: number(row["frequency_hz"], 4),
-            "modal mass, kg": lambda row: number(row["modal_mass_kg"]),
-            "effective mass, kg": lambda row: number(row["effective_mass_kg"]),
-            "share": lambda row: percent(row["effective_mass_share"], 1),
-            "sum to here": lambda row: percent(row["cumulative_share"], 1),
-        },
-    )
+    share = modes["cumulative_share"].iloc[-1]
+    return {"modes": records(heaviest), "mode_count": len(modes), "mode_share": share}

@@ -2,7 +2,7 @@
 
 Images are in the page as base64, style and scripts are inline: the file needs no network and no
 other file, and can be sent by mail. Curves are in it as numbers and drawn by uPlot
-(``templates/report/uplot``, MIT licence) when their section is opened or printed.
+(``pages/uplot``, MIT licence) when their section is opened or printed.
 """
 
 from __future__ import annotations
@@ -14,16 +14,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
-import jinja2
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.paths import TEMPLATES
-
-TEMPLATE = TEMPLATES / "report"
+from pidpanel.report.templates import PAGES, environment
 
 # uPlot as its authors ship it.
-LIBRARIES = tuple(TEMPLATE / "uplot" / name for name in ("uPlot.iife.min.js", "uPlot.min.css"))
+LIBRARIES = tuple(PAGES / "uplot" / name for name in ("uPlot.iife.min.js", "uPlot.min.css"))
 
 # Dots per inch of the PNG files, and pixels per inch at which a page shows them.
 RESOLUTION, SHOWN_PER_INCH = 180, 100
@@ -143,7 +140,8 @@ class Picture:
 
     name: str  # anchor in the page and stem of the file
     drawn: bytes | Drawn
-    caption: str  # also the text for readers who cannot see the image
+    # Also the text for readers who cannot see the image; empty where a template has it
+    caption: str = ""
     # The same as numbers, in the place of the image
     charts: Sequence[Chart] = ()
     tables: Sequence[ColourTable] = ()
@@ -242,7 +240,16 @@ class Choice:
     kind: Literal["choice"] = "choice"
 
 
-Block = Paragraph | Picture | Table | Fold | Choice
+@dataclass(frozen=True)
+class Fragment:
+    """A part of a page with a template of its own."""
+
+    template: str  # file in ``pages``
+    values: Mapping[str, Any]  # for it, by name; pictures among them
+    kind: Literal["fragment"] = "fragment"
+
+
+Block = Paragraph | Picture | Table | Fold | Choice | Fragment
 
 
 @dataclass(frozen=True)
@@ -257,7 +264,7 @@ class PageSection:
     @property
     def pictures(self) -> list[Picture]:
         """Return all pictures in order."""
-        return [block for block in unfolded(self.blocks) if isinstance(block, Picture)]
+        return list(pictures_of(self.blocks))
 
     def with_suffix(self, suffix: str) -> PageSection:
         """Return the section as one of several, each of something else.
@@ -267,26 +274,42 @@ class PageSection:
         >>> PageSection("coupon", "Coupon", []).with_suffix("steel")
         PageSection(name='coupon-steel', title='Coupon: steel', blocks=[], folded=False)
         """
-        blocks = [_with_suffix(block, suffix) for block in self.blocks]
+        blocks = _with_suffix(self.blocks, suffix)
         return PageSection(f"{self.name}-{suffix}", f"{self.title}: {suffix}", blocks, self.folded)
 
 
-def _with_suffix(block: Any, suffix: str) -> Any:
-    if isinstance(block, Fold):
-        return replace(block, blocks=[_with_suffix(inner, suffix) for inner in block.blocks])
-    return replace(block, name=f"{block.name}_{suffix}") if isinstance(block, Picture) else block
+def _with_suffix(value: Any, suffix: str) -> Any:
+    """Return blocks or values of a template with a suffix on the names of their pictures."""
+    match value:
+        case Picture():
+            return replace(value, name=f"{value.name}_{suffix}")
+        case Fold():
+            return replace(value, blocks=_with_suffix(value.blocks, suffix))
+        case Fragment():
+            return replace(value, values=_with_suffix(value.values, suffix))
+        case dict():
+            return {key: _with_suffix(item, suffix) for key, item in value.items()}
+        case list():
+            return [_with_suffix(item, suffix) for item in value]
+    return value
 
 
-def unfolded(blocks: Sequence[Block]) -> Iterator[Paragraph | Picture | Table]:
-    """Yield blocks with those behind folds in their places."""
-    for block in blocks:
-        if isinstance(block, Fold):
-            yield from block.blocks
-        elif isinstance(block, Choice):
-            for _, _, blocks in block.options:
-                yield from blocks
-        else:
-            yield block
+def pictures_of(value: Any) -> Iterator[Picture]:
+    """Yield the pictures in blocks or in values of a template, in order."""
+    match value:
+        case Picture():
+            yield value
+        case Fold():
+            yield from pictures_of(value.blocks)
+        case Choice():
+            yield from pictures_of(value.options)
+        case Fragment():
+            yield from pictures_of(list(value.values.values()))
+        case dict():
+            yield from pictures_of(list(value.values()))
+        case list() | tuple():
+            for item in value:
+                yield from pictures_of(item)
 
 
 CAVEATS = 3  # limitations at the head of a page; the others are in their part of it
@@ -311,14 +334,12 @@ class Page:
     @property
     def pictures(self) -> list[Picture]:
         """Return all pictures in order."""
-        first = [block for block in unfolded(self.first) if isinstance(block, Picture)]
-        return first + [picture for section in self.sections for picture in section.pictures]
+        return [*pictures_of(self.first), *(p for s in self.sections for p in s.pictures)]
 
     @property
     def has_gap(self) -> bool:
         """Whether there is room beside the last of the first pictures, two of which make a row."""
-        narrow = [b for b in unfolded(self.first) if isinstance(b, Picture) and not b.is_broad]
-        return len(narrow) % 2 == 1
+        return sum(not picture.is_broad for picture in pictures_of(self.first)) % 2 == 1
 
     @property
     def has_charts(self) -> bool:
@@ -326,13 +347,13 @@ class Page:
         return any(picture.charts for picture in self.pictures)
 
 
-def render(page: Page, folder: Path = TEMPLATE) -> str:
+def render(page: Page, folder: Path = PAGES) -> str:
     """Return the page as one HTML text.
 
     Raises
     ------
     jinja2.UndefinedError
-        For a variable of the template that `Page` does not have.
+        For a variable that a template needs and the page does not have.
     ValueError
         If two pictures or two sections have the same name.
     """
@@ -343,13 +364,5 @@ def render(page: Page, folder: Path = TEMPLATE) -> str:
         repeated = sorted({name for name in names if names.count(name) > 1})
         if repeated:
             raise ValueError(f"{kind} with the same name: {', '.join(repeated)}")
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(folder),
-        undefined=jinja2.StrictUndefined,
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     libraries = {path.name: path.read_text(encoding="utf-8") for path in LIBRARIES}
-    return environment.get_template("report.html.j2").render(page=page, libraries=libraries)
+    return environment(folder).get_template("page.html").render(page=page, libraries=libraries)

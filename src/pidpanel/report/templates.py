@@ -1,0 +1,54 @@
+"""The templates of the pages, ``pages/*.html``, and the filters that write numbers in them."""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from pidpanel.report import text
+
+PAGES = Path(__file__).with_name("pages")
+
+FILTERS: Mapping[str, Callable[..., Any]] = {
+    "capitalised": text.capitalised,
+    "counted": text.counted,
+    "form": format,  # as `format(value, spec)`
+    "model": text.READINGS.__getitem__,
+    "number": text.number,
+    "percent": text.percent,
+    "plain": text.plain,
+    "signed": text.signed,
+    "unit": text.unit,
+    "value_text": text.value_text,
+    "with_error": text.with_error,
+}
+
+
+@cache
+def environment(folder: Path = PAGES) -> jinja2.Environment:
+    """Return what renders the templates of a folder: names are escaped, none may be missing."""
+    loaded = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(folder),
+        undefined=jinja2.StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    loaded.filters.update(FILTERS)
+    loaded.globals["fill"] = fill
+    return loaded
+
+
+def fill(name: str, values: Mapping[str, Any]) -> Markup:
+    """Return a template of `PAGES` filled with values, as HTML.
+
+    Raises
+    ------
+    jinja2.UndefinedError
+        For a value that the template needs and does not get.
+    """
+    return Markup(environment().get_template(name).render(values))
