@@ -7,6 +7,7 @@ from pidpanel.damping.readings import DampingValues
 from pidpanel.report import style
 from pidpanel.report.atlas_section import atlas_section, atlas_text, curves
 from pidpanel.report.inputs import AtlasResults
+from tests.page_reader import blocks_of
 
 
 class Model:
@@ -47,4 +48,4 @@ def test_the_section_names_version_and_cases():
     assert atlas_text(ATLAS) == "version 0.1.0, 873 simulated cases"
     with style.context():
         section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (100.0, 2000.0))
-    assert atlas_text(ATLAS) in section.blocks[0].text
+    assert atlas_text(ATLAS) in blocks_of(section)[0].text

@@ -11,13 +11,18 @@ from pidpanel.report.coupled_section import (
     CURVES,
     coupled_figure,
     coupled_section,
-    coupled_table,
     run_itself,
 )
 from pidpanel.report.from_study import reported_study
 from pidpanel.report.study_page import study_page
+from tests.page_reader import blocks_of
 
 POINTS = ["middle", "corner"]
+
+
+def coupled_table(results, names, points):
+    """The table of the section."""
+    return blocks_of(coupled_section(results, names, points))[1]
 
 
 def test_a_row_has_runs_errors_residual_and_share_of_the_own_force(coupled):
@@ -100,4 +105,4 @@ def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
 def test_the_section_explains_the_split_and_has_its_figure(coupled):
     # red: the picture left out
     section = coupled_section(coupled.coupled, coupled.study.names, POINTS)
-    assert [block.kind for block in section.blocks] == ["paragraph", "table", "picture"]
+    assert [block.kind for block in blocks_of(section)] == ["paragraph", "table", "picture"]

@@ -9,6 +9,7 @@ from pidpanel.damping.laws import paper_corrected
 from pidpanel.report import coupon_figures, coupon_section
 from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.inputs import CouponResults
+from tests.page_reader import blocks_of
 
 STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "study_hash": "0"}
 
@@ -29,8 +30,9 @@ def test_a_coupon_brings_its_figures_and_its_table(coupon):
     assert [picture.name for picture in pictures(section)] == [
         "damping_over_frequency", "damping_over_acceleration", "apparent_mass",
     ]  # fmt: skip
-    assert section.blocks[-1].rows[2][-1] == "NotSteady"
-    assert section.blocks[-1].folded
+    table = blocks_of(section)[-1]
+    assert table.rows[2][-1] == "NotSteady"
+    assert table.folded
 
 
 @pytest.mark.parametrize(
@@ -44,7 +46,7 @@ def test_nothing_is_drawn_over_what_has_one_value(coupon, alone, drawn, axis):
     section = coupon_section.coupon_section(dataclasses.replace(coupon, cases=cases))
     names = [picture.name for picture in pictures(section)]
     assert names == [drawn, "apparent_mass"]
-    assert all(axis in picture.caption for picture in pictures(section))
+    assert all(axis in block.caption for block in blocks_of(section)[:-1])
 
 
 def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon):
@@ -65,28 +67,29 @@ def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon)
 
 
 def test_a_law_is_named_where_it_is_drawn(coupon):
-    # red: `law` not handed on to sweep_blocks
+    # red: `law` not handed on to _sweeps
     captions = [
-        [picture.caption for picture in pictures(coupon_section.coupon_section(coupon, law=law))]
+        [block.caption for block in blocks_of(coupon_section.coupon_section(coupon, law=law))]
         for law in (None, paper_corrected)
     ]
     assert [sum("the paper's law" in one for one in of) for of in captions] == [0, 2]
 
 
 def test_where_more_is_varied_no_sweep_is_drawn_and_the_table_says_what(coupon):
-    # red: `if varied` for `[] if varied`; case_table(cases) without varied
+    # red: `if varied` for `[] if varied`; varied left out of the template
     varied = dataclasses.replace(coupon, cases=coupon.cases.assign(deck="lab"))
     section = coupon_section.coupon_section(varied, varied=["deck"])
     assert [picture.name for picture in pictures(section)] == []
-    assert section.blocks[-1].columns[:2] == ["deck", "r"]
-    assert section.blocks[-1].rows[0][:2] == ["lab", "0.3"]
+    table = blocks_of(section)[-1]
+    assert table.columns[:2] == ["deck", "r"]
+    assert table.rows[0][:2] == ["lab", "0.3"]
 
 
 def test_a_case_that_failed_is_listed_with_its_status(cases):
     # red: rows of status "ok" only
     cases.loc[3, "status"] = "ParticlesLost"
     cases.loc[3, "equivalent_damping_n_s_m3"] = np.nan
-    table = coupon_section.case_table(cases)
+    table = blocks_of(coupon_section.coupon_section(CouponResults(cases)))[-1]
     assert len(table.rows) == len(cases)
     assert table.rows[3][-1] == "ParticlesLost"
     assert table.rows[3][table.columns.index("C_e, N s/m³")] == "–"
@@ -95,15 +98,16 @@ def test_a_case_that_failed_is_listed_with_its_status(cases):
 
 def test_a_case_of_several_states_has_them_in_its_row_and_is_counted(cases):
     # red: the share as it stands for its percentage; `states > 0`; the shares of the next case
-    assert coupon_section.states_paragraph(cases) == []
+    section = coupon_section.coupon_section(CouponResults(cases))
+    assert blocks_of(section)[0].kind == "picture"
     cases.loc[2, ["states", "state_damping_n_s_m3", "state_share"]] = [
         2,
         "216.6 671.2",
         "0.25 0.75",
     ]
-    (paragraph,) = coupon_section.states_paragraph(cases)
+    section = coupon_section.coupon_section(CouponResults(cases))
+    paragraph, *_, table = blocks_of(section)
     assert "In 1 case the cells end in different states" in paragraph.text
-    table = coupon_section.case_table(cases)
     column = table.columns.index("states: C_e (share of the cells)")
     found = [row[column] for row in table.rows]
     assert found[2] == "217 (25 %); 671 (75 %)"
@@ -123,5 +127,5 @@ def test_a_table_of_cases_is_a_point_for_each_case_over_each_quantity(coupon):
     assert [axes.get_xlabel() for axes in drawn][-1] == "particles.friction"
     assert [len(axes.lines[0].get_xdata()) for axes in drawn] == [count] * 4
     page = coupon_page("A design", [], STAMP, design, [])
-    assert page.first[1].name == "loss_factor_design"
+    assert page.pictures[0].name == "loss_factor_design"
     assert [section.name for section in page.sections] == ["coupon"]

@@ -13,8 +13,8 @@ from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
 from pidpanel.report import style
 from pidpanel.report.damping_section import damping_section
-from pidpanel.report.html import Paragraph, Picture, Table
 from pidpanel.report.inputs import DampingResults
+from tests.page_reader import blocks_of
 
 TRUE = np.array([np.log(20.0), 0.8, -0.3, 1.9, -0.2, 1e-5, -5e-6])
 
@@ -47,7 +47,7 @@ def section(results):
 
 
 def test_the_law_is_quoted_with_the_constants_that_made_the_cases(section):
-    (text,) = (b.text for b in section.blocks if isinstance(b, Paragraph) and "a₂ =" in b.text)
+    (text,) = (b.text for b in blocks_of(section) if b.kind == "paragraph" and "a₂ =" in b.text)
     assert "Γ = 5" in text or "Γ = 50" in text
     value, slope = re.search(r"a₂ = ([\d.]+) ([−+] [\d.]+) r", text).groups()
     # 2 % of noise on 12 cases
@@ -57,7 +57,7 @@ def test_the_law_is_quoted_with_the_constants_that_made_the_cases(section):
 
 def test_every_level_has_its_constants_with_intervals_that_hold_them(section):
     (table,) = (
-        b for b in section.blocks if isinstance(b, Table) and "in the form of Eq. 6" in b.caption
+        b for b in blocks_of(section) if b.kind == "table" and "in the form of Eq. 6" in b.caption
     )
     assert [row[0] for row in table.rows] == ["5", "50"]
     low, high = re.search(r"\[([\d.]+), ([\d.]+)\]", table.rows[0][4]).groups()
@@ -65,7 +65,7 @@ def test_every_level_has_its_constants_with_intervals_that_hold_them(section):
 
 
 def test_the_pictures_are_there(section):
-    names = {b.name for b in section.blocks if isinstance(b, Picture)}
+    names = {picture.name for picture in section.pictures}
     assert names == {"map_frequency_acceleration", "damping_law", "damping_collapse"}
 
 
@@ -75,8 +75,8 @@ def test_a_level_with_cases_of_one_fill_has_no_law_over_fill(results):
     tones = alone.assign(acceleration_g=512.0)
     law = pd.concat([results.law, tones, tones.assign(fill_fraction=np.nan, scatter=0.0)])
     with style.context():
-        blocks = damping_section(replace(results, law=law)).blocks
-    tables = [b for b in blocks if isinstance(b, Table) and "over fill" in b.caption.lower()]
+        blocks = blocks_of(damping_section(replace(results, law=law)))
+    tables = [b for b in blocks if b.kind == "table" and "over fill" in b.caption.lower()]
     assert all(row[0] != "512" for table in tables for row in table.rows)
-    (text,) = (b.text for b in blocks if isinstance(b, Paragraph) and "a₂ =" in b.text)
+    (text,) = (b.text for b in blocks if b.kind == "paragraph" and "a₂ =" in b.text)
     assert "Γ = 512" not in text

@@ -16,6 +16,7 @@ from pidpanel.report import (
 from pidpanel.report.from_study import reported_study
 from pidpanel.report.rms import moving_points
 from pidpanel.study import load_study
+from tests.page_reader import blocks_of
 
 MORE = """  two: {layout: {A: {fill_fraction: 0.5}, B: {fill_fraction: 0.3}}}
   one: {layout: {A: {fill_fraction: 0.7}}, oaspl_db: 140}
@@ -68,7 +69,7 @@ def held(inputs, point):
 
 
 def rows_of(told, layout):
-    (table,) = summary_section.summary_section(told.study, told.summary).blocks
+    (table,) = blocks_of(summary_section.summary_section(told.study, told.summary))
     rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
     return [row for row in rows if row["scenario"].startswith(layout)]
 

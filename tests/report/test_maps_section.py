@@ -5,6 +5,7 @@ import pytest
 
 from pidpanel.report.maps_section import _exceeded_by, map_figure, maps_section, patch_edges
 from pidpanel.response.map_files import UNITS, map_dataset
+from tests.page_reader import blocks_of
 
 
 @pytest.fixture
@@ -46,5 +47,5 @@ def test_the_section_names_its_cases(maps):
     section = maps_section(
         maps, np.array([[True, False]]), dict.fromkeys(maps["scenario"].to_numpy(), "one")
     )
-    assert section.blocks[0].image.startswith(b"\x89PNG")
-    assert "t, b" in section.blocks[0].caption
+    assert section.pictures[0].image.startswith(b"\x89PNG")
+    assert "t, b" in blocks_of(section)[0].caption

@@ -3,12 +3,13 @@
 import numpy as np
 
 from pidpanel.report.summary_section import summary_section
+from tests.page_reader import blocks_of
 
 
 def test_each_scenario_reading_and_point_has_a_row(reported, respond):
     # red: the first reading only; the row of another point
     summary, _ = respond({("A_r0.1_150dB", "corner"): 3.0}, read_at=312.0, inside=0.5)
-    (table,) = summary_section(reported, summary).blocks
+    (table,) = blocks_of(summary_section(reported, summary))
     assert len(table.rows) == 4 * len(reported.scenarios)
     rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
     (row,) = (
@@ -27,7 +28,7 @@ def test_a_displacement_beyond_linear_theory_is_marked(reported, respond):
     # red: the mark left out
     summary, _ = respond({})
     summary.loc[0, "beyond_linear_plate"] = True
-    (table,) = summary_section(reported, summary).blocks
+    (table,) = blocks_of(summary_section(reported, summary))
     marked = [row[6] for row in table.rows if row[6] != "–"]
     assert marked.count("1.00 †") == 1 and set(marked) == {"1.00", "1.00 †"}
 
@@ -37,7 +38,7 @@ def test_all_rows_of_a_table_have_the_same_decimals(reported, respond):
     summary, _ = respond({})
     first = summary["point"] == "middle"
     summary["acceleration_rms_error_g"] = np.where(first, 0.054, 1.9)
-    (table,) = summary_section(reported, summary).blocks
+    (table,) = blocks_of(summary_section(reported, summary))
     rms = [row[table.columns.index("g rms")] for row in table.rows]
     rms = [text for text in rms if "±" in text]
     assert {text.split(" ± ")[1] for text in rms} == {"0.1", "1.9"}
@@ -48,5 +49,5 @@ def test_a_point_on_a_support_does_not_move(reported, respond):
     # red: its rms value of 0
     summary, _ = respond({})
     summary.loc[summary["point"] == "corner", "status"] = "held"
-    (table,) = summary_section(reported, summary).blocks
+    (table,) = blocks_of(summary_section(reported, summary))
     assert all(row[5] == "does not move" for row in table.rows if row[4] == "corner")

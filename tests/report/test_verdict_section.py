@@ -11,6 +11,7 @@ from pidpanel.report import response_section
 from pidpanel.report.inputs import CoupledResults
 from pidpanel.report.verdict_files import BARE, COLUMNS
 from pidpanel.report.verdict_section import band_differences, band_figure, verdict_section, worst
+from tests.page_reader import blocks_of
 
 
 def row(reading, point, level, difference, band, holds):
@@ -43,10 +44,10 @@ def test_what_is_worst_of_the_points_counts(verdict):
 
 
 def test_the_section_counts_scenarios_in_which_a_reading_holds(verdict):
-    # red: in verdict_finding, == "yes" -> != "no" (with the "open" below)
+    # red: in _counts, == "yes" -> != "no" (with the "open" below)
     verdict.loc[(verdict["reading"] == "table") & (verdict["oaspl_db"] > 130), "holds"] = "open"
     section = verdict_section(verdict, ["a", "b"])
-    text = section.blocks[0].text
+    text = blocks_of(section)[0].text
     assert "DEM: holds in 0 of 2;" in text
     assert "The study's table: holds in 1 of 2, open in 1" in text
     assert "Bare" not in text  # no reading
@@ -95,7 +96,7 @@ def test_there_is_a_figure_of_third_octaves_with_a_row_a_scenario():
 
 def test_every_reading_has_a_row_and_every_scenario_a_column(verdict):
     # red: ["reading", *scenarios[:1]]
-    table = verdict_section(verdict, ["a", "b"]).blocks[-1]
+    table = blocks_of(verdict_section(verdict, ["a", "b"]))[-1]
     assert list(table.columns) == ["damping model", "P_122.0", "P_136.7"]
     assert len(table.rows) == 3
     assert table.rows[1][1].startswith("−10.0 ± 1.0 %; −1.00 ± 0.10 dB at 63 Hz")
@@ -104,8 +105,11 @@ def test_every_reading_has_a_row_and_every_scenario_a_column(verdict):
 def test_one_level_has_no_figure_over_the_level(verdict):
     # red: nunique() > 0
     one = verdict[verdict["oaspl_db"] == 122.0]
-    assert [block.kind for block in verdict_section(one, ["a"]).blocks] == ["paragraph", "table"]
-    assert "picture" in [block.kind for block in verdict_section(verdict, ["a"]).blocks]
+    assert [block.kind for block in blocks_of(verdict_section(one, ["a"]))] == [
+        "paragraph",
+        "table",
+    ]
+    assert "picture" in [block.kind for block in blocks_of(verdict_section(verdict, ["a"]))]
 
 
 def test_figures_say_how_often_coupled_runs_refute_a_reading(inputs):

@@ -8,7 +8,7 @@ import pandas as pd
 from pidpanel.constants import ATLAS
 from pidpanel.report import style
 from pidpanel.report.coupled_section import coupled_figure
-from pidpanel.report.html import Block, PageSection, Paragraph, Picture
+from pidpanel.report.html import Fragment, PageSection, Picture
 from pidpanel.report.inputs import AtlasResults
 from pidpanel.report.text import records
 
@@ -38,21 +38,8 @@ def atlas_section(
         Range of the response [Hz].
     """
     figure = style.Drawing(coupled_figure, curves(atlas, layouts, frequency), names)
-    text = (
-        f"C_e and m_a come from the atlas of particle beds ({atlas_text(atlas)}), a table of "
-        "LIGGGHTS runs under single tones over the dimensionless groups of hard particles: fill "
-        "fraction, Γ, stroke over clear gap, restitution, friction, width and depth of the cell "
-        "over the diameter, and the direction of gravity. No bed of this study was simulated. The "
-        "errors are calibrated on cases that were left out. Under sound C_e of riding beds is "
-        "(10 W/L)^0.19 of that of tones, as coupled runs have it. damping.readings: [atlas, "
-        "coupled] simulates the beds together with the panel."
-    )
-    caption = (
-        "C_e and m_a at the acceleration of each patch, with standard errors of the atlas; "
-        "not drawn outside the atlas."
-    )
-    blocks: list[Block] = [Paragraph(text), Picture("atlas_damping", figure, caption)]
-    return PageSection("atlas", "Damping from the atlas", blocks)
+    values = {"atlas": atlas_text(atlas), "damping": Picture("atlas_damping", figure)}
+    return PageSection("atlas", "Damping from the atlas", [Fragment("atlas.html", values)])
 
 
 def curves(

@@ -7,20 +7,12 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.report import style
-from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
+from pidpanel.report.html import Fragment, PageSection, Picture
 from pidpanel.report.inputs import CoupledResults
 from pidpanel.report.layout import WIDTH, frequency_axis, pick
 from pidpanel.report.text import number, plain, signed
 
 CURVES = 6  # patches in the figure at most
-
-METHOD = (
-    "Panel and particles are integrated together under random sound. The force of the "
-    "particles is then split into a part that is linear in the motion of the patch, C_e and "
-    "m_a, and the remaining own force of the particles. The PSDs in this report include both. "
-    "Residual: mean square of the records over the prediction under the same sound; the part "
-    "above its scatter is included in the error."
-)
 
 
 def coupled_section(
@@ -28,17 +20,12 @@ def coupled_section(
 ) -> PageSection:
     """Return what the coupled runs know and found: a table, and C_e and m_a over frequency."""
     figure = style.Drawing(coupled_figure, run_itself(results.impedance), names)
-    blocks: list[Block] = [
-        Paragraph(METHOD),
-        coupled_table(results, names, points),
-        Picture(
-            "coupled_damping",
-            figure,
-            "C_e and m_a of patches at their own motion, in third octaves, with standard errors. "
-            "A negative C_e is not drawn.",
-        ),
-    ]
-    return PageSection("coupled", "Panel and particles together", blocks)
+    values = {
+        "rows": coupled_rows(results, names, points),
+        "damping": Picture("coupled_damping", figure),
+    }
+    fragment = Fragment("coupled.html", values)
+    return PageSection("coupled", "Panel and particles together", [fragment])
 
 
 def run_itself(impedance: pd.DataFrame) -> pd.DataFrame:
@@ -46,9 +33,9 @@ def run_itself(impedance: pd.DataFrame) -> pd.DataFrame:
     return impedance[impedance["carried_from"].isna() | (impedance["carried_from"] == "")]
 
 
-def coupled_table(
+def coupled_rows(
     results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
-) -> Table:
+) -> list[dict[str, str]]:
     """Return a row for each scenario; parameters are those of `coupled_section`."""
     summary = results.summary[results.summary["point"].isin(points)]
     simulated = set(run_itself(results.impedance)["scenario"])
@@ -59,26 +46,23 @@ def coupled_table(
         if label in simulated:
             error = 100 * of_scenario["g_rms_error"] / of_scenario["g_rms"]
             share = 100 * (1 - (of_scenario["linear_g_rms"] / of_scenario["g_rms"]) ** 2)
-            cells = [
-                str(int(of_scenario["runs"].iloc[0])),
-                _range([number(value, 2) for value in (error.min(), error.max())]),
-                _range([signed(f(of_scenario["residual_db"]), 2) for f in (min, max)]),
-                _range([plain(value, 1) for value in (share.min(), share.max())]),
-            ]
+            row = {
+                "runs": str(int(of_scenario["runs"].iloc[0])),
+                "error": _range([number(value, 2) for value in (error.min(), error.max())]),
+                "residual": _range([signed(f(of_scenario["residual_db"]), 2) for f in (min, max)]),
+                "share": _range([plain(value, 1) for value in (share.min(), share.max())]),
+            }
         else:
             near = str(beds["carried_from"].iloc[0]).split(" and ")
-            cells = [f"0, from {' and '.join(names.get(name, name) for name in near)}", *["–"] * 3]
-        columns = ("youngs_modulus_mpa", "particle_mass_per_area_kg_m2")
-        rows.append([names[label], *cells, *(_by_patch(beds, column) for column in columns)])
-    return Table(
-        "Coupled runs, with ranges over the points. Own force: its share of the mean square "
-        "acceleration.",
-        [
-            "scenario", "runs", "standard error of g rms, %", "residual, dB", "own force, %",
-            "Young's modulus of the contacts, MPa", "particles, kg/m²",
-        ],
-        rows,
-    )  # fmt: skip
+            row = dict.fromkeys(("error", "residual", "share"), "–")
+            row["runs"] = f"0, from {' and '.join(names.get(name, name) for name in near)}"
+        row |= {
+            "name": names[label],
+            "modulus": _by_patch(beds, "youngs_modulus_mpa"),
+            "mass": _by_patch(beds, "particle_mass_per_area_kg_m2"),
+        }
+        rows.append(row)
+    return rows
 
 
 def _range(texts: Sequence[str]) -> str:

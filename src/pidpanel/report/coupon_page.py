@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from pidpanel.damping.surface_cases import COUNTED
-from pidpanel.report import coupon_section
+from pidpanel.report import coupon_section, style
+from pidpanel.report.coupon_figures import design_figure, loss_factor_map
 from pidpanel.report.facts import cases_text, software_text
 from pidpanel.report.films import film_picture
-from pidpanel.report.html import CAVEATS, Block, Page, Paragraph
+from pidpanel.report.html import CAVEATS, Block, Fragment, Page, Picture
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.varied_section import varied_findings, varied_section
 from pidpanel.report.warnings import coupon_warnings
@@ -27,13 +29,16 @@ def coupon_page(
     one_by_one = [] if coupon.is_design else keys
     findings = varied_findings(good, one_by_one) or [coupon_section.coupon_finding(good)]
     varied = varied_section(good, one_by_one) if one_by_one else None
-    first: list[Block] = [Paragraph(coupon_section.coupon_text(coupon))]
+    values: dict[str, Any] = {"design": None, "map": None}
     if coupon.is_design:
-        first.append(coupon_section.design_picture(good, keys))
-    elif varied is not None:
+        figure = style.Drawing(design_figure, good, keys)
+        values["design"] = Picture("loss_factor_design", figure)
+    elif varied is None and len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
+        values["map"] = Picture("loss_factor_map", style.Drawing(loss_factor_map, good))
+    values["text"] = coupon_section.coupon_text(coupon)
+    first: list[Block] = [Fragment("coupon_first.html", values)]
+    if varied is not None:
         first += varied.blocks
-    elif len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
-        first.append(coupon_section.loss_factor_picture(good))
     if coupon.shot is not None:
         first.append(film_picture(coupon.shot))
     warnings = coupon_warnings(coupon.cases)

@@ -11,8 +11,8 @@ from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 from pidpanel.report import style
-from pidpanel.report.html import PageSection, Picture
-from pidpanel.report.text import READINGS, percent
+from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.text import READINGS
 
 # Fields drawn: label with unit, factor from SI to that unit, colour map.
 FIELD_STYLES = {
@@ -34,17 +34,13 @@ def case_titles(maps: xr.Dataset, names: Mapping[str, str]) -> list[str]:
 
 def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> PageSection:
     """Return the maps of rms acceleration and stress."""
-    layers = ", ".join(str(name) for name in maps["layer"].to_numpy())
     figure = style.Drawing(map_figure, maps, cell_in_patch, case_titles(maps, names))
-    caption = (
-        "Rms values over the frequency range of the response (response.maps; numbers in "
-        "response/maps.nc, for ParaView in response/maps/maps.pvd). The von Mises stress is "
-        f"its root mean square, the largest of the layers ({layers}). White: edges of the "
-        f"patches. The colour scale ends at the value that {percent(EXCEEDED_SHARE)} of the area "
-        "exceeds, because plate theory has unbounded stress at re-entrant corners and point "
-        "supports."
-    )
-    return PageSection("maps", "Maps", [Picture("maps", figure, caption)])
+    values = {
+        "maps": Picture("maps", figure),
+        "layers": maps["layer"].to_numpy().tolist(),
+        "exceeded_share": EXCEEDED_SHARE,
+    }
+    return PageSection("maps", "Maps", [Fragment("maps.html", values)])
 
 
 def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:

@@ -110,7 +110,7 @@ def psd_figure(charts: Sequence[Chart], *, width: float = WIDTH, height: float =
     return figure
 
 
-def psd_picture(name: str, charts: Sequence[Chart], caption: str, **size: float) -> Picture:
+def psd_picture(name: str, charts: Sequence[Chart], caption: str = "", **size: float) -> Picture:
     """Return a `psd_figure` with its charts; ``size`` is its width and height [inch]."""
     return Picture(name, style.Drawing(psd_figure, charts, **size), caption, charts)
 

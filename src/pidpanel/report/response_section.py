@@ -9,7 +9,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import response_figures, style
-from pidpanel.report.html import Block, Chart, Fold, PageCurve, PageSection, Paragraph, Picture
+from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Paragraph, Picture
 from pidpanel.report.inputs import Inputs, ReportedFamily
 from pidpanel.report.names import ReportedScenario
 from pidpanel.report.response_figures import PSD_UNIT, nested_width, psd_picture
@@ -33,14 +33,8 @@ def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
         return PageSection(name, heading, [Paragraph(text)])
     frequency = inputs.psd["frequency"].to_numpy()
     points = inputs.moving_points
-    blocks: list[Block] = [
-        Paragraph(f"{READINGS[reading]}: not drawn, because its C_e is negative.")
-        for reading in inputs.study.readings
-        if reading not in readings
-    ]
     titles = {reading: reading_title(inputs, family, reading) for reading in readings}
-    if points:
-        blocks.append(reduction_block(inputs, family, titles))
+    psds = []
     for point in points:
         charts = [
             Chart(
@@ -52,17 +46,21 @@ def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
             )
             for reading, title in titles.items()
         ]
-        caption = f"One-sided acceleration PSD at point {point}; steps are at the edges of the "
-        caption += "sound's bands."
-        caption += " Dashed: damping outside the range of its data." * any(
-            curve.inside is not None and not curve.inside.all()
-            for chart in charts
-            for curve in chart.curves
+        curves = [curve for chart in charts for curve in chart.curves]
+        psds.append(
+            {
+                "point": point,
+                "picture": psd_picture(f"psd_{family.key}_{point}", charts),
+                "is_dashed": any(c.inside is not None and not c.inside.all() for c in curves),
+            }
         )
-        picture = psd_picture(f"psd_{family.key}_{point}", charts, caption)
-        blocks.append(Fold(f"Point {point}", [picture]))
-    blocks.append(Fold("Damping behind these responses", [damping_block(inputs, family, titles)]))
-    return PageSection(name, heading, blocks)
+    values = {
+        "unstable": [reading for reading in inputs.study.readings if reading not in readings],
+        "reductions": reduction_block(inputs, family, titles) if points else None,
+        "psds": psds,
+        "damping": damping_block(inputs, family, titles),
+    }
+    return PageSection(name, heading, [Fragment("response.html", values)])
 
 
 def stable_readings(inputs: Inputs, family: ReportedFamily) -> list[str]:
@@ -156,12 +154,7 @@ def reduction_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str,
         centre, rows, gained, points, list(titles.values()), row_name,
     )  # fmt: skip
     tables = response_figures.reduction_tables(centre, rows, gained, row_name)
-    caption = (
-        "Reduction of the rms acceleration in third octaves against the bare panel under the "
-        "same sound; positive (blue): less acceleration. Where the PSDs are dashed, these "
-        "values use damping outside the range of its data."
-    )
-    return Picture(f"reduction_{family.key}", figure, caption, tables=tables)
+    return Picture(f"reduction_{family.key}", figure, tables=tables)
 
 
 def damping_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, str]) -> Picture:
@@ -183,9 +176,8 @@ def damping_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, s
     damping = charts("equivalent_damping", "$C_e$, N s/m³")
     mass = charts("apparent_mass", "apparent mass $m_a$, kg/m²", is_log=False)
     figure = style.Drawing(response_figures.damping_figure, damping, mass)
-    caption = "Equivalent damping and apparent mass used for these responses."
     pairs = itertools.chain.from_iterable(zip(damping, mass, strict=True))
-    return Picture(f"damping_{family.key}", figure, caption, list(pairs))
+    return Picture(f"damping_{family.key}", figure, charts=list(pairs))
 
 
 def _damping_curve(

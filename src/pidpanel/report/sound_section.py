@@ -5,16 +5,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.report import style
-from pidpanel.report.html import Chart, PageCurve, PageSection, Picture
+from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
 from pidpanel.report.layout import WIDTH, frequency_axis
 
 LEVEL, DENSITY = "band level, dB re 20 µPa", "pressure PSD on the surface, Pa²/Hz"
-
-# The PSD within a spectrum, by what its table has.
-SHAPES = {
-    "bands": "The PSD is constant in each band and integrates to the band's level.",
-    "rows": "The PSD is straight between the rows on logarithmic axes; shown are third octaves.",
-}
 
 
 def sound_section(
@@ -27,18 +21,21 @@ def sound_section(
 ) -> PageSection:
     """Return the spectrum of the sound, of a table of bands or of rows of PSD."""
     overall = 10 * np.log10(np.sum(10 ** (bands["band_spl_db"] / 10)))
-    caption = (
-        f"Sound spectrum used: {spectrum}, {overall:.1f} dB overall. {SHAPES[rows]} The "
-        f"response is computed from {frequency[0]:g} to {frequency[1]:g} Hz."
-    )
-    if assumed:
-        caption += " Its shape is an assumption: the paper's Fig. 2 is not recoverable."
-    drawing = style.Drawing(spectrum_figure, bands, *frequency)
     charts = [
         _steps(bands, "band_spl_db", LEVEL, is_log=False),
         _steps(bands, "surface_pressure_psd_pa2_hz", DENSITY),
     ]
-    return PageSection("sound", "Sound", [Picture("spectrum", drawing, caption, charts)])
+    drawing = style.Drawing(spectrum_figure, bands, *frequency)
+    values = {
+        "spectrum": Picture("spectrum", drawing, charts=charts),
+        "name": spectrum,
+        "overall": overall,
+        "rows": rows,
+        "low": frequency[0],
+        "high": frequency[1],
+        "assumed": assumed,
+    }
+    return PageSection("sound", "Sound", [Fragment("sound.html", values)])
 
 
 def _steps(bands: pd.DataFrame, column: str, unit: str, *, is_log: bool = True) -> Chart:

@@ -17,7 +17,7 @@ from pidpanel.report.coupled_section import coupled_section
 from pidpanel.report.coupon_section import Law, coupon_section, coupon_text, losses_section
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import study_facts
-from pidpanel.report.html import CAVEATS, Page, PageSection, Paragraph, Table
+from pidpanel.report.html import CAVEATS, Page, PageSection, Table
 from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.maps_section import maps_section
@@ -74,9 +74,8 @@ def _of_coupon(inputs: PanelInputs, name: str, law: Law | None) -> list[PageSect
     """Return the parts of one coupon: its runs, its losses, the surface if one is read."""
     coupon = inputs.coupons[name]
     good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
-    of_coupon = coupon_section(coupon, law=law)
-    paragraph = Paragraph(coupon_text(coupon))
-    sections = [replace(of_coupon, blocks=[paragraph, *of_coupon.blocks]), losses_section(good)]
+    on_coupon = coupon_section(coupon, text=coupon_text(coupon), law=law)
+    sections = [on_coupon, losses_section(good)]
     if name in inputs.damping:
         sections.append(damping_section(inputs.damping[name]))
     return sections

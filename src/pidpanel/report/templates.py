@@ -21,6 +21,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "percent": text.percent,
     "plain": text.plain,
     "signed": text.signed,
+    "spaced": text.spaced,
     "unit": text.unit,
     "value_text": text.value_text,
     "with_error": text.with_error,
@@ -52,3 +53,8 @@ def fill(name: str, values: Mapping[str, Any]) -> Markup:
         For a value that the template needs and does not get.
     """
     return Markup(environment().get_template(name).render(values))
+
+
+def sentence(name: str, values: Mapping[str, Any]) -> str:
+    """Return a template filled with values as text in one line, without its tags."""
+    return fill(name, values).striptags()

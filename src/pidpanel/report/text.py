@@ -161,6 +161,17 @@ def counted(count: int, noun: str) -> str:
     return f"{count} {noun}" + "s" * (count != 1)
 
 
+def spaced(count: float) -> str:
+    """Return a count with a space before each three digits.
+
+    Examples
+    --------
+    >>> spaced(25041.0)
+    '25 041'
+    """
+    return f"{int(count):,}".replace(",", " ")
+
+
 def capitalised(text: str) -> str:
     """Return a text with a capital at its start."""
     return text[:1].upper() + text[1:]

@@ -1,6 +1,7 @@
 """Which reading of the damping may be used when: every reading beside the coupled runs."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,9 +12,9 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import style
-from pidpanel.report.html import Block, PageSection, Paragraph, Picture, Table
+from pidpanel.report.html import Fragment, PageSection, Picture
 from pidpanel.report.layout import WIDTH
-from pidpanel.report.text import READINGS, signed
+from pidpanel.report.text import READINGS, records
 from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT
 from pidpanel.report.verdict_files import BARE, DEAD_WEIGHT
 from pidpanel.response.psd_files import is_steady
@@ -23,7 +24,7 @@ DASHED = {BARE: "#555555", DEAD_WEIGHT: "#999999"}  # what is no reading of the 
 
 NAMES = {**READINGS, BARE: "Bare panel", DEAD_WEIGHT: "The same mass as dead weight"}
 
-VERDICTS = {"yes": "holds", "no": "does not hold", "open": "open"}
+WORDS = {"yes": "holds", "no": "does not hold", "open": "open"}
 
 
 def worst(verdict: pd.DataFrame) -> pd.DataFrame:
@@ -49,48 +50,17 @@ def worst(verdict: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def verdict_finding(summary: pd.DataFrame) -> str:
+def _counts(summary: pd.DataFrame) -> list[dict[str, Any]]:
     """Return in how many scenarios each reading holds."""
-    count = summary["scenario"].nunique()
-    counts = []
-    for reading in summary["reading"].unique():
-        if reading in (BARE, DEAD_WEIGHT):
-            continue
-        rows = summary[summary["reading"] == reading]
-        good, unsure = (int((rows["holds"] == word).sum()) for word in ("yes", "open"))
-        text = f"{NAMES[reading]}: holds in {good} of {count}"
-        counts.append(text + (f", open in {unsure}" if unsure else ""))
-    return (
-        f"A damping model holds where g rms is within {RMS_LIMIT:.0%} of the coupled run and "
-        f"every third octave within {BAND_DEPTH:g} dB of the highest is within {BAND_LIMIT:g} "
-        f"dB, at every point. {'; '.join(counts)}. Open: two standard errors of the coupled run "
-        "reach across a limit."
-    )
-
-
-def verdict_table(summary: pd.DataFrame) -> Table:
-    """Return a row a reading and a column a scenario, with what is worst of its points."""
-    scenarios = list(summary["scenario"].unique())
-    cells = summary.set_index(["reading", "scenario"])
-    rows = []
-    for reading in summary["reading"].unique():
-        row = [NAMES[reading]]
-        for scenario in scenarios:
-            if (reading, scenario) not in cells.index:
-                row.append("–")
-                continue
-            cell = cells.loc[(reading, scenario)]
-            row.append(
-                f"{signed(100 * cell['difference'], 1)} ± {100 * cell['rms_error']:.1f} %; "
-                f"{signed(cell['band_difference_db'], 2)} ± {cell['band_error_db']:.2f} dB at "
-                f"{cell['band_hz']:.0f} Hz: {VERDICTS[cell['holds']]}"
-            )
-        rows.append(row)
-    return Table(
-        "Difference from the coupled run at the worst point: g rms; worst third octave",
-        ["damping model", *scenarios],
-        rows,
-    )
+    readings = summary[~summary["reading"].isin([BARE, DEAD_WEIGHT])]
+    return [
+        {
+            "name": NAMES[str(reading)],
+            "good": int((rows["holds"] == "yes").sum()),
+            "unsure": int((rows["holds"] == "open").sum()),
+        }
+        for reading, rows in readings.groupby("reading", sort=False)
+    ]
 
 
 def level_figure(verdict: pd.DataFrame, points: Sequence[str]) -> Figure:
@@ -176,23 +146,26 @@ def verdict_section(
 ) -> PageSection:
     """Return the finding, the figure over several levels, the table; of PSDs a figure of bands."""
     summary = worst(verdict)
-    blocks: list[Block] = [Paragraph(verdict_finding(summary))]
+    rows = [
+        {"name": NAMES[str(reading)], "cells": {row["scenario"]: row for row in records(group)}}
+        for reading, group in summary.groupby("reading", sort=False)
+    ]
+    values = {
+        "rms_limit": RMS_LIMIT,
+        "band_limit": BAND_LIMIT,
+        "depth": BAND_DEPTH,
+        "models": _counts(summary),
+        "scenarios": list(summary["scenario"].unique()),
+        "rows": rows,
+        "words": WORDS,
+        "levels": None,
+        "bands": None,
+    }
     if summary["oaspl_db"].nunique() > 1:
-        blocks.append(
-            Picture(
-                "verdict_level",
-                style.Drawing(level_figure, verdict, points),
-                "g rms of every damping model over that of the coupled integration. Grey: "
-                f"within {RMS_LIMIT:.0%}.",
-            )
-        )
-    blocks.append(verdict_table(summary))
+        values["levels"] = Picture("verdict_level", style.Drawing(level_figure, verdict, points))
     if psd is not None and run is not None:
         labels = [(str(label), str(label)) for label in dict.fromkeys(run["scenario"])]
-        caption = (
-            f"Every damping model over the coupled run by third octave, within {BAND_DEPTH:g} "
-            f"dB of the highest. Grey: within {BAND_LIMIT:g} dB."
-        )
         figure = style.Drawing(band_figure, psd, run, labels, points)
-        blocks.append(Picture("verdict_bands", figure, caption))
-    return PageSection("verdict", "Which damping model holds", blocks)
+        values["bands"] = Picture("verdict_bands", figure)
+    fragment = Fragment("verdict.html", values)
+    return PageSection("verdict", "Which damping model holds", [fragment])
