@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, Protocol
@@ -209,37 +209,6 @@ class Table:
                 )
 
 
-Cell = Callable[[Mapping[str, Any]], str]  # text of a row in a column
-
-
-def table_of(
-    rows: Sequence[Mapping[str, Any]], caption: str, cells: Mapping[str, Cell], **options: Any
-) -> Table:
-    """Return a table of rows of results; cells by the heads of their columns."""
-    texts = [[cell(row) for cell in cells.values()] for row in rows]
-    return Table(caption, list(cells), texts, **options)
-
-
-@dataclass(frozen=True)
-class Fold:
-    """Blocks behind their title."""
-
-    title: str
-    blocks: Sequence[Paragraph | Picture | Table]
-    kind: Literal["fold"] = "fold"
-
-
-@dataclass(frozen=True)
-class Choice:
-    """A drawing whose points show blocks of their own when they are clicked."""
-
-    drawing: str  # SVG; its links lead to the names of the options
-    caption: str
-    # (name, label, blocks) of each; the first is shown
-    options: Sequence[tuple[str, str, Sequence[Paragraph | Picture | Table]]]
-    kind: Literal["choice"] = "choice"
-
-
 @dataclass(frozen=True)
 class Fragment:
     """A part of a page with a template of its own."""
@@ -249,7 +218,7 @@ class Fragment:
     kind: Literal["fragment"] = "fragment"
 
 
-Block = Paragraph | Picture | Table | Fold | Choice | Fragment
+Block = Paragraph | Picture | Table | Fragment
 
 
 @dataclass(frozen=True)
@@ -283,8 +252,6 @@ def _with_suffix(value: Any, suffix: str) -> Any:
     match value:
         case Picture():
             return replace(value, name=f"{value.name}_{suffix}")
-        case Fold():
-            return replace(value, blocks=_with_suffix(value.blocks, suffix))
         case Fragment():
             return replace(value, values=_with_suffix(value.values, suffix))
         case dict():
@@ -299,10 +266,6 @@ def pictures_of(value: Any) -> Iterator[Picture]:
     match value:
         case Picture():
             yield value
-        case Fold():
-            yield from pictures_of(value.blocks)
-        case Choice():
-            yield from pictures_of(value.options)
         case Fragment():
             yield from pictures_of(list(value.values.values()))
         case dict():

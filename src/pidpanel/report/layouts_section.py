@@ -7,7 +7,7 @@ import numpy as np
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import style
-from pidpanel.report.html import Block, Chart, Fold, PageCurve, PageSection, Picture
+from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ReportedScenario
 from pidpanel.report.response_figures import PSD_UNIT, nested_width, psd_picture
@@ -21,18 +21,26 @@ DRAWN_TOGETHER = 6  # layouts in one figure at most: as many as there are colour
 def layouts_section(inputs: Inputs) -> PageSection:
     """Return the PSDs of the explicit layouts and of their dead weights at every point."""
     study = inputs.study
-    blocks: list[Block] = []
+    points = []
     for point in inputs.moving_points:
-        pictures = []
+        psds = []
         for reading in study.readings:
             drawn = [s for s in study.layouts if is_steady(inputs.psd, reading, s.label)]
             for first in range(0, len(drawn), DRAWN_TOGETHER):
                 part = drawn[first : first + DRAWN_TOGETHER]
                 name = f"psd_layouts_{reading}_{first // DRAWN_TOGETHER + 1}_{point}"
-                pictures.append(_psd_picture(inputs, reading, part, point, name))
-        if pictures:
-            blocks.append(Fold(f"Point {point}", pictures))
-    return PageSection("layouts", "Layouts", blocks)
+                inside = [inside_of(inputs.psd, reading, scenario.label) for scenario in part]
+                psds.append(
+                    {
+                        "picture": _psd_picture(inputs, reading, part, point, name),
+                        "has_band": len(part) == 1,
+                        "is_dashed": not np.all(inside),
+                    }
+                )
+        if psds:
+            points.append([point, psds])
+    fragment = Fragment("layouts.html", {"points": points})
+    return PageSection("layouts", "Layouts", [fragment])
 
 
 def _psd_picture(
@@ -76,12 +84,4 @@ def _psd_picture(
         )
     frequency = inputs.psd["frequency"].to_numpy()
     chart = Chart(READINGS[reading], frequency, PSD_UNIT, [*curves, *dead, *treated])
-    caption = (
-        f"One-sided acceleration PSD at point {point}: bare panel, layouts, and the same "
-        "masses as dead weight (dotted)."
-    )
-    if len(scenarios) == 1:
-        caption += " Shaded: one standard error of the damping, where known."
-    if not all(inside_of(inputs.psd, reading, scenario.label).all() for scenario in scenarios):
-        caption += " Dashed: damping outside the range of its data."
-    return psd_picture(name, [chart], caption)
+    return psd_picture(name, [chart])

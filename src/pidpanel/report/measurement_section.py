@@ -1,6 +1,7 @@
 """Measured curves on the page, drawn over computed ones, with the difference by third octave."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -9,9 +10,9 @@ import xarray as xr
 from pidpanel.measurement.computed import computed_psd
 from pidpanel.report import style
 from pidpanel.report.base_figures import charts_figure
-from pidpanel.report.html import Chart, PageCurve, PageSection, Paragraph, Picture, Table, table_of
+from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
 from pidpanel.report.inputs import BaseResults, MeasurementResults
-from pidpanel.report.text import READINGS, number, records, with_error
+from pidpanel.report.text import READINGS, records, with_error
 
 PSD, RATIO = "psd_g2_hz", "transmissibility"  # ends of the columns of either quantity
 
@@ -27,33 +28,25 @@ def measurement_section(
     measured: MeasurementResults, curves: Curves, names: Mapping[str, str]
 ) -> PageSection:
     """Return each measurement with the computed curves of its point and scenario."""
-    blocks: list[Paragraph | Picture | Table] = []
+    measurements = []
     for index, (name, rows) in enumerate(measured.differences.groupby("measurement", sort=False)):
-        blocks.append(Paragraph(_sentence(str(name), rows, names)))
         lines = measured.measured[measured.measured["measurement"] == name]
-        blocks.append(_picture(f"measurement_{index + 1}", lines, rows, curves))
-    table = table_of(
-        records(measured.differences),
-        "Mean PSDs of third octaves [g²/Hz], or rms transmissibilities [1], and how much higher "
-        "the computed one is. ±: one standard error of the computed one due to the damping. "
-        "Numbers are in measurement/differences.csv.",
-        {
-            "measurement": lambda row: row["measurement"],
-            "damping model": lambda row: READINGS[row["reading"]],
-            "band, Hz": lambda row: number(row["center_hz"]),
-            "measured": lambda row: number(_either(row, "measured")),
-            "computed": lambda row: number(_either(row, "computed")),
-            "difference, dB": _difference,
-        },
-        folded=True,
-        title="Differences by third octave",
-    )
-    return PageSection("measurement", "Measured and computed", [*blocks, table])
+        about = _values(str(name), rows, names)
+        picture = _picture(f"measurement_{index + 1}", lines, rows, curves, is_psd=about["is_psd"])
+        measurements.append({**about, "picture": picture})
+    differences = [
+        {**row, **_either(row), "difference": _difference(row)}
+        for row in records(measured.differences)
+    ]
+    values = {"measurements": measurements, "differences": differences}
+    fragment = Fragment("measurement.html", values)
+    return PageSection("measurement", "Measured and computed", [fragment])
 
 
-def _either(row: Mapping[str, float], kind: str) -> float:
-    psd = row[f"{kind}_{PSD}"]
-    return psd if np.isfinite(psd) else row[f"{kind}_{RATIO}"]
+def _either(row: Mapping[str, float]) -> dict[str, float]:
+    """Return the measured and the computed value of a band, PSD or transmissibility."""
+    end = PSD if np.isfinite(row[f"measured_{PSD}"]) else RATIO
+    return {kind: row[f"{kind}_{end}"] for kind in ("measured", "computed")}
 
 
 def _difference(row: Mapping[str, float]) -> str:
@@ -63,35 +56,42 @@ def _difference(row: Mapping[str, float]) -> str:
     return with_error(value, error) if np.isfinite(error) and error > 0 else f"{value:+.1f}"
 
 
-def _sentence(name: str, rows: pd.DataFrame, names: Mapping[str, str]) -> str:
+def _values(name: str, rows: pd.DataFrame, names: Mapping[str, str]) -> dict[str, Any]:
     """Return rms values in the common range, and the differences of its bands."""
     first = rows.iloc[0]
     is_psd = bool(np.isfinite(first[f"measured_{PSD}"]))
-    parts = []
+    models = []
     for reading, bands in rows.groupby("reading", sort=False):
-        mean = bands["difference_db"].replace([np.inf, -np.inf], np.nan).abs().mean()
-        text = f"bands differ by {mean:.1f} dB on average"
-        if is_psd:
-            width = bands["upper_hz"] - bands["lower_hz"]
-            measured, computed = (
-                float(np.sqrt((bands[f"{kind}_{PSD}"] * width).sum()))
-                for kind in ("measured", "computed")
-            )
-            level = 20 * np.log10(computed / measured)
-            rms = f"{number(computed)} g rms computed, {number(measured)} g rms measured"
-            text = f"{rms} ({level:+.1f} dB); {text}"
-        parts.append(f"{READINGS[str(reading)]}: {text}")
-    low, high = rows["lower_hz"].min(), rows["upper_hz"].max()
-    under = "base motion" if first["excitation"] == "base" else "sound"
-    return (
-        f"{name}: {'' if is_psd else 'transmissibility of '}point {first['point']} under {under}, "
-        f"{names[first['scenario']]}, {number(low)} to {number(high)} Hz. {'; '.join(parts)}."
-    )
+        width = bands["upper_hz"] - bands["lower_hz"]
+        measured, computed = (
+            float(np.sqrt((bands[f"{kind}_{PSD}"] * width).sum())) if is_psd else np.nan
+            for kind in ("measured", "computed")
+        )
+        models.append(
+            {
+                "reading": reading,
+                "mean": bands["difference_db"].replace([np.inf, -np.inf], np.nan).abs().mean(),
+                "measured": measured,
+                "computed": computed,
+                "level": 20 * np.log10(computed / measured),
+            }
+        )
+    return {
+        "name": name,
+        "is_psd": is_psd,
+        "point": first["point"],
+        "excitation": first["excitation"],
+        "scenario": names[first["scenario"]],
+        "low": rows["lower_hz"].min(),
+        "high": rows["upper_hz"].max(),
+        "models": models,
+    }
 
 
-def _picture(name: str, lines: pd.DataFrame, rows: pd.DataFrame, curves: Curves) -> Picture:
+def _picture(
+    name: str, lines: pd.DataFrame, rows: pd.DataFrame, curves: Curves, *, is_psd: bool
+) -> Picture:
     first = rows.iloc[0]
-    is_psd = bool(np.isfinite(first[f"measured_{PSD}"]))
     column, unit = "acceleration_psd_g2_hz", "acceleration PSD, g²/Hz"
     if not is_psd:
         column, unit = RATIO, "acceleration over that of the supports"
@@ -110,8 +110,4 @@ def _picture(name: str, lines: pd.DataFrame, rows: pd.DataFrame, curves: Curves)
         label = f"{READINGS[place['reading']]}, computed"
         drawn.append(PageCurve(label, case.psd**power, colour, log_error=error))
     chart = Chart("", frequency, unit, [PageCurve("measured", test, style.BARE), *drawn])
-    caption = (
-        f"{'Acceleration PSD' if is_psd else 'Transmissibility'}, measured (straight between its "
-        "lines) and computed. Bands: one standard error due to the damping."
-    )
-    return Picture(name, style.Drawing(charts_figure, [chart]), caption, [chart])
+    return Picture(name, style.Drawing(charts_figure, [chart]), charts=[chart])

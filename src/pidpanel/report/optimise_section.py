@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from markupsafe import Markup
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -63,31 +64,27 @@ def _values(proposal: ProposalResults) -> dict[str, Any]:
     }
 
 
-def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> html.Choice:
+def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> html.Fragment:
     """Return the front of mass and reduction, with drawing and PSD of each layout."""
-    options = []
+    layouts = []
     for row in records(proposal.front):
         layout = row["layout"]
         reduction = value_text(row["reduction_db"], row["reduction_error_db"])
-        label = f"{number(row['mass_kg'])} kg, {reduction} dB"
-        picture = html.Picture(
-            f"layout_drawing_{layout}",
-            style.Drawing(layout_figure, proposal, basis, layout),
-            f"{patches_text(proposal.layouts, layout)}.",
+        figure = style.Drawing(layout_figure, proposal, basis, layout)
+        layouts.append(
+            {
+                "layout": layout,
+                "label": f"Layout {layout}: {number(row['mass_kg'])} kg, {reduction} dB",
+                "patches": patches_text(proposal.layouts, layout),
+                "picture": html.Picture(f"layout_drawing_{layout}", figure),
+                "psds": [_psd(proposal, layout, name) for name in proposal.excitations],
+            }
         )
-        title = f"Layout {layout}: {label}"
-        psds = [_psd_picture(proposal, layout, name) for name in proposal.excitations]
-        options.append((f"layout_{layout}", title, [picture, *psds]))
-    return html.Choice(
-        front_drawing(proposal.front),
-        "Reduction over mass; click a point or a layout below for its drawing and PSD. Filled: "
-        "equivalent to the best. Other marks: the same mass used otherwise. ±: one standard "
-        "error.",
-        options,
-    )
+    values = {"drawing": Markup(front_drawing(proposal.front)), "layouts": layouts}
+    return html.Fragment("optimise_choice.html", values)
 
 
-def _psd_picture(proposal: ProposalResults, layout: int, excitation: str) -> html.Picture:
+def _psd(proposal: ProposalResults, layout: int, excitation: str) -> dict[str, Any]:
     summary = proposal.summary[(proposal.summary["layout"] == layout) & proposal.summary["counts"]]
     summary = summary[summary["excitation"] == excitation]
     psds = proposal.psd[proposal.psd["excitation"] == excitation]
@@ -102,12 +99,10 @@ def _psd_picture(proposal: ProposalResults, layout: int, excitation: str) -> htm
         values = psd["acceleration_psd_g2_hz"].to_numpy()
         rms = row["acceleration_rms_g" if number_of else "bare_rms_g"]
         curves.append(html.PageCurve(f"{name}: {number(rms)} g rms", values, colour, width=1.4))
-    caption = f"Acceleration PSD at point {row['point']} {UNDER[excitation]}, where the bare panel "
-    caption += "moves most."
     charts = [html.Chart("", frequency, PSD_UNIT, curves)]
-    return psd_picture(
-        f"layout_psd_{layout}_{excitation}", charts, caption, width=NARROW, height=3.7
-    )
+    name = f"layout_psd_{layout}_{excitation}"
+    picture = psd_picture(name, charts, width=NARROW, height=3.7)
+    return {"point": row["point"], "under": UNDER[excitation], "picture": picture}
 
 
 def optimise_section(proposal: ProposalResults) -> html.PageSection:
