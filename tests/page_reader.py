@@ -91,10 +91,10 @@ class _Reader(HTMLParser):
 
 
 def blocks_of(section):
-    """Paragraphs, tables and figures of a section in order; those of folds in their places."""
+    """Paragraphs, tables and figures of a section or fragment in order, also those of folds."""
     reader = _Reader()
     show = environment().get_template("macros.html").module.show
     with mock.patch.object(Picture, "image", b""):  # none is drawn
-        for block in section.blocks:
+        for block in getattr(section, "blocks", [section]):
             reader.feed(show(block))
     return reader.blocks

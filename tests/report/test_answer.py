@@ -15,6 +15,7 @@ from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import CARRIED, judged
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Study
+from tests.page_reader import blocks_of
 
 POINTS = ["middle", "corner"]
 SCALE = {("A_r0.1_150dB", p): 3.0 for p in POINTS} | {("A_r0.7_150dB", p): 2.8 for p in POINTS}
@@ -142,17 +143,22 @@ def test_the_first_table_has_six_rows_with_the_best_of_every_place(study, respon
     assert chosen[-1] is last[0] and chosen[0] is many[0]
 
 
+def answer_table(inputs, found):
+    """The table below the first sentence."""
+    return blocks_of(answer_section.answer_fragment(inputs, found))[0]
+
+
 def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs):
     # red: trust that is always "yes"
     found = answered(study, respond, levels=2, extrapolated_share=0.12)
-    table = answer_section.answer_table(inputs, found)
+    table = answer_table(inputs, found)
     assert len(table.rows) <= 6
     for row in table.rows[1:]:
         assert len(row) == len(table.columns)
         assert row[-1] == (
             "no: 12 % of the change extrapolated, extend dem to 61 g, several solutions"
         )
-    good = answer_section.answer_table(inputs, answered(study, respond))
+    good = answer_table(inputs, answered(study, respond))
     assert [row[-1] for row in good.rows] == ["yes"] * len(good.rows)
     between = answer_section.answer_table(inputs, answered(study, respond, between_share=0.3))
     assert between.rows[1][-1] == "yes; beds may ride or cross their gap"
@@ -164,7 +170,7 @@ def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study,
     # red: the last candidate drawn; the bare panel not the first curve
     summary, psd = respond(SCALE, error_db=0.2)
     one = dataclasses.replace(inputs, summary=summary, psd=psd)
-    picture = answer_section.psd_block(one, answer_of(study, summary))
+    picture = answer_section.psd_picture_of(one, answer_of(study, summary))
     assert isinstance(picture, Picture)
     (chart,) = picture.charts
     assert [curve.label.split(":")[0] for curve in chart.curves] == ["bare panel", "A, r = 0.1"]
@@ -195,7 +201,7 @@ def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, mon
     monkeypatch.setattr(answer_section.style, "png", lambda figure: b"drawn")
     found = answered(study, respond, added_mass_kg=0.3)
     b_first = sorted(found.candidates, key=lambda one: one.scenario.patch, reverse=True)
-    assert answer_section.mass_block(found, b_first, ["A", "B"]).image == b"drawn"
+    assert answer_section.mass_picture(found, b_first, ["A", "B"]).image == b"drawn"
     assert drawn == {
         "A": answer_section.style.place_colour("A", ["A", "B"]),
         "B": answer_section.style.place_colour("B", ["A", "B"]),
@@ -208,10 +214,10 @@ def test_coupled_runs_answer_as_any_reading_does(coupled, coupled_study):
     found = answer_of(coupled_study, coupled.summary)
     assert found.is_coupled and found.candidates[0].name == "A, r = 0.5"
     assert not any(one.doubts for one in found.candidates)
-    table = answer_section.answer_table(coupled, found)
+    table = answer_table(coupled, found)
     assert table.caption.startswith("Damping: Panel and particles together, in one time integr")
     assert "one standard error, of the coupled runs" in table.caption
-    curve = answer_section.psd_block(coupled, found).charts[0].curves[1]
+    curve = answer_section.psd_picture_of(coupled, found).charts[0].curves[1]
     psd = coupled.psd["acceleration_psd"].sel(scenario="A_r0.5_150dB", point=found.worst)
     assert curve.values[0] * 9.80665**2 == pytest.approx(psd.to_numpy().ravel()[0])
 

@@ -113,16 +113,6 @@ def worst_map(inputs: Inputs) -> tuple[str, Array] | None:
     return str(maps["scenario"].to_numpy()[worst]), values[worst]
 
 
-def level_text(inputs: Inputs) -> str:
-    """Return the level at which the page answers, where the study has several."""
-    levels = {s.oaspl_db for s in inputs.study.scenarios}
-    if len(levels) < 2:
-        return ""
-    level = inputs.study.level
-    named = "the level of its spectrum" if level is None else f"{level:g} dB"
-    return f" At {named}; other levels are below."
-
-
 def list_scenarios(candidates: Sequence[Candidate], among: Sequence[Candidate]) -> str:
     """Return scenarios in few words, the fills of one place and damper as one.
 

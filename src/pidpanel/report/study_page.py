@@ -8,7 +8,7 @@ from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
 from pidpanel.progress import tracked
 from pidpanel.report.answer import answer_of
-from pidpanel.report.answer_section import answer_blocks
+from pidpanel.report.answer_section import answer_fragment
 from pidpanel.report.answer_text import NOTHING_MOVES, headline
 from pidpanel.report.atlas_section import atlas_section
 from pidpanel.report.base_section import base_section
@@ -41,7 +41,7 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     proposal = inputs.proposal
     text = headline(answer) if answer else NOTHING_MOVES
     warnings = study_warnings(inputs, answer)
-    blocks = answer_blocks(inputs, answer) if answer else []
+    blocks = [answer_fragment(inputs, answer)] if answer else []
     proposed = []
     if proposal is not None:
         text, proposed = proposal_headline(proposal), [optimise_section(proposal)]
