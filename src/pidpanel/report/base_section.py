@@ -13,8 +13,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import html, style
 from pidpanel.report.base_figures import charts_figure
 from pidpanel.report.inputs import BaseResults
-from pidpanel.report.text import READINGS, common_decimals, number, percent, records, value_text
-from pidpanel.solve.mesh_error import decibels
+from pidpanel.report.text import READINGS, common_decimals, records, value_text
 
 MODES_SHOWN = 12  # modes with the largest effective masses in the table
 
@@ -64,32 +63,12 @@ def base_section(
         "sine_pictures": of_sine if random else [],
         **_mode_values(base.modes),
     }
-    blocks = [html.Fragment("base.html", values), first, html.Fragment("base_more.html", rest)]
+    blocks: list[html.Block] = [
+        html.Fragment("base.html", values),
+        first,
+        html.Fragment("base_more.html", rest),
+    ]
     return html.PageSection("base", "Base motion", blocks)
-
-
-def base_facts(base: BaseResults) -> list[tuple[str, str]]:
-    """Return the motions, and how good the basis is under them."""
-    facts = []
-    if base.psd is not None and base.summary is not None:
-        f, level = base.psd["frequency"], base.summary["input_rms_g"].max()
-        says = f"random, {level:.3g} g rms, {f[0]:g} to {f[-1]:g} Hz, {f.size} lines"
-        facts.append(("Base motion", says))
-    if base.sine is not None:
-        f, level = base.sine["frequency"], base.sine.attrs["acceleration_g"]
-        says = f"sine sweep, {level:g} g, {f[0]:g} to {f[-1]:g} Hz, {f.size} lines, up and down"
-        facts.append(("Base motion", says))
-    rows = base.summary if base.summary is not None else base.peaks
-    if rows is not None:
-        says = "its shift of resonances changes a PSD by at most "
-        says += f"{number(decibels(rows['mesh_error'].max()), 2)} dB at any line"
-        facts.append(("Mesh on the shaker", says))
-    curves = base.psd if base.psd is not None else base.sine
-    if curves is not None:
-        error = percent(float(curves.attrs["basis_error"]), 2)
-        says = f"at most {error} of the largest PSD of a point is missing under base motion, at "
-        facts.append(("Basis on the shaker", f"{says}lines that were also solved on all elements"))
-    return facts
 
 
 def _largest(base: BaseResults) -> Iterator[tuple[str, float]]:
@@ -108,7 +87,7 @@ def _random_values(summary: pd.DataFrame, names: Names, points: Sequence[str]) -
         ["reading", "scenario", "input"], sort=False
     ):
         by_point = {row["point"]: row for row in records(group)}
-        about = {"name": names[str(scenario)], "reading": reading, "input": level}
+        about: dict[str, Any] = {"name": names[str(scenario)], "reading": reading, "input": level}
         about["displacement"] = group["relative_displacement_rms_mm"].max()
         about["by_point"] = {point: by_point[point] for point in points}
         rows.append({**by_point[points[0]], **about})

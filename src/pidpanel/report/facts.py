@@ -3,100 +3,83 @@
 import shlex
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from pidpanel.coupon.liggghts.trust import comes_with_pidpanel
-from pidpanel.paths import SECTION, STUDIES
+from pidpanel.panel.basis import PanelBasis
+from pidpanel.paths import STUDIES
 from pidpanel.report.atlas_section import atlas_text
-from pidpanel.report.base_section import base_facts
-from pidpanel.report.inputs import Inputs, PanelInputs
-from pidpanel.report.panel_section import panel_text
-from pidpanel.report.text import READINGS, counted, number, percent
+from pidpanel.report.inputs import BaseResults, Inputs, PanelInputs, ReportedPanel
+from pidpanel.report.templates import pairs
+from pidpanel.report.text import counted
 from pidpanel.solve.mesh_error import decibels
 
 
-def study_facts(inputs: Inputs) -> list[tuple[str, str]]:
+def study_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
     """Return the facts of a study with a panel, as (name, value)."""
-    study = inputs.study
-    low, high = study.frequency
-    good = inputs.summary[inputs.summary["status"] == "ok"]
-    rows = [
-        *panel_facts(inputs),
-        ("Sound", study.sound),
-        (
-            "Response",
-            f"{low:g} to {high:g} Hz, {inputs.psd.sizes['frequency']} lines; {study.terms}",
-        ),
-        *damping_facts(inputs),
-        (
-            "Power balance",
-            f"power input and loss agree within {_share(good['power_balance_error'].max())} of "
-            "the power input in every scenario",
-        ),
-        (
-            "Basis",
-            f"at most {percent(good['basis_error'].max(), 2)} of a PSD is missing in any "
-            "scenario, at the lines that were also solved on all elements",
-        ),
-        (
-            "Mesh",
-            f"{len(inputs.basis.cells)} elements; their shift of resonances changes a PSD by at "
-            f"most {number(decibels(good['mesh_error'].max()), 2)} dB at any line, an rms "
-            f"acceleration by at most {percent(good['mesh_error_rms'].max(), 2)}",
-        ),
-    ]
-    if inputs.base is not None:
-        rows += base_facts(inputs.base)
-    return [*rows, *software_facts(inputs)]
+    study, base = inputs.study, inputs.base
+    values: dict[str, Any] = {
+        "study": study,
+        "panel": _panel(study.panel, inputs.basis, inputs.section),
+        "base": None if base is None else _base(base),
+        "response": None,
+        "atlas": atlas_text(inputs.atlas) if inputs.atlas else "",
+        "runs": [],
+        "coupons": [(name, cases_text(coupon.cases)) for name, coupon in inputs.coupons.items()],
+        "software": software_text(inputs.stamp, dem=bool(inputs.coupons) or study.is_coupled),
+    }
+    if inputs.coupled is not None:
+        runs = inputs.coupled.summary.drop_duplicates("scenario")["runs"]
+        values["runs"] = runs.astype(int).tolist()
+    if isinstance(inputs, Inputs):
+        largest = inputs.summary[inputs.summary["status"] == "ok"].max(numeric_only=True)
+        values["response"] = {
+            "lines": inputs.psd.sizes["frequency"],
+            "power": largest["power_balance_error"],
+            "basis_error": largest["basis_error"],
+            "mesh_db": decibels(largest["mesh_error"]),
+            "mesh_error_rms": largest["mesh_error_rms"],
+        }
+    return pairs("facts.html", values)
 
 
-def panel_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
-    """Return what the panel is."""
-    return [("Panel", panel_text(inputs.study.panel, inputs.basis, inputs.section))]
+def _panel(panel: ReportedPanel, basis: PanelBasis, section: pd.DataFrame) -> dict[str, Any]:
+    """Return size, mass and stiffness of a panel, and its modes."""
+    length, width = np.ptp(basis.vertex_position, axis=0)
+    value = section.set_index(["quantity", "row", "column"])["value"]
+    axes = (1,) if panel.section_kind == "thin" else (1, 2)
+    modes = ~basis.is_residual
+    return {
+        "length": length,
+        "width": width,
+        "area": None if panel.is_rectangle else value["area", 0, 0],
+        "mass": value["mass_per_area", 0, 0],
+        "stiffness": [value["bending", i, i] for i in axes],
+        "shear": [value["shear", i, i] for i in axes if len(axes) > 1],
+        "modes": modes.sum(),
+        "rigid": np.sum(basis.natural_frequency[modes] == 0),
+        "residuals": basis.is_residual.sum(),
+        "elements": len(basis.cells),
+    }
 
 
-def damping_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
-    """Return from where the damping is."""
-    study = inputs.study
-    if not study.has_dampers:
-        return [("Damping", "none: the bare panel alone")]
-    return [
-        ("Damping", "; ".join(READINGS[reading] for reading in study.readings)),
-        ("C_e(r, f, Γ) evaluated at", study.read_at),
-        *([("Atlas of particle beds", atlas_text(inputs.atlas))] if inputs.atlas else []),
-        *coupled_facts(inputs),
-    ]
-
-
-def software_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
-    """Return the cases of the coupons, and the versions."""
-    rows = []
-    for name, coupon in inputs.coupons.items():
-        called = "Coupon" if name == SECTION else f"Coupon {name}"
-        rows.append((called, cases_text(coupon.cases)))
-    dem = bool(inputs.coupons) or inputs.study.is_coupled
-    return [*rows, ("Software", software_text(inputs.stamp, dem=dem))]
-
-
-def coupled_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
-    """Return how many coupled runs there are; nothing in a study without any."""
-    if inputs.coupled is None:
-        return []
-    runs = inputs.coupled.summary.drop_duplicates("scenario")["runs"]
-    how_many = f"{counted(int(runs.sum()), 'run')} of {counted(len(runs), 'scenario')}"
-    return [("Panel and particles together", how_many)]
-
-
-def _share(value: float) -> str:
-    """Return a share, rounding errors as such.
-
-    Examples
-    --------
-    >>> _share(3e-7), _share(2e-16)
-    ('3.0·10⁻⁷', '10⁻⁹')
-    """
-    return number(value, 2) if value > 1e-9 else "10⁻⁹"
+def _base(base: BaseResults) -> dict[str, Any]:
+    """Return the motions, and how good mesh and basis are under them."""
+    rows = base.peaks if base.summary is None else base.summary
+    curves = base.sine if base.psd is None else base.psd
+    if rows is None or curves is None:
+        raise ValueError("base motion without a response")
+    return {
+        "random": [] if base.psd is None else base.psd["frequency"].to_numpy().tolist(),
+        "random_g": None if base.summary is None else base.summary["input_rms_g"].max(),
+        "sine": [] if base.sine is None else base.sine["frequency"].to_numpy().tolist(),
+        "sine_g": None if base.sine is None else base.sine.attrs["acceleration_g"],
+        "mesh_db": decibels(rows["mesh_error"].max()),
+        "basis_error": float(curves.attrs["basis_error"]),
+    }
 
 
 def cases_text(cases: pd.DataFrame) -> str:

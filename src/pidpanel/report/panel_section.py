@@ -17,9 +17,8 @@ from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, Picture, Table
-from pidpanel.report.inputs import ReportedPanel
 from pidpanel.report.layout import WIDTH, triangles_of
-from pidpanel.report.text import number, plain, records
+from pidpanel.report.text import plain, records
 
 MODES_SHOWN = 9  # modes of which the shape is drawn
 
@@ -31,31 +30,6 @@ SPREAD, LIFT = 0.63, 0.1
 # Relative difference up to which a frequency counts as the printed one: Table 1 has two
 # decimals (8e-5 of the lowest) and the panel is the paper's within that or it is not.
 PRINTED_ROUNDING = 2e-4
-
-
-def panel_text(panel: ReportedPanel, basis: PanelBasis, section: pd.DataFrame) -> str:
-    """Return the panel in a sentence: size, mass, stiffness, damping, supports, modes."""
-    length, width = np.ptp(basis.vertex_position, axis=0)
-    value = section.set_index(["quantity", "row", "column"])["value"]
-    size = f"{length:g} m × {width:g} m"
-    if not panel.is_rectangle:
-        size = f"{value['area', 0, 0]:.4g} m² within {size}"
-    parts = [size, f"{value['mass_per_area', 0, 0]:.5g} kg/m²"]
-    if panel.section_kind == "thin":
-        parts.append(f"D = {value['bending', 1, 1]:.6g} N m")
-    else:
-        parts += [
-            f"{panel.section_kind} section",
-            f"D_x = {value['bending', 1, 1]:.5g} and D_y = {value['bending', 2, 2]:.5g} N m",
-            f"S_x = {number(value['shear', 1, 1])} and S_y = {number(value['shear', 2, 2])} N/m",
-        ]
-    parts += panel.words
-    modes = ~basis.is_residual
-    rigid = int(np.sum(basis.natural_frequency[modes] == 0))
-    counted = f"{modes.sum()} modes"
-    if rigid:
-        counted += f" ({rigid} of them undamped rigid-body modes at 0 Hz)"
-    return f"{', '.join(parts)}; {counted} and {int(basis.is_residual.sum())} residual vectors"
 
 
 def panel_section(basis: PanelBasis, modes: pd.DataFrame, printed: pd.DataFrame) -> PageSection:

@@ -9,9 +9,9 @@ import pandas as pd
 from pidpanel.paths import SECTION
 from pidpanel.report import style
 from pidpanel.report.answer_figures import panel_figure
-from pidpanel.report.base_section import base_facts, base_section
+from pidpanel.report.base_section import base_section
 from pidpanel.report.coupled_section import coupled_section
-from pidpanel.report.facts import damping_facts, panel_facts, software_facts
+from pidpanel.report.facts import study_facts
 from pidpanel.report.html import CAVEATS, Page, Picture
 from pidpanel.report.inputs import BaseResults, PanelInputs
 from pidpanel.report.measurement_section import curves_of, measurement_section
@@ -61,12 +61,7 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
         answer=answer,
         first=[*designs, *head, drawing, tail[0]],
         caveats=warnings[:CAVEATS],
-        facts=[
-            *panel_facts(inputs),
-            *base_facts(base),
-            *damping_facts(inputs),
-            *software_facts(inputs),
-        ],
+        facts=study_facts(inputs),
         assumptions=study.assumptions,
         summary=summary,
         warnings=warnings[CAVEATS:],

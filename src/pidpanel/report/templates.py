@@ -58,3 +58,9 @@ def fill(name: str, values: Mapping[str, Any]) -> Markup:
 def sentence(name: str, values: Mapping[str, Any]) -> str:
     """Return a template filled with values as text in one line, without its tags."""
     return fill(name, values).striptags()
+
+
+def pairs(name: str, values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return names and values, ``<dt>`` and ``<dd>`` of a template, as text."""
+    items = [item.partition("</dt>") for item in fill(name, values).split("</dd>")[:-1]]
+    return [(term.striptags(), text.striptags()) for term, _, text in items]
