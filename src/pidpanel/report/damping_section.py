@@ -62,9 +62,9 @@ def _law_values(results: DampingResults) -> dict[str, Any]:
 
     figure = style.Drawing(damping_figures.law_figure, results.surface, fitted)
     fits = []
-    for gamma, group in over_fill.groupby("acceleration_g"):
+    for at_g, group in over_fill.groupby("acceleration_g"):
         constants = group.set_index("constant")
-        fits.append({**_intervals(constants, OVER_FILL), **_fit(constants), "gamma": gamma})
+        fits.append({**_intervals(constants, OVER_FILL), **_fit(constants), "gamma": at_g})
     return {"best": best, "law": Picture("damping_law", figure), "fits": fits}
 
 

@@ -112,7 +112,7 @@ def optimise_section(proposal: ProposalResults) -> html.PageSection:
     layouts = front.sort_values(order, ascending=[False, True, True], kind="stable")
     equivalent = front[front["is_equivalent"]]
     suffix = "_reduction_db"
-    variants = front.columns[front.columns.get_loc("basis_error") + 1 :]
+    variants = list(front.columns)[list(front.columns).index("basis_error") + 1 :]
     dampers = dict.fromkeys(name.partition(" of ")[2] for name in facts.index)
     values = {
         **_values(proposal),
