@@ -37,7 +37,9 @@ ALLOWED = {
     "optimise": UPSTREAM | {"response", "base", "severity"},
     "severity": UPSTREAM | {"response", "base"},
     "measurement": UPSTREAM | {"response", "base"},
-    "report": UPSTREAM | {"response", "base", "coupled", "optimise", "severity", "measurement"},
+    "identify": UPSTREAM | {"measurement"},
+    "report": UPSTREAM
+    | {"response", "base", "coupled", "optimise", "severity", "measurement", "identify"},
     "verification": UPSTREAM | {"response", "base", "report"},
 }
 

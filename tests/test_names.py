@@ -6,7 +6,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "src" / "pidpanel"
 # grows until it is all that the package has
-DONE = ("api.py", "atlas", "check.py", "cli", "columns.py", "coupled", "coupon", "damping", "geometry", "panel",
+DONE = ("api.py", "atlas", "check.py", "cli", "columns.py", "coupled", "coupon", "damping", "geometry", "identify", "panel",
         "progress.py", "provenance", "report", "response", "solve", "sound", "study",
         "text_files.py", "verification", "workflow")  # fmt: skip
 ODD = frozenset(

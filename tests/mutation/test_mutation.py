@@ -91,6 +91,7 @@ OTHERS = {
     "severity": "from_study tables",
     "optimise": "excited finalists from_study options placed",
     "measurement": "files from_study",
+    "identify": "from_study",
     "response": "export exports from_study map_files nastran psd_files refinement results trust",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""

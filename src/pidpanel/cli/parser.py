@@ -11,8 +11,8 @@ from pidpanel.paths import study_path
 
 # In the order in which a study needs them; each is a module of this package.
 COMMANDS = (
-    "new", "check", "estimate", "run", "optimise", "status", "report", "compare", "export",
-    "deck", "schema", "completion",
+    "new", "check", "estimate", "run", "optimise", "identify", "status", "report", "compare",
+    "export", "deck", "schema", "completion",
 )  # fmt: skip
 
 # as in shtab, which is imported for the command `completion` alone

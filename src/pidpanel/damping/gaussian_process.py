@@ -64,7 +64,8 @@ class GaussianProcess:
         mean = self._mean_sd
         # |x − y|² by the binomial formula: one product in place of a cube of differences
         a, b = x / self.lengths, y / self.lengths
-        square = (a**2).sum(1)[:, None] + (b**2).sum(1) - 2 * a @ b.T
+        square = (a**2).sum(-1)[..., :, None] + (b**2).sum(-1)[..., None, :]
+        square -= 2 * a @ b.swapaxes(-1, -2)
         return mean**2 + self.size**2 * matern(np.maximum(square, 0.0))
 
     def mean(self, points: Array) -> Array:
@@ -79,10 +80,24 @@ class GaussianProcess:
         return np.sqrt(np.maximum(prior - (explained**2).sum(0), 0.0))
 
     def covariance(self, points: Array, other_points: Array | None = None) -> Array:
-        """Return the posterior covariance (k, m) of the function between points and others."""
+        """Return the posterior covariance (..., k, m) of the function between points and others.
+
+        Parameters
+        ----------
+        points, other_points
+            (..., k, d) and (..., m, d), sets of points in the leading axes.
+        """
         other_points = points if other_points is None else other_points
+        first = self._whitened(points.reshape(-1, points.shape[-1]))
+        second = first
+        if other_points is not points:
+            second = self._whitened(other_points.reshape(-1, points.shape[-1]))
+        first, second = (
+            np.moveaxis(whitened.reshape(len(whitened), *of.shape[:-1]), 0, -2)
+            for whitened, of in ((first, points), (second, other_points))
+        )
         covariance: Array = self._kernel(points, other_points)
-        return covariance - self._whitened(points).T @ self._whitened(other_points)
+        return covariance - first.swapaxes(-1, -2) @ second
 
     def _whitened(self, points: Array) -> Array:
         cross = self._kernel(self.points, points)

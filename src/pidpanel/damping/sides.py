@@ -64,12 +64,15 @@ class Sides:
         return Mixture(points, crossing, riding, step, restless)
 
     def covariance(self, first: Mixture, second: Mixture) -> Array:
-        """Return the covariance (n, m) of g between points, with what is taken for noise."""
+        """Return the covariance (n, m) of g between points, with what is taken for noise.
+
+        Mixtures at (..., n) points, sets of them in the leading axes, have it (..., n, m).
+        """
         joint = joint_crossing(first, second)
-        neither = 1 - first.crossing[:, None] - second.crossing + joint
+        neither = 1 - first.crossing[..., None] - second.crossing[..., None, :] + joint
         covariance = neither * _process(self.riding, first.points, second.points)
         riding, crossing = (
-            np.outer(a, b) for a, b in zip(first.restless, second.restless, strict=True)
+            _products(a, b) for a, b in zip(first.restless, second.restless, strict=True)
         )
         grain = _grain(first.points, second.points)
         covariance += (neither * riding + joint * crossing) * grain
@@ -113,13 +116,42 @@ class Sides:
 
 def joint_crossing(first: Mixture, second: Mixture) -> Array:
     """Return p_j (n, m)."""
-    return np.minimum(first.crossing[:, None], second.crossing)
+    return np.minimum(first.crossing[..., None], second.crossing[..., None, :])
 
 
 def common(first: Mixture, second: Mixture, first_step: Array, second_step: Array) -> Array:
     """Return what is common to two functions that jump together, (p_j − p p′) d d′, (n, m)."""
-    shared = joint_crossing(first, second) - np.outer(first.crossing, second.crossing)
-    return np.asarray(shared * np.outer(first_step, second_step))
+    shared = joint_crossing(first, second) - _products(first.crossing, second.crossing)
+    return np.asarray(shared * _products(first_step, second_step))
+
+
+def joint_covariance(
+    sides: tuple[Sides, Sides], first: tuple[Mixture, Mixture], second: tuple[Mixture, Mixture]
+) -> Array:
+    """Return the covariance (..., 2n, 2m) of two functions that jump together, between points.
+
+    Parameters
+    ----------
+    sides
+        The processes of both functions.
+    first, second
+        Mixtures of both at (..., n) and (..., m) points, sets of them in the leading axes.
+    """
+    (a, b), (other_a, other_b) = first, second
+    shared = (
+        common(a, other_b, a.step, other_b.step), common(b, other_a, b.step, other_a.step)
+    )  # fmt: skip
+    return np.block(
+        [
+            [sides[0].covariance(a, other_a), shared[0]],
+            [shared[1], sides[1].covariance(b, other_b)],
+        ]
+    )
+
+
+def _products(first: Array, second: Array) -> Array:
+    """Outer products (..., n, m) of (..., n) and (..., m)."""
+    return np.asarray(first[..., None] * second[..., None, :])
 
 
 def _process(process: GaussianProcess, first: Array, second: Array) -> Array:
@@ -127,10 +159,11 @@ def _process(process: GaussianProcess, first: Array, second: Array) -> Array:
 
 
 def _grain(first: Array, second: Array) -> Array:
-    """How far noise (n, m) is common to points (n, 3) and (m, 3)."""
-    away = np.abs(first[:, None, : len(GRAIN)] - second[None, :, : len(GRAIN)])
+    """How far noise (..., n, m) is common to points (..., n, 3) and (..., m, 3)."""
+    count = len(GRAIN)
+    away = np.abs(first[..., None, :count] - second[..., None, :, :count])
     near = np.maximum(1 - away / GRAIN, 0.0)
-    return np.asarray(near.prod(axis=2))
+    return np.asarray(near.prod(axis=-1))
 
 
 def _variance(process: GaussianProcess, points: Array) -> Array:

@@ -35,11 +35,10 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.damping import sides
 from pidpanel.damping.broadband import SINGLE_TONES
 from pidpanel.damping.jump import Jump
 from pidpanel.damping.readings import NODE_STEP, DampingError, DampingValues, Point
-from pidpanel.damping.sides import Mixture, Sides, even_steps
+from pidpanel.damping.sides import Mixture, Sides, even_steps, joint_covariance
 from pidpanel.damping.simulated_range import SimulatedRange
 from pidpanel.damping.surface_cases import (
     AXES,
@@ -263,12 +262,13 @@ class DampingSurface:
         """Covariance (2n, 2m) of g_C, then ``scale`` g_m, between points."""
         (damping, mass), (damping_there, mass_there) = first, second
         n, m = len(damping.points), len(damping_there.points)
-        result = np.zeros((2 * n, 2 * m))
-        result[:n, :m] = self.damping.covariance(damping, damping_there)
         if self.mass is not None and mass is not None and mass_there is not None:
-            result[n:, m:] = self.mass.covariance(mass, mass_there)
-            result[n:, :m] = sides.common(mass, damping_there, mass.step, damping_there.step)
-            result[:n, m:] = sides.common(damping, mass_there, damping.step, mass_there.step)
+            result = joint_covariance(
+                (self.damping, self.mass), (damping, mass), (damping_there, mass_there)
+            )
+        else:
+            result = np.zeros((2 * n, 2 * m))
+            result[:n, :m] = self.damping.covariance(damping, damping_there)
         result[n:] *= scale
         result[:, m:] *= second_scale
         return result

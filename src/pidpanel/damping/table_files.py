@@ -63,7 +63,9 @@ IMPEDANCE = (FREQUENCY, DAMPING, MASS, REAL, IMAGINARY, PARTICLE_MASS,
              *(ERRORS[value] for value in (DAMPING, MASS, REAL, IMAGINARY)))  # fmt: skip
 
 
-def read_columns(path: Path, *, impedance: bool = False) -> dict[str, Array]:
+def read_columns(
+    path: Path, *, impedance: bool = False, scattered: bool = False
+) -> dict[str, Array]:
     """Read the columns (n,) of a table.
 
     Parameters
@@ -71,6 +73,8 @@ def read_columns(path: Path, *, impedance: bool = False) -> dict[str, Array]:
     impedance
         Whether it must be an impedance over frequency: C_e and m_a, or real and imaginary part,
         whatever the fill and the amplitude.
+    scattered
+        Whether rows may share neither amplitude nor frequency with others.
 
     Raises
     ------
@@ -86,7 +90,8 @@ def read_columns(path: Path, *, impedance: bool = False) -> dict[str, Array]:
     lines, columns, of_cells = numbers(table, COLUMNS)
     faults += [f"{path}, line {number}: {says}" for number, says in of_cells]
     if not faults:
-        faults = [f"{path}, {says}" for says in _faults_of_rows(columns, lines)]
+        wrong = _faults_of_rows(columns, lines, scattered=scattered)
+        faults = [f"{path}, {says}" for says in wrong]
     if faults:
         raise ColumnsError(faults)
     return columns
@@ -140,7 +145,9 @@ def _unknown(name: str, place: int, near: str, allowed: Sequence[str]) -> str:
     return unknown(name, place, near, allowed)
 
 
-def _faults_of_rows(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
+def _faults_of_rows(
+    columns: Mapping[str, Array], lines: Sequence[int], *, scattered: bool
+) -> Iterator[str]:
     """Yield what rows, each good on its own, are not together."""
     axes = [name for name in (FILL, FREQUENCY, *AMPLITUDES) if name in columns]
     first_lines: dict[tuple[float, ...], int] = {}
@@ -157,7 +164,7 @@ def _faults_of_rows(columns: Mapping[str, Array], lines: Sequence[int]) -> Itera
                     f"must be 0 where {value} is 0: errors are relative to it"
                 )
     yield from _faults_of_mass(columns, lines)
-    if len(first_lines) == len(lines):
+    if len(first_lines) == len(lines) and not scattered:
         yield from _faults_of_scatter(columns, lines)
 
 

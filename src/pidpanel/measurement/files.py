@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -86,28 +87,43 @@ def _checked(path: Path, frequency: Array, values: Array, over_base: bool) -> Me
     return MeasuredPsd(frequency, values**2 if over_base else values, over_base)
 
 
+def read_data_set(path: Path, record: int | None) -> Mapping[str, Any]:
+    """Read a data set 58 of a universal file, in the fields of pyuff.
+
+    Raises
+    ------
+    ColumnsError
+        If the file cannot be read, or it is not clear which data set is meant.
+    """
+    try:
+        file = pyuff.UFF(str(path))
+        numbers_of_58 = [n for n, kind in enumerate(file.get_set_types()) if kind == 58]
+        says = "" if numbers_of_58 else "has no data set 58"
+        if record is None and len(numbers_of_58) > 1:
+            says = f"has {len(numbers_of_58)} data sets 58; the key record selects one"
+        if numbers_of_58 and (record or 1) > len(numbers_of_58):
+            says = f"has {len(numbers_of_58)} data sets 58; record is {record}"
+        if says:
+            raise ColumnsError([f"{path}: {says}"])
+        data: dict[str, Any] = file.read_sets(numbers_of_58[(record or 1) - 1])
+        arrays = {key: np.asarray(data[key]) for key in ("x", "data")}
+        return {**data, **arrays, "func_type": int(data["func_type"])}
+    except ColumnsError:
+        raise
+    except Exception as error:  # whatever the library meets in a broken file
+        says = f"is no universal file that can be read ({type(error).__name__})"
+        raise ColumnsError([f"{path}: {says}"]) from None
+
+
 def _universal(path: Path, record: int | None) -> tuple[Array, Array, bool]:
     """Return frequency, PSD [g²/Hz] or transmissibility, and which, of a data set 58."""
 
     def refuse(says: str) -> ColumnsError:
         return ColumnsError([f"{path}: {says}"])
 
-    try:
-        file = pyuff.UFF(str(path))
-        numbers_of_58 = [n for n, kind in enumerate(file.get_set_types()) if kind == 58]
-        if not numbers_of_58:
-            raise refuse("has no data set 58")
-        if record is None and len(numbers_of_58) > 1:
-            raise refuse(f"has {len(numbers_of_58)} data sets 58; the key record selects one")
-        if (record or 1) > len(numbers_of_58):
-            raise refuse(f"has {len(numbers_of_58)} data sets 58; record is {record}")
-        data: dict[str, Any] = file.read_sets(numbers_of_58[(record or 1) - 1])
-        x, values = (np.asarray(data[key]) for key in ("x", "data"))
-        kind, label = int(data["func_type"]), str(data["ordinate_axis_units_lab"])
-    except ColumnsError:
-        raise
-    except Exception as error:  # whatever the library meets in a broken file
-        raise refuse(f"is no universal file that can be read ({type(error).__name__})") from None
+    data = read_data_set(path, record)
+    x, values = data["x"], data["data"]
+    kind, label = data["func_type"], str(data["ordinate_axis_units_lab"])
     if kind not in (PSD, RESPONSE):
         says = f"a power spectral density or frequency response, function type {PSD} or {RESPONSE}"
         raise refuse(f"must be {says}; {kind} is {FUNCTIONS.get(kind, 'another function')}")
@@ -119,12 +135,13 @@ def _universal(path: Path, record: int | None) -> tuple[Array, Array, bool]:
             says = "must be over the acceleration of the base, data type 12 of the denominator"
             raise refuse(says)
         stated = {text.strip() for text in (label, below)} - {"", "NONE"}
-        if len({_in_g(text) for text in stated}) > 1:
+        if len({is_in_g(text) for text in stated}) > 1:
             raise refuse(f"must have one unit above and below, not {label} and {below}")
         return x.astype(float), np.abs(values).astype(float), True
-    factor = 1.0 if _in_g(label) else STANDARD_GRAVITY**-2
+    factor = 1.0 if is_in_g(label) else STANDARD_GRAVITY**-2
     return x.astype(float), values.real.astype(float) * factor, False
 
 
-def _in_g(label: str) -> bool:
+def is_in_g(label: str) -> bool:
+    """Whether the label of an axis states g, or g²/Hz."""
     return IN_G.match(label.strip().lstrip("(")) is not None

@@ -36,14 +36,15 @@ def mistakes_of_atlas(study: Study) -> Iterator[Mistake]:
         yield Mistake(("damping", "readings"), says)
     for name, coupon in study.atlas_coupons.items():
         keys: Keys = ("coupon",) if coupon is study.coupon else ("dampers", name, "coupon")
-        for mistake in _mistakes_of(coupon):
+        for mistake in mistakes_of_coupon(coupon):
             yield mistake.prefix(*keys)
         for way, fill in study.fills(name):
             if not FILLS[0] <= fill <= FILLS[1]:
                 yield Mistake(way, _outside(FILLS))
 
 
-def _mistakes_of(coupon: Coupon) -> Iterator[Mistake]:
+def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
+    """Yield what of a coupon lies outside the atlas."""
     particles, cell = coupon.particles, coupon.cell
     diameter = coupon.diameters[0] * 1e3
     only: Mapping[Keys, tuple[bool, str]] = {

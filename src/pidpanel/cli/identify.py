@@ -1,0 +1,29 @@
+"""Identify restitution, friction and fill fraction of particles from a measured damper.
+
+The file states the cell, the particles and what was measured: C_e and m_a or a loss factor over
+tones, or force over acceleration in a universal file (docs/identify.md). LIGGGHTS is not run.
+"""
+
+import argparse
+from pathlib import Path
+
+from pidpanel.cli.parser import FILES, add_directory, completed
+
+HELP = "Identify particles from a measured damper."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    completed(parser.add_argument("file", type=Path, help="YAML file of the measurement"), FILES)
+    add_directory(parser)
+
+
+def call(args: argparse.Namespace) -> int:
+    from pidpanel.identify.from_study import identify_file, write_identified
+    from pidpanel.report.identify_page import answer_lines
+
+    result = identify_file(args.file)
+    folder = args.directory / "results" / result.identification.name / "identify"
+    for line in answer_lines(result):
+        print(line)
+    write_identified(result, args.file, folder)
+    return 0

@@ -1,0 +1,285 @@
+"""The file of an identification and its results: the only module of the package that reads both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import yaml
+
+from pidpanel.columns import ColumnsError
+from pidpanel.damping.atlas import Atlas
+from pidpanel.damping.atlas_files import read_atlas
+from pidpanel.damping.table_files import DAMPING, ERRORS, FILL, MASS, PARTICLE_MASS, read_columns
+from pidpanel.identify.force_files import read_force
+from pidpanel.identify.measured import amplitude_g, measured_table
+from pidpanel.identify.next_test import NextTones, candidates, next_tones
+from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
+from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
+from pidpanel.measurement.files import UNIVERSAL
+from pidpanel.provenance import durable
+from pidpanel.spectra.acceleration_table import read_base_table
+from pidpanel.study.atlas import FILLS, FRICTION, RESTITUTION, direction_of
+from pidpanel.study.document import Document
+from pidpanel.study.identify import Identification, Measured, identification_in
+from pidpanel.study.mistakes import Keys, Mistake, Mistakes
+
+MOST_ROWS = 60  # of a measurement
+GAMMA, STROKE = (1.5, 700.0), (1e-5, 20.0)  # ranges of the atlas
+NEXT_ERROR = 0.05  # relative, expected of a further test where the file states none
+PARAMETERS = ("restitution", "friction", "fill_fraction")
+
+
+@dataclass(frozen=True)
+class IdentificationResult:
+    """What a measurement says of the particles of a specimen."""
+
+    identification: Identification
+    atlas: Atlas
+    measured: MeasuredDamping
+    posterior: Posterior
+    predictions: pd.DataFrame  # a row for each tone, as ``predictions.csv``
+    further: NextTones
+
+    @property
+    def outside(self) -> int:
+        """Number of tones outside the atlas."""
+        return int((~self.predictions["inside"]).sum())
+
+
+def identify_file(file: Path) -> IdentificationResult:
+    """Identify the particles of a damper from the file of its measurement.
+
+    Raises
+    ------
+    StudyError
+        One line for each mistake: file, line, key, value, what is wrong or what is allowed.
+    """
+    atlas = read_atlas()
+    identification, specimen, measured = read_measurement(file, atlas)
+    fill = _fill_prior(identification, specimen)
+    ranges = RESTITUTION, (float(np.log(FRICTION[0])), float(np.log(FRICTION[1])))
+    posterior = identify(atlas, specimen, measured, fill, ranges)
+    shaker = identification.shaker
+    tones = candidates(
+        shaker.frequency_hz, shaker.acceleration_g, shaker.displacement_mm * 1e-3, specimen.onset_g
+    )
+    relative_error = identification.measured.relative_error or NEXT_ERROR
+    further = next_tones(atlas, specimen, measured, posterior, tones, relative_error)
+    predictions = _predictions(atlas, specimen, measured, posterior)
+    return IdentificationResult(identification, atlas, measured, posterior, predictions, further)
+
+
+def read_measurement(file: Path, atlas: Atlas) -> tuple[Identification, Specimen, MeasuredDamping]:
+    """Read the file of an identification, and what it names.
+
+    Raises
+    ------
+    StudyError
+        As `identify_file`.
+    """
+    document = Document(file)
+    identification = identification_in(document)
+    try:
+        return identification, *_measurement(identification, atlas)
+    except Mistakes as error:
+        raise document.error(error.mistakes) from None
+
+
+def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen, MeasuredDamping]:
+    """Return the damper and its measurement; `Mistakes` of the file."""
+    coupon, particles = identification.coupon, identification.coupon.particles
+    cell, diameter = coupon.cell, coupon.diameters[0]
+    bulk = atlas.bulk_fraction(cell.across_flats / diameter, cell.depth / diameter)
+    mass_per_fill = bulk * particles.effective_density(diameter) * cell.depth
+    direction = direction_of(coupon)
+    if direction is None:
+        raise Mistakes([Mistake(("coupon", "gravity_direction"), "is not in the atlas")])
+    weight = identification.particle_mass_per_area_kg_m2
+    mass = weight or mass_per_fill * (identification.fill_fraction or 0.5)
+    test = identification.measured
+    try:
+        if test.file.suffix.lower() in UNIVERSAL:
+            measured = _from_universal(test, mass)
+        else:
+            measured, weight = _from_table(test, mass, weight)
+    except ColumnsError as error:
+        raise Mistakes(Mistake(("measured", "file"), fault) for fault in error.faults) from None
+    specimen = Specimen(
+        cell.across_flats, cell.depth, diameter, direction, coupon.gravity_g, mass_per_fill, weight
+    )
+    moves = measured.tones.acceleration_g > specimen.onset_g
+    used = moves & (np.isfinite(measured.damping) | np.isfinite(measured.mass))
+    if not used.any():
+        says = (
+            f"no row has C_e above 0 and an acceleration above {specimen.onset_g:g} g, from which "
+        )
+        raise Mistakes([Mistake(("measured", "file"), f"{says}on the particles move")])
+    return specimen, measured.rows(used)
+
+
+def _from_table(
+    test: Measured, mass: float, weight: float | None
+) -> tuple[MeasuredDamping, float | None]:
+    columns = read_columns(test.file, scattered=True)
+    if FILL in columns:
+        raise ColumnsError([f"{test.file}: column {FILL}: not allowed; use the key {FILL}"])
+    if PARTICLE_MASS in columns:
+        weight = mass = float(columns[PARTICLE_MASS][0])
+    count = len(columns["frequency_hz"])
+    if count > MOST_ROWS:
+        says = f"has {count} rows; allowed are {MOST_ROWS}, such as means over third octaves"
+        raise ColumnsError([f"{test.file}: {says}"])
+    gamma, is_broadband = _level(test, amplitude_g(columns), count)
+    tones = Tones(columns["frequency_hz"], gamma, is_broadband)
+    needs = [MASS] if MASS in columns else []
+    needs += [name for name in ERRORS if name in columns and name != MASS]
+    if test.relative_error is None and any(ERRORS[name] not in columns for name in needs):
+        raise Mistakes([Mistake(("measured", "relative_error"), _MISSING)])
+    return measured_table(columns, tones, test.relative_error or 0.0, mass), weight
+
+
+_MISSING = "missing; needed for a file without standard errors of all values"
+
+
+def _from_universal(test: Measured, mass: float) -> MeasuredDamping:
+    if test.area_mm2 is None:
+        raise Mistakes([Mistake(("measured", "area_mm2"), "missing; needed for a universal file")])
+    if test.relative_error is None:
+        raise Mistakes([Mistake(("measured", "relative_error"), _MISSING)])
+    bands = read_force(test.file, test.record, test.area_mm2 * 1e-6, test.fixture_mass_kg)
+    gamma, is_broadband = _level(test, None, len(bands.frequency))
+    relative = test.relative_error
+    return MeasuredDamping(
+        Tones(bands.frequency, gamma, is_broadband),
+        bands.damping,
+        np.hypot(bands.damping_error, relative * bands.damping),
+        bands.mass,
+        np.hypot(bands.mass_error, relative * mass),
+    )
+
+
+def _level(test: Measured, gamma: Any, count: int) -> tuple[Any, Any]:
+    """Return Γ (n,), of a random test √2 times its rms value, and whether the test is random."""
+    keys: list[Keys] = [("measured", "acceleration_g"), ("measured", "acceleration_rms_g")]
+    rms = test.acceleration_rms_g
+    if test.spectrum is not None:
+        try:
+            rms = read_base_table(test.spectrum).rms
+        except ColumnsError as error:
+            faults = [Mistake(("measured", "spectrum"), fault) for fault in error.faults]
+            raise Mistakes(faults) from None
+    stated = test.acceleration_g if rms is None else np.sqrt(2) * rms
+    if stated is None and gamma is None:
+        says = "missing; needed for a file without amplitudes, or acceleration_rms_g"
+        raise Mistakes([Mistake(keys[0], says)])
+    if stated is not None and gamma is not None:
+        raise Mistakes([Mistake(keys[rms is not None], "not allowed; the file has amplitudes")])
+    is_broadband = np.full(count, rms is not None)
+    return (np.full(count, stated) if gamma is None else gamma), is_broadband
+
+
+def _fill_prior(identification: Identification, specimen: Specimen) -> FillPrior:
+    """Return what the file says of r: itself, or the mass of the particles."""
+    if identification.fill_fraction is not None:
+        return FillPrior(*FILLS, identification.fill_fraction, identification.fill_fraction_error)
+    if specimen.particle_mass is None:
+        return FillPrior(*FILLS)
+    value = float(np.clip(specimen.particle_mass / specimen.mass_per_fill, *FILLS))
+    return FillPrior(*FILLS, value, BULK_ERROR * value)
+
+
+def _predictions(
+    atlas: Atlas, specimen: Specimen, measured: MeasuredDamping, posterior: Posterior
+) -> pd.DataFrame:
+    """Return measured values beside those of the atlas with the identified particles."""
+    tones, n = measured.tones, len(measured.tones.frequency)
+    particles = np.array([[posterior.estimate(axis).mean for axis in range(3)]])
+    predicted = predict(atlas, specimen, particles, tones)
+    error = np.sqrt(np.diagonal(predicted.covariance[0]))
+    score = (measured.values - predicted.mean[0]) / np.hypot(error, measured.errors)
+    damping = np.exp(predicted.mean[0, :n])
+    bed = specimen.bed(particles[:, 0], np.exp(particles[:, 1]))
+    points = bed.points(np.full(n, particles[0, 2]), tones.frequency, tones.acceleration_g)
+    stroke = np.exp(bed.log_stroke(points))
+    in_range = [
+        (low <= values) & (values <= high)
+        for values, (low, high) in ((tones.acceleration_g, GAMMA), (stroke, STROKE))
+    ]
+    return pd.DataFrame(
+        {
+            "frequency_hz": tones.frequency,
+            "acceleration_g": tones.acceleration_g,
+            "stroke_per_gap": stroke,
+            f"measured_{DAMPING}": measured.damping,
+            f"measured_{ERRORS[DAMPING]}": measured.damping_error,
+            f"atlas_{DAMPING}": damping,
+            f"atlas_{ERRORS[DAMPING]}": damping * error[:n],
+            "damping_difference_over_error": score[:n],
+            f"measured_{MASS}": measured.mass,
+            f"measured_{ERRORS[MASS]}": measured.mass_error,
+            f"atlas_{MASS}": predicted.mean[0, n:],
+            f"atlas_{ERRORS[MASS]}": error[n:],
+            "mass_difference_over_error": score[n:],
+            "inside": in_range[0] & in_range[1],
+        }
+    )
+
+
+def write_identified(result: IdentificationResult, file: Path, folder: Path) -> None:
+    """Write the tables of an identification, and the identified particles for a study."""
+    folder.mkdir(parents=True, exist_ok=True)
+    posterior, further = result.posterior, result.further
+    e, log_friction, fill = posterior.particles.T
+    weights = dict(zip(PARAMETERS, (e, np.exp(log_friction), fill), strict=True))
+    tables = {
+        "posterior": pd.DataFrame({**weights, "probability": posterior.weights.ravel()}),
+        "summary": summary(posterior),
+        "predictions": result.predictions,
+        "next_tests": pd.DataFrame(
+            {
+                "frequency_hz": further.frequency,
+                "acceleration_g": further.acceleration_g,
+                "restitution_error": further.restitution_error,
+                "log_friction_error": further.friction_error,
+                "information_nat": further.information,
+            }
+        ).sort_values("information_nat", ascending=False),
+    }
+    for name, table in tables.items():
+        durable.write_text(folder / f"{name}.csv", table.to_csv(index=False, float_format="%.6g"))
+    durable.write_text(folder / "identified.yaml", _snippet(result, file))
+
+
+def summary(posterior: Posterior) -> pd.DataFrame:
+    """Return the rows of ``summary.csv``: mean, standard deviation and interval of e, μ and r."""
+    rows = []
+    for axis, name in enumerate(PARAMETERS):
+        estimate = posterior.estimate(axis)
+        values = [estimate.mean, estimate.low, estimate.high]
+        if name == "friction":  # from the logarithm
+            values = [float(value) for value in np.exp(values)]
+        error = estimate.error * (values[0] if name == "friction" else 1.0)
+        rows.append((name, values[0], error, *values[1:], estimate.cut_low, estimate.cut_high))
+    columns = ["parameter", "value", "error", "low_90", "high_90", "cut_low", "cut_high"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def _snippet(result: IdentificationResult, file: Path) -> str:
+    """Return the section ``dampers`` of a study with the identified particles."""
+    values = {
+        row["parameter"]: float(f"{row['value']:.3g}")
+        for row in summary(result.posterior).to_dict("records")
+    }
+    coupon = result.identification.coupon.model_dump(mode="json", exclude_unset=True)
+    coupon["particles"] = {
+        **coupon.get("particles", {}), **{name: values[name] for name in PARAMETERS[:2]}
+    }  # fmt: skip
+    text = yaml.safe_dump(
+        {"dampers": {result.identification.name: {"coupon": coupon}}}, sort_keys=False
+    )
+    fill = f"fill_fraction: {values['fill_fraction']:g}"
+    return f"# identified by pidpanel identify {file.name}; {fill}\n{text}"

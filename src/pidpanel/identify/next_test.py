@@ -1,0 +1,131 @@
+"""The tone whose measurement is expected to narrow e and μ most.
+
+For particles drawn from the posterior, the prediction of a further tone follows from what was
+measured at the others, with its covariance. With A the covariance of θ = (e, ln μ) and that
+prediction over the particles, and B that of the prediction itself with all its errors, a
+linear-Gaussian update leaves
+
+    cov θ′ = cov θ − A B⁻¹ Aᵀ,
+
+and the tone tells ½ ln(det cov θ / det cov θ′).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pidpanel.arrays import Array, Index
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.atlas import Atlas
+from pidpanel.identify.posterior import MeasuredDamping, Posterior
+from pidpanel.identify.prediction import Specimen, Tones, predict
+
+DRAWN = 160  # particles of the posterior
+STEPS = (12, 8)  # of frequency and Γ between the limits of a shaker, in the logarithm
+LEAST_GAMMA = 1.5  # over gravity, of the atlas
+
+
+class NextTones(NamedTuple):
+    """Further tones, and what each is expected to leave unrows."""
+
+    frequency: Array  # (n,) [Hz]
+    acceleration_g: Array  # (n,)
+    restitution_error: Array  # (n,) expected standard deviation of e
+    friction_error: Array  # (n,) of ln μ
+    information: Array  # (n,) expected fall of the entropy of e and ln μ [nat]
+
+    @property
+    def best(self) -> int:
+        """The tone that tells most."""
+        return int(np.argmax(self.information))
+
+
+def candidates(
+    frequency: tuple[float, float], acceleration_g: float, stroke: float, gravity: float
+) -> Tones:
+    """Return the tones that a shaker can run.
+
+    Parameters
+    ----------
+    frequency, acceleration_g, stroke
+        Lowest and highest frequency [Hz], largest acceleration and displacement amplitude [m].
+    gravity
+        Γ₀ of the damper [g], below which nothing is dissipated.
+    """
+    f, gamma = (
+        values.ravel()
+        for values in np.meshgrid(
+            np.geomspace(*frequency, STEPS[0]),
+            np.geomspace(LEAST_GAMMA * max(gravity, 1.0), acceleration_g, STEPS[1]),
+        )
+    )
+    possible = gamma * STANDARD_GRAVITY / (2 * np.pi * f) ** 2 <= stroke
+    return Tones(f[possible], gamma[possible], np.zeros(int(possible.sum()), bool))
+
+
+def next_tones(
+    atlas: Atlas,
+    specimen: Specimen,
+    measured: MeasuredDamping,
+    posterior: Posterior,
+    further: Tones,
+    relative_error: float,
+) -> NextTones:
+    """Return what each of several further tones would tell of e and ln μ.
+
+    Parameters
+    ----------
+    relative_error
+        Standard error of C_e in the further test, and of m_a over the mass of the particles.
+    """
+    drawn = posterior.particles[_drawn(posterior.weights.ravel(), DRAWN)]
+    theta = drawn[:, :2] - drawn[:, :2].mean(axis=0)
+    mean, covariance = _conditional(atlas, specimen, measured, drawn, further)
+    away = mean - mean.mean(axis=0)  # (b, n, k)
+    noise = np.full(mean.shape[2], relative_error)
+    noise[1:] *= specimen.particle_mass or specimen.mass_per_fill * drawn[:, 2].mean()
+    prior = theta.T @ theta / len(drawn)
+    cross = np.einsum("bi,bnk->nik", theta, away) / len(drawn)
+    spread = np.einsum("bnk,bnl->nkl", away, away) / len(drawn)
+    spread += covariance.mean(axis=0) + np.diag(noise**2)
+    remaining = prior - cross @ np.linalg.solve(spread, cross.swapaxes(1, 2))
+    fall = np.linalg.det(prior) / np.maximum(np.linalg.det(remaining), 1e-300)
+    errors = np.sqrt(np.maximum(np.diagonal(remaining, axis1=1, axis2=2), 0.0))
+    information = 0.5 * np.log(fall)
+    return NextTones(
+        further.frequency, further.acceleration_g, errors[:, 0], errors[:, 1], information
+    )
+
+
+def _conditional(
+    atlas: Atlas, specimen: Specimen, measured: MeasuredDamping, particles: Array, further: Tones
+) -> tuple[Array, Array]:
+    """Mean (b, n, k) and covariance (b, n, k, k) of ln C_e and m_a, given what was measured.
+
+    k is 1 where no m_a was measured.
+    """
+    tones = Tones(*(np.concatenate(pair) for pair in zip(measured.tones, further, strict=True)))
+    predicted = predict(atlas, specimen, particles, tones)
+    n, count = len(measured.tones.frequency), len(tones.frequency)
+    values, errors = measured.values, measured.errors
+    used = np.flatnonzero(np.isfinite(values))
+    rows = np.where(used < n, used, used - n + count)
+    quantities = 2 if np.isfinite(measured.mass).any() else 1
+    new = n + np.arange(count - n)[:, None] + count * np.arange(quantities)
+    inner = predicted.covariance[:, rows[:, None], rows] + np.diag(errors[used] ** 2)
+    cross = predicted.covariance[:, new.ravel()[:, None], rows]
+    gain = np.linalg.solve(inner, cross.swapaxes(1, 2)).swapaxes(1, 2)
+    mean = predicted.mean[:, new.ravel()]
+    mean = mean + (gain @ (values[used] - predicted.mean[:, rows])[..., None])[..., 0]
+    shape = (len(particles), *new.shape)
+    blocks = [a.reshape(*shape, len(rows)) for a in (gain, cross)]
+    covariance = predicted.covariance[:, new[:, :, None], new[:, None, :]]
+    return mean.reshape(shape), covariance - np.einsum("bnki,bnli->bnkl", *blocks)
+
+
+def _drawn(weights: Array, count: int) -> Index:
+    """Return the numbers of ``count`` entries, each as often as its weight says."""
+    places = (np.arange(count) + 0.5) / count
+    return np.asarray(np.searchsorted(np.cumsum(weights), places).clip(0, len(weights) - 1))

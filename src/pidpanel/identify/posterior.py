@@ -1,0 +1,245 @@
+"""What a measurement says of e, μ and r: the posterior on a grid.
+
+With y the measured ln C_e and m_a, p(θ) and S(θ) the prediction of the atlas for θ = (e, ln μ, r)
+with its covariance, and N the errors of the measurement,
+
+    ln L(θ) = −½ dᵀ (S + N)⁻¹ d − ½ ln det(S + N),   d = y − p(θ).
+
+The prior is even in e and ln μ over the range of the atlas, and in r even or normal. A coarse grid
+finds where the posterior is, a fine one over that box has the answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+
+from pidpanel.arrays import Array, Flags
+from pidpanel.damping.atlas import Atlas
+from pidpanel.identify.prediction import Specimen, Tones, predict
+
+COARSE, FINE = (14, 8, 7), (23, 15, 9)  # points of the grids along e, ln μ and r
+NEGLIGIBLE = 1e-3  # share of the largest marginal density below which the fine grid ends
+WITHIN = 0.9  # of an interval
+UNLIKELY = 0.01  # probability of χ² below which no particles explain a measurement
+AT_END = 0.2  # density at the end of a range, over the largest one, that an interval is cut by
+WIDEST = 3.0  # standard errors of r in the grid
+
+
+@dataclass(frozen=True)
+class MeasuredDamping:
+    """Measured C_e and m_a of one specimen."""
+
+    tones: Tones
+    # (n,) C_e and its standard error [N s/m³]; NaN where not measured
+    damping: Array
+    damping_error: Array
+    # (n,) m_a and its standard error [kg/m²]; NaN where not measured
+    mass: Array
+    mass_error: Array
+
+    @property
+    def values(self) -> Array:
+        """(2n,) ln C_e, then m_a."""
+        return np.concatenate([np.log(self.damping), self.mass])
+
+    def rows(self, used: Flags) -> MeasuredDamping:
+        """Return some of the tones."""
+        f, gamma, is_broadband = self.tones
+        tones = Tones(f[used], gamma[used], is_broadband[used])
+        return MeasuredDamping(
+            tones, self.damping[used], self.damping_error[used], self.mass[used],
+            self.mass_error[used],
+        )  # fmt: skip
+
+    @property
+    def errors(self) -> Array:
+        """(2n,) standard errors of `values`."""
+        return np.concatenate([self.damping_error / self.damping, self.mass_error])
+
+
+class FillPrior(NamedTuple):
+    """What is known of the fill fraction r beforehand."""
+
+    low: float
+    high: float
+    # expected value and standard error; NaN for none
+    value: float = np.nan
+    error: float = np.nan
+
+    def log_density(self, fill: Array) -> Array:
+        """Logarithm of the density but for a constant."""
+        if np.isnan(self.value):
+            return np.zeros(len(fill))
+        return np.asarray(-0.5 * ((fill - self.value) / self.error) ** 2)
+
+
+class ParameterEstimate(NamedTuple):
+    """Mean, standard deviation and 90 % interval of a parameter, and the ends that cut it."""
+
+    mean: float
+    error: float
+    low: float
+    high: float
+    cut_low: bool
+    cut_high: bool
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Weights of particles on a grid."""
+
+    axes: tuple[Array, Array, Array]  # e, ln μ, r
+    weights: Array  # (n_e, n_mu, n_r), of sum 1
+    chi_square: Array  # likewise
+    ranges: Sequence[tuple[float, float]]  # of the prior
+    count: int  # measured values
+
+    @property
+    def particles(self) -> Array:
+        """(b, 3) e, ln μ and r of the grid."""
+        return grid_points(self.axes)
+
+    def density(self, axis: int) -> Array:
+        """Return the marginal density of a parameter on its axis."""
+        share = self.weights.sum(axis=tuple(k for k in range(3) if k != axis))
+        return np.asarray(share / quadrature(self.axes[axis]))
+
+    def estimate(self, axis: int) -> ParameterEstimate:
+        """Return what is known of e, ln μ or r, by the number of its axis."""
+        x, density = self.axes[axis], self.density(axis)
+        share = density * quadrature(x)
+        mean = float(share @ x)
+        error = float(np.sqrt(share @ (x - mean) ** 2))
+        low, high = quantiles(x, density, (0.5 - WITHIN / 2, 0.5 + WITHIN / 2))
+        at_end = density[[0, -1]] > AT_END * density.max()
+        begin, end = self.ranges[axis]
+        cut = at_end & np.isclose(x[[0, -1]], [begin, end])
+        return ParameterEstimate(mean, error, low, high, bool(cut[0]), bool(cut[1]))
+
+    @property
+    def correlation(self) -> Array:
+        """(3, 3) of e, ln μ and r; 0 with what is known exactly."""
+        weights = self.weights.ravel()
+        away = self.particles - weights @ self.particles
+        covariance = (weights[:, None] * away).T @ away
+        sd = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        return np.asarray(covariance / np.outer(sd, sd))
+
+    @property
+    def least_chi_square(self) -> float:
+        """χ² of the particles that fit best."""
+        return float(self.chi_square.min())
+
+    @property
+    def probability(self) -> float:
+        """Probability of a larger χ² if these particles are the measured ones."""
+        free = sum(len(axis) > 1 for axis in self.axes)
+        return float(chi2.sf(self.least_chi_square, max(1, self.count - free)))
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether any particles of the atlas explain the measurement."""
+        return self.probability > UNLIKELY
+
+
+def identify(
+    atlas: Atlas,
+    specimen: Specimen,
+    measured: MeasuredDamping,
+    fill: FillPrior,
+    ranges: tuple[tuple[float, float], tuple[float, float]],
+) -> Posterior:
+    """Return the posterior of the particles of a specimen.
+
+    Parameters
+    ----------
+    ranges
+        Of e and ln μ.
+    """
+    ends = [*ranges, _fill_range(fill)]
+    coarse = posterior_on(atlas, specimen, measured, fill, _axes(ends, COARSE))
+    box = [_support(x, coarse.density(axis)) for axis, x in enumerate(coarse.axes)]
+    fine = posterior_on(atlas, specimen, measured, fill, _axes(box, FINE))
+    return Posterior(fine.axes, fine.weights, fine.chi_square, ends, fine.count)
+
+
+def posterior_on(
+    atlas: Atlas,
+    specimen: Specimen,
+    measured: MeasuredDamping,
+    fill: FillPrior,
+    axes: tuple[Array, Array, Array],
+) -> Posterior:
+    """Return the posterior on the grid of some axes."""
+    particles = grid_points(axes)
+    predicted = predict(atlas, specimen, particles, measured.tones)
+    used = np.flatnonzero(np.isfinite(measured.values))
+    noise = np.diag(measured.errors[used] ** 2)
+    factor = np.linalg.cholesky(predicted.covariance[:, used[:, None], used] + noise)
+    away = measured.values[used] - predicted.mean[:, used]
+    white = np.linalg.solve(factor, away[..., None])[..., 0]
+    chi_square = (white**2).sum(axis=1)
+    diagonal = np.diagonal(factor, axis1=1, axis2=2)
+    log = -0.5 * chi_square - np.log(diagonal).sum(axis=1) + fill.log_density(particles[:, 2])
+    weights = np.exp(log - log.max()).reshape([len(axis) for axis in axes])
+    for axis, x in enumerate(axes):
+        weights *= quadrature(x).reshape([-1 if k == axis else 1 for k in range(3)])
+    ranges = [(float(x[0]), float(x[-1])) for x in axes]
+    return Posterior(
+        axes, weights / weights.sum(), chi_square.reshape(weights.shape), ranges, len(used)
+    )
+
+
+def grid_points(axes: Sequence[Array]) -> Array:
+    """Return the points (b, 3) of a grid, the last axis fastest."""
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def quadrature(x: Array) -> Array:
+    """Return the weights of the trapezoidal rule on even points; 1 for a single one."""
+    if len(x) == 1:
+        return np.ones(1)
+    weights = np.full(len(x), x[1] - x[0])
+    weights[[0, -1]] /= 2
+    return weights
+
+
+def quantiles(x: Array, density: Array, shares: Sequence[float]) -> tuple[float, ...]:
+    """Return the points below which some shares of a density lie; linear between its points.
+
+    Examples
+    --------
+    >>> quantiles(np.linspace(0, 1, 11), np.ones(11), (0.05, 0.95))
+    (0.05, 0.95)
+    """
+    if len(x) == 1:
+        return tuple(float(x[0]) for _ in shares)
+    below = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(x))])
+    return tuple(round(float(q), 12) for q in np.interp(np.array(shares) * below[-1], below, x))
+
+
+def _axes(ends: Sequence[tuple[float, float]], counts: Sequence[int]) -> tuple[Array, Array, Array]:
+    e, log_friction, fill = (
+        np.linspace(low, high, count) if high > low else np.array([low])
+        for (low, high), count in zip(ends, counts, strict=True)
+    )
+    return e, log_friction, fill
+
+
+def _fill_range(fill: FillPrior) -> tuple[float, float]:
+    """Return the fill fractions of the grid: all, or those near the expected one."""
+    if np.isnan(fill.value):
+        return fill.low, fill.high
+    away = WIDEST * fill.error
+    return max(fill.value - away, fill.low), min(fill.value + away, fill.high)
+
+
+def _support(x: Array, density: Array) -> tuple[float, float]:
+    """Return where a density on even points is not negligible, with a point beyond."""
+    places = np.flatnonzero(density > NEGLIGIBLE * density.max())
+    return float(x[max(places[0] - 1, 0)]), float(x[min(places[-1] + 1, len(x) - 1)])

@@ -1,0 +1,136 @@
+"""C_e and m_a of the atlas for many particles at once, with their covariance over the tones.
+
+In place of the reading of one coupon (`damping.atlas.AtlasDamping`): particles differ in e, μ and r
+from row to row, and what the atlas does not know is common to neighbouring tones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags
+from pidpanel.damping.atlas import REGIMES, Atlas, AtlasBed, Direction, bed_of
+from pidpanel.damping.broadband import CORRECTED_TONES, broadband_share
+from pidpanel.damping.sides import Mixture, joint_covariance
+from pidpanel.damping.surface_cases import STROKE, onset
+
+BULK_ERROR = 0.03  # relative, of the bulk fraction of a full cell that the atlas gives
+BLOCK = 4000  # points that are predicted at once
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """What is known of the damper: its cell and particles, but for e, μ and r."""
+
+    # across flats of the cell, its depth, and the diameter of the particles [m]
+    width: float
+    depth: float
+    diameter: float
+    direction: Direction  # of gravity
+    gravity: float  # over g
+    mass_per_fill: float  # m₁ of `Atlas.bulk_fraction` [kg/m²]
+    particle_mass: float | None = None  # m″ of the particles if they were weighed [kg/m²]
+
+    def bed(self, restitution: Array, friction: Array) -> AtlasBed:
+        """Return the beds (n,) of particles."""
+        directions = [self.direction] * len(restitution)
+        return bed_of(
+            restitution, friction, self.width, self.depth, self.diameter, directions, self.gravity
+        )
+
+    @property
+    def onset_g(self) -> float:
+        """Γ₀, up to which the particles ride along [g]."""
+        return self.gravity if self.direction == "flat" else 0.0
+
+
+class Tones(NamedTuple):
+    """Motions of a test."""
+
+    frequency: Array  # (n,) [Hz]
+    acceleration_g: Array  # (n,) amplitude Γ, of broadband motion √2 times the rms value
+    is_broadband: Flags  # (n,) whether the motion is random: C_e under sound, not of a tone
+
+
+class Prediction(NamedTuple):
+    """ln C_e [N s/m³], then m_a [kg/m²], of particles at tones."""
+
+    mean: Array  # (b, 2n)
+    covariance: Array  # (b, 2n, 2n)
+
+
+def predict(atlas: Atlas, specimen: Specimen, particles: Array, tones: Tones) -> Prediction:
+    """Predict a damper with each of several particles from the atlas.
+
+    Parameters
+    ----------
+    particles
+        (b, 3) e, ln μ and r.
+
+    Returns
+    -------
+    Prediction
+        With the calibrated errors of the atlas; those of the mass of the particles, unless they
+        were weighed, and of broadband motion are common to all tones.
+    """
+    step = max(1, BLOCK // len(tones.frequency))
+    blocks = [
+        _predict_block(atlas, specimen, particles[start : start + step], tones)
+        for start in range(0, len(particles), step)
+    ]
+    return Prediction(*(np.concatenate(parts) for parts in zip(*blocks, strict=True)))
+
+
+def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: Tones) -> Prediction:
+    count, n = len(particles), len(tones.frequency)
+    restitution, log_friction, fill = np.repeat(particles, n, axis=0).T
+    frequency, gamma = np.tile(tones.frequency, count), np.tile(tones.acceleration_g, count)
+    bed = specimen.bed(restitution, np.exp(log_friction))
+    points = bed.points(fill, frequency, gamma)
+    crossing = np.zeros(len(points))
+    if atlas.jump is not None:
+        crossing = atlas.jump.probability(np.delete(points, STROKE, axis=1), bed.reached(points))
+    expected = bed.inelastic(points)
+    restless = bed.restless(points), np.zeros((2, len(points)))
+    mixtures = [
+        sides.mixture(points, crossing, value, noise)
+        for sides, value, noise in zip((atlas.damping, atlas.mass), expected, restless, strict=True)
+    ]
+    stroke = np.exp(bed.log_stroke(points))
+    weight = np.full(len(points), specimen.particle_mass or np.nan)
+    if specimen.particle_mass is None:
+        weight = specimen.mass_per_fill * fill
+    h = onset(gamma, bed.onset_g)
+    log_damping = np.log(weight * h * frequency) + mixtures[0].mean
+    is_broadband = np.tile(tones.is_broadband, (count, 1))
+    log_damping += np.where(is_broadband.ravel(), np.log(broadband_share(stroke)), 0.0)
+    mass = weight * (h * mixtures[1].mean + 1 - h)
+    mean = np.hstack([log_damping.reshape(count, n), mass.reshape(count, n)])
+    first, second = (_by_particles(mixture, n) for mixture in mixtures)
+    covariance = joint_covariance((atlas.damping, atlas.mass), (first, second), (first, second))
+    scale = atlas.calibration[:, np.digitize(stroke, REGIMES)] * [np.ones_like(h), weight * h]
+    scale = np.hstack([part.reshape(count, n) for part in scale])
+    covariance *= scale[:, :, None] * scale[:, None, :]
+    rest = np.zeros((count, n))
+    covariance += _common(CORRECTED_TONES.of_effect * np.hstack([is_broadband, rest]))
+    if specimen.particle_mass is None:
+        covariance += _common(BULK_ERROR * np.hstack([rest + 1, mean[:, n:]]))
+    return Prediction(mean, covariance)
+
+
+def _by_particles(mixture: Mixture, n: int) -> Mixture:
+    """Return a mixture with the points (b, n) of each of b particles."""
+    points, *values, restless = (
+        mixture.points, mixture.crossing, mixture.riding, mixture.step, mixture.restless,
+    )  # fmt: skip
+    crossing, riding, step = (value.reshape(-1, n) for value in values)
+    points = points.reshape(-1, n, points.shape[1])
+    return Mixture(points, crossing, riding, step, restless.reshape(2, -1, n))
+
+
+def _common(error: Array) -> Array:
+    """Return the covariance (b, m, m) of errors (b, m) that are fully correlated."""
+    return np.asarray(error[:, :, None] * error[:, None, :])

@@ -1,0 +1,135 @@
+"""The file of an identification: a damper, what was measured of it, and the shaker."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, ValidationError
+
+from pidpanel.study.atlas import FILLS, mistakes_of_coupon
+from pidpanel.study.base import Fill, RelativeError, SectionModel, Text
+from pidpanel.study.coupon import Coupon
+from pidpanel.study.coupon_study import CouponStudy
+from pidpanel.study.dampers import MassPerArea
+from pidpanel.study.document import Document
+from pidpanel.study.explaining import mistakes_of
+from pidpanel.study.files import file_in
+from pidpanel.study.mistakes import Mistake
+from pidpanel.study.quantity import (
+    GRAVITIES,
+    MILLIMETRES,
+    Quantity,
+    whole,
+)
+from pidpanel.study.sweep import Frequency, Gamma
+
+GIVEN = {"cell", "particles", "gravity_g", "gravity_direction"}  # keys of the coupon
+IDENTIFIED = ("restitution", "friction")  # keys of its particles that are not given
+
+
+class Measured(SectionModel):
+    """A measurement of the damper: C_e and m_a over tones, or force over acceleration."""
+
+    file: Annotated[Path, file_in()]
+    """CSV table of damping, or a universal file (data set 58) with force over acceleration."""
+    acceleration_g: Gamma | None = None
+    """Amplitude of all tones [g], for a file without amplitudes."""
+    acceleration_rms_g: Annotated[float, Quantity(0.01, 1000, units=GRAVITIES)] | None = None
+    """Rms acceleration of a random test [g]."""
+    spectrum: Annotated[Path, file_in()] | None = None
+    """CSV table of the acceleration PSD of a random test, in place of ``acceleration_rms_g``."""
+    relative_error: RelativeError | None = None
+    """Standard error of C_e over itself, and of m_a over the mass of the particles, for a file
+    without errors."""
+    record: Annotated[int, whole(1, 10_000)] | None = None
+    """Number of the data set 58 in a universal file that has several."""
+    area_mm2: Annotated[float, Quantity(1, 1e8)] | None = None
+    """Area of the damper's cells, over which a universal file has the force [mm²]."""
+    fixture_mass_kg: Annotated[float, Quantity(0, 1e4)] = 0.0
+    """Mass of cell and fixture, which the force moves too [kg]."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        levels = ("acceleration_g", "acceleration_rms_g", "spectrum")
+        given = [key for key in levels if getattr(self, key) is not None]
+        if len(given) > 1:
+            yield Mistake((given[1],), f"not allowed together with {given[0]}")
+
+
+class Shaker(SectionModel):
+    """Limits of the shaker, for the proposal of a further test."""
+
+    frequency_hz: tuple[Frequency, Frequency] = (20.0, 2000.0)
+    """Lowest and highest frequency [Hz]."""
+    acceleration_g: Gamma = 50.0
+    """Largest acceleration amplitude [g]."""
+    displacement_mm: Annotated[float, Quantity(1e-3, 1000, units=MILLIMETRES)] = 10.0
+    """Largest displacement amplitude [mm]."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        low, high = self.frequency_hz
+        if low >= high:
+            yield Mistake(("frequency_hz",), "must rise from the lowest to the highest")
+
+
+def _as_file(value: Any) -> Any:
+    return {"file": value} if isinstance(value, str | Path) else value
+
+
+class Identification(SectionModel):
+    """A measured damper whose particles are to be identified."""
+
+    name: Text
+    """Name of the results folder; by default the name of the file."""
+    title: Text = ""
+    """Title of the report."""
+    coupon: Coupon
+    """Cell, particles and gravity, as in a study; without restitution and friction."""
+    fill_fraction: Fill | None = None
+    """Number of particles over that of a full cell, r; without it r is identified too."""
+    fill_fraction_error: Annotated[float, Quantity(1e-4, 0.5)] = 0.02
+    """Standard error of the fill fraction."""
+    particle_mass_per_area_kg_m2: MassPerArea | None = None
+    """Mass of the particles over the area of the cells, if they were weighed [kg/m²]."""
+    measured: Annotated[Measured, BeforeValidator(_as_file)]
+    """The measurement; a path alone is its ``file``."""
+    shaker: Shaker = Shaker()
+    """Limits of the shaker."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        yield from CouponStudy(name=self.name, coupon=self.coupon).mistakes()
+        for key in sorted(self.coupon.model_fields_set - GIVEN):
+            yield Mistake(
+                ("coupon", key), f"not allowed here; allowed are {', '.join(sorted(GIVEN))}"
+            )
+        for key in IDENTIFIED:
+            if key in self.coupon.particles.model_fields_set:
+                says = "is identified; omit it"
+                yield Mistake(("coupon", "particles", key), says)
+        for mistake in mistakes_of_coupon(self.coupon):
+            yield mistake.prefix("coupon")
+        low, high = FILLS
+        if self.fill_fraction is not None and not low <= self.fill_fraction <= high:
+            says = f"must be in the range of the atlas, {low:g} to {high:g}"
+            yield Mistake(("fill_fraction",), says)
+        if "fill_fraction_error" in self.model_fields_set and self.fill_fraction is None:
+            yield Mistake(("fill_fraction_error",), "only allowed with fill_fraction")
+
+
+def identification_in(document: Document) -> Identification:
+    """Return the identification of a file that has been read.
+
+    Raises
+    ------
+    StudyError
+        One line for each mistake: file, line, key, value, what is wrong or what is allowed.
+    """
+    values: Mapping[str, Any] = {"name": document.path.stem, **document.data}
+    try:
+        read = Identification.model_validate(values, context={"folder": document.path.parent})
+    except ValidationError as error:
+        raise document.error(mistakes_of(error, Identification)) from None
+    if document.mistakes:
+        raise document.error([])
+    return read

@@ -1,0 +1,74 @@
+"""C_e and m_a from force over acceleration in universal files."""
+
+import numpy as np
+import pytest
+import pyuff
+
+from pidpanel.columns import ColumnsError
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.identify.force_files import read_force
+
+F = np.arange(20.0, 1000.0, 2.0)
+AREA, FIXTURE = 2e-3, 0.4
+DAMPING, MASS = 800.0, 5.0
+
+
+def written(path, values, unit="m/s^2", kinds=(13, 12), function=4, force="N"):
+    labels = (force, unit) if kinds[0] == 13 else (unit, force)
+    data = {
+        "type": 58, "func_type": function, "rsp_node": 1, "rsp_dir": 3, "ref_dir": 3,
+        "ref_node": 1, "data": values, "x": F, "id1": "damper", "ordinate_spec_data_type": kinds[0],
+        "ordinate_axis_units_lab": labels[0], "orddenom_spec_data_type": kinds[1],
+        "orddenom_axis_units_lab": labels[1], "ord_data_type": 6, "abscissa_spacing": 1,
+        "version_num": 1, "load_case_id": 0, "rsp_ent_name": "a", "ref_ent_name": "b",
+    }  # fmt: skip
+    pyuff.UFF(str(path)).write_sets([data], "overwrite")
+    return path
+
+
+def apparent_mass():
+    """F/a [kg] of constant C_e and m_a: Z/(iω) = m_a − i C_e/ω."""
+    return FIXTURE + AREA * (MASS - 1j * DAMPING / (2 * np.pi * F))
+
+
+@pytest.mark.parametrize(
+    ("values", "options"),
+    [
+        (apparent_mass(), {}),
+        (apparent_mass() * STANDARD_GRAVITY, {"unit": "g"}),
+        (1 / apparent_mass(), {"kinds": (12, 13)}),
+    ],
+    ids=["force over acceleration", "in g", "acceleration over force"],
+)
+def test_constants_come_back(tmp_path, values, options):
+    # red: +ω Im M; the fixture not subtracted; force over acceleration not divided by the area
+    bands = read_force(written(tmp_path / "a.uff", values, **options), None, AREA, FIXTURE)
+    np.testing.assert_allclose(bands.damping, DAMPING, rtol=1e-5)
+    np.testing.assert_allclose(bands.mass, MASS, rtol=1e-5)
+    assert (bands.damping_error < 1e-2).all()
+    # third octaves with four lines and more
+    assert 30 < bands.frequency[0] < 45 and 900 < bands.frequency[-1] < 1000
+
+
+def test_scatter_of_the_lines_is_the_error_of_a_band(tmp_path):
+    # red: the standard deviation of the lines not divided by √n
+    rng = np.random.default_rng(4)
+    noisy = apparent_mass() * (1 + 0.1 * rng.standard_normal(F.size))
+    bands = read_force(written(tmp_path / "a.uff", noisy), None, AREA, FIXTURE)
+    score = (bands.damping - DAMPING) / bands.damping_error
+    assert 0.5 < np.sqrt(np.mean(score**2)) < 1.7
+
+
+@pytest.mark.parametrize(
+    ("values", "options", "says"),
+    [
+        (apparent_mass(), {"function": 9}, "must be a frequency response"),
+        (apparent_mass(), {"kinds": (12, 12)}, "of force over acceleration or the inverse"),
+        (apparent_mass(), {"force": "lbf"}, "the force must be in N, not lbf"),
+        (apparent_mass().conj(), {}, "C_e is negative in all third octaves"),
+    ],
+)
+def test_other_functions_are_refused(tmp_path, values, options, says):
+    # red: one of the conditions left out
+    with pytest.raises(ColumnsError, match=says):
+        read_force(written(tmp_path / "a.uff", values, **options), None, AREA, FIXTURE)

@@ -1,0 +1,70 @@
+"""The further tone that is proposed tells most, and what it is expected to leave is what is left."""
+
+import numpy as np
+import pytest
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.atlas_files import read_atlas
+from pidpanel.identify.next_test import _drawn, candidates, next_tones
+from pidpanel.identify.posterior import FillPrior, MeasuredDamping, identify
+from pidpanel.identify.prediction import Specimen, Tones, predict
+
+ATLAS = read_atlas()
+SPECIMEN = Specimen(6.35e-3, 25e-3, 2e-3, "flat", 1.0, mass_per_fill=12.0, particle_mass=6.0)
+TRUE = np.array([[0.7, np.log(0.2), 0.5]])
+RANGES = (0.3, 0.95), (np.log(0.05), np.log(0.8))
+KNOWN = FillPrior(0.05, 0.95, 0.5, 0.01)
+ERROR = 0.03
+
+
+def measured(*tones):
+    f, gamma = np.array(tones).T
+    tones = Tones(f, gamma, np.zeros(len(f), bool))
+    values = predict(ATLAS, SPECIMEN, TRUE, tones).mean[0]
+    damping = np.exp(values[: len(f)])
+    return MeasuredDamping(
+        tones, damping, ERROR * damping, values[len(f) :], np.full(len(f), ERROR * 6)
+    )
+
+
+def test_the_shaker_limits_the_tones():
+    # red: the stroke from f in place of ω; the least Γ below gravity
+    tones = candidates((20.0, 2000.0), 50.0, 5e-3, 1.0)
+    assert tones.frequency.min() >= 20 and tones.frequency.max() == pytest.approx(2000)
+    assert tones.acceleration_g.max() == pytest.approx(50) and tones.acceleration_g.min() >= 1.5
+    stroke = tones.acceleration_g * STANDARD_GRAVITY / (2 * np.pi * tones.frequency) ** 2
+    assert 2.5e-3 < stroke.max() <= 5e-3
+    assert len(candidates((1.0, 2.0), 50.0, 1e-6, 1.0).frequency) == 0
+
+
+def test_the_proposed_tone_narrows_more_than_others():
+    # red: the prediction without what was measured; noise left out; argmin
+    known = [(60.0, 5.0), (800.0, 40.0)]
+    first = measured(*known)
+    posterior = identify(ATLAS, SPECIMEN, first, KNOWN, RANGES)
+    tones = candidates((20.0, 2000.0), 50.0, 10e-3, 1.0)
+    expected = next_tones(ATLAS, SPECIMEN, first, posterior, tones, ERROR)
+    assert (expected.information > -1e-9).all()
+    assert (expected.restitution_error <= posterior.estimate(0).error * 1.1).all()
+    areas = []
+    for tone in (expected.best, int(np.argmin(expected.information))):
+        further = measured(*known, (tones.frequency[tone], tones.acceleration_g[tone]))
+        narrowed = identify(ATLAS, SPECIMEN, further, KNOWN, RANGES)
+        areas.append(narrowed.estimate(0).error * narrowed.estimate(1).error)
+    before = posterior.estimate(0).error * posterior.estimate(1).error
+    assert areas[0] < 0.8 * areas[1] and areas[0] < 0.7 * before
+
+
+def test_a_tone_that_was_measured_tells_less_than_the_best():
+    # red: errors of the atlas taken as independent between tests
+    first = measured((60.0, 5.0), (800.0, 40.0))
+    posterior = identify(ATLAS, SPECIMEN, first, KNOWN, RANGES)
+    tones = candidates((20.0, 2000.0), 50.0, 10e-3, 1.0)
+    best = next_tones(ATLAS, SPECIMEN, first, posterior, tones, ERROR).information.max()
+    again = next_tones(ATLAS, SPECIMEN, first, posterior, first.tones, ERROR).information
+    assert again.max() < 0.7 * best
+
+
+def test_particles_are_drawn_as_often_as_their_weights_say():
+    # red: places from 0 in place of the middle
+    assert _drawn(np.array([0.5, 0.0, 0.25, 0.25]), 4).tolist() == [0, 0, 2, 3]

@@ -1,0 +1,119 @@
+"""Particles that were measured are found again, with intervals that widen with the errors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pidpanel.damping.atlas_files import read_atlas
+from pidpanel.identify.posterior import (
+    FillPrior,
+    MeasuredDamping,
+    Posterior,
+    identify,
+    posterior_on,
+    quadrature,
+)
+from pidpanel.identify.prediction import Specimen, Tones, predict
+
+ATLAS = read_atlas()
+SPECIMEN = Specimen(6.35e-3, 25e-3, 2e-3, "flat", 1.0, mass_per_fill=12.0, particle_mass=6.0)
+TRUE = np.array([0.7, np.log(0.2), 0.5])
+TONES = Tones(
+    np.array([60.0, 60.0, 200.0, 200.0, 800.0, 800.0]),
+    np.array([5.0, 40.0, 5.0, 40.0, 5.0, 40.0]),
+    np.zeros(6, bool),
+)
+RANGES = (0.3, 0.95), (np.log(0.05), np.log(0.8))
+FREE, KNOWN = FillPrior(0.05, 0.95), FillPrior(0.05, 0.95, 0.5, 0.01)
+
+
+def drawn(seed, error=0.03, factor=1.0):
+    """What the atlas itself would measure: its errors, and those of the test, are drawn."""
+    predicted = predict(ATLAS, SPECIMEN, TRUE[None], TONES)
+    noise = np.diag(np.concatenate([np.full(6, error), np.full(6, 6 * error)]) ** 2)
+    rng = np.random.default_rng(seed)
+    values = rng.multivariate_normal(predicted.mean[0], predicted.covariance[0] + noise)
+    damping = factor * np.exp(values[:6])
+    return MeasuredDamping(TONES, damping, error * damping, values[6:], np.full(6, 6 * error))
+
+
+def test_intervals_hold_what_they_say():
+    # red: the covariance of the atlas left out; ½ ln det left out; intervals of 50 %
+    hits, scores = [], []
+    for seed in range(20):
+        posterior = identify(ATLAS, SPECIMEN, drawn(seed), KNOWN, RANGES)
+        for axis in range(2):
+            known = posterior.estimate(axis)
+            hits.append(known.low <= TRUE[axis] <= known.high)
+        scores.append(posterior.is_explained)
+    # 90 % of 40 within two standard deviations
+    assert 0.8 <= np.mean(hits)
+    assert np.mean(scores) > 0.9
+
+
+def test_better_measurements_narrow_the_answer():
+    # red: errors of the measurement left out of the covariance
+    errors = [
+        identify(ATLAS, SPECIMEN, drawn(1, error), KNOWN, RANGES).estimate(0).error
+        for error in (0.03, 0.3)
+    ]
+    assert errors[0] < 0.7 * errors[1]
+
+
+def test_a_fill_fraction_that_is_not_known_is_found():
+    # red: the prior of r applied to e
+    free = identify(ATLAS, SPECIMEN, drawn(3), FREE, RANGES)
+    known = identify(ATLAS, SPECIMEN, drawn(3), KNOWN, RANGES)
+    assert known.estimate(2).mean == pytest.approx(0.5, abs=0.02)
+    assert known.estimate(2).error <= 0.0101 < free.estimate(2).error
+    assert free.estimate(2).low < 0.5 < free.estimate(2).high
+
+
+def test_damping_that_no_particles_have_is_not_explained():
+    # red: χ² of the mean particles without their covariance
+    assert not identify(ATLAS, SPECIMEN, drawn(1, factor=30.0), KNOWN, RANGES).is_explained
+
+
+def test_values_that_were_not_measured_do_not_count():
+    # red: NaN taken for 0
+    measured = drawn(5)
+    alone = replace(measured, mass=np.full(6, np.nan))
+    posterior = identify(ATLAS, SPECIMEN, alone, KNOWN, RANGES)
+    assert posterior.count == 6 and np.isfinite(posterior.weights).all()
+    first = measured.rows(np.arange(6) < 2)
+    assert identify(ATLAS, SPECIMEN, first, KNOWN, RANGES).count == 4
+
+
+def test_the_answer_does_not_depend_on_the_grid():
+    # red: end points of the trapezoidal rule with full weight
+    fine = identify(ATLAS, SPECIMEN, drawn(2), KNOWN, RANGES)
+    axes = tuple(np.linspace(a[0], a[-1], 2 * len(a) - 1) for a in fine.axes)
+    finer = posterior_on(ATLAS, SPECIMEN, drawn(2), KNOWN, axes)
+    for axis in range(2):
+        coarse, exact = fine.estimate(axis), finer.estimate(axis)
+        assert coarse.mean == pytest.approx(exact.mean, abs=0.05 * exact.error)
+        assert coarse.high == pytest.approx(exact.high, abs=0.1 * exact.error)
+
+
+def normal(mean, sd, ends=((0.3, 0.95), (-3.0, -0.2), (0.4, 0.6))):
+    axes = tuple(np.linspace(*end, 41) for end in ends)
+    e, log_friction, fill = np.meshgrid(*axes, indexing="ij")
+    away = (e - mean) / sd, (log_friction + 1.5) / 0.3, (fill - 0.5) / 0.02
+    weights = np.exp(-0.5 * (away[0] ** 2 + away[1] ** 2 + away[2] ** 2 - 1.2 * away[0] * away[1]))
+    for axis, x in enumerate(axes):
+        weights *= quadrature(x).reshape([-1 if k == axis else 1 for k in range(3)])
+    return Posterior(axes, weights / weights.sum(), np.full(weights.shape, 3.0), ends, 5)
+
+
+def test_a_normal_posterior_has_its_moments_and_intervals():
+    # red: the density without the division by the weights; 0.05 and 0.95 interchanged
+    posterior = normal(0.6, 0.04)
+    known = posterior.estimate(0)
+    sd = 0.04 / np.sqrt(1 - 0.6**2)
+    assert known.mean == pytest.approx(0.6, abs=1e-3) and known.error == pytest.approx(sd, rel=1e-2)
+    assert known.high - known.low == pytest.approx(2 * 1.645 * sd, rel=3e-2)  # steps of sd/3
+    assert posterior.correlation[0, 1] == pytest.approx(0.6, abs=0.01)
+    assert posterior.correlation[0, 2] == pytest.approx(0, abs=1e-9)
+    assert not (known.cut_low or known.cut_high)
+    assert normal(0.93, 0.05).estimate(0).cut_high
