@@ -18,12 +18,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def call(args: argparse.Namespace) -> int:
-    from pidpanel.identify.from_study import identify_file, write_identified
-    from pidpanel.report.identify_page import answer_lines
+    from pidpanel.identify.from_study import identify_file, write_tables
+    from pidpanel.report.identify_page import answer_lines, write_identification
 
     result = identify_file(args.file)
     folder = args.directory / "results" / result.identification.name / "identify"
     for line in answer_lines(result):
         print(line)
-    write_identified(result, args.file, folder)
+    write_tables(result, args.file, folder)
+    page = folder / "report.html"
+    write_identification(result, page)
+    print(page)
     return 0

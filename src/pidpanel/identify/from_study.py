@@ -229,7 +229,7 @@ def _predictions(
     )
 
 
-def write_identified(result: IdentificationResult, file: Path, folder: Path) -> None:
+def write_tables(result: IdentificationResult, file: Path, folder: Path) -> None:
     """Write the tables of an identification, and the identified particles for a study."""
     folder.mkdir(parents=True, exist_ok=True)
     posterior, further = result.posterior, result.further

@@ -1,0 +1,177 @@
+"""From the file of a measurement to the identified particles, as tables, a page and a study."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from pidpanel.cli import main
+from pidpanel.damping.atlas_files import read_atlas
+from pidpanel.identify.from_study import identify_file, read_measurement
+from pidpanel.identify.measured import measured_table
+from pidpanel.identify.prediction import Tones
+from pidpanel.study import StudyError, load_study
+
+STUDY = """title: Damper 12
+coupon:
+  cell: {across_flats_mm: 6.35, depth_mm: 25}
+  particles: {diameter_mm: 2, density_kg_m3: 1190}
+"""
+ROWS = "frequency_hz,acceleration_g,equivalent_damping_n_s_m3,apparent_mass_kg_m2\n"
+# of the table of the atlas: e = 0.8, μ = 0.3, r = 0.5
+TABLE = (
+    ROWS + "30,20,1478.7,4.4555\n80,4,1577.7,0.4763\n80,20,413.3,-0.1645\n250,20,1374.2,-0.1275\n"
+)
+MEASURED = "fill_fraction: 0.5\nmeasured: {file: tones.csv, relative_error: 0.03}\n"
+
+
+@pytest.fixture
+def laboratory(tmp_path):
+    """(rest of the file, table) → the file of a measurement."""
+
+    def write(rest=MEASURED, table=TABLE):
+        (tmp_path / "tones.csv").write_text(table)
+        (tmp_path / "lab.yaml").write_text(STUDY + rest)
+        return tmp_path / "lab.yaml"
+
+    return write
+
+
+def test_the_command_prints_and_writes_the_particles(laboratory, tmp_path, capsys):
+    # red: friction for its logarithm; the snippet without the cell
+    assert main(["identify", str(laboratory()), "-d", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line[:4] for line in lines[:3]] == ["e = ", "μ = ", "r = "]
+    assert lines[-2].startswith("A further tone at ") and lines[-1].endswith("report.html")
+    folder = tmp_path / "results" / "lab" / "identify"
+    summary = pd.read_csv(folder / "summary.csv").set_index("parameter")
+    for name, true in (("restitution", 0.8), ("friction", 0.3), ("fill_fraction", 0.5)):
+        row = summary.loc[name]
+        assert row["low_90"] < true < row["high_90"]
+        assert row["low_90"] < row["value"] < row["high_90"]
+    posterior = pd.read_csv(folder / "posterior.csv")
+    assert posterior["probability"].sum() == pytest.approx(1, abs=1e-4)
+    mean = (posterior["probability"] * posterior["restitution"]).sum()
+    assert mean == pytest.approx(summary.loc["restitution", "value"], abs=1e-4)
+    further = pd.read_csv(folder / "next_tests.csv")
+    assert further["information_nat"].is_monotonic_decreasing
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Damper 12" in page and lines[0] in page and "Further tests" in page
+
+
+def test_the_identified_particles_are_a_damper_of_a_study(laboratory, tmp_path, capsys):
+    # red: keys of the coupon with their defaults, of which a damper may not have some
+    main(["identify", str(laboratory()), "-d", str(tmp_path)])
+    snippet = (tmp_path / "results" / "lab" / "identify" / "identified.yaml").read_text()
+    panel = {
+        "outline_m": [0.8, 0.5],
+        "section": {"kind": "thin", "mass_per_area_kg_m2": 4, "bending_stiffness_n_m": 800},
+        "damping_ratio": 0.01,
+        "patches": {"middle": {"centre_m": [0.4, 0.25], "size_m": [0.2, 0.2]}},
+        "points": {"P": [0.4, 0.25]},
+    }
+    values = {
+        **yaml.safe_load(snippet), "panel": panel, "damping": {"readings": ["atlas"]},
+        "sound": {"spectrum": "smc_s_016_2014_min_third.csv"},
+        "scenarios": {"full": {"layout": {"middle": {"damper": "lab", "fill_fraction": 0.5}}}},
+    }  # fmt: skip
+    (tmp_path / "study.yaml").write_text(yaml.safe_dump(values))
+    study = load_study(tmp_path / "study.yaml")
+    assert study.dampers["lab"].coupon.particles.restitution == pytest.approx(0.8, abs=0.05)
+    assert study.dampers["lab"].coupon.cell.depth_mm == 25
+
+
+def test_differences_are_those_of_the_table(laboratory):
+    # red: errors of the test left out of the difference; the wrong half of the values
+    result = identify_file(laboratory())
+    rows = result.predictions
+    assert len(rows) == 4 and rows["inside"].all() and result.outside == 0
+    away = np.log(
+        rows["measured_equivalent_damping_n_s_m3"] / rows["atlas_equivalent_damping_n_s_m3"]
+    )
+    relative = (
+        rows["atlas_equivalent_damping_error_n_s_m3"] / rows["atlas_equivalent_damping_n_s_m3"]
+    )
+    score = away / np.hypot(relative, 0.03)
+    np.testing.assert_allclose(rows["damping_difference_over_error"], score, rtol=1e-6)
+    # W/L of 20 g at 80 Hz in a half full cell of 25 mm: W = 0.776 mm, L = 25 mm (1 − 0.94 r)
+    assert rows["stroke_per_gap"][2] == pytest.approx(0.776 / (25 * (1 - 0.94 * 0.5)), rel=0.03)
+
+
+def test_columns_become_damping_and_mass_per_area():
+    # red: ω left out of the loss factor; Im Z not divided by ω
+    f = np.array([100.0, 200.0])
+    omega = 2 * np.pi * f
+    tones = Tones(f, np.full(2, 5.0), np.zeros(2, bool))
+    loss = measured_table(
+        {"frequency_hz": f, "loss_factor": np.array([0.2, 0.4]), "loss_factor_error": f * 1e-4,
+         "particle_mass_per_area_kg_m2": np.full(2, 10.0)}, tones, 0.05, 10.0,
+    )  # fmt: skip
+    np.testing.assert_allclose(loss.damping, [2 * omega[0], 4 * omega[1]])
+    np.testing.assert_allclose(loss.damping_error, 1e-3 * f * omega)
+    assert np.isnan(loss.mass).all()
+    complex_one = measured_table(
+        {"frequency_hz": f, "impedance_real_n_s_m3": np.array([0.0, 300.0]),
+         "impedance_imag_n_s_m3": 3 * omega}, tones, 0.05, 10.0,
+    )  # fmt: skip
+    assert np.isnan(complex_one.damping[0]) and complex_one.damping_error[1] == 15.0
+    np.testing.assert_allclose(complex_one.mass, 3.0)
+    np.testing.assert_allclose(complex_one.mass_error, 0.5)
+
+
+def test_amplitudes_of_any_kind_are_accelerations(laboratory):
+    # red: mm taken for m; rms for an amplitude
+    atlas = read_atlas()
+    table = "frequency_hz,{},equivalent_damping_n_s_m3\n80,{},413\n"
+    for column, value in (("displacement_mm", 0.77626), ("velocity_m_s", 0.39019)):
+        _, _, measured = read_measurement(laboratory(table=table.format(column, value)), atlas)
+        assert measured.tones.acceleration_g[0] == pytest.approx(20, rel=1e-3)
+    random = "measured: {file: tones.csv, relative_error: 0.1, acceleration_rms_g: 10}\n"
+    plain = "frequency_hz,equivalent_damping_n_s_m3\n80,413\n"
+    _, specimen, measured = read_measurement(laboratory(random, plain), atlas)
+    assert measured.tones.acceleration_g[0] == pytest.approx(14.142, rel=1e-3)
+    assert measured.tones.is_broadband.all() and specimen.particle_mass is None
+
+
+def test_a_random_test_by_its_spectrum_says_so(laboratory, tmp_path):
+    # red: overall level of the spectrum without its root
+    spectrum = "frequency_hz,acceleration_psd_g2_hz\n20,0.05\n2000,0.05\n"
+    (tmp_path / "psd.csv").write_text(spectrum)
+    rest = "measured: {file: tones.csv, relative_error: 0.1, spectrum: psd.csv}\n"
+    plain = "frequency_hz,equivalent_damping_n_s_m3\n80,413\n"
+    _, _, measured = read_measurement(laboratory(rest, plain), read_atlas())
+    assert measured.tones.acceleration_g[0] == pytest.approx(np.sqrt(2 * 0.05 * 1980), rel=1e-6)
+
+
+def test_rows_in_which_the_particles_ride_along_do_not_count(laboratory):
+    # red: ln 0 below the onset
+    _, _, measured = read_measurement(laboratory(table=TABLE + "100,0.8,20,6\n"), read_atlas())
+    assert len(measured.damping) == 4
+    with pytest.raises(StudyError, match="an acceleration above 1 g"):
+        read_measurement(laboratory(table=ROWS + "100,0.8,20,6\n"), read_atlas())
+
+
+@pytest.mark.parametrize(
+    ("rest", "table", "says"),
+    [
+        (MEASURED, "fill_fraction," + ROWS + "0.5,30,20,1479,4\n", "use the key fill_fraction"),
+        (MEASURED, ROWS + "\n".join(f"{f},20,1479,4" for f in range(10, 90)), "has 80 rows; allowed are 60"),
+        ("measured: {file: tones.csv, relative_error: 0.1}\n", "frequency_hz,loss_factor\n80,0.2\n", "particle_mass_per_area_kg_m2: missing"),
+        ("measured: {file: tones.csv, relative_error: 0.1}\n", "frequency_hz,equivalent_damping_n_s_m3\n80,20\n", "measured.acceleration_g: missing; needed"),
+        ("measured: {file: tones.csv}\n", ROWS + "80,20,413,5\n", "measured.relative_error: missing; needed"),
+    ],
+)  # fmt: skip
+def test_tables_that_do_not_suffice_are_refused(laboratory, rest, table, says):
+    # red: one of the conditions left out
+    with pytest.raises(StudyError, match=says):
+        read_measurement(laboratory(rest, table), read_atlas())
+
+
+def test_particles_that_were_weighed_state_their_fill(laboratory):
+    # red: the mass per area taken for the fill
+    weighed = (
+        "particle_mass_per_area_kg_m2: 7.145\nmeasured: {file: tones.csv, relative_error: 0.03}\n"
+    )
+    posterior = identify_file(laboratory(weighed)).posterior
+    assert posterior.estimate(2).mean == pytest.approx(0.5, abs=0.03)
+    assert posterior.estimate(2).error < 0.03
