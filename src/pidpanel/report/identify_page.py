@@ -15,7 +15,16 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.identify.from_study import IdentificationResult, summary
 from pidpanel.identify.posterior import Posterior
 from pidpanel.report import style
-from pidpanel.report.html import Page, PageSection, Paragraph, Picture, Table, render, table_of
+from pidpanel.report.html import (
+    Block,
+    Page,
+    PageSection,
+    Paragraph,
+    Picture,
+    Table,
+    render,
+    table_of,
+)
 from pidpanel.report.layout import frequency_axis
 from pidpanel.report.text import number, records
 
@@ -98,7 +107,7 @@ def identification_page(result: IdentificationResult) -> Page:
     """Return the page."""
     identification, posterior = result.identification, result.posterior
     lines = answer_lines(result)
-    further = [Paragraph(next_line(result)), _proposals(result)]
+    further: list[Block] = [Paragraph(next_line(result)), _proposals(result)]
     coupon = identification.coupon
     cell = f"{coupon.cell.across_flats_mm:g} mm × {coupon.cell.depth_mm:g} mm"
     known = table_of(
@@ -241,11 +250,7 @@ def measured_figure(predictions: pd.DataFrame) -> Figure:
 def _draw(axes: Axes, rows: pd.DataFrame, colour: str, label: str) -> None:
     name = "equivalent_damping_n_s_m3"
     error = name.replace("damping", "damping_error")
-    look = {"color": colour, "lw": 0.8, "ms": 4}
-    for kind, shift, extra in (
-        ("measured", 1.0, {"label": label}), ("atlas", 1.02, {"mfc": "white"}),
-    ):  # fmt: skip
-        axes.errorbar(
-            shift * rows["frequency_hz"], rows[f"{kind}_{name}"], rows[f"{kind}_{error}"], fmt="o",
-            **look, **extra,
-        )  # fmt: skip
+    for kind, shift, face, text in (("measured", 1.0, colour, label), ("atlas", 1.02, "white", "")):
+        x, y = shift * rows["frequency_hz"], rows[f"{kind}_{name}"]
+        errors = rows[f"{kind}_{error}"]
+        axes.errorbar(x, y, errors, fmt="o", color=colour, lw=0.8, ms=4, mfc=face, label=text)
