@@ -15,16 +15,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.identify.from_study import IdentificationResult, summary
 from pidpanel.identify.posterior import Posterior
 from pidpanel.report import style
-from pidpanel.report.html import (
-    Block,
-    Page,
-    PageSection,
-    Paragraph,
-    Picture,
-    Table,
-    render,
-    table_of,
-)
+from pidpanel.report.html import Fragment, Page, PageSection, Picture, render
 from pidpanel.report.layout import frequency_axis
 from pidpanel.report.text import number, records
 
@@ -105,93 +96,38 @@ def write_identification(result: IdentificationResult, file: Path) -> None:
 
 def identification_page(result: IdentificationResult) -> Page:
     """Return the page."""
-    identification, posterior = result.identification, result.posterior
-    lines = answer_lines(result)
-    further: list[Block] = [Paragraph(next_line(result)), _proposals(result)]
-    coupon = identification.coupon
-    cell = f"{coupon.cell.across_flats_mm:g} mm × {coupon.cell.depth_mm:g} mm"
-    known = table_of(
-        records(summary(posterior)),
-        "Identified particles",
-        {
-            "": lambda row: NAMES[row["parameter"]],
-            "value": lambda row: f"{row['value']:.3g}",
-            "standard deviation": lambda row: f"{row['error']:.2g}",
-            "90 % interval": lambda row: f"{row['low_90']:.3g} to {row['high_90']:.3g}",
-        },
-    )
-    region = (
-        "Regions with 90 and 50 % of the posterior, and its mean. The frame is part of the range "
-        "of the atlas, e 0.3 to 0.95 and μ 0.05 to 0.8."
-    )
-    compared = (
-        "C_e measured (filled, one standard error of the test) and of the atlas with the "
-        "identified particles (open, its calibrated error), by acceleration; below, the difference "
-        "over both errors."
-    )
+    identification, posterior, further = result.identification, result.posterior, result.further
+    cell, particles = identification.coupon.cell, identification.coupon.particles
+    rows = [{**row, "name": NAMES[row["parameter"]]} for row in records(summary(posterior))]
+    first = {
+        "particles": rows,
+        "correlation": posterior.correlation[0, 1],
+        "posterior": Picture("posterior", style.Drawing(posterior_figure, posterior)),
+        "measured": Picture("measured", style.Drawing(measured_figure, result.predictions)),
+    }
+    tones = [
+        {**row, "stroke": _stroke(row["frequency"], row["acceleration_g"])}
+        for row in records(pd.DataFrame(further._asdict()).nlargest(PROPOSED, "information"))
+    ]
+    proposed = Fragment("identify_next.html", {"line": next_line(result), "tones": tones})
+    values = Fragment("identify_values.html", {"tones": records(result.predictions)})
+    size = f"{particles.diameter_mm:g} mm, {particles.density_kg_m3:g} kg/m³"
     return Page(
         title=identification.title or f"Particles of {identification.name}",
-        answer=" ".join(lines[:4]),
-        first=[
-            known,
-            Picture("posterior", style.Drawing(posterior_figure, posterior), region),
-            Picture("measured", style.Drawing(measured_figure, result.predictions), compared),
-        ],
+        answer=" ".join(answer_lines(result)[:4]),
+        first=[Fragment("identify_first.html", first)],
         caveats=warnings(result),
         facts=[
             ("measurement", identification.measured.file.name),
-            ("cell", f"hexagon, {cell}"),
-            ("particles", f"{coupon.particles.diameter_mm:g} mm, "
-             f"{coupon.particles.density_kg_m3:g} kg/m³"),
+            ("cell", f"hexagon, {cell.across_flats_mm:g} mm × {cell.depth_mm:g} mm"),
+            ("particles", size),
             ("atlas", f"version {result.atlas.version}, {len(result.atlas.cases)} simulated cases"),
         ],
-        summary=[f"Correlation of e and ln μ: {posterior.correlation[0, 1]:+.2f}."],
         sections=[
-            PageSection("next", "Further tests", further),
-            PageSection("values", "Measured and computed", [_values(result.predictions)]),
+            PageSection("next", "Further tests", [proposed]),
+            PageSection("values", "Measured and computed", [values]),
         ],
-    )  # fmt: skip
-
-
-def _proposals(result: IdentificationResult) -> Table:
-    further = result.further
-    order = np.argsort(-further.information)[:PROPOSED]
-    rows = [
-        [
-            number(further.frequency[k]),
-            number(further.acceleration_g[k]),
-            number(_stroke(further.frequency[k], further.acceleration_g[k]), 2),
-            number(further.restitution_error[k], 2),
-            f"{100 * further.friction_error[k]:.0f}",
-        ]
-        for k in order
-    ]
-    columns = ["f, Hz", "Γ, g", "W, mm", "expected standard deviation of e", "of μ, %"]
-    return Table("Further tones that tell most; all are in next_tests.csv", columns, rows)
-
-
-def _values(predictions: pd.DataFrame) -> Table:
-    damping, mass = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
-
-    def pair(name: str) -> tuple[str, str]:
-        return f"measured_{name}", f"atlas_{name}"
-
-    cells = {
-        "f, Hz": lambda row: number(row["frequency_hz"]),
-        "Γ, g": lambda row: number(row["acceleration_g"]),
-        "W/L": lambda row: number(row["stroke_per_gap"]),
-        "C_e measured, N s/m³": lambda row: _text(row[pair(damping)[0]]),
-        "atlas": lambda row: _text(row[pair(damping)[1]]),
-        "difference over error": lambda row: _text(row["damping_difference_over_error"]),
-        "m_a measured, kg/m²": lambda row: _text(row[pair(mass)[0]]),
-        "atlas ": lambda row: _text(row[pair(mass)[1]]),
-        "difference over error ": lambda row: _text(row["mass_difference_over_error"]),
-    }
-    return table_of(records(predictions), "Numbers are in predictions.csv", cells)
-
-
-def _text(value: float) -> str:
-    return number(value) if np.isfinite(value) else "–"
+    )
 
 
 def posterior_figure(posterior: Posterior) -> Figure:
