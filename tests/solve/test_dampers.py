@@ -19,10 +19,10 @@ SOUND = np.linspace(2.0, 9.0, 7)
 
 def test_the_slope_of_the_papers_form_is_that_of_its_response_under_any_sound():
     # central differences over 1e-4 of the damper, their error 1e-8 of the slope
-    # red: * self.spectrum[lines] → / self.spectrum[lines] in `DirectPanel.slope`
+    # red: * self.spectrum[lines] → / self.spectrum[lines] in `DirectPanel.response`
     panel = DiagonalPanel(FREQUENCY, BASIS, PATCH, POINTS[:, None], SOUND, FORCE)
     damping, mass, step = np.full(7, 900.0), np.full(7, 2.0), 1e-4
-    slope = panel.slope(damping[None], mass[None])[0]
+    slope = panel.response(damping[None], mass[None], with_slope=True).slope[0]
     up, down = (
         panel.response(sign * damping[None], mass[None]).acceleration_psd
         for sign in (1 + step, 1 - step)
@@ -60,15 +60,16 @@ def test_a_patch_in_other_units_keeps_as_many_columns():
 
 
 def test_the_slope_is_that_of_the_first_motion_where_a_point_has_several():
-    # red: width::m → width:: in `acceleration_slope`
+    # red: width::m → width:: in `_updates`
     damping, mass = np.full(7, 900.0), np.full(7, 2.0)
     several = np.stack([POINTS, 5 * POINTS[::-1], POINTS + 3], axis=1)
     found = [
-        dampers.acceleration_slope(
+        dampers.attach_dampers(
             bare_panels(FREQUENCY, BASIS, [PATCH], points, SOUND, FORCE)[0],
             damping[None],
             mass[None],
-        )[0]
+            with_slope=True,
+        ).slope[0]
         for points in (POINTS, several)
     ]
     np.testing.assert_allclose(found[1], found[0], rtol=1e-10)

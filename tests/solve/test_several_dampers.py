@@ -126,7 +126,7 @@ def dampers(frequency):
 
 @pytest.mark.parametrize("in_air", [None, air])
 def test_two_dampers_move_the_panel_as_the_whole_matrices_say(panel, places, in_air):
-    # 1e-6: what the cutoff of D leaves out; red: weight @ psd → psd in `acceleration_slope`;
+    # 1e-6: what the cutoff of D leaves out; red: weight @ psd → psd in `_updates`;
     # + imaginary → - imaginary in `DirectMotions._moved`
     patches = patches_at(panel, places)
     solver = solver_of(panel, patches, air_stiffness=in_air)
@@ -135,7 +135,7 @@ def test_two_dampers_move_the_panel_as_the_whole_matrices_say(panel, places, in_
     omega4 = (2 * np.pi * SEARCH) ** 4
     (answer,) = solver.responses([Request((0, 1), damping, mass)])
     expected = omega4[:, None] * np.einsum("an,fnm,am->fa", panel.points, S, panel.points).real
-    np.testing.assert_allclose(answer.response.acceleration_psd, expected, rtol=1e-6)
+    np.testing.assert_allclose(answer.acceleration_psd, expected, rtol=1e-6)
     motion = omega4 * np.einsum("pnm,fmn->pf", patches.overlap, S).real / patches.area[:, None]
     got = solver.motions((0, 1)).acceleration_psd(damping, mass)
     # the search drops more of D, and of the shapes far above a line: rms within 1e-3
@@ -165,7 +165,7 @@ def test_slopes_of_each_of_two_dampers_are_those_of_responses_to_slightly_other_
                 (damping + sign * step * change[0], mass + sign * step * change[1])
                 for sign in (1, -1)
             )
-            ends = [one.response.acceleration_psd for one in solver.responses(
+            ends = [one.acceleration_psd for one in solver.responses(
                 [Request((0, 1), *up), Request((0, 1), *down)])]  # fmt: skip
             got = -2 * (push[:, None] * answer.slope[load]).real
             scale = np.abs(ends[0]).max(axis=1, keepdims=True)
@@ -424,7 +424,7 @@ def test_what_is_not_kept_is_solved_anew_to_the_same(panel, places, monkeypatch)
     for one, two, three in zip(first, again, alone, strict=True):
         np.testing.assert_array_equal(psd(one), psd(two))
         np.testing.assert_allclose(psd(three), psd(one), rtol=1e-12)
-        np.testing.assert_allclose(three.slope, one.slope, rtol=1e-9)
+        np.testing.assert_allclose(three.response.slope, one.response.slope, rtol=1e-9)
 
 
 def test_a_layout_that_feeds_the_panel_is_told_in_its_place(panel, places):

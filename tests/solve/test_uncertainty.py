@@ -60,7 +60,7 @@ def answer(solver, damping, mass):
 @pytest.mark.parametrize("form", ["full", "diagonal"])
 def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
     # central differences over 1e-4 of the damper: 1e-8 of the slope's own scale, and as much
-    # again from rounding 1e-12 over them; red: np.linalg.solve(loop, seen) → seen in `acceleration_slope`
+    # again from rounding 1e-12 over them; red: solve(covariance) → covariance in `_updates`
     one = solvers[form]
     damping, mass = (
         900 * np.sqrt(one.panel.frequency / 100),
@@ -72,7 +72,7 @@ def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
         change = 1j * omega * of_damping - omega**2 * of_mass
         for psd, slope in (
             (
-                lambda c, m: answer(one, c, m).response.acceleration_psd,
+                lambda c, m: answer(one, c, m).acceleration_psd,
                 lambda c, m: answer(one, c, m).slope[0],
             ),
             (

@@ -1,4 +1,4 @@
-"""Many eigenpairs (K − λM) φ = 0 of large sparse matrices, slice by slice of the spectrum.
+"""Eigenpairs (K − λM) φ = 0 of sparse matrices, slice by slice of the spectrum.
 
 Each slice has a shift σ in its middle: (K − σM)⁻¹ M has its eigenvalues 1/(λ − σ) far apart there.
 Block Lanczos finds them (Grimes, Lewis and Simon 1994): columns are solved for and orthogonalised
@@ -66,7 +66,7 @@ def _slices(limit: float, count: int) -> Iterator[tuple[float, float, float]]:
     A panel has nearly as many modes below a frequency as in proportion to it. The first shift
     lies below zero, since a panel that can move as a rigid body has λ = 0.
     """
-    number = int(np.ceil(count / SLICE))
+    number = max(1, int(np.ceil(count / SLICE)))
     frequency = np.linspace(0.0, np.sqrt(limit), number + 1)
     edges = frequency**2
     edges[0] = -np.inf

@@ -7,22 +7,16 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.panel.eigen import eigenpairs, factors
+from pidpanel.panel.eigen import BLOCK, eigenpairs, factors
 from pidpanel.panel.plate import AssembledPlate
 
 if TYPE_CHECKING:  # slow to import
     from pidpanel.panel.plate_files import StoredPlate
 
-# A panel of more coordinates than these is solved slice by slice of its frequencies.
-LARGE = 20_000
-# Modes requested beyond those counted, so that the last ones counted converge quickly.
-SPARE_MODES = 8
-# The shift of the eigenvalue problem lies below zero by the square of this share of the highest
-# frequency, so that a panel that can move as a rigid body has no singular matrix.
-SHIFT = 0.01
+# A mesh with fewer coordinates than so many times its modes is solved whole.
+WHOLE = 4
 # A mode whose elastic energy is this small a share of what its terms add up to, signs left out,
 # is a rigid body's: what is left is rounding. A fine mesh in a corner makes it 1e-8 for others.
 RIGID = 1e-12
@@ -70,38 +64,21 @@ def count_modes_below(plate: Matrices, frequency: float) -> int:
 def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> tuple[Array, Array]:
     """Compute all modes below a frequency [Hz], (K − (2πf_i)² M) φ_i = 0, rigid-body modes first.
 
-    Shift-invert Lanczos from fixed vectors (of a large panel by blocks, `pidpanel.panel.eigen`), so
-    that the same plate always gives the same modes, also where two frequencies coincide; none is
-    missed, by Sylvester's count (else a `RuntimeError`). A mesh with hardly more coordinates than
-    modes is solved whole. ``at_least`` so many modes are returned where fewer lie below: (n,) [Hz],
-    ascending, and (n_free, n) with max |w| = 1 over the vertices.
+    Block Lanczos from fixed vectors (`pidpanel.panel.eigen`), so that the same plate always gives
+    the same modes, also where two frequencies coincide; none is missed, by Sylvester's count (else
+    a `RuntimeError`). A mesh with hardly more coordinates than modes is solved whole. ``at_least``
+    so many modes are returned where fewer lie below: (n,) [Hz], ascending, and (n_free, n) with
+    max |w| = 1 over the vertices.
     """
     count = count_modes_below(plate, frequency_limit)
-    n_free = plate.stiffness.shape[0]
-    requested = max(count, at_least) + SPARE_MODES
-    if count >= at_least and n_free > LARGE:
-        eigenvalue, modes = eigenpairs(
-            plate.stiffness, plate.mass, (2 * np.pi * frequency_limit) ** 2, count
-        )
-    elif 3 * requested < n_free:
-        shift = (2 * np.pi * SHIFT * frequency_limit) ** 2
-        eigenvalue, modes = spla.eigsh(
-            plate.stiffness,
-            k=requested,
-            M=plate.mass,
-            sigma=-shift,
-            OPinv=spla.LinearOperator(
-                plate.stiffness.shape, factors(plate.stiffness + shift * plate.mass).solve
-            ),
-            v0=np.random.default_rng(0).standard_normal(n_free),
-            # a Krylov space this wide finds both modes of a pair before it stops
-            ncv=3 * requested,
-        )
+    if WHOLE * (max(count, at_least) + BLOCK) < plate.stiffness.shape[0]:
+        limit, below = frequency_limit, count
+        while below < at_least:
+            limit *= 1.5
+            below = count_modes_below(plate, limit)
+        eigenvalue, modes = eigenpairs(plate.stiffness, plate.mass, (2 * np.pi * limit) ** 2, below)
     else:
         eigenvalue, modes = la.eigh(plate.stiffness.toarray(), plate.mass.toarray())
-    order = np.argsort(eigenvalue)
-    if np.any(np.diff(order) < 0):  # those of slices are in order, and many
-        eigenvalue, modes = eigenvalue[order], modes[:, order]
     lowest = slice(MOST_RIGID)
     eigenvalue[lowest][is_rigid(plate, modes[:, lowest])] = 0.0
     frequency = np.sqrt(eigenvalue) / (2 * np.pi)

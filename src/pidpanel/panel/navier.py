@@ -82,8 +82,11 @@ def wave_number_squared(m: ArrayLike, n: ArrayLike, size: tuple[float, float]) -
 
 def sine_shapes(m: ArrayLike, n: ArrayLike, size: tuple[float, float], position: Array) -> Array:
     """Return the shapes sin(mπx/a) sin(nπy/b) at positions (n_positions, 2) [m]."""
-    x, y = position[:, :1], position[:, 1:]
-    return np.sin(np.asarray(m) * np.pi * x / size[0]) * np.sin(np.asarray(n) * np.pi * y / size[1])
+    along_x, along_y = (
+        np.sin(np.arange(np.max(order) + 1) * np.pi * x / edge)
+        for order, x, edge in zip((m, n), np.hsplit(position, 2), size, strict=True)
+    )
+    return along_x[:, m] * along_y[:, n]
 
 
 def mode_orders(
@@ -107,16 +110,16 @@ def mode_orders(
     m, n = np.array([(m, n) for m in range(1, n_modes + 1) for n in range(1, n_modes // m + 1)]).T
     sines = root_weight * sine_shapes(m, n, size, basis.quadrature_position)
     sines /= np.linalg.norm(sines, axis=0)
+    products = shapes.T @ sines
 
     orders = np.zeros((n_modes, 2), dtype=np.int64)
     share = np.zeros(n_modes)
     gaps = np.flatnonzero(np.diff(frequency) > pair_tolerance * frequency[1:]) + 1
     for members in np.split(np.arange(n_modes), gaps):
-        subspace, _ = np.linalg.qr(shapes[:, members])
-        in_subspace = np.sum((subspace.T @ sines) ** 2, axis=0)
+        triangle = np.linalg.qr(shapes[:, members], mode="r")
+        in_subspace = np.sum(np.linalg.solve(triangle.T, products[members]) ** 2, axis=0)
         chosen = np.sort(np.argsort(in_subspace)[-len(members) :])
-        alike = (shapes[:, members].T @ sines[:, chosen]) ** 2
-        alike /= np.sum(shapes[:, members] ** 2, axis=0)[:, None]
+        alike = products[members][:, chosen] ** 2 / np.sum(triangle**2, axis=0)[:, None]
         _, sine = linear_sum_assignment(alike, maximize=True)
         orders[members] = np.column_stack([m, n])[chosen[sine]]
         share[members] = in_subspace[chosen[sine]]

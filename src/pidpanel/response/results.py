@@ -211,7 +211,7 @@ class _Rows:
             request = Request(
                 case.layout.patches, response.equivalent_damping, response.apparent_mass
             )
-            full = self._full.responses([request])[0].response.scaled(case.layout.factor)
+            full = self._full.responses([request])[0].scaled(case.layout.factor)
         read_at, motion = only_motion(panel, case, response, self._tabulation.scenarios)
         values = summary_rows(
             response,

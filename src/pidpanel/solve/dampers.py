@@ -8,10 +8,12 @@ dampers together at u with −S u, S = Σ_p s_p Δ_p (Woodbury's identity):
 The paper keeps only the diagonal of D (`diagonal`); here the matrix is full.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+import scipy.linalg as la
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
@@ -51,8 +53,16 @@ def attach_dampers(
     equivalent_damping: ArrayLike,
     apparent_mass: ArrayLike,
     allow_negative_damping: bool = False,
+    with_slope: bool = False,
 ) -> PanelResponse:
     """Return the response of a panel whose patches carry dampers.
+
+    A change δs of s = iω C_e − ω² m_a on patch p pulls at the damped motion u with δs Δ_p u, so
+    that the acceleration PSD at the points changes by
+
+        δS_a = −2 Re(δs t_p),      t_p = ω⁴ (R_wu Δ_p S_uw)_ww,
+
+    with R_wu and S_wu = (S_wu − B S_uu)(I + R_uu S)⁻ᴴ of the panel that carries the dampers.
 
     Parameters
     ----------
@@ -62,10 +72,8 @@ def attach_dampers(
         (n_patches, nf) m_a [kg/m²], of either sign.
     allow_negative_damping
         Accept C_e < 0 as long as the panel's own structural damping outweighs it.
-
-    Returns
-    -------
-    Response
+    with_slope
+        Whether t is wanted.
 
     Raises
     ------
@@ -82,11 +90,14 @@ def attach_dampers(
 
     n_points, m = bare.point_psd.shape[1:3]
     cross_psd = np.empty_like(bare.point_psd)
-    for lines, Y, B in _updates(bare, damping, mass):
+    slope = np.empty((len(damping), *bare.point_psd.shape[:2]), complex) if with_slope else None
+    for lines, Y, B, t in _updates(bare, damping, mass, with_slope):
         by_point = (len(B), n_points, m, B.shape[2])
         drop = Y.reshape(by_point) @ B.conj().reshape(by_point).swapaxes(2, 3)
         cross_psd[lines] = bare.point_psd[lines] - drop - drop.conj().swapaxes(2, 3)
-    return PanelResponse(bare.frequency, cross_psd)
+        if slope is not None:
+            slope[:, lines] = t
+    return PanelResponse(bare.frequency, cross_psd, slope)
 
 
 def covariance_taken(
@@ -99,7 +110,7 @@ def covariance_taken(
     check_stable(damping, bare.damping_norm, False)
     m = bare.point_psd.shape[2]
     total = np.zeros((len(weight), m, m))
-    for lines, Y, B in _updates(bare, damping, mass):
+    for lines, Y, B, _ in _updates(bare, damping, mass):
         # all lines in one product, real and imaginary parts side by side
         right = np.ascontiguousarray(B.swapaxes(0, 1)).reshape(m, -1).view(np.float64)
         for part, shares in zip(total, weight[:, lines], strict=True):
@@ -110,20 +121,38 @@ def covariance_taken(
 
 
 def _updates(
-    bare: BarePanel, damping: Array, mass: Array
-) -> Iterator[tuple[slice, Complexes, Complexes]]:
-    """Yield Y and B (nf, nw, r) on some lines after others: S_ww falls by Y Bᴴ + B Yᴴ.
+    bare: BarePanel, damping: Array, mass: Array, with_slope: bool = False
+) -> Iterator[tuple[slice, Complexes, Complexes, Complexes | None]]:
+    """Yield Y and B (nf, nw, r) on some lines after others: S_ww falls by Y Bᴴ + B Yᴴ; and t.
 
     S_ww − B S_uw − S_wu Bᴴ + B S_uu Bᴴ = S_ww − (Y Bᴴ + B Yᴴ) with Y = S_wu − B S_uu/2.
     """
-    width = bare.receptance.shape[2]
+    m, width = bare.point_psd.shape[2], bare.receptance.shape[2]
     for lines in chunks_of_lines(bare.frequency.size, 2 * width):
         s = patch_stiffness(bare.frequency[lines], damping[:, lines], mass[:, lines])
-        loop = _pulled(bare, s, bare.receptance[lines, :width])  # Z₀, and so R_uu, is symmetric
+        # R_uu S, since Z₀ and with it R_uu is symmetric
+        loop = _pulled(bare, s, bare.receptance[lines, :width]).swapaxes(1, 2)
         loop[:, range(width), range(width)] += 1
-        from_points = _pulled(bare, s, bare.receptance[lines, width:].swapaxes(1, 2))
-        B = np.linalg.solve(loop, from_points).swapaxes(1, 2)
-        yield lines, bare.patch_psd[lines, width:] - B @ bare.patch_psd[lines, :width] / 2, B
+        solve = solution(loop, again=with_slope)
+        receptance = solve(bare.receptance[lines, width:].swapaxes(1, 2))  # R_uw with the dampers
+        B = _pulled(bare, s, receptance).swapaxes(1, 2)
+        pushed, t = B @ bare.patch_psd[lines, :width], None
+        if with_slope:
+            covariance = bare.patch_psd[lines, width::m] - pushed[:, ::m]
+            psd = solve(covariance.conj().swapaxes(1, 2))  # S_uw
+            scale = (2 * np.pi * bare.frequency[lines, None]) ** 4
+            moved = receptance[:, :, ::m]
+            t = np.empty((len(s), *moved.shape[::2]), complex)
+            for patch, weight in enumerate(bare.coordinates.weight):
+                t[patch] = scale * np.sum(moved * (weight @ psd), axis=1)
+        yield lines, bare.patch_psd[lines, width:] - pushed / 2, B, t
+
+
+def solution(matrix: Complexes, *, again: bool) -> Callable[[Complexes], Complexes]:
+    """Return what solves with matrices (nf, n, n), factorised once where it is called again."""
+    if not again:
+        return partial(np.linalg.solve, matrix)
+    return partial(la.lu_solve, la.lu_factor(matrix, check_finite=False), check_finite=False)
 
 
 def _pulled(bare: BarePanel, stiffness: Complexes, motion: Complexes) -> Complexes:
@@ -133,53 +162,20 @@ def _pulled(bare: BarePanel, stiffness: Complexes, motion: Complexes) -> Complex
     return weighted_sum(stiffness, bare.coordinates.weight) @ motion
 
 
-def acceleration_slope(
-    bare: BarePanel, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
-) -> Complexes:
-    """How the acceleration PSD at the points follows the damper on each patch.
-
-    A change δs of s = iω C_e − ω² m_a on patch p pulls at the damped motion u with δs Δ_p u, so
-    that
-
-        δS_a = −2 Re(δs t_p),      t_p = ω⁴ (R_wu Δ_p S_uw)_ww,
-
-    with R_wu = R_wu (I + S R_uu)⁻¹ and S_wu = (S_wu − B S_uu)(I + R_uu S)⁻ᴴ of the panel that
-    carries the dampers.
-
-    Parameters are those of `attach_dampers`.
-    """
-    damping, mass = checked_dampers(
-        bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
-    )
-    m, width = bare.point_psd.shape[2], bare.receptance.shape[2]
-    slope = np.empty((len(damping), *bare.point_psd.shape[:2]), complex)
-    for lines in chunks_of_lines(bare.frequency.size, 2 * width):
-        s = patch_stiffness(bare.frequency[lines], damping[:, lines], mass[:, lines])
-        loop = _pulled(bare, s, bare.receptance[lines, :width]).swapaxes(1, 2)  # R_uu S
-        loop[:, range(width), range(width)] += 1
-        receptance = np.linalg.solve(loop, bare.receptance[lines, width::m].swapaxes(1, 2))  # R_uw
-        drop = _pulled(bare, s, receptance).swapaxes(1, 2) @ bare.patch_psd[lines, :width]
-        covariance = (bare.patch_psd[lines, width::m] - drop).conj().swapaxes(1, 2)
-        psd = np.linalg.solve(loop, covariance)  # S_uw
-        omega = 2 * np.pi * bare.frequency[lines, None]
-        for patch, weight in enumerate(bare.coordinates.weight):
-            slope[patch, lines] = omega**4 * np.sum(receptance * (weight @ psd), axis=1)
-    return slope
-
-
 @dataclass(frozen=True)
 class LowRankPanel:
     """The bare panel with low-rank updates, on some lines; see `solvers.SolutionPath`."""
 
     bare: BarePanel
 
-    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PanelResponse:
+    def response(
+        self,
+        equivalent_damping: ArrayLike,
+        apparent_mass: ArrayLike,
+        with_slope: bool = False,
+    ) -> PanelResponse:
         """Return `attach_dampers`."""
-        return attach_dampers(self.bare, equivalent_damping, apparent_mass)
-
-    def slope(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Complexes:
-        """Return `acceleration_slope`."""
-        return acceleration_slope(self.bare, equivalent_damping, apparent_mass)
+        return attach_dampers(self.bare, equivalent_damping, apparent_mass, with_slope=with_slope)
 
 
 @dataclass(frozen=True)
@@ -224,7 +220,7 @@ class PatchMotion:
     def acceleration_slope(
         self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
     ) -> Complexes:
-        """Return t (nf,) of that PSD, δS_a = −2 Re(δs t), as of `acceleration_slope`."""
+        """Return t (nf,) of that PSD, δS_a = −2 Re(δs t), as of `attach_dampers`."""
         d, pushed = self._followed(equivalent_damping, apparent_mass)
         return np.sum(self.eigenvalue * d**2 * pushed, axis=1)
 

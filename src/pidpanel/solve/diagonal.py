@@ -27,7 +27,7 @@ class DiagonalPanel(DirectPanel):
     def _pulled(self, patch: int, motion: Complexes) -> Complexes:
         return self.patches.diagonal[patch][:, None] * motion
 
-    def _receptance(self, lines: slice, stiffness: Complexes) -> Receptance:
+    def _receptance(self, lines: slice, stiffness: Complexes, *, again: bool) -> Receptance:
         added = stiffness.T @ self.patches.diagonal
         transfer = 1 / (self.basis.dynamic_stiffness(self.frequency[lines]) + added)
         return lambda force: transfer[:, :, None] * force

@@ -19,7 +19,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.solve.dampers import check_stable, checked_dampers, patch_stiffness, weighted_sum
+from pidpanel.solve.dampers import (
+    check_stable,
+    checked_dampers,
+    patch_stiffness,
+    solution,
+    weighted_sum,
+)
 from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.solve.motions import Motions, Reals
@@ -55,38 +61,35 @@ class DirectPanel:
     modal_force: MatrixInput
     air_stiffness: MatrixInput | None = None
 
-    def response(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> PanelResponse:
-        """Return the response with dampers."""
+    def response(
+        self,
+        equivalent_damping: ArrayLike,
+        apparent_mass: ArrayLike,
+        with_slope: bool = False,
+    ) -> PanelResponse:
+        """Return the response with dampers, with t of `dampers.attach_dampers` if wanted."""
         stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
         n_points, m, n = self.points.shape
         cross_psd = np.empty((self.frequency.size, n_points, m, m), dtype=np.complex128)
+        slope = np.empty((*stiffness.shape, n_points), complex) if with_slope else None
         columns = self.points.reshape(-1, n).T.astype(complex)
         for lines in chunks_of_lines(self.frequency.size, 2 * n):
-            moved = self._receptance(lines, stiffness[:, lines])(columns[None])
+            receptance = self._receptance(lines, stiffness[:, lines], again=with_slope)
+            moved = receptance(columns[None])
             moved = moved.reshape(len(moved), n, n_points, m)
             force, level = self._force(lines), self.spectrum[lines, None, None]
             for point in range(n_points):
                 motion = moved[:, :, point]
                 cross_psd[lines, point] = level * product(motion, force, motion)
-        return PanelResponse(self.frequency, cross_psd)
-
-    def slope(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Complexes:
-        """Return t (n_patches, nf, n_points) of `dampers.acceleration_slope`.
-
-        Parameters are those of `response`.
-        """
-        stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
-        deflection = self.points[:, 0].T.astype(complex)
-        slope = np.empty((*stiffness.shape, deflection.shape[1]), complex)
-        for lines in chunks_of_lines(self.frequency.size, 2 * len(deflection)):
-            moved = self._receptance(lines, stiffness[:, lines])
-            receptance = moved(deflection[None])
-            psd = moved(self._force(lines) @ receptance.conj())
-            scale = (2 * np.pi * self.frequency[lines]) ** 4 * self.spectrum[lines]
+            if slope is None:
+                continue
+            deflection = moved[..., 0]
+            psd = level * receptance(force @ deflection.conj())
+            scale = (2 * np.pi * self.frequency[lines, None]) ** 4
             for patch in range(self.patches.count):
                 pulled = self._pulled(patch, psd)
-                slope[patch, lines] = scale[:, None] * np.sum(receptance * pulled, axis=1)
-        return slope
+                slope[patch, lines] = scale * np.sum(deflection * pulled, axis=1)
+        return PanelResponse(self.frequency, cross_psd, slope)
 
     @property
     def damping_norm(self) -> Array:
@@ -109,14 +112,14 @@ class DirectPanel:
     def _force(self, lines: slice) -> Matrices:
         return matrices_at(self.modal_force, self.frequency, lines, self.patches.shapes)
 
-    def _receptance(self, lines: slice, stiffness: Complexes) -> Receptance:
-        """H of the panel with the dampers."""
+    def _receptance(self, lines: slice, stiffness: Complexes, *, again: bool) -> Receptance:
+        """H of the panel with the dampers, see `dampers.solution`."""
         air = None
         if self.air_stiffness is not None:
             air = matrices_at(self.air_stiffness, self.frequency, lines, self.patches.shapes)
         whole = dense_stiffness(self.frequency[lines], self.basis, air)
         whole += weighted_sum(stiffness, self.patches.overlap)
-        return lambda force: np.asarray(np.linalg.solve(whole, force), np.complex128)
+        return solution(whole, again=again)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes, Flags, Index
+from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.solve.dampers import check_stable
 from pidpanel.solve.excitation import Excitation, Superposition
@@ -17,7 +17,7 @@ from pidpanel.solve.model import PanelResponse, UnstableDamping
 from pidpanel.solve.motions import Motions
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.search import LinearisationError, find_motions, starts_between
-from pidpanel.solve.solvers import Answer, PanelSolver, Request, damper_key
+from pidpanel.solve.solvers import PanelSolver, Request, damper_key
 
 # (frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the simulated range
 # (nf,).
@@ -47,7 +47,7 @@ class DamperLayout:
     factor: float = 1.0  # factor on the PSD of the excitation
     # Γ at which the damping of every load is read; left out, that of its patch's own motion
     stated_acceleration_g: float | None = None
-    with_slope: bool = False  # whether `LayoutResponse.slope` is wanted, for `uncertainty`
+    with_slope: bool = False  # whether the slope of the response is wanted, for `uncertainty`
     # Whether the motions of the patches that come out are wanted; they are NaN otherwise
     with_motion: bool = True
     # Independent force beside the excitation, which ``factor`` leaves as it is, such as that of the
@@ -94,8 +94,6 @@ class LayoutResponse:
     # Number of starts of the search, and of those that led to a solution
     starts: int = 0
     converged: int = 0
-    # (n_loads, nf, n_points) t of `dampers.acceleration_slope`; None unless asked for
-    slope: Complexes | None = None
 
 
 @dataclass(frozen=True)
@@ -209,7 +207,7 @@ def _response(
     motion: _Motion,
     request: Request,
     inside: Flags,
-    answer: Answer,
+    answer: PanelResponse,
 ) -> LayoutResponse:
     factor = layout.factor
     count = len(layout.loads)
@@ -218,7 +216,7 @@ def _response(
         rms, cells = _final_motion(solver, layout, motion)
     root = np.sqrt(factor)
     return LayoutResponse(
-        response=answer.response.scaled(factor),
+        response=answer.scaled(factor),
         loads=np.array(layout.patches, dtype=np.int64),
         acceleration_g=motion.gamma,
         patch_acceleration_g=sine_accelerations_g(root * rms),
@@ -231,7 +229,6 @@ def _response(
         residual=motion.residual,
         starts=motion.starts,
         converged=motion.converged,
-        slope=None if answer.slope is None else factor * answer.slope,
     )
 
 

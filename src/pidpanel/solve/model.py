@@ -294,10 +294,13 @@ class PanelResponse:
     # (nf, n_points, m, m) one-sided cross-PSDs, E[a b*] per Hz, of the m motions at each point: the
     # deflection w [m] first, then those that were asked for beside it (see `bare_panels`)
     cross_psd: Complexes
+    # (n_patches, nf, n_points) t of `dampers.attach_dampers`; None unless asked for
+    slope: Complexes | None = None
 
     def scaled(self, factor: float) -> "PanelResponse":
         """Return the response to ``factor`` times the PSD of the excitation."""
-        return replace(self, cross_psd=factor * self.cross_psd)
+        slope = None if self.slope is None else factor * self.slope
+        return replace(self, cross_psd=factor * self.cross_psd, slope=slope)
 
     @property
     def displacement_psd(self) -> Array:

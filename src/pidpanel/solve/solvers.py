@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Array
 from pidpanel.progress import tracked
 from pidpanel.solve.dampers import LowRankPanel
 from pidpanel.solve.diagonal import DiagonalPanel
@@ -70,14 +70,6 @@ class Request:
         return self.with_slope, damper_key(
             self.patches, self.equivalent_damping, self.apparent_mass
         )
-
-
-@dataclass(frozen=True)
-class Answer:
-    """A response, and t (n_loads, nf, n_points) of `dampers.acceleration_slope` if wanted."""
-
-    response: PanelResponse
-    slope: Complexes | None
 
 
 class PanelSolver:
@@ -212,7 +204,7 @@ class PanelSolver:
             if (key, 0) in self._kept
         }
 
-    def responses(self, requests: Sequence[Request]) -> list[Answer]:
+    def responses(self, requests: Sequence[Request]) -> list[PanelResponse]:
         """Return the response with each of several sets of dampers, in one run over the lines.
 
         Sets that are equal, such as a mass at several sound levels, are solved once.
@@ -226,27 +218,29 @@ class PanelSolver:
         answers = dict(zip(distinct, self._responses(list(distinct.values())), strict=True))
         return [answers[request.key] for request in requests]
 
-    def _responses(self, requests: Sequence[Request]) -> list[Answer]:
-        count, (n_points, m, _) = self.panel.frequency.size, self.panel.points.shape
-        psds = [np.empty((count, n_points, m, m), complex) for _ in requests]
-        slopes = [
-            np.empty((len(request.patches), count, n_points), complex)
-            if request.with_slope
-            else None
+    def _responses(self, requests: Sequence[Request]) -> list[PanelResponse]:
+        frequency, (n_points, m, _) = self.panel.frequency, self.panel.points.shape
+        count = frequency.size
+        responses = [
+            PanelResponse(
+                frequency,
+                np.empty((count, n_points, m, m), complex),
+                np.empty((len(request.patches), count, n_points), complex)
+                if request.with_slope
+                else None,
+            )
             for request in requests
         ]
         chunks = list(enumerate(chunks_of_lines(count, self.panel.patches.shapes)))
         for number, lines in tracked(chunks, "parts of the frequency range"):
             paths = self._on_lines(number, lines, [request.patches for request in requests])
-            for request, psd, slope in zip(requests, psds, slopes, strict=True):
+            for request, response in zip(requests, responses, strict=True):
                 dampers = request.equivalent_damping[:, lines], request.apparent_mass[:, lines]
-                psd[lines] = paths[request.patches].response(*dampers).cross_psd
-                if slope is not None:
-                    slope[:, lines] = paths[request.patches].slope(*dampers)
-        return [
-            Answer(PanelResponse(self.panel.frequency, psd), slope)
-            for psd, slope in zip(psds, slopes, strict=True)
-        ]
+                part = paths[request.patches].response(*dampers, request.with_slope)
+                response.cross_psd[lines] = part.cross_psd
+                if response.slope is not None:
+                    response.slope[:, lines] = part.slope
+        return responses
 
     def _on_lines(
         self, number: int, lines: slice, sets: Sequence[Loaded]

@@ -2,7 +2,7 @@
 
 The dampers act line by line, so what a change of C_e or m_a of load p does to the PSD at a
 frequency is that of s = iω C_e − ω² m_a there, δS_a = −2 Re(δs t_p) with t_p of
-`dampers.acceleration_slope`:
+`dampers.attach_dampers`:
 
     A_p(f) = ∂ ln S_a/∂ ln C_e = 2ω C_e Im t_p/S_a,      B_p(f) = ∂ ln S_a/∂ m_a = 2ω² Re t_p/S_a
 
@@ -129,7 +129,7 @@ def sensitivity(
     """
     loads, patches = layout.loads, layout.patches
     value, mass = response.equivalent_damping, response.apparent_mass
-    slope = response.slope
+    slope = response.response.slope
     if slope is None:
         (answer,) = solver.responses([Request(patches, value, mass, with_slope=True)])
         if answer.slope is None:
