@@ -86,7 +86,7 @@ def sine_shapes(m: ArrayLike, n: ArrayLike, size: tuple[float, float], position:
         np.sin(np.arange(np.max(order) + 1) * np.pi * x / edge)
         for order, x, edge in zip((m, n), np.hsplit(position, 2), size, strict=True)
     )
-    return along_x[:, m] * along_y[:, n]
+    return along_x[:, np.asarray(m)] * along_y[:, np.asarray(n)]
 
 
 def mode_orders(
@@ -116,7 +116,7 @@ def mode_orders(
     share = np.zeros(n_modes)
     gaps = np.flatnonzero(np.diff(frequency) > pair_tolerance * frequency[1:]) + 1
     for members in np.split(np.arange(n_modes), gaps):
-        triangle = np.linalg.qr(shapes[:, members], mode="r")
+        triangle = np.linalg.qr(shapes[:, members]).R
         in_subspace = np.sum(np.linalg.solve(triangle.T, products[members]) ** 2, axis=0)
         chosen = np.sort(np.argsort(in_subspace)[-len(members) :])
         alike = products[members][:, chosen] ** 2 / np.sum(triangle**2, axis=0)[:, None]

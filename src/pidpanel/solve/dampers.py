@@ -10,7 +10,6 @@ The paper keeps only the diagonal of D (`diagonal`); here the matrix is full.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import scipy.linalg as la
@@ -151,8 +150,9 @@ def _updates(
 def solution(matrix: Complexes, *, again: bool) -> Callable[[Complexes], Complexes]:
     """Return what solves with matrices (nf, n, n), factorised once where it is called again."""
     if not again:
-        return partial(np.linalg.solve, matrix)
-    return partial(la.lu_solve, la.lu_factor(matrix, check_finite=False), check_finite=False)
+        return lambda force: np.asarray(np.linalg.solve(matrix, force), np.complex128)
+    factors = la.lu_factor(matrix, check_finite=False)
+    return lambda force: np.asarray(la.lu_solve(factors, force, check_finite=False), np.complex128)
 
 
 def _pulled(bare: BarePanel, stiffness: Complexes, motion: Complexes) -> Complexes:

@@ -21,7 +21,7 @@ the shapes are better solved directly (`direct`).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import cycle, pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -227,17 +227,17 @@ def patch_motions_in_vacuum(
 
     Parameters are those of `bare_panels`.
     """
-    columns = patches.factors(OVERLAP_CUTOFF)
-    ends = np.cumsum([0] + [part.shape[1] for part in columns]).tolist()
-    observed = np.concatenate([np.zeros((patches.shapes, 0)), *columns], axis=1)
-    mean = np.empty((frequency.size, patches.count))
-    for lines in chunks_of_lines(frequency.size, patches.shapes):
-        psd = InVacuum(basis.dynamic_stiffness(frequency[lines]), observed).psd(
-            modal_force, frequency, lines
-        )
-        for patch, motions in enumerate(slice(*pair) for pair in pairwise(ends)):
-            square = np.trace(psd(motions, motions), axis1=1, axis2=2).real
-            mean[lines, patch] = spectrum[lines] * square / patches.area[patch]
+    n, count = patches.shapes, patches.count
+    overlap = [U @ U.T for U in patches.factors(OVERLAP_CUTOFF)]
+    weight = np.array(overlap).reshape(count, n * n) / patches.area[:, None]
+    mean = np.empty((frequency.size, count))
+    for lines in chunks_of_lines(frequency.size, n):
+        transfer = 1 / basis.dynamic_stiffness(frequency[lines])
+        force = matrices_at(modal_force, frequency, lines, n)
+        for line, H, G in zip(range(lines.start, lines.stop), transfer, cycle(force)):
+            # tr(D H G Hᴴ), of the real part alone since D is real and symmetric
+            psd = np.outer(H, H.conj()) * G
+            mean[line] = spectrum[line] * (weight @ psd.real.ravel())
     return mean
 
 
