@@ -1,7 +1,7 @@
-"""Commands as a user types them: `pidpanel`, and Snakemake in a fork of a process that imported it.
+"""`pidpanel` and Snakemake as a user starts them, in forks of a process that has imported what they
+need: of the 2 CPU-seconds of a dry run, 1.5 are imports.
 
-Of the 2 CPU-seconds of a dry run, 1.5 are imports. A fork imports pidpanel itself, from the
-PYTHONPATH of the call.
+A fork imports pidpanel itself, from the PYTHONPATH of the call.
 """
 
 import functools
@@ -16,8 +16,9 @@ from pathlib import Path
 
 SNAKEFILE = Path(__file__).parents[1] / "Snakefile"
 IMPORTED = (
-    "jinja2.meta", "pandas", "pydantic", "scipy.interpolate", "scipy.optimize", "scipy.sparse.linalg",
-    "shapely", "skfem", "smart_open", "snakemake.report", "xarray",
+    "jinja2.meta", "matplotlib.figure", "pandas", "pydantic", "scipy.interpolate",
+    "scipy.optimize", "scipy.sparse.linalg", "shapely", "skfem", "smart_open", "snakemake.report",
+    "xarray",
 )  # fmt: skip
 
 
@@ -27,15 +28,17 @@ NO_SLURM = {"SLURM_CONF": os.devnull}
 
 def pidpanel(folder, *arguments):
     """Call the command line in a folder."""
-    command = [Path(sys.executable).with_name("pidpanel"), *arguments]
-    return subprocess.run(
-        command, cwd=folder, env=os.environ | NO_SLURM, capture_output=True, text=True, check=False
-    )
+    return _call("pidpanel", folder, arguments, {})
 
 
 def snakemake(folder, study, *options):
     """Run Snakemake on a study in a folder."""
     return call("-s", SNAKEFILE, "-d", folder, "--configfile", study, "-j2", *options)
+
+
+def call(*arguments, **environment):
+    """Run Snakemake with arguments, and further variables of the environment."""
+    return _call("snakemake", os.getcwd(), arguments, environment)
 
 
 def said(result):
@@ -52,14 +55,13 @@ def jobs(result):
     return {row[0]: int(row[1]) for row in rows if row[0] not in ("all", "total")}
 
 
-def call(*arguments, **environment):
-    """Run Snakemake with arguments, and further variables of the environment."""
+def _call(program, folder, arguments, environment):
     with tempfile.TemporaryDirectory() as name:
         files = [Path(name, stream) for stream in ("stdout", "stderr")]
         order = {
-            "arguments": ["snakemake", *map(str, arguments)],
+            "arguments": [program, *map(str, arguments)],
             "environment": os.environ | NO_SLURM | environment,
-            "folder": os.getcwd(),
+            "folder": str(folder),
             "files": [os.devnull, *map(str, files)],
         }
         server = _server()
@@ -73,14 +75,13 @@ def call(*arguments, **environment):
 @functools.cache
 def _server():
     """The process that each call forks."""
-    pipe = subprocess.PIPE
+    pipe, environment = subprocess.PIPE, os.environ | NO_SLURM
     command = [sys.executable, "-P", __file__]
-    environment = os.environ | NO_SLURM
     return subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, text=True)
 
 
 def _serve():
-    from snakemake.cli import get_argument_parser, main
+    from snakemake.cli import get_argument_parser
 
     for name in IMPORTED:
         importlib.import_module(name)
@@ -90,10 +91,10 @@ def _serve():
         child = os.fork()
         if not child:
             _become(order)
-            return main()
+            program = importlib.import_module(f"{sys.argv[0]}.cli")
+            sys.exit(program.main())
         _, status = os.waitpid(child, 0)
         print(os.waitstatus_to_exitcode(status), flush=True)
-    return None
 
 
 def _become(order):

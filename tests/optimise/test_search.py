@@ -45,6 +45,7 @@ def test_of_both_excitations_the_smaller_reduction_counts():
     *alone, joint = problems(RandomPanel(2), RandomPanel(2, moving=True))
     shares = []
     for problem in alone:
+        np.testing.assert_array_equal(problem.panel.bare, problem.panel.parts[0].bare)
         square = problem.additions((0,)).max(axis=1)
         shares.append(square / problem.panel.bare.max())
     values = joint.objective(joint.additions((0,)))
