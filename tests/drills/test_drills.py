@@ -22,10 +22,8 @@ def test_killed_and_damaged_it_comes_to_the_same_bytes(tmp_path):
     assert world.wait_for("liggghts", process) is not None
     process.send_signal(signal.SIGKILL)
     process.communicate()
-    end = time.monotonic() + 60
-    while world.processes("liggghts") and time.monotonic() < end:
+    while world.processes("liggghts"):
         time.sleep(0.1)
-    assert not world.processes("liggghts")
     killed = world.call()
     assert killed.status == 0, killed.said
     table = world.table()
