@@ -15,7 +15,6 @@ from pidpanel.cli import main
 from pidpanel.cli.study_overview import overview
 from pidpanel.coupon.liggghts.trust import TRUST
 from pidpanel.report.from_study import reported_study
-from pidpanel.report.warnings import massless_text
 from pidpanel.solve.lines import LINES_AT_MOST, frequency_grid
 from pidpanel.study import StudyError, load_any_study
 from pidpanel.study.masses import resolved_masses
@@ -228,12 +227,12 @@ def test_particles_without_a_mass_are_named_in_check_and_on_the_page(tmp_path, c
         capsys.readouterr().out,
     )
     study = checked_study(path)
-    assert massless_text(reported_study(study))[0].startswith("The particles of bed have no mass")
+    assert list(reported_study(study).massless) == ["bed"]
     values["dampers"]["bed"]["apparent_mass"] = "particles"
     path.write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
     assert main(["check", str(path)]) == 0
     assert "no mass" not in capsys.readouterr().out
-    assert massless_text(reported_study(checked_study(path))) == []
+    assert not reported_study(checked_study(path)).massless
     assert resolved_masses(checked_study(path)) == {"arm": 10.0}
 
 

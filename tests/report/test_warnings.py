@@ -135,7 +135,7 @@ def test_the_gravest_come_first(said, respond):
     ],
 )
 def test_coupon_cases_that_count_less_are_told(cases, column, value, words):
-    # red: each of the calls of warn left out
+    # red: each of the conditions of limits.html left out
     assert warnings.coupon_warnings(cases) == []
     cases.loc[4, column] = value
     (said,) = warnings.coupon_warnings(cases)
@@ -159,10 +159,21 @@ def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(
     # red: the warning left out, or given for damping without an amplitude too
     summary, _ = respond({}, read_at=312.0)
     layouts = summary[["reading", "scenario", "damping_read_at_g", "outside_run_points_share"]]
-    assert warnings.SINGLE_TONES in said(summary, layouts=layouts)
+    overstated = "Broadband motion is damped less, by 30 % of the effect of the damping on average."
+    assert overstated in " ".join(said(summary, layouts=layouts))
     shaken = dataclasses.replace(inputs.study, surfaces=("coupon",))
-    assert warnings.SINGLE_TONES in said(summary, study=shaken)
-    assert warnings.SINGLE_TONES not in said(respond({})[0])
+    assert overstated in " ".join(said(summary, study=shaken))
+    assert overstated not in " ".join(said(respond({})[0]))
+
+
+def test_particles_without_mass_are_named_with_the_key_that_gives_them_theirs(
+    inputs, said, respond
+):
+    # red: the name of the damper for its key
+    study = dataclasses.replace(inputs.study, massless={"bed": "dampers.bed.apparent_mass"})
+    (text,) = (text for text in said(respond({})[0], study=study) if "no mass" in text)
+    assert text.startswith("The particles of bed have no mass in the computation")
+    assert "With dampers.bed.apparent_mass they have their own" in text
 
 
 def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, said):

@@ -1,12 +1,12 @@
 """The page of a study on a shaker without sound: which parts it has, in which order."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import pandas as pd
 
-from pidpanel.paths import SECTION
 from pidpanel.report import style
 from pidpanel.report.answer_figures import panel_figure
 from pidpanel.report.base_section import base_section
@@ -18,14 +18,9 @@ from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import panel_section
 from pidpanel.report.study_page import coupon_sections
-from pidpanel.report.text import READINGS, number, percent, records, value_text
-from pidpanel.report.warnings import coupon_warnings, massless_text, mesh_text, support_text
-
-TONES_AT_RANDOM = (
-    "Under random motion the damping is that of a sine with the patch's rms acceleration, "
-    "Γ = √2 a_rms/g. This is an assumption; damping measured with single tones overestimates the "
-    "effect of a damper under broadband motion."
-)
+from pidpanel.report.templates import lines
+from pidpanel.report.text import records
+from pidpanel.report.warnings import coarse_mesh, doubted_coupons
 
 SAME_DB = 0.05  # reduction below which there is none
 
@@ -76,65 +71,58 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
 
 def _findings(base: BaseResults, names: Mapping[str, str]) -> list[str]:
     """Return the result of each motion with each damping model in a sentence."""
-    findings = []
+    results: list[dict[str, Any]] = []
     if base.summary is not None:
         rows = base.summary[(base.summary["input"] == "stated") & (base.summary["status"] == "ok")]
         level = f"{rows['input_rms_g'].max():.3g} g rms at the supports"
-        findings += _of_motion(rows, ("acceleration_rms_g", "g rms"), level, names)
+        results += _of_motion(rows, ("acceleration_rms_g", "g rms"), level, names)
     if base.peaks is not None and base.sine is not None:
         rows = base.peaks[base.peaks["peak_acceleration_g"].notna()]
         level = f"a sweep of {base.sine.attrs['acceleration_g']:g} g"
-        findings += _of_motion(rows, ("peak_acceleration_g", "g"), level, names)
-    return findings
+        results += _of_motion(rows, ("peak_acceleration_g", "g"), level, names)
+    return lines("shaker.html", {"results": results, "same_db": SAME_DB})
 
 
 def _of_motion(
     rows: pd.DataFrame, quantity: tuple[str, str], level: str, names: Mapping[str, str]
-) -> list[str]:
-    """Return which layout has the lowest acceleration at the point that is worst on the panel."""
+) -> Iterator[dict[str, Any]]:
+    """Yield which layout has the lowest acceleration at the point that is worst on the panel."""
     column, unit = quantity
-    error = column.replace("_g", "_error_g")
-    findings = []
     for reading, group in rows.groupby("reading", sort=False):
         worst = group.loc[group.groupby("scenario", sort=False)[column].idxmax()]
         bare, best = worst.iloc[0], worst.iloc[int(worst[column].argmin())]
-        text = f"Under {level}, point {bare['point']} of the bare panel has the largest "
-        text += f"acceleration, {number(bare[column])} {unit}"
-        if len(worst) > 1:
-            gain = 20 * math.log10(bare[column] / best[column])
-            value = value_text(best[column], best.get(error, math.nan))
-            text += (
-                f". {names[best['scenario']]} lowers the largest of any point most, to {value} "
-                f"{unit} (−{gain:.1f} dB)"
-                if gain > SAME_DB
-                else ", and no layout lowers it"
-            )
-            text += f". Damping: {READINGS[str(reading)]}"
-        findings.append(f"{text}.")
-    return findings
+        yield {
+            "reading": reading,
+            "level": level,
+            "column": column,
+            "unit": unit,
+            "bare": dict(bare),
+            "best": dict(best),
+            "error": best.get(column.replace("_g", "_error_g"), math.nan),
+            "several": len(worst) > 1,
+            "gain": 20 * math.log10(bare[column] / best[column]),
+            "name": names[best["scenario"]],
+        }
 
 
 def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
     """Return what limits the numbers, the most important first."""
     study = inputs.study
-    lines = massless_text(study) + support_text(study)
+    values: dict[str, Any] = {
+        "study": study,
+        "outside": 0.0,
+        "unstable": [],
+        "panel_mesh": None,
+        "has_tones": False,
+        "coupons": doubted_coupons(inputs.coupons),
+    }
     if base.summary is not None:
-        outside = base.summary["outside_run_points_share"].max()
-        if outside > 0:
-            lines.append(
-                f"Damping is extrapolated on up to {percent(outside)} of the lines of a random "
-                "response (‡)."
-            )
         unstable = base.summary[base.summary["status"] == "unstable"]
-        for row in records(unstable.drop_duplicates(["reading", "scenario"])):
-            lines.append(
-                f"{study.names[row['scenario']]}: C_e is negative with {READINGS[row['reading']]}; "
-                "there is no steady motion."
-            )
-        lines += mesh_text(study.names, base.summary[base.summary["status"] == "ok"])
-        if (study.has_dampers or inputs.proposal is not None) and not study.is_coupled:
-            lines.append(TONES_AT_RANDOM)
-    lines.append("The panel is in vacuum: radiation into the air is not included.")
-    for name, coupon in inputs.coupons.items():
-        lines += coupon_warnings(coupon.cases, "" if name == SECTION else f" of {name}")
-    return lines
+        values |= {
+            "outside": base.summary["outside_run_points_share"].max(),
+            "unstable": records(unstable.drop_duplicates(["reading", "scenario"])),
+            "panel_mesh": coarse_mesh(study.names, base.summary),
+            "has_tones": not study.is_coupled
+            and (study.has_dampers or inputs.proposal is not None),
+        }
+    return lines("shaker_warnings.html", values)

@@ -60,6 +60,11 @@ def sentence(name: str, values: Mapping[str, Any]) -> str:
     return fill(name, values).striptags()
 
 
+def lines(name: str, values: Mapping[str, Any]) -> list[str]:
+    """Return the sentences of a template, each in ``<li>``, as text."""
+    return [item.striptags() for item in fill(name, values).split("</li>")[:-1]]
+
+
 def pairs(name: str, values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return names and values, ``<dt>`` and ``<dd>`` of a template, as text."""
     items = [item.partition("</dt>") for item in fill(name, values).split("</dd>")[:-1]]

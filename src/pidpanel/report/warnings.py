@@ -5,6 +5,7 @@ Every function returns sentences, none where there is nothing to say.
 
 import math
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import pandas as pd
 
@@ -14,8 +15,9 @@ from pidpanel.panel.resolution import ORDER
 from pidpanel.paths import SECTION
 from pidpanel.report.answer import StudyAnswer, main_reading
 from pidpanel.report.answer_text import worst_map
-from pidpanel.report.inputs import Inputs, ReportedStudy
-from pidpanel.report.text import READINGS, capitalised, number, percent, records
+from pidpanel.report.inputs import CouponResults, Inputs, ReportedStudy
+from pidpanel.report.templates import lines
+from pidpanel.report.text import READINGS, capitalised, records
 from pidpanel.response import trust
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels
 
@@ -23,72 +25,45 @@ NAMED = 3  # scenarios that a warning names
 
 BETWEEN_POINTS = 1.12  # times the worst point, 1 dB: more anywhere else on the panel is said
 
-# What the doubts in ``response/summary.csv`` mean.
-DOUBTS = {
-    trust.NOT_LINEAR: "the rms displacement, up to {displacement} mm, is more than a tenth of the "
-    "panel's thickness. A real panel stiffens there through membrane stress, which is not modelled",
-    trust.EXTRAPOLATED: "damping partly extrapolated beyond its data (up to {share} of the change "
-    "in mean square; extend {missing})",
-    trust.CARRIED: "not run; C_e and m_a are interpolated from coupled runs at other levels",
-    trust.KNOWN_TO: "g rms is {known}",
-    "several solutions": "damping and motion agree at several accelerations; the highest is shown",
-    "motion not converged": "the acceleration for C_e is not converged; the resulting motion "
-    "differs from it by up to {residual}",
-    "basis too small": "the basis is too small for these dampers; against all elements PSDs are "
-    "off by about {basis}",
-}
-
-MAY_CROSS = (
-    "beds may ride on the floor or cross their gap (W/L from 0.1 to 0.5) at up to {share} of the "
-    "change in mean square. The error includes both. damping.readings: [atlas, coupled] simulates "
-    "which"
-)
-
-SINGLE_TONES = (
-    "C_e and m_a are those of single tones with the patch's rms acceleration, Γ = √2 a_rms/g. "
-    "Broadband motion is damped less, by 30 % of the effect of the damping on average. The stated "
-    "errors contain that."
-)
-
-CORRECTED_TONES = (
-    "C_e and m_a of the atlas are those of single tones with the patch's rms acceleration, Γ = √2 "
-    "a_rms/g; C_e of riding beds is reduced to that under broadband motion. The stated errors "
-    "contain what is left of the difference."
-)
+# Doubts in ``response/summary.csv`` that a page explains, in this order.
+DOUBTS = (
+    trust.NOT_LINEAR, trust.EXTRAPOLATED, trust.CARRIED, trust.KNOWN_TO, "several solutions",
+    "motion not converged", "basis too small",
+)  # fmt: skip
 
 
 def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     """Return the limitations of a study with a panel, those of the answer first."""
-    study, summary = inputs.study, inputs.summary
+    study, summary, base = inputs.study, inputs.summary, inputs.base
     main = main_reading(study.readings)
-    lines = [*_doubts(study, summary, main)]
-    if answer is not None:
-        lines += _of_answer(inputs, answer)
-    if inputs.base is not None and inputs.base.summary is not None:
-        names = {scenario.layout_label: scenario.name for scenario in study.scenarios}
-        on_base = inputs.base.summary
-        lines += mesh_text(names, on_base[on_base["status"] == "ok"])
-    lines += massless_text(study) + support_text(study)
+    others = [reading for reading in study.readings if reading != main]
+    good = summary[summary["status"] == "ok"]
     of_atlas = inputs.layouts["reading"] == ATLAS
-    if study.surfaces or inputs.layouts.loc[~of_atlas, "damping_read_at_g"].notna().any():
-        lines.append(SINGLE_TONES)
-    if of_atlas.any():
-        lines.append(CORRECTED_TONES)
-    if answer is not None and answer.candidates and study.radiation == "none":
-        lines.append(
-            "Radiation damping is not included, so reductions are overestimated "
-            "(response.radiation)."
-        )
-    for reading in study.readings:
-        if reading != main:
-            lines += _doubts(study, summary, reading)
-    lines += _of_solution(study, summary)
-    for name, coupon in inputs.coupons.items():
-        lines += coupon_warnings(coupon.cases, "" if name == SECTION else f" of {name}")
-    return lines
+    base_mesh = None
+    if base is not None and base.summary is not None:
+        names = {scenario.layout_label: scenario.name for scenario in study.scenarios}
+        base_mesh = coarse_mesh(names, base.summary)
+    values = {
+        "trust": trust,
+        "study": study,
+        "answer": answer,
+        "main": list(_doubts(study, summary, main)),
+        "others": [group for reading in others for group in _doubts(study, summary, reading)],
+        "elsewhere": answer and _elsewhere(inputs, answer),
+        "has_masses": answer and all(math.isfinite(c.mass) for c in answer.candidates),
+        "base_mesh": base_mesh,
+        "panel_mesh": coarse_mesh(study.names, summary),
+        "has_tones": bool(study.surfaces)
+        or inputs.layouts.loc[~of_atlas, "damping_read_at_g"].notna().any(),
+        "has_atlas": of_atlas.any(),
+        "power": good["power_balance_error"].max(),
+        "coupons": doubted_coupons(inputs.coupons),
+    }
+    return lines("warnings.html", values)
 
 
-def _doubts(study: ReportedStudy, summary: pd.DataFrame, reading: str) -> Iterator[str]:
+def _doubts(study: ReportedStudy, summary: pd.DataFrame, reading: str) -> Iterator[dict[str, Any]]:
+    """Yield what is doubted in a reading, and in which scenarios."""
     rows = summary[summary["reading"] == reading]
     count = rows["scenario"].nunique()
 
@@ -103,127 +78,98 @@ def _doubts(study: ReportedStudy, summary: pd.DataFrame, reading: str) -> Iterat
 
     lost = rows[~rows["status"].isin(["ok", "held"])]
     for status, doubted in lost.groupby("status", sort=False):
-        yield f"{names(doubted)}: no steady response ({status})."
-    for doubt, text in DOUBTS.items():
+        yield {"names": names(doubted), "status": status}
+    for doubt in DOUBTS:
         doubted = rows[rows["doubts"].fillna("").str.contains(doubt, regex=False)]
         if doubted.empty:
             continue
         worst = doubted.iloc[int(doubted["extrapolated_share"].argmax())]
         relative = doubted["acceleration_rms_error_g"] / doubted["acceleration_rms_g"]
         known = doubted["doubts"].iloc[int(relative.fillna(0.0).argmax())]
-        meaning = text.format(
-            displacement=number(doubted["displacement_rms_mm"].max(), 2),
-            share=percent(worst["extrapolated_share"]),
-            missing=worst["data_missing"],
-            known="".join(word for word in known.split(trust.BETWEEN) if doubt in word),
-            residual=percent(doubted["motion_residual"].max(), 1),
-            basis=percent(doubted["basis_error"].max(), 1),
-        )
-        yield f"{names(doubted)}: {meaning}."
+        yield {
+            "names": names(doubted),
+            "status": "",
+            "doubt": doubt,
+            "displacement": doubted["displacement_rms_mm"].max(),
+            "share": worst["extrapolated_share"],
+            "missing": worst["data_missing"],
+            "known": "".join(word for word in known.split(trust.BETWEEN) if doubt in word),
+            "residual": doubted["motion_residual"].max(),
+            "basis": doubted["basis_error"].max(),
+        }
     between = rows[rows["between_share"] > trust.BETWEEN_SHARE]
     if len(between):
-        meaning = MAY_CROSS.format(share=percent(between["between_share"].max()))
-        yield f"{names(between)}: {meaning}."
+        largest = between["between_share"].max()
+        about = {"status": "", "doubt": trust.MAY_CROSS, "between": largest}
+        yield {"names": names(between), **about}
 
 
-def _of_answer(inputs: Inputs, answer: StudyAnswer) -> Iterator[str]:
-    """Yield what the points, the errors and the masses of the answer leave out."""
-    if worst := worst_map(inputs):
-        label, rms = worst
-        bare = answer.bare.responses[answer.worst].rms
-        if label == answer.bare.scenario.label and rms.max() > BETWEEN_POINTS * bare:
-            x, y = inputs.basis.vertex_position[int(rms.argmax())]
-            yield (
-                f"The bare panel moves most at ({x:.2f}, {y:.2f}) m, {number(rms.max())} g "
-                "rms. There is no response point there."
-            )
-    if answer.candidates and not answer.has_errors:
-        yield "The damping has no stated error, so neither have the results."
-    if not all(math.isfinite(c.mass) for c in answer.candidates):
-        yield f"{READINGS[answer.reading]} does not include the mass of the particles."
+def _elsewhere(inputs: Inputs, answer: StudyAnswer) -> dict[str, float] | None:
+    """Return where the bare panel moves more than at any response point."""
+    worst = worst_map(inputs)
+    if worst is None:
+        return None
+    label, rms = worst
+    bare = answer.bare.responses[answer.worst].rms
+    if label != answer.bare.scenario.label or rms.max() <= BETWEEN_POINTS * bare:
+        return None
+    x, y = inputs.basis.vertex_position[int(rms.argmax())].tolist()
+    return {"x": x, "y": y, "rms": rms.max()}
 
 
-def massless_text(study: ReportedStudy) -> list[str]:
-    """Return a sentence for each damper whose particles have no mass in the computation."""
-    return [
-        f"The particles of {name or 'the table'} have no mass in the computation: its data have no "
-        f"apparent mass. With {key} they have their own; resonances are then lower."
-        for name, key in study.massless.items()
-    ]
-
-
-def support_text(study: ReportedStudy) -> list[str]:
-    """Return a sentence about supports at single points of a panel with core shear."""
-    if not study.single_points:
-        return []
-    names = ", ".join(study.single_points)
-    return [
-        f"Supports at single points ({names}): frequencies depend on the mesh. State the radius of "
-        "their feet (radius_m)."
-    ]
-
-
-def _of_solution(study: ReportedStudy, summary: pd.DataFrame) -> Iterator[str]:
-    """Yield where the power or the mesh says that a solution is not right."""
-    good = summary[summary["status"] == "ok"]
-    balance = good["power_balance_error"].max()
-    if balance > trust.POWER_BALANCE:
-        yield f"Power input and power loss differ by up to {number(balance, 2)} of the power input."
-    yield from mesh_text(study.names, good)
-
-
-def mesh_text(names: Mapping[str, str], good: pd.DataFrame) -> Iterator[str]:
-    """Yield by how much shorter the elements of a mesh must be, where they are too long.
+def coarse_mesh(names: Mapping[str, str], summary: pd.DataFrame) -> dict[str, Any] | None:
+    """Return by how much shorter the elements of a mesh must be; None where they are not too long.
 
     Parameters
     ----------
     names
         Of the scenarios by label.
-    good
-        Rows of ``response/summary.csv`` or ``base/summary.csv`` with a response.
+    summary
+        ``response/summary.csv`` or ``base/summary.csv``.
     """
-    if good["mesh_error"].max() > trust.MESH_ERROR or good["mesh_error_rms"].max() > trust.MESH_RMS:
-        largest = records(good.sort_values("mesh_error"))[-1]
-        beyond = max(
-            decibels(largest["mesh_error"]) / ALLOWED_DB, good["mesh_error_rms"].max() / ALLOWED_RMS
-        )
-        shorter = math.ceil(10 * beyond ** (1 / ORDER)) / 10
-        yield (
-            f"The mesh is too coarse: it shifts resonances of {names[largest['scenario']]} "
-            f"({READINGS[largest['reading']]}), which changes PSDs by up to "
-            f"{number(decibels(largest['mesh_error']), 2)} dB and rms accelerations by up to "
-            f"{percent(good['mesh_error_rms'].max(), 1)}. Use element edges {number(shorter, 2)} "
-            "times shorter."
-        )
+    good = summary[summary["status"] == "ok"]
+    rms = good["mesh_error_rms"].max()
+    if not (good["mesh_error"].max() > trust.MESH_ERROR or rms > trust.MESH_RMS):
+        return None
+    largest = records(good.sort_values("mesh_error"))[-1]
+    psd_db = decibels(largest["mesh_error"])
+    beyond = max(psd_db / ALLOWED_DB, rms / ALLOWED_RMS)
+    return {
+        "name": names[largest["scenario"]],
+        "reading": largest["reading"],
+        "psd_db": psd_db,
+        "rms": rms,
+        "shorter": math.ceil(10 * beyond ** (1 / ORDER)) / 10,
+    }
 
 
-def coupon_warnings(cases: pd.DataFrame, suffix: str = "") -> list[str]:
+def coupon_warnings(cases: pd.DataFrame) -> list[str]:
     """Return the cases that are excluded, not steady or less accurate than requested."""
-    warnings = []
+    return lines("coupon_warnings.html", {"cases": _doubted_cases(cases)})
 
-    def warn(rows: pd.DataFrame, text: str, *, named: bool = True) -> None:
-        if len(rows):
-            names = f": {', '.join(rows['case'])}" if named else ""
-            warnings.append(f"{len(rows)} of {len(cases)} coupon cases{suffix} {text}{names}.")
 
-    for status, rows in cases[cases["status"] != "ok"].groupby("status", sort=True):
-        drifts = "did not reach steady state; included with enlarged errors"
-        warn(rows, drifts if status in COUNTED else f"excluded ({status})")
+def doubted_coupons(coupons: Mapping[str, CouponResults]) -> list[dict[str, Any]]:
+    """Return the cases of `coupon_warnings` of each coupon, by its damper."""
+    return [
+        _doubted_cases(coupon.cases, "" if name == SECTION else f" of {name}")
+        for name, coupon in coupons.items()
+    ]
+
+
+def _doubted_cases(cases: pd.DataFrame, suffix: str = "") -> dict[str, Any]:
+    lost = cases[cases["status"] != "ok"].groupby("status", sort=True)["case"]
     good = cases[cases["status"] == "ok"]
     value, error = good["equivalent_damping_n_s_m3"], good["equivalent_damping_error_n_s_m3"]
     missed = ~good["target_met"].astype(bool)
-    largest = (error / value).abs()[missed].max()
-    warn(
-        good[missed],
-        "stopped at max_cycles before reaching the requested accuracy; their relative standard "
-        f"errors reach {percent(largest)}",
-        named=False,
-    )
     excessive = good[good["share_of_bound"] > 1]
-    warn(
-        excessive,
-        "above the bound of a perfectly inelastic bed (up to "
-        f"{excessive['share_of_bound'].max():.2f} times the bound)",
-    )
-    warn(good[value <= error], "with C_e no larger than its own standard error")
-    return warnings
+    return {
+        "count": len(cases),
+        "suffix": suffix,
+        "counted": COUNTED,
+        "lost": [(status, list(names)) for status, names in lost],
+        "missed": int(missed.sum()),
+        "error": (error / value).abs()[missed].max(),
+        "excessive": excessive["case"].tolist(),
+        "excess": excessive["share_of_bound"].max(),
+        "uncertain": good.loc[value <= error, "case"].tolist(),
+    }
