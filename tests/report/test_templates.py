@@ -1,0 +1,50 @@
+"""Templates of the page: what they are filled with is shown as typed, and none of them is idle."""
+
+from pathlib import Path
+
+import jinja2
+import pytest
+
+from pidpanel.report import templates
+from pidpanel.report.html import Fragment, Page, PageSection, Picture, render
+from tests.page_reader import blocks_of
+
+NAME = """<b>box</b> "7" & 'co'"""
+
+
+def test_names_in_templates_are_shown_as_typed():
+    # red: autoescape off; alt="{{ caption }}"
+    values = {"maps": Picture("maps", b""), "layers": [NAME], "exceeded_share": 0.01}
+    section = PageSection("maps", "Maps", [Fragment("maps.html", values)])
+    text = render(Page("Panel", [], [section]))
+    assert "<b>box" not in text
+    assert "&lt;b&gt;box&lt;/b&gt; &#34;7&#34; &amp; &#39;co&#39;" in text
+    assert text.count('alt="') == 1 and 'box</b> "7"' not in text
+    (picture,) = blocks_of(section)
+    assert f"layers ({NAME})" in picture.caption
+
+
+def test_sentences_are_plain_text_for_a_page_that_escapes_them():
+    # red: fill in place of striptags: escaped twice, or not at all
+    values = {"name": NAME, "key": "dampers.x"}
+    study = {"massless": {NAME: "dampers.x"}, "names": {}}
+    (massless, vacuum) = templates.lines(
+        "shaker_warnings.html",
+        {"study": study, "outside": 0, "unstable": [], "panel_mesh": None, "has_tones": False,
+         "coupons": []},
+    )  # fmt: skip
+    assert massless.startswith(f"The particles of {values['name']} have no mass")
+    assert vacuum == "The panel is in vacuum: radiation into the air is not included."
+
+
+def test_a_missing_value_is_refused():
+    # red: jinja2's default undefined
+    with pytest.raises(jinja2.UndefinedError, match="exceeded_share"):
+        templates.fill("maps.html", {"maps": Picture("maps", b""), "layers": []})
+
+
+def test_every_template_is_used():
+    # red: a template that nothing names any more
+    sources = [*templates.PAGES.parent.glob("*.py"), *templates.PAGES.glob("*.html")]
+    text = "".join(path.read_text("utf-8") for path in map(Path, sources))
+    assert [p.name for p in templates.PAGES.glob("*.html") if f'"{p.name}"' not in text] == []
