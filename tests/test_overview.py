@@ -13,7 +13,7 @@ from pidpanel.coupled.from_study import estimated_cpu_seconds
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import normal_modes
 from pidpanel.report.from_study import reported_study
-from pidpanel.report.warnings import support_text
+from pidpanel.report.templates import environment
 from pidpanel.study.panel import Panel
 
 STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
@@ -73,12 +73,13 @@ def test_supports_at_single_points_of_a_sandwich_are_named(tmp_path):
     study = checked_study(STUDIES / "bdf_panel.yaml")
     says = "H1, H2, H3, H4 at single points, where frequencies depend on the mesh; state radius_m"
     assert f"  supports {says}" in overview(study, tmp_path).split("\n")
-    (sentence,) = support_text(reported_study(study))
-    assert sentence.startswith("Supports at single points (H1, H2, H3, H4): frequencies depend")
+    limits = environment().get_template("limits.html").module
+    sentence = limits.supports(reported_study(study).single_points)
+    assert "Supports at single points (H1, H2, H3, H4): frequencies depend" in sentence
     thin = study.panel.section.model_copy(update={"kind": "thin"})
     assert not study.panel.model_copy(update={"section": thin}).single_points
     with_feet = checked_study(STUDIES / "wing.yaml")
-    assert with_feet.panel.support_input.points and not support_text(reported_study(with_feet))
+    assert with_feet.panel.support_input.points and not reported_study(with_feet).single_points
 
 
 def test_the_time_of_a_search_is_stated(tmp_path):
