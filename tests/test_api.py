@@ -12,6 +12,7 @@ import pidpanel
 from pidpanel.api import _plain
 from pidpanel.damping.laws import paper_corrected
 
+STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 
 
@@ -100,6 +101,33 @@ def test_coupled_runs_ask_for_a_run_and_have_no_damping_of_any_motion(tmp_path):
         pidpanel.StudyError, match=r"it has no damping .* are in results/layouts/coupled"
     ):
         model.damping("acrylic")
+
+
+def test_a_study_with_another_value_is_the_same_study_otherwise(tmp_path, monkeypatch):
+    # red: files relative to the working folder; a section shared with the model before
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "levels.csv").write_text("center_hz,spl_db\n31.5,120\n63,126\n125,130\n")
+    text = (STUDIES / "l_panel.yaml").read_text(encoding="utf-8")
+    text = text.replace("smc_s_016_2014_min_third.csv", "levels.csv")
+    text = re.sub(r"frequency_hz: \[.*\]", "frequency_hz: [30, 1.3e+2]", text)
+    text = text.replace("    A: ", "    1.50: ")
+    (tmp_path / "mine" / "mine.yaml").write_text(text, encoding="utf-8")
+    first = pidpanel.Model("mine/mine.yaml")
+    second = first.changed({"panel.damping_ratio": np.float64(0.02)})
+    third = second.changed({"sound.oaspl_db": 140})
+    assert [m.study.panel.damping_ratio for m in (first, second, third)] == [0.01, 0.02, 0.02]
+    assert third.study.oaspl_db == 140 and second.study.name == "mine"
+    assert "1.50" in second.study.panel.points
+    assert second.study.sound.spectrum == first.study.sound.spectrum
+    same = first.changed({"panel.damping_ratio": 0.01}).study
+    assert same.model_dump() == first.study.model_dump()
+    with pytest.raises(pidpanel.StudyError, match=r"panel\.damping_ratio = 2: must be above 0"):
+        first.changed({"panel.damping_ratio": 2})
+    with pytest.raises(pidpanel.StudyError, match=r"panel\.damping = 2: unknown key"):
+        first.changed({"panel.damping": 2})
+    with pytest.raises(pidpanel.StudyError, match=r"panel\.damping_ratio\.x: damping_ratio is not"):
+        first.changed({"panel.damping_ratio.x": 2})
 
 
 def test_values_of_numpy_and_paths_are_those_of_a_file():

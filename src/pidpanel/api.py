@@ -40,6 +40,8 @@ from pidpanel.report.read import without_errors
 from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
+from pidpanel.study.document import Document
+from pidpanel.study.yaml_loader import CORE, WrittenFloat, WrittenInt
 
 __all__ = ["Model", "ResultsError", "StudyError"]
 
@@ -96,6 +98,46 @@ class Model:
             if self._file is None
             else checked_study(self._file)
         )
+
+    def changed(self, values: Mapping[str, Any]) -> Model:
+        """Return the model of the same study with other values.
+
+        Parameters
+        ----------
+        values
+            By the keys of a study joined with dots. A key that is not there is added; lists are
+            replaced as a whole. Runs with LIGGGHTS need another ``name``.
+
+        Returns
+        -------
+        Model
+            With the same folder.
+
+        Raises
+        ------
+        StudyError
+            One line for each mistake.
+
+        Examples
+        --------
+        >>> model = Model("l_panel.yaml").changed({"panel.damping_ratio": 0.02})
+        >>> model.modes().sizes["point"]
+        3
+        """
+        if self._file is None:
+            whole = _plain(self._values or {})
+        else:
+            whole = _with_files(_plain(Document(self._file).data), self._file.parent)
+            whole.setdefault("name", self.study.name)
+        for key, value in values.items():
+            *sections, name = key.split(".")
+            section = whole
+            for entry in sections:
+                section = section.setdefault(entry, {})
+                if not isinstance(section, dict):
+                    raise StudyError(f"{key}: {entry} is not a section of this study")
+            section[name] = value
+        return Model(whole, self.folder)
 
     def __repr__(self) -> str:
         return f"<pidpanel model {self.study.name!r} in {str(self.folder)!r}>"
@@ -380,8 +422,28 @@ def _of_mapping(values: Mapping[str, Any], folder: Path) -> Study | CouponStudy:
 
 def _text(values: Mapping[str, Any], name: str) -> str:
     """Return a mapping as YAML; numbers of numpy, tuples and paths as a file has them."""
-    whole = {"name": name, **values}
-    return yaml.safe_dump(_plain(whole), sort_keys=False, allow_unicode=True)
+    whole = _plain({"name": name, **values})
+    return yaml.dump(whole, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes the numbers of a study as they are written there, since they may be names."""
+
+
+for kind, tag in ((WrittenInt, "int"), (WrittenFloat, "float")):
+    _Dumper.add_representer(
+        kind, lambda dumper, value, tag=tag: dumper.represent_scalar(f"{CORE}{tag}", value.written)
+    )
+
+
+def _with_files(value: Any, folder: Path) -> Any:
+    """Return values in which the names of files in a folder are absolute."""
+    if isinstance(value, dict):
+        return {key: _with_files(item, folder) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_with_files(item, folder) for item in value]
+    is_file = isinstance(value, str) and Path(value).suffix and (folder / value).is_file()
+    return str(folder / value) if is_file else value
 
 
 def _plain(value: Any) -> Any:
