@@ -270,6 +270,39 @@ def test_a_spectrum_in_pascal_is_refused_unless_its_level_is_stated(tmp_path):
     checked_study(path)
 
 
+def test_the_frequencies_of_a_response_by_default_are_stated_where_they_do_not_fit(tmp_path):
+    # red: `model_fields_set` left out
+    (tmp_path / "levels.csv").write_text("center_hz,spl_db\n63,126\n125,130\n250,129\n")
+    values = changed("l_panel", ("sound", "spectrum"), "levels.csv")
+    values["response"]["frequency_hz"] = [30, 300]
+    assert refused(tmp_path, values)[0][1].endswith(
+        "must be in the bands of levels.csv, 44.668 to 354.81 Hz"
+    )
+    del values["response"]["frequency_hz"]
+    assert refused(tmp_path, values)[0][1].endswith("354.81 Hz; by default it is 20 to 2000 Hz")
+
+
+def test_points_on_supported_edges_and_tables_that_end_early_are_named(tmp_path):
+    # red: no `on_edges` in `_of_points`; a table to the end of the response
+    text = "frequency_hz,equivalent_damping_n_s_m3\n100,500\n1000,500\n"
+    (tmp_path / "short.csv").write_text(text)
+    values = changed("l_panel", ("damping", "table"), "short.csv")
+    values["panel"]["points"]["A"] = [0, 0]
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
+    lines = overview(checked_study(path)).splitlines()
+    says = (
+        "short.csv has 100 to 1000 Hz, the response 30 to 2000 Hz; damping is held constant outside"
+    )
+    assert f"  data     {says}" in lines
+    (points,) = (line for line in lines if line.startswith("  points"))
+    assert "A on no patch, on a supported edge, where it does not move; B on corner; C on" in points
+    assert not any(
+        "held constant" in line
+        for line in overview(load_any_study(STUDIES / "l_panel.yaml")).splitlines()
+    )
+
+
 def test_a_point_on_a_hinge_is_named(capsys):
     # red: `fixed` left out of `_of_points`
     study = load_any_study(STUDIES / "sandwich_hole_hinge.yaml")

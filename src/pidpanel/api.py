@@ -430,10 +430,13 @@ class _Dumper(yaml.SafeDumper):
     """Writes the numbers of a study as they are written there, since they may be names."""
 
 
-for kind, tag in ((WrittenInt, "int"), (WrittenFloat, "float")):
-    _Dumper.add_representer(
-        kind, lambda dumper, value, tag=tag: dumper.represent_scalar(f"{CORE}{tag}", value.written)
-    )
+def _written(dumper: yaml.SafeDumper, number: WrittenInt | WrittenFloat) -> yaml.ScalarNode:
+    kind = "int" if isinstance(number, int) else "float"
+    return dumper.represent_scalar(f"{CORE}{kind}", number.written)
+
+
+_Dumper.add_representer(WrittenInt, _written)
+_Dumper.add_representer(WrittenFloat, _written)
 
 
 def _with_files(value: Any, folder: Path) -> Any:

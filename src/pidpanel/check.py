@@ -175,7 +175,7 @@ def _check_tables(study: Study) -> Iterator[Mistake]:
     from pidpanel.damping.from_study import read_table
     from pidpanel.damping.table_files import read_columns
 
-    for keys, table in _tables(study):
+    for keys, table in damping_tables(study):
         damper = study.damping if keys[0] == "damping" else study.dampers[str(keys[1])]
         try:
             read_table(table, impedance=keys[-1] == "impedance", apparent_mass=damper.apparent_mass)
@@ -240,10 +240,12 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
         yield Mistake(("sound", "spectrum"), says)
     low, high = spectrum.reach
     if response.frequency_hz[0] < low or response.frequency_hz[1] > high:
-        yield Mistake(
-            ("response", "frequency_hz"),
-            f"must be in the {spectrum.rows} of {sound.spectrum.name}, {low:.5g} to {high:.5g} Hz",
+        says = (
+            f"must be in the {spectrum.rows} of {sound.spectrum.name}, {low:.5g} to {high:.5g} Hz"
         )
+        if "frequency_hz" not in response.model_fields_set:
+            says += "; by default it is {:g} to {:g} Hz".format(*response.frequency_hz)
+        yield Mistake(("response", "frequency_hz"), says)
 
 
 def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) -> Iterator[Mistake]:
@@ -314,7 +316,7 @@ def _check_mesh(
             yield Mistake(("panel", *keys), says)
 
 
-def _tables(study: Study) -> Iterator[tuple[Keys, Path]]:
+def damping_tables(study: Study) -> Iterator[tuple[Keys, Path]]:
     """Yield the tables of damping that a study names, with the ways to them."""
     if study.damping.table is not None:
         yield ("damping", "table"), study.damping.table

@@ -5,6 +5,8 @@ STANDARD_GRAVITY = 9.80665  # m/s², exact by definition (3rd CGPM, 1901)
 # The version that the decks and readers are written for; no other is run.
 LIGGGHTS_VERSION = "3.8.0"
 
+LARGEST_GAMMA = 2000.0  # largest amplitude of an acceleration [g]
+
 # η of particles that do not rebound is at most 4/π = 1.27; more is taken for percent [1].
 MOST_LOSS_FACTOR = 2.0
 

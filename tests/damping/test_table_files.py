@@ -46,6 +46,15 @@ FAULTS = {
         f'{F},{C}\n100,"2,5"\n',
         [f"line 2: {C} = '2,5': must be a finite number with a decimal point"],
     ),
+    "µm for mm": (
+        f"{F},displacement_mm,{C}\n30,900,500\n300,900,500\n400,900,500\n",
+        ["line 3: displacement_mm = 900 at 300 Hz is 3.26e+05 g; at most 2000 g (in µm?)"],
+    ),
+    "mm/s for m/s": (
+        f"{F},velocity_m_s,{C}\n300,90,500\n",
+        ["line 2: velocity_m_s = 90 at 300 Hz is 1.73e+04 g; at most 2000 g (in mm/s?)"],
+    ),
+    "m/s² for g": (f"{F},acceleration_g,{C}\n30,2e4,500\n", ["line 2: acceleration_g = 2e4: must"]),
     "a short row": (f"{F},{C}\n100\n", ["line 2: has 1 values, must have 2"]),
     "nan": (f"{F},{C}\n100,nan\n", [f"line 2: {C} = 'nan': must be a finite number"]),
     "NaN of a frequency": (f"{F},{C}\nNaN,5\n", [f"line 2: {F} = 'NaN': must be a finite"]),

@@ -165,6 +165,10 @@ REFUSED = {
         "line 4: spl_db = 4e5: must be at least -100 and at most 200 .in Pa",
     ),
     "three columns": (["100,120", "125,120,1"], "line 4: has 3 values, must have 2 as the header"),
+    "a digit missing": (
+        ["100,120", "125,12", "160,121"],
+        "line 4: spl_db = 12: more than 40 dB below both neighbours, 120 and 121 dB",
+    ),
     "one band": (["100,120"], "1 band; at least two"),
     "no band": ([], "no bands; at least two"),
 }

@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # slow to import, and a study of the coupon alone needs none 
     from pidpanel.panel.mesh import PanelMesh
     from pidpanel.study.panel import Panel
 
+THIRD = 2 ** (1 / 3)  # of an octave: less is not said of data that end within the response
 MODES = 6  # number of natural frequencies listed
 # Elements that are solved in about four seconds, by section and kind.
 MOST_CELLS: Mapping[str, int] = {"thin triangles": 1100}
@@ -165,6 +166,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         yield _line(
             "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
         )
+    yield from (_line("data", text) for text in _of_tables(study))
     for name, key in study.massless_dampers.items():
         source = name or "the table"
         yield _line("mass", f"the particles of {source} have no mass in the computation; {key}")
@@ -189,19 +191,38 @@ def _of_modes(study: Study, estimate: PanelEstimate) -> str:
     return f"{rigid}{frequencies} Hz on {source}{note}"
 
 
+def _of_tables(study: Study) -> Iterator[str]:
+    """Yield tables of damping that end within the frequencies of the response."""
+    from pidpanel.check import damping_tables
+    from pidpanel.damping.table_files import read_columns
+
+    low, high = study.response.frequency_hz
+    for keys, table in damping_tables(study):
+        frequency = read_columns(table, impedance=keys[-1] == "impedance")["frequency_hz"]
+        if frequency.min() > low * THIRD or frequency.max() < high / THIRD:
+            yield (
+                f"{table.name} has {frequency.min():g} to {frequency.max():g} Hz, the response "
+                f"{low:g} to {high:g} Hz; damping is held constant outside"
+            )
+
+
 def _of_points(study: Study, mesh: PanelMesh) -> Iterator[str]:
     """Yield each response point with the patches that it lies on, or the support."""
     from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.panel.supports import held_vertices
 
-    supports = StudiedPanel(study.panel).supports.points
+    supports = StudiedPanel(study.panel).supports
+    on_edges = {held.vertex for held in held_vertices(mesh, supports)[0]}
     for name, vertex in mesh.point_vertices.items():
         patches = [p for p, cells in mesh.patch_cells.items() if vertex in mesh.cells[cells]]
         x, y = mesh.vertices[vertex]
         fixed = [
             f", on {label}, where it does not move"
-            for label, support in supports.items()
+            for label, support in supports.points.items()
             if math.dist((x, y), support.position) <= max(support.radius, 1e-6)
         ]
+        if vertex in on_edges:
+            fixed.append(", on a supported edge, where it does not move")
         yield f"{name} on {' and '.join(patches) or 'no patch'}{''.join(fixed)}"
 
 

@@ -22,7 +22,12 @@ from pidpanel.columns import (
     read_rows,
     unknown,
 )
-from pidpanel.constants import MOST_LOSS_FACTOR, MOST_OF_MASS
+from pidpanel.constants import (
+    LARGEST_GAMMA,
+    MOST_LOSS_FACTOR,
+    MOST_OF_MASS,
+    STANDARD_GRAVITY,
+)
 from pidpanel.damping.interpolation import lone_rows
 
 FILL, FREQUENCY = "fill_fraction", "frequency_hz"
@@ -46,6 +51,7 @@ COLUMNS: Mapping[str, Allowed] = {
     FILL: Allowed(0.0, low_itself=False, high=1.0, hint="in percent?"),
     FREQUENCY: POSITIVE,
     **dict.fromkeys(AMPLITUDES, POSITIVE),
+    AMPLITUDES[0]: Allowed(0.0, low_itself=False, high=LARGEST_GAMMA, hint="in m/s²?"),
     DAMPING: NOT_NEGATIVE,
     LOSS_FACTOR: Allowed(
         0.0,
@@ -163,9 +169,23 @@ def _faults_of_rows(
                     f"line {lines[row]}: {error} = {columns[error][row]:g}: "
                     f"must be 0 where {value} is 0: errors are relative to it"
                 )
+    yield from _faults_of_amplitude(columns, lines)
     yield from _faults_of_mass(columns, lines)
     if len(first_lines) == len(lines) and not scattered:
         yield from _faults_of_scatter(columns, lines)
+
+
+def _faults_of_amplitude(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
+    """Yield the first displacement or velocity with an acceleration that no shaker has."""
+    omega = 2 * np.pi * columns[FREQUENCY]
+    for name, scale in (("displacement_mm", 1e-3 * omega**2), ("velocity_m_s", omega)):
+        gamma = columns.get(name, np.zeros_like(omega)) * scale / STANDARD_GRAVITY
+        for row in np.flatnonzero(gamma > LARGEST_GAMMA)[:1].tolist():
+            yield (
+                f"line {lines[row]}: {name} = {columns[name][row]:g} at"
+                f" {columns[FREQUENCY][row]:g} Hz is {gamma[row]:.3g} g; at most {LARGEST_GAMMA:g}"
+                f" g (in {'µm' if name == 'displacement_mm' else 'mm/s'}?)"
+            )
 
 
 def _faults_of_mass(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:

@@ -38,6 +38,9 @@ CENTER_TOLERANCE = 0.02
 # filtered spectrum may have bands far below the threshold of hearing, 0 dB.
 LEVEL_RANGE = (-100.0, 200.0)
 
+# Levels of neighbouring bands of a launcher or a chamber differ by less [dB].
+DEEPEST_DIP_DB = 40.0
+
 COLUMNS = {
     HEADER[0]: Allowed(0.0, low_itself=False),
     HEADER[1]: Allowed(LEVEL_RANGE[0], high=LEVEL_RANGE[1], hint="in Pa?"),
@@ -77,6 +80,7 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
     if not faults:
         kind, faults = _band_kind(lines, columns[HEADER[0]], band_number)
         faults += _faults_of_comments(table, kind)
+        faults += _faults_of_dips(lines, columns[HEADER[1]])
     refuse(Path(path), faults)
     source = "\n".join(comment for _, comment in table.comments)
     return BandSpectrum(kind, np.array(band_number), columns[HEADER[1]], source=source)
@@ -93,6 +97,18 @@ def _of_overall(table: TableRows, line: int) -> str:
         "; omit the row of the overall level; oaspl_db of the section sound shifts to an "
         "overall level"
     )
+
+
+def _faults_of_dips(lines: Sequence[int], level: Array) -> Iterator[Fault]:
+    """Yield bands far below both neighbours, as with a digit missing."""
+    for row in range(1, len(level) - 1):
+        below, above = level[row - 1], level[row + 1]
+        if level[row] < min(below, above) - DEEPEST_DIP_DB:
+            yield (
+                lines[row],
+                f"spl_db = {level[row]:g}: more than {DEEPEST_DIP_DB:g} dB below both neighbours,"
+                f" {below:g} and {above:g} dB",
+            )
 
 
 def _faults_of_comments(table: TableRows, kind: BandKind) -> Iterator[Fault]:

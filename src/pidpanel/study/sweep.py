@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.constants import LARGEST_GAMMA, STANDARD_GRAVITY
 from pidpanel.study.base import Fill, SectionModel
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Diameter
@@ -49,7 +49,6 @@ class Range(SectionModel):
         return tuple(round(self.start + i * self.step, 9) for i in range(self.count))
 
 
-LARGEST_GAMMA = 2000.0  # largest amplitude of an acceleration [g]
 # Amplitude of an acceleration [g].
 Gamma = Annotated[float, Quantity(0, LARGEST_GAMMA, low_itself=False, units=GRAVITIES)]
 # Of a displacement [mm].
