@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 import pidpanel
-from pidpanel.api import _plain
 from pidpanel.damping.laws import paper_corrected
+from pidpanel.study.writing import plain
 
 STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
@@ -133,7 +133,7 @@ def test_a_study_with_another_value_is_the_same_study_otherwise(tmp_path, monkey
 def test_values_of_numpy_and_paths_are_those_of_a_file():
     # red: `value.tolist()` left out
     values = {"a": np.float64(1.5), "b": (np.arange(2), Path("x")), 3: {"c": None}}
-    assert _plain(values) == {"a": 1.5, "b": [[0, 1], "x"], "3": {"c": None}}
+    assert plain(values) == {"a": 1.5, "b": [[0, 1], "x"], "3": {"c": None}}
 
 
 SAYS = {

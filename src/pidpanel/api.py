@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
-import yaml
 
 from pidpanel.check import checked_study
 from pidpanel.cli.snakemake import command
@@ -40,8 +39,7 @@ from pidpanel.report.read import without_errors
 from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
-from pidpanel.study.document import Document
-from pidpanel.study.yaml_loader import CORE, WrittenFloat, WrittenInt
+from pidpanel.study.writing import plain, text_of, values_of, with_changes
 
 __all__ = ["Model", "ResultsError", "StudyError"]
 
@@ -105,18 +103,7 @@ class Model:
         Parameters
         ----------
         values
-            By the keys of a study joined with dots. A key that is not there is added; lists are
-            replaced as a whole. Runs with LIGGGHTS need another ``name``.
-
-        Returns
-        -------
-        Model
-            With the same folder.
-
-        Raises
-        ------
-        StudyError
-            One line for each mistake.
+            By the keys of a study joined with dots. Runs with LIGGGHTS need another ``name``.
 
         Examples
         --------
@@ -124,20 +111,8 @@ class Model:
         >>> model.modes().sizes["point"]
         3
         """
-        if self._file is None:
-            whole = _plain(self._values or {})
-        else:
-            whole = _with_files(_plain(Document(self._file).data), self._file.parent)
-            whole.setdefault("name", self.study.name)
-        for key, value in values.items():
-            *sections, name = key.split(".")
-            section = whole
-            for entry in sections:
-                section = section.setdefault(entry, {})
-                if not isinstance(section, dict):
-                    raise StudyError(f"{key}: {entry} is not a section of this study")
-            section[name] = value
-        return Model(whole, self.folder)
+        whole = plain(self._values) if self._file is None else values_of(self._file)
+        return Model(with_changes({"name": self.study.name, **whole}, values), self.folder)
 
     def __repr__(self) -> str:
         return f"<pidpanel model {self.study.name!r} in {str(self.folder)!r}>"
@@ -171,7 +146,7 @@ class Model:
         if file is None:
             file = self.results / "study.yaml"
             file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(_text(self._values or {}, self.study.name), encoding="utf-8")
+            file.write_text(text_of(self._values or {}, self.study.name), encoding="utf-8")
         names = [f"results/{self.study.name}/{name}" for name in targets]
         self.folder.mkdir(parents=True, exist_ok=True)
         done = subprocess.run(
@@ -412,48 +387,9 @@ def _of_mapping(values: Mapping[str, Any], folder: Path) -> Study | CouponStudy:
     """Return the study that a mapping is, checked like that of a file."""
     with tempfile.TemporaryDirectory(prefix="pidpanel_") as name, contextlib.chdir(folder):
         path = Path(name) / "notebook.yaml"
-        path.write_text(_text(values, "notebook"), encoding="utf-8")
+        path.write_text(text_of(values, "notebook"), encoding="utf-8")
         try:
             return checked_study(path)
         except StudyError as error:
             place = re.compile(rf"^{re.escape(str(path))}(:\d+)?: ", re.MULTILINE)
             raise StudyError(place.sub("", str(error))) from None
-
-
-def _text(values: Mapping[str, Any], name: str) -> str:
-    """Return a mapping as YAML; numbers of numpy, tuples and paths as a file has them."""
-    whole = _plain({"name": name, **values})
-    return yaml.dump(whole, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
-
-
-class _Dumper(yaml.SafeDumper):
-    """Writes the numbers of a study as they are written there, since they may be names."""
-
-
-def _written(dumper: yaml.SafeDumper, number: WrittenInt | WrittenFloat) -> yaml.ScalarNode:
-    kind = "int" if isinstance(number, int) else "float"
-    return dumper.represent_scalar(f"{CORE}{kind}", number.written)
-
-
-_Dumper.add_representer(WrittenInt, _written)
-_Dumper.add_representer(WrittenFloat, _written)
-
-
-def _with_files(value: Any, folder: Path) -> Any:
-    """Return values in which the names of files in a folder are absolute."""
-    if isinstance(value, dict):
-        return {key: _with_files(item, folder) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_with_files(item, folder) for item in value]
-    is_file = isinstance(value, str) and Path(value).suffix and (folder / value).is_file()
-    return str(folder / value) if is_file else value
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    return str(value) if isinstance(value, Path) else value

@@ -47,7 +47,7 @@ FAULTS = {
         [f"line 2: {C} = '2,5': must be a finite number with a decimal point"],
     ),
     "µm for mm": (
-        f"{F},displacement_mm,{C}\n30,900,500\n300,900,500\n400,900,500\n",
+        f"{F},displacement_mm,{C}\n10,900,500\n300,900,500\n400,900,500\n",
         ["line 3: displacement_mm = 900 at 300 Hz is 3.26e+05 g; at most 2000 g (in µm?)"],
     ),
     "mm/s for m/s": (
