@@ -1,10 +1,13 @@
-"""The panel of a study under each excitation that a search counts, with dampers on places."""
+"""The panel of a study under each excitation that a search counts, with dampers on places.
+
+Each plate has the places as its patches. Layouts are confirmed in a basis that is checked with
+them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -19,24 +22,6 @@ from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.panel import ExcitationSource, ResponsePanel
 from pidpanel.solve.supports import SupportedPanel, supported_panel
-
-
-class Excited(Protocol):
-    """A panel under an excitation; each plate has the places as its patches."""
-
-    def panel(self, plate: StoredPlate, places: Places) -> PlacedPanel:
-        """Return the panel with places in the basis of the panel stage."""
-        ...
-
-    def confirm(
-        self,
-        plate: StoredPlate,
-        places: Places,
-        layouts: Sequence[Sequence[PatchFilling]],
-        models: Mapping[str, DampingReading],
-    ) -> list[Finalist]:
-        """Return layouts at their consistent motion, in a basis that is checked with them."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -99,3 +84,6 @@ class OnShaker:
 
     def _placed(self, panel: ResponsePanel, places: Places) -> PlacedPanel:
         return place_panel(panel, places.area, with_strains=self.with_strains)
+
+
+Excited = UnderSound | OnShaker

@@ -58,20 +58,7 @@ class ResponseTables(NamedTuple):
 
 
 def write_severity(study: Study, files: ResponseTables, output: SeverityFiles) -> None:
-    """Write all tables of the stage.
-
-    Parameters
-    ----------
-    study
-        With the section ``severity``.
-    files
-        Errors are those of the rms accelerations and stresses there.
-
-    Raises
-    ------
-    StudyError
-        For a study without the section.
-    """
+    """Write all tables of the stage; `StudyError` for a study without the section ``severity``."""
     severity = study.severity
     if severity is None:
         raise StudyError(f"{study.name}: severity: missing")
@@ -88,9 +75,9 @@ def write_severity(study: Study, files: ResponseTables, output: SeverityFiles) -
     limits = {point: read_base_table(path) for point, path in severity.limits.items()}
     oscillators: list[pd.DataFrame] = []
     peaks: list[dict[str, Any]] = []
-    fatigue: list[dict[str, Any]] = []
-    strength: list[dict[str, Any]] = []
-    margins: list[dict[str, Any]] = []
+    fatigue: list[tuple[Any, ...]] = []
+    strength: list[tuple[Any, ...]] = []
+    margins: list[tuple[Any, ...]] = []
     for where, case in _steady_cases(psd):
         points = [str(name) for name in case["point"].to_numpy()]
         values = case["acceleration_psd"].to_numpy() / STANDARD_GRAVITY**2
@@ -139,15 +126,7 @@ def strengths(section: Strengths | None) -> tuple[LayerStrength | None, tuple[fl
         return None, None
     layers, core = section.layers, section.core
     return (
-        None
-        if layers is None
-        else LayerStrength(
-            layers.tension_1_mpa,
-            layers.compression_1_mpa,
-            layers.tension_2_mpa,
-            layers.compression_2_mpa,
-            layers.shear_mpa,
-        ),
+        None if layers is None else LayerStrength(*dict(layers).values()),
         None if core is None else (core.shear_xz_mpa, core.shear_yz_mpa),
     )
 

@@ -29,18 +29,7 @@ class LayerStrength(NamedTuple):
 
 
 def maximum_stress_index(stress: Array, strength: LayerStrength) -> Array:
-    """Return the largest stress over its strength, tension and compression alike.
-
-    Parameters
-    ----------
-    stress
-        (…, 3) amplitudes of σ₁, σ₂ and τ₁₂ [Pa].
-    strength
-        Of the ply.
-
-    Returns
-    -------
-    (…) [1].
+    """Return the largest of σ₁, σ₂ and τ₁₂ (…, 3) [Pa] over its strength, whatever its sign.
 
     Examples
     --------
@@ -48,13 +37,8 @@ def maximum_stress_index(stress: Array, strength: LayerStrength) -> Array:
     >>> float(maximum_stress_index(np.array([300.0, 10.0, 35.0]), ply))
     0.5
     """
-    weakest = np.array(
-        [
-            min(strength.tension_1, strength.compression_1),
-            min(strength.tension_2, strength.compression_2),
-            strength.shear,
-        ]
-    )
+    tension_1, compression_1, tension_2, compression_2, shear = strength
+    weakest = np.array([min(tension_1, compression_1), min(tension_2, compression_2), shear])
     index: Array = np.max(np.abs(stress) / weakest, axis=-1)
     return index
 
@@ -66,36 +50,21 @@ def tsai_wu_index(stress: Array, strength: LayerStrength) -> Array:
 
     Parameters and result are those of `maximum_stress_index`.
     """
-    linear = np.array(
-        [
-            1 / strength.tension_1 - 1 / strength.compression_1,
-            1 / strength.tension_2 - 1 / strength.compression_2,
-        ]
-    )
-    f11 = 1 / (strength.tension_1 * strength.compression_1)
-    f22 = 1 / (strength.tension_2 * strength.compression_2)
+    tension_1, compression_1, tension_2, compression_2, shear = strength
+    f1, f2 = 1 / tension_1 - 1 / compression_1, 1 / tension_2 - 1 / compression_2
+    f11, f22 = 1 / (tension_1 * compression_1), 1 / (tension_2 * compression_2)
     f12 = -np.sqrt(f11 * f22) / 2
     indices = []
     for signs in itertools.product((1.0, -1.0), repeat=2):
         s1, s2 = (sign * stress[..., axis] for axis, sign in enumerate(signs))
-        square = (
-            f11 * s1**2 + f22 * s2**2 + 2 * f12 * s1 * s2 + (stress[..., 2] / strength.shear) ** 2
-        )
-        slope = linear[0] * s1 + linear[1] * s2
+        square = f11 * s1**2 + f22 * s2**2 + 2 * f12 * s1 * s2 + (stress[..., 2] / shear) ** 2
+        slope = f1 * s1 + f2 * s2
         indices.append((slope + np.sqrt(slope**2 + 4 * square)) / 2)  # 1/R
     index: Array = np.max(indices, axis=0)
     return index
 
 
 def core_index(stress: Array, strength: tuple[float, float]) -> Array:
-    """Return the largest shear stress of a core over its strength.
-
-    Parameters
-    ----------
-    stress
-        (…, 2) amplitudes of τ_xz and τ_yz.
-    strength
-        Of both, in the unit of the stresses.
-    """
+    """Return the largest of τ_xz and τ_yz (…, 2) of a core over its strength."""
     index: Array = np.max(np.abs(stress) / np.array(strength), axis=-1)
     return index

@@ -28,6 +28,7 @@ from pidpanel.spectra.break_points import BreakPoints
 
 STRESSES = ("stress_xx", "stress_yy", "stress_xy", "von_mises")
 CORE = "core"
+PLACE = ("reading", "scenario", "point")  # first columns of every table
 
 
 def peak_rows(
@@ -40,14 +41,7 @@ def peak_rows(
 ) -> Iterator[dict[str, Any]]:
     """Yield a row per point that moves.
 
-    Parameters
-    ----------
-    psd
-        (nf, n_points) [g²/Hz].
-    error
-        (n_points,) relative standard error of the rms accelerations.
-    duration
-        [s].
+    PSDs (nf, n_points) are in g²/Hz, errors (n_points,) those of the rms, relative; s.
     """
     rate = zero_crossing_rate(frequency, psd)
     factor = peak_factor(rate, duration)
@@ -66,17 +60,9 @@ def peak_rows(
 
 
 FATIGUE_COLUMNS = (
-    "reading",
-    "scenario",
-    "point",
-    "layer",
-    "quantity",
-    "stress_rms_mpa",
-    "zero_crossings_hz",
-    "damage_dirlik",
-    "damage_narrow_band",
-    "damage_log_error",
-)
+    *PLACE, "layer", "quantity", "stress_rms_mpa", "zero_crossings_hz", "damage_dirlik",
+    "damage_narrow_band", "damage_log_error",
+)  # fmt: skip
 
 
 def fatigue_rows(
@@ -86,7 +72,7 @@ def fatigue_rows(
     relative_error: pd.Series,
     line: FatigueLine,
     duration: float,
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[tuple[Any, ...]]:
     """Yield a row per point, layer and stress; errors by point, layer and stress."""
     for quantity in STRESSES:
         psd = stress[f"{quantity}_psd"].transpose("frequency", "point", "layer").to_numpy()
@@ -99,8 +85,7 @@ def fatigue_rows(
                 values = (rms, rate, duration * dirlik, duration * narrow_band)
                 numbers = [float(value[p, n]) for value in values]
                 error = line.exponent * math.log1p(relative_error[point, layer, quantity])
-                row = (*where.values(), point, layer, quantity, *numbers, error)
-                yield dict(zip(FATIGUE_COLUMNS, row, strict=True))
+                yield (*where.values(), point, layer, quantity, *numbers, error)
 
 
 def _pairs(stress: xr.Dataset) -> Iterator[tuple[tuple[int, str], tuple[int, str]]]:
@@ -111,14 +96,8 @@ def _pairs(stress: xr.Dataset) -> Iterator[tuple[tuple[int, str], tuple[int, str
 
 
 STRENGTH_COLUMNS = (
-    "reading",
-    "scenario",
-    "point",
-    "layer",
-    "maximum_stress_index",
-    "tsai_wu_index",
-    "relative_error",
-)
+    *PLACE, "layer", "maximum_stress_index", "tsai_wu_index", "relative_error",
+)  # fmt: skip
 
 
 def strength_rows(
@@ -126,15 +105,10 @@ def strength_rows(
     stress: pd.DataFrame,
     layers: LayerStrength | None,
     core: tuple[float, float] | None,
-) -> Iterator[dict[str, Any]]:
-    """Yield a row per point and layer with a strength, of stresses of 3σ.
+) -> Iterator[tuple[Any, ...]]:
+    """Yield a row per point and layer with a strength [MPa], of stresses of 3σ.
 
-    Parameters
-    ----------
-    stress
-        Rows of the case in ``response/stress.csv``, by point, layer and quantity.
-    layers, core
-        Strengths of all layers but the core, and of the core along x and y [MPa].
+    ``stress`` has the rows of the case in ``response/stress.csv``, by point, layer and quantity.
     """
     for (point, layer), rows in stress.groupby(level=["point", "layer"], sort=False):
         of_layer = rows.droplevel(["point", "layer"])
@@ -153,20 +127,13 @@ def strength_rows(
             maximum = float(maximum_stress_index(amplitudes, layers))
             wu = float(tsai_wu_index(amplitudes, layers))
             error = of_layer.loc[list(STRESSES[:3]), "relative_error"].max()
-        row = (*where.values(), point, layer, maximum, wu, error)
-        yield dict(zip(STRENGTH_COLUMNS, row, strict=True))
+        yield (*where.values(), point, layer, maximum, wu, error)
 
 
 def index_maps(
     maps: xr.Dataset, layers: LayerStrength | None, core: tuple[float, float] | None
 ) -> xr.Dataset:
-    """Return maps of the failure indices of stresses of 3σ, as `strength_rows` has them at points.
-
-    Parameters
-    ----------
-    maps
-        ``response/maps.nc``.
-    """
+    """Return maps of the failure indices of stresses of 3σ from ``response/maps.nc``."""
 
     def amplitudes(names: Sequence[str]) -> Array:
         return 3e-6 * np.stack([maps[f"{name}_rms"].to_numpy() for name in names], axis=-1)
@@ -185,15 +152,8 @@ def index_maps(
 
 
 MARGIN_COLUMNS = (
-    "reading",
-    "scenario",
-    "point",
-    "center_hz",
-    "acceleration_psd_g2_hz",
-    "limit_g2_hz",
-    "margin_db",
-    "margin_error_db",
-)
+    *PLACE, "center_hz", "acceleration_psd_g2_hz", "limit_g2_hz", "margin_db", "margin_error_db",
+)  # fmt: skip
 
 
 def margin_rows(
@@ -203,17 +163,10 @@ def margin_rows(
     psd: Array,
     error: Array,
     limits: Mapping[str, BreakPoints],
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[tuple[Any, ...]]:
     """Yield a row per point with a limit and third octave: means of the PSD and of its limit.
 
-    Parameters
-    ----------
-    psd
-        (nf, n_points) [g²/Hz].
-    error
-        (n_points,) relative standard error of the rms accelerations.
-    limits
-        By point [g²/Hz].
+    PSDs (nf, n_points) and limits are in g²/Hz, errors (n_points,) those of the rms, relative.
     """
     for index, point in enumerate(points):
         limit = limits.get(point)
@@ -226,5 +179,4 @@ def margin_rows(
             allowed = limit.between(*edge).rms ** 2 / (edge[1] - edge[0])
             margin = 10 * math.log10(allowed / mean) if mean > 0 else math.inf
             margin_error = 20 * math.log10(1 + error[index])
-            row = (*where.values(), point, center, mean, allowed, margin, margin_error)
-            yield dict(zip(MARGIN_COLUMNS, row, strict=True))
+            yield (*where.values(), point, center, mean, allowed, margin, margin_error)
