@@ -1,6 +1,5 @@
 """The paper's panel on a coarse mesh, with one patch, and what moving supports make of it."""
 
-from dataclasses import fields
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,7 +15,6 @@ from pidpanel.panel.basis import basis_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.from_study import write_panel
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
@@ -47,8 +45,7 @@ def panel_of(path, attachments=()):
     plate = assemble_thin_plate(mesh, ThinSection(STIFFNESS, MASS_PER_AREA))
     plate = with_attachments(plate, attachments, mesh)
     shapes = panel_shapes(plate, 2 * HIGHEST)
-    names = [field.name for field in fields(StoredPlate) if hasattr(plate, field.name)]
-    stored = StoredPlate(**{name: getattr(plate, name) for name in names}, shapes=shapes.vectors)
+    stored = plate.with_shapes(shapes.vectors)
     mass = MASS_PER_AREA * SIZE[0] * SIZE[1] + sum(item.mass for item in attachments)
     none = np.zeros((shapes.vectors.shape[0], 0))
     basis = with_condensed_face(basis_of(mesh, plate, shapes), 40.0)

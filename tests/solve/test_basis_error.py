@@ -1,6 +1,6 @@
 """The error of the basis: what all elements say, at lines of its own, and how a basis grows."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +12,6 @@ from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
@@ -44,8 +43,7 @@ def panel(tmp_path_factory):
     plate = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))
     shapes = panel_shapes(plate, CUTOFF)
     basis = with_condensed_face(basis_of(mesh, plate, shapes), 40.0)
-    names = [field.name for field in fields(StoredPlate) if hasattr(plate, field.name)]
-    stored = StoredPlate(**{name: getattr(plate, name) for name in names}, shapes=shapes.vectors)
+    stored = plate.with_shapes(shapes.vectors)
     return plate, basis, stored
 
 

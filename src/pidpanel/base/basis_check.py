@@ -15,7 +15,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.response.cases import ResponseScenario, plan_cases
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.panel import ResponsePanel

@@ -13,7 +13,7 @@ from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings
 from pidpanel.coupled.softening import RmsMotion, Softened, softened_modulus, softening_bias
 from pidpanel.coupled.stations import stations_of
 from pidpanel.panel.basis import PanelBasis, patch_areas
-from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.basis_error import modal_basis
 from pidpanel.solve.excitation import Excitation, ModalForce
 from pidpanel.solve.lines import frequency_grid

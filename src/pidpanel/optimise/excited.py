@@ -17,7 +17,7 @@ from pidpanel.optimise.finalists import Finalist, confirm, confirm_on_shaker
 from pidpanel.optimise.placed import PlacedPanel, place_basis, place_panel
 from pidpanel.optimise.places import Places
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.panel import ExcitationSource, ResponsePanel

@@ -11,7 +11,7 @@ from pidpanel.arrays import Array
 from pidpanel.base.basis_check import checked_panel
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import residual_vectors
 from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases
 from pidpanel.response.dampers import DampingModels, PatchFilling

@@ -11,7 +11,7 @@ import numpy as np
 from pidpanel.arrays import Array, Index
 from pidpanel.optimise.places import Places, overlaps_of
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.response.panel import ResponsePanel
 
 

@@ -9,8 +9,8 @@ import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.modes import Plate
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.shapes import Shapes, on_patch, panel_shapes
 
@@ -96,7 +96,7 @@ def basis_of(mesh: PanelMesh, plate: AssembledPlate, shapes: Shapes) -> PanelBas
     )
 
 
-def values_of(plate: Plate, shapes: Shapes, points: Index) -> dict[str, Any]:
+def values_of(plate: PlateMatrices, shapes: Shapes, points: Index) -> dict[str, Any]:
     """Return the attributes of a `PanelBasis` that follow from its shapes.
 
     Parameters

@@ -6,7 +6,7 @@ import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array
 from pidpanel.panel.eigen import factors
-from pidpanel.panel.modes import Matrices
+from pidpanel.panel.matrices import PlateMatrices
 
 # Lanczos about this frequency below zero [Hz]: low beside any first mode, and no singular matrix.
 SHIFT = 1.0
@@ -14,7 +14,7 @@ SHIFT = 1.0
 RIGID = 1e-3
 
 
-def first_frequencies(plate: Matrices, count: int) -> tuple[int, Array]:
+def first_frequencies(plate: PlateMatrices, count: int) -> tuple[int, Array]:
     """Return the number of rigid-body modes and the first natural frequencies above [Hz].
 
     No check that none is missed; `modes.normal_modes` has it. Rigid-body modes count; a small mesh

@@ -369,7 +369,7 @@ def write_panel(
     plate = panel.plate(mesh)
     shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=damper_masses(study))
     basis = basis_of(mesh, plate, shapes)
-    write_plate(plate_nc, plate, shapes.vectors, stamp(study))
+    write_plate(plate_nc, plate.with_shapes(shapes.vectors), stamp(study))
     sound = 2 * np.pi * study.response.frequency_hz[1] / study.wave_speed
     condensed = with_condensed_face(basis, face_wavenumber(basis, sound))
     write_basis(modes_nc, condensed, stamp(study))

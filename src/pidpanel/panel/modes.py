@@ -1,8 +1,7 @@
 """Normal modes of the panel, bare and with mass on its patches."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from dataclasses import replace
 
 import numpy as np
 import scipy.linalg as la
@@ -10,10 +9,7 @@ import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.panel.eigen import BLOCK, eigenpairs, factors
-from pidpanel.panel.plate import AssembledPlate
-
-if TYPE_CHECKING:  # slow to import
-    from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import PlateMatrices
 
 # A mesh with fewer coordinates than so many times its modes is solved whole.
 WHOLE = 4
@@ -28,21 +24,7 @@ COLUMNS_AT_ONCE = 64
 HIDDEN = 0.1
 
 
-@dataclass(frozen=True)
-class Loaded:
-    """Matrices of a plate with mass on its patches."""
-
-    stiffness: sp.csr_array
-    mass: sp.csr_array
-    at_vertices: sp.csr_array
-    at_quadrature: sp.csr_array
-
-
-Plate: TypeAlias = "AssembledPlate | StoredPlate"
-Matrices: TypeAlias = "Plate | Loaded"
-
-
-def count_modes_below(plate: Matrices, frequency: float) -> int:
+def count_modes_below(plate: PlateMatrices, frequency: float) -> int:
     """Count the modes below a frequency [Hz], itself no eigenfrequency, without computing them.
 
     By Sylvester's law of inertia, the eigenvalues of (K, M) below (2πf)² are as many as the
@@ -61,7 +43,9 @@ def count_modes_below(plate: Matrices, frequency: float) -> int:
     return int(np.sum(factor.U.diagonal() < 0))
 
 
-def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> tuple[Array, Array]:
+def normal_modes(
+    plate: PlateMatrices, frequency_limit: float, at_least: int = 0
+) -> tuple[Array, Array]:
     """Compute all modes below a frequency [Hz], (K − (2πf_i)² M) φ_i = 0, rigid-body modes first.
 
     Block Lanczos from fixed vectors (`pidpanel.panel.eigen`), so that the same plate always gives
@@ -92,7 +76,7 @@ def normal_modes(plate: Matrices, frequency_limit: float, at_least: int = 0) -> 
     return frequency[lowest_modes], normalise(plate, modes[:, lowest_modes])
 
 
-def is_rigid(plate: Matrices, modes: Array) -> Flags:
+def is_rigid(plate: PlateMatrices, modes: Array) -> Flags:
     """Return whether the elastic energy of each mode is rounding error only."""
     return quadratic_form(plate.stiffness, modes) < RIGID * quadratic_form(
         abs(plate.stiffness), abs(modes)
@@ -108,16 +92,18 @@ def quadratic_form(matrix: sp.csr_array, vectors: Array) -> Array:
     return values
 
 
-def loaded_modes(plate: Plate, damper_mass: Mapping[str, float], frequency_limit: float) -> Array:
+def loaded_modes(
+    plate: PlateMatrices, damper_mass: Mapping[str, float], frequency_limit: float
+) -> Array:
     """Return the modes (n_free, n) below a frequency of the panel with mass on its patches."""
     mass = plate.mass
     for name, value in damper_mass.items():
         mass = mass + value * plate.patch_overlap[name]
-    heavy = Loaded(plate.stiffness, sp.csr_array(mass), plate.at_vertices, plate.at_quadrature)
+    heavy = replace(plate, mass=sp.csr_array(mass))
     return normal_modes(heavy, frequency_limit)[1]
 
 
-def normalise(plate: Matrices, vectors: Array) -> Array:
+def normalise(plate: PlateMatrices, vectors: Array) -> Array:
     """Scale each column to max |w| = 1 over the vertices, w > 0 there.
 
     A shape whose half-waves are the elements rests at all vertices, but for rounding: one that

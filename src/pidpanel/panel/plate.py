@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from skfem import BilinearForm, CellBasis, Element, Mesh
 
 from pidpanel.arrays import Array
+from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.section import Section
 
@@ -24,34 +25,13 @@ NONE_FREE = "mesh: every vertex is on a support; the panel needs vertices that a
 
 
 @dataclass(frozen=True)
-class AssembledPlate:
-    """Matrices of a supported plate in its free coordinates.
+class AssembledPlate(PlateMatrices):
+    """Matrices of a supported plate, and w anywhere on it."""
 
-    Whatever the plate theory, this is all that the modes need.
-    """
-
-    stiffness: sp.csr_array  # (n, n) K, with uᵀ K u / 2 the elastic energy [J]
-    mass: sp.csr_array  # (n, n) M, consistent, with u̇ᵀ M u̇ / 2 the kinetic energy [J]
-    # (n, n) D = ∫_patch N Nᵀ dA of each damper patch, so that uᵀ D u = ∫_patch w² dA [m⁴]
-    patch_overlap: dict[str, sp.csr_array]
     # Maps positions (n_positions, 2) [m] to the sparse array (n_positions, n) that gives w there.
     # Positions off the mesh raise ValueError.
     interpolate: Callable[[Array], sp.csr_array]
-    at_vertices: sp.csr_array  # (n_vertices, n) w at the vertices of the mesh
-    # (n_quadrature, 2) points [m] for the integration of a pressure on w
-    quadrature_position: Array
-    quadrature_weight: Array  # (n_quadrature,) weights [m²]; they sum to the area
-    # (n_quadrature, n) w at the quadrature points. The consistent load of a pressure p is
-    # ``at_quadrature.T @ (quadrature_weight * p)``.
-    at_quadrature: sp.csr_array
-    # Three matrices (n_vertices, n): κ (see `section`) at the vertices, the mean over the cells
-    # that meet there [1/m]
-    curvature_at_vertices: tuple[sp.csr_array, ...]
-    # Two matrices (n_vertices, n): γ (see `section`) likewise [1]; zero in a thin plate
-    shear_at_vertices: tuple[sp.csr_array, ...]
     section: Section
-    # (n,) ∫ m″ N dA with the attached masses: force per acceleration of all supports [kg]
-    inertia: Array
 
 
 @BilinearForm

@@ -3,8 +3,7 @@
 The response compares its reduced basis with all elements; for that it needs the elements.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,50 +11,35 @@ import numpy as np
 import scipy.sparse as sp
 import xarray as xr
 
-from pidpanel.arrays import Array
-from pidpanel.panel.plate import AssembledPlate
+from pidpanel.panel.matrices import StoredPlate
 
 SYMMETRIC = ("stiffness", "mass")  # matrices of which the upper triangle is stored
 
 
-@dataclass(frozen=True)
-class StoredPlate:
-    """What `AssembledPlate` has in arrays, with the shapes of the panel's basis."""
-
-    # As of `AssembledPlate`
-    stiffness: sp.csr_array
-    mass: sp.csr_array
-    patch_overlap: dict[str, sp.csr_array]
-    at_vertices: sp.csr_array
-    curvature_at_vertices: tuple[sp.csr_array, ...]
-    shear_at_vertices: tuple[sp.csr_array, ...]
-    quadrature_position: Array
-    quadrature_weight: Array
-    at_quadrature: sp.csr_array
-    inertia: Array
-    shapes: Array  # (n_free, n) of the basis, in its order and size, in single precision
-    # (n_patches, n_quadrature) weights over patches that elements do not follow [m²]; None where a
-    # patch is whole elements
-    patch_weight: sp.csr_array | None = None
-
-
-def write_plate(
-    path: Path, plate: AssembledPlate, shapes: Array, attributes: Mapping[str, str]
-) -> None:
+def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -> None:
     """Write the matrices of a plate and the shapes of its basis."""
+    long_name = "shapes of the basis in the free coordinates"
     variables: dict[str, Any] = {
         "quadrature_position": (("quadrature", "axis"), plate.quadrature_position, {"units": "m"}),
         "quadrature_weight": (("quadrature",), plate.quadrature_weight, {"units": "m2"}),
         "inertia": (("coordinate",), plate.inertia, {"units": "kg"}),
         "shapes": (
             ("coordinate", "shape"),
-            shapes.astype(np.float32),
-            {"units": "1", "long_name": "shapes of the basis in the free coordinates"},
+            plate.shapes.astype(np.float32),
+            {"units": "1", "long_name": long_name},
         ),
     }
-    for name, matrix in _matrices(plate):
-        stored = sp.csr_array(sp.triu(matrix)) if name in SYMMETRIC else matrix
-        variables |= _as_variables(name, stored)
+    for name in SYMMETRIC:
+        variables |= _as_variables(name, sp.csr_array(sp.triu(getattr(plate, name))))
+    for kind, matrices in (
+        ("patch", plate.patch_overlap.values()),
+        ("curvature", plate.curvature_at_vertices),
+        ("shear", plate.shear_at_vertices),
+    ):
+        for k, matrix in enumerate(matrices):
+            variables |= _as_variables(f"{kind}_{k}", matrix)
+    for name in ("at_vertices", "at_quadrature"):
+        variables |= _as_variables(name, getattr(plate, name))
     dataset = xr.Dataset(variables, attrs={**attributes, "patches": "\n".join(plate.patch_overlap)})
     dataset.to_netcdf(path, engine="scipy")
 
@@ -73,15 +57,13 @@ def read_plate(path: Path) -> StoredPlate:
             raise ValueError(f"{path}: not the matrices of a plate")
         data = dataset.load()
 
+    def array(name: str, kind: type = np.float64) -> Any:
+        return data[name].to_numpy().astype(kind)
+
     def matrix(name: str) -> sp.csr_array:
-        upper = sp.csr_array(
-            (
-                data[f"{name}_data"].to_numpy().astype(np.float64),
-                data[f"{name}_column"].to_numpy().astype(np.int32),
-                data[f"{name}_row_start"].to_numpy().astype(np.int32),
-            ),
-            shape=tuple(data[f"{name}_data"].attrs["shape"]),
-        )
+        rows = array(f"{name}_column", np.int32), array(f"{name}_row_start", np.int32)
+        shape = tuple(data[f"{name}_data"].attrs["shape"])
+        upper = sp.csr_array((array(f"{name}_data"), *rows), shape=shape)
         if name in SYMMETRIC:
             return sp.csr_array(upper + sp.triu(upper, 1).T)
         return upper
@@ -94,25 +76,12 @@ def read_plate(path: Path) -> StoredPlate:
         at_vertices=matrix("at_vertices"),
         curvature_at_vertices=tuple(matrix(f"curvature_{k}") for k in range(3)),
         shear_at_vertices=tuple(matrix(f"shear_{k}") for k in range(2)),
-        quadrature_position=data["quadrature_position"].to_numpy().astype(np.float64),
-        quadrature_weight=data["quadrature_weight"].to_numpy().astype(np.float64),
+        quadrature_position=array("quadrature_position"),
+        quadrature_weight=array("quadrature_weight"),
         at_quadrature=matrix("at_quadrature"),
-        inertia=data["inertia"].to_numpy().astype(np.float64),
-        shapes=data["shapes"].to_numpy().astype(np.float32),
+        inertia=array("inertia"),
+        shapes=array("shapes", np.float32),
     )
-
-
-def _matrices(plate: AssembledPlate) -> Iterator[tuple[str, sp.csr_array]]:
-    yield "stiffness", plate.stiffness
-    yield "mass", plate.mass
-    for k, overlap in enumerate(plate.patch_overlap.values()):
-        yield f"patch_{k}", overlap
-    yield "at_vertices", plate.at_vertices
-    for k, matrix in enumerate(plate.curvature_at_vertices):
-        yield f"curvature_{k}", matrix
-    for k, matrix in enumerate(plate.shear_at_vertices):
-        yield f"shear_{k}", matrix
-    yield "at_quadrature", plate.at_quadrature
 
 
 def _as_variables(name: str, matrix: sp.csr_array) -> dict[str, Any]:

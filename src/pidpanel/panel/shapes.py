@@ -34,9 +34,9 @@ import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.eigen import factors
+from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.modes import (
     MOST_RIGID,
-    Plate,
     is_rigid,
     loaded_modes,
     normal_modes,
@@ -82,7 +82,7 @@ class Shapes:
         """(n_free, n_residual)."""
         return self.vectors[:, len(self.frequency) :]
 
-    def joined_by(self, plate: Plate, further: Array) -> "Shapes":
+    def joined_by(self, plate: PlateMatrices, further: Array) -> "Shapes":
         """Return the shapes with what further shapes (n_free, n_more), of any size, add to them.
 
         What modes and residual vectors span already is dropped; the rest and the residual vectors
@@ -141,7 +141,7 @@ def panel_shapes(
     return shapes.joined_by(plate, loaded_modes(plate, mass, limit))
 
 
-def residual_vectors(plate: Plate, modes: Array, tolerance: float) -> tuple[Array, Array]:
+def residual_vectors(plate: PlateMatrices, modes: Array, tolerance: float) -> tuple[Array, Array]:
     """Compute the static response to the forces of the patches that the modes lack.
 
     X = K⁻¹ [D₁Φ, D₂Φ, …] is made M-orthogonal to the modes (and with that K-orthogonal), reduced to

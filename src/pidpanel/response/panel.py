@@ -13,7 +13,7 @@ from pidpanel.damping.coupled import CoupledDamping
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis, patch_areas
-from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.basis_error import (
     MovedFace,
     basis_shapes,

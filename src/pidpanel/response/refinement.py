@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array
-from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.resolution import element_sizes
 from pidpanel.response.cases import (
     CasePlan,

@@ -41,7 +41,7 @@ def peak_rows(
 ) -> Iterator[dict[str, Any]]:
     """Yield a row per point that moves.
 
-    PSDs (nf, n_points) are in g²/Hz, errors (n_points,) those of the rms, relative; s.
+    PSDs (nf, n_points) are in g²/Hz, errors (n_points,) relative, those of the rms.
     """
     rate = zero_crossing_rate(frequency, psd)
     factor = peak_factor(rate, duration)

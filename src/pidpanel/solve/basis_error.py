@@ -18,7 +18,7 @@ from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.plane_waves import CondensedFace, condensed
 from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
-from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import MODES_BEYOND, Shapes
 from pidpanel.progress import tracked
 from pidpanel.solve.elements import ElementMotion, Elements, Pull

@@ -26,7 +26,7 @@ import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.panel.eigen import factors
-from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import on_patch
 from pidpanel.solve.model import ModalBasis, ResponseError
 

@@ -20,7 +20,7 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.eigen import factors
-from pidpanel.panel.plate_files import StoredPlate
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.basis_error import basis_shapes, refined
 
 # Mass of the table over that of the panel: dampers move it by 1e-8 of their own motion.

@@ -1,7 +1,6 @@
 """Base motion held to closed forms: an oscillator, a simply supported plate, its limits."""
 
 from collections.abc import Callable
-from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.plate_files import StoredPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
@@ -94,14 +92,11 @@ class _Plate:
         mesh = mesh_quadrilaterals(folder / "plate.msh", SIZE, ELEMENTS, patch, POINTS)
         plate = assemble_thin_plate(mesh, ThinSection(RIGIDITY, MASS_PER_AREA))
         shapes = panel_shapes(plate, 2 * HIGHEST)
-        names = [field.name for field in fields(StoredPlate) if hasattr(plate, field.name)]
-        stored = {name: getattr(plate, name) for name in names}
         basis = with_condensed_face(basis_of(mesh, plate, shapes), 40.0)
         none = np.zeros((shapes.vectors.shape[0], 0))
         self.mass, self.inertia = plate.mass, plate.inertia
-        self.supported = supported_panel(
-            basis, StoredPlate(**stored, shapes=shapes.vectors), none, HIGHEST, MASS
-        )
+        stored = plate.with_shapes(shapes.vectors)
+        self.supported = supported_panel(basis, stored, none, HIGHEST, MASS)
         inertia = self.supported.inertia
         self.basis = with_translation(self.supported.basis, inertia)
         self.modal = modal_basis(self.basis, DampingRatio((RATIO,)), HIGHEST)

@@ -1,0 +1,46 @@
+"""The matrices of a plate: all that its modes and its response need, whatever its elements."""
+
+from dataclasses import dataclass, fields
+
+import scipy.sparse as sp
+
+from pidpanel.arrays import Array
+
+
+@dataclass(frozen=True)
+class PlateMatrices:
+    """Matrices of a supported plate in its free coordinates u, w(x, y) = Σ N_i(x, y) u_i."""
+
+    stiffness: sp.csr_array  # (n, n) K, with uᵀ K u / 2 the elastic energy [J]
+    mass: sp.csr_array  # (n, n) M, consistent, with u̇ᵀ M u̇ / 2 the kinetic energy [J]
+    # (n, n) D = ∫_patch N Nᵀ dA of each damper patch, so that uᵀ D u = ∫_patch w² dA [m⁴]
+    patch_overlap: dict[str, sp.csr_array]
+    at_vertices: sp.csr_array  # (n_vertices, n) w at the vertices of the mesh
+    # Three matrices (n_vertices, n): κ (see `section`) at the vertices, the mean over the cells
+    # that meet there [1/m]
+    curvature_at_vertices: tuple[sp.csr_array, ...]
+    # Two matrices (n_vertices, n): γ (see `section`) likewise [1]; zero in a thin plate
+    shear_at_vertices: tuple[sp.csr_array, ...]
+    # (n_quadrature, 2) points [m] for the integration of a pressure on w
+    quadrature_position: Array
+    quadrature_weight: Array  # (n_quadrature,) weights [m²]; they sum to the area
+    # (n_quadrature, n) w at the quadrature points. The consistent load of a pressure p is
+    # ``at_quadrature.T @ (quadrature_weight * p)``.
+    at_quadrature: sp.csr_array
+    # (n,) ∫ m″ N dA with the attached masses: force per acceleration of all supports [kg]
+    inertia: Array
+
+    def with_shapes(self, shapes: Array) -> "StoredPlate":
+        """Return the matrices with the shapes (n, n_shapes) of a basis."""
+        names = [field.name for field in fields(PlateMatrices)]
+        return StoredPlate(**{name: getattr(self, name) for name in names}, shapes=shapes)
+
+
+@dataclass(frozen=True)
+class StoredPlate(PlateMatrices):
+    """Matrices of a plate with the shapes of the panel's basis."""
+
+    shapes: Array  # (n_free, n) of the basis, in its order and size, in single precision
+    # (n_patches, n_quadrature) weights over patches that elements do not follow [m²]; None where a
+    # patch is whole elements
+    patch_weight: sp.csr_array | None = None
