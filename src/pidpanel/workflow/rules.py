@@ -24,6 +24,7 @@ NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"coupled"}}
 PROPOSAL = ("layouts", "front", "summary", "search", "psd")  # tables of the proposed layouts
 
 MEASUREMENT = ("measured", "differences")  # tables of the measurements
+OPTIONAL = ("optimise", "severity", "measurement", "base")  # rules that the report reads if any
 
 # Tables of the severity of the responses.
 SEVERITY = ("oscillators", "peaks", "fatigue", "strength", "margins")
@@ -46,48 +47,28 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     Each has a script of its name.
     """
     panel = _panel(plan, study)
-    files = {name: panel.output[name] for name in ("modes", "plate", "section")}
-    base = {} if study.base is None else {"base": _base(plan, study, panel)}
-    if study.sound is None:
-        proposals = _optimise(plan, study, files)
-        measurement = _measurement(plan, study, base)
-        report = _report(plan, study, panel, _outputs(proposals | base | measurement), {})
-        return {"panel": panel, **proposals, **base, **measurement, "report": report}
-    sound = _sound(plan, study, panel.output)
-    of_sound = {"modal_force": sound.output["modal_force"], "air": air_files(sound)}
-    basis = {"modes": files["modes"], "plate": files["plate"], **of_sound}
-    response = _response(plan, study, {**files, **of_sound})
-    upstream = {"left_out": response.output["left_out"], "psd": response.output["psd"]}
-    maps = _maps(plan, study, {**basis, **upstream})
-    proposals = _optimise(plan, study, {**files, **of_sound})
-    severity = {}
-    if study.severity is not None:
-        severity["severity"] = _severity(plan, study, response, maps)
-    measurement = _measurement(plan, study, {"response": response, **base})
-    under_sound = {
-        "response": [
-            response.output[name] for name in ("psd", "summary", "layouts", "stress_table")
-        ],
-        "maps": maps.output["maps"],
-        "spectrum": sound.output["spectrum"],
+    files: dict[str, str | list[str]] = {
+        name: panel.output[name] for name in ("modes", "plate", "section")
     }
-    optional = _outputs(proposals | severity | measurement | base)
-    return {
-        "panel": panel,
-        "sound": sound,
-        **proposals,
-        "response": response,
-        "maps": maps,
-        **severity,
-        **measurement,
-        **base,
-        "export": _export(plan, study, panel, response),
-        "report": _report(plan, study, panel, optional, under_sound),
-    }
-
-
-def _outputs(rules: Mapping[str, Rule]) -> list[str]:
-    return [file for rule in rules.values() for file in rule.output.values()]
+    rules, optional = {"panel": panel}, {}
+    if study.sound is not None:
+        sound = _sound(plan, study, panel.output)
+        files |= {"modal_force": sound.output["modal_force"], "air": air_files(sound)}
+        response = _response(plan, study, files)
+        maps = _maps(plan, study, files, response)
+        rules |= {"sound": sound, "response": response, "maps": maps}
+        if study.severity is not None:
+            optional["severity"] = _severity(plan, study, response, maps)
+    if study.base is not None:
+        optional["base"] = _base(plan, study, panel)
+    if study.optimise is not None:
+        optional["optimise"] = _optimise(plan, study, files)
+    if study.measurements:
+        optional["measurement"] = _measurement(plan, rules | optional)
+    if study.sound is not None:
+        optional["export"] = _export(plan, study, panel, response)
+    rules |= optional
+    return {**rules, "report": _report(plan, study, rules)}
 
 
 def air_files(sound: Rule) -> list[str]:
@@ -186,21 +167,16 @@ def _atlas(study: Study) -> dict[str, str]:
     return {"atlas": values_digest([ATLAS_CASES, ATLAS_CONSTANTS, *beds])} if coupons else {}
 
 
-def _optimise(
-    plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]
-) -> dict[str, Rule]:
-    if study.optimise is None:
-        return {}
+def _optimise(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) -> Rule:
     surfaces = [plan.damper_file("damping", damper, "surface.nc") for damper in study.surfaces]
     sections = (*RESPONSE_SECTIONS, "base", "dampers", "optimise")
-    rule = Rule(
+    return Rule(
         plan.results("optimise/optimise.log"),
         {**files, "surfaces": surfaces},
         {name: plan.results(f"optimise/{name}.csv") for name in PROPOSAL},
         {"study": plan.section(*sections, without=NOT_FOR_RESPONSE), **_atlas(study)},
         {"damping": plan.results("damping")} if surfaces else {},
     )
-    return {"optimise": rule}
 
 
 def _severity(plan: Plan, study: Study, response: Rule, maps: Rule) -> Rule:
@@ -214,20 +190,15 @@ def _severity(plan: Plan, study: Study, response: Rule, maps: Rule) -> Rule:
     )
 
 
-def _measurement(plan: Plan, study: Study, computed: Mapping[str, Rule]) -> dict[str, Rule]:
-    """Return the rule of the measurements of a study, with the curves of some rules."""
-    if not study.measurements:
-        return {}
-    curves = {
-        name: rule.output.get("psd") or rule.output["sine"] for name, rule in computed.items()
-    }
-    rule = Rule(
+def _measurement(plan: Plan, rules: Mapping[str, Rule]) -> Rule:
+    """Return the rule of the measurements of a study, with the curves of other rules."""
+    computed = {name: rules[name] for name in ("response", "base") if name in rules}
+    return Rule(
         plan.results("measurement/measurement.log"),
-        curves,
+        {name: rule.output.get("psd") or rule.output["sine"] for name, rule in computed.items()},
         {name: plan.results(f"measurement/{name}.csv") for name in MEASUREMENT},
         {"study": plan.section("measurements")},
     )
-    return {"measurement": rule}
 
 
 def _base(plan: Plan, study: Study, panel: Rule) -> Rule:
@@ -249,10 +220,14 @@ def _base(plan: Plan, study: Study, panel: Rule) -> Rule:
     )
 
 
-def _maps(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) -> Rule:
+def _maps(
+    plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]], response: Rule
+) -> Rule:
+    read = {name: files[name] for name in ("modes", "plate", "modal_force", "air")}
+    read |= {name: response.output[name] for name in ("left_out", "psd")}
     return Rule(
         plan.results("response/maps.log"),
-        {**files, "coupled": coupled_files(plan)["impedance"] if study.is_coupled else []},
+        {**read, "coupled": coupled_files(plan)["impedance"] if study.is_coupled else []},
         plan.files("response", maps="maps.nc", folder="maps"),
         {"study": plan.section("panel", "sound", "response"), "scenarios": scenarios_digest(study)},
     )
@@ -275,36 +250,35 @@ def _export(plan: Plan, study: Study, panel: Rule, response: Rule) -> Rule:
     )
 
 
-def _report(
-    plan: Plan,
-    study: Study,
-    panel: Rule,
-    optional: Sequence[str],
-    under_sound: Mapping[str, str | Sequence[str]],
-) -> Rule:
-    coupled = []
+def _report(plan: Plan, study: Study, rules: Mapping[str, Rule]) -> Rule:
+    panel = rules["panel"].output
+    read: dict[str, str | Sequence[str]] = {
+        "modes": panel["modes"],
+        "mode_table": panel["table"],
+        "section": panel["section"],
+        "cases": [plan.damper_file("coupon", d, "cases.csv") for d in study.coupons],
+        "films": films(plan),
+        "damping": [
+            plan.damper_file("damping", damper, name)
+            for damper in study.surfaces
+            for name in ("surface.nc", "law.csv")
+        ],
+        "optional": [file for name in OPTIONAL if name in rules
+                     for file in rules[name].output.values()],
+    }  # fmt: skip
+    if study.sound is not None:
+        response = ("psd", "summary", "layouts", "stress_table")
+        read["response"] = [rules["response"].output[name] for name in response]
+        read["maps"] = rules["maps"].output["maps"]
+        read["spectrum"] = rules["sound"].output["spectrum"]
     if study.is_coupled:
         coupled = [coupled_files(plan)[name] for name in ("summary", "psd", "impedance")]
         if len(study.readings) > 1 and study.sound is not None:
             coupled.append(plan.results("coupled/verdict.csv"))
-    damping = [
-        plan.damper_file("damping", damper, name)
-        for damper in study.surfaces
-        for name in ("surface.nc", "law.csv")
-    ]
+        read["coupled"] = coupled
     return Rule(
         plan.results("report.log"),
-        {
-            **under_sound,
-            "modes": panel.output["modes"],
-            "mode_table": panel.output["table"],
-            "section": panel.output["section"],
-            "cases": [plan.damper_file("coupon", d, "cases.csv") for d in study.coupons],
-            "films": films(plan),
-            "coupled": coupled,
-            "damping": damping,
-            "optional": optional,
-        },
+        read,
         {"page": plan.results("report.html"), "figures": plan.results("report")},
         {"study": plan.section()},
         {"results": plan.results("")},
