@@ -20,18 +20,12 @@ COLUMNS = {
 
 @dataclass(frozen=True)
 class DampingRatio:
-    """ζ of the modes of the bare panel.
+    """ζ of the modes of the bare panel."""
 
-    Parameters
-    ----------
-    ratio
-        (n,) positive [1]; of the elastic modes in turn where there is no frequency, the last of all
-        that follow.
-    frequency
-        (n,) rising [Hz]. Between them ζ is linear in ln f, beyond them constant.
-    """
-
+    # (n,) positive [1]; of the elastic modes in turn where there is no frequency, the last of all
+    # that follow
     ratio: tuple[float, ...]
+    # (n,) rising [Hz]. Between them ζ is linear in ln f, beyond them constant.
     frequency: tuple[float, ...] = ()
 
     def at(self, frequency: float) -> float:

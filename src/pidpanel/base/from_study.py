@@ -121,12 +121,10 @@ def write_base(
 
     Parameters
     ----------
-    damping
-        Folder of the surfaces, ``results/<study>/damping``; None for a study without any.
+    damping, coupled
+        Folders of the surfaces and of the coupled runs on the moving supports; None without any.
     output
         Files by the names of the rule: those of the parts that the study has.
-    coupled
-        Folder of the coupled runs on the moving supports; None for a study without any.
 
     Raises
     ------

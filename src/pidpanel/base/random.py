@@ -78,16 +78,8 @@ def random_cases(
 ) -> list[RandomCase]:
     """Return every scenario with every damping model.
 
-    Parameters
-    ----------
-    panel
-        With the translation in its basis, under a `BaseExcitation`.
-    observed
-        Of `supports.observed_motions`.
-    limits
-        By location: the points, then the interface; SI.
-    coupled_errors
-        Errors of coupled runs at the points, by scenario.
+    The panel has the translation in its basis and is under a `BaseExcitation`. ``observed`` are the
+    motions of `supports.observed_motions`. Limits are in SI, by location: points, then interface.
     """
     solver = panel.solver().with_lines(panel.frequency, observed)
     cases = []

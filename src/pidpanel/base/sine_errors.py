@@ -54,12 +54,7 @@ def sweep_errors(
 ) -> dict[str, Array]:
     """Return the standard errors of ln of the amplitudes of a sweep; none where none are known.
 
-    Parameters
-    ----------
-    errors
-        Of each damper, on the lines of the sweep.
-    amplitudes
-        Loads of the dampers → amplitudes of their sweep.
+    Those of the dampers are on the lines of the sweep; ``amplitudes`` takes their loads.
     """
     variance: dict[str, Array] = {}
     pairs = list(zip(dampers, errors, strict=True))

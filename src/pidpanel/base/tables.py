@@ -74,15 +74,7 @@ def case_dataset(
     values: Mapping[str, Array | float],
     place: Mapping[str, str],
 ) -> xr.Dataset:
-    """Return the results of one case at its place among all.
-
-    Parameters
-    ----------
-    values
-        By names of `VARIABLES`: (nf,), (nf, n_points), (n_points,) or a number.
-    place
-        Coordinates of the case, such as its scenario.
-    """
+    """Return the results of one case at its place among all, by names of `VARIABLES`."""
     axis = ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})
     variables = {}
     for name, value in values.items():
@@ -108,10 +100,7 @@ def random_dataset(
 ) -> xr.Dataset:
     """Return PSDs of input, points and interface under the stated and the notched input.
 
-    Parameters
-    ----------
-    shifts
-        Of `response.refinement.mesh_shifts`.
+    ``shifts`` are those of `response.refinement.mesh_shifts`.
     """
     parts = []
     for case in cases:

@@ -58,15 +58,7 @@ def check_target(file: Path, study: Path, *, force: bool) -> None:
 
 
 def write_study(study: Path, table: Path, file: Path) -> None:
-    """Write a study whose scenarios are the best proposed layouts.
-
-    Parameters
-    ----------
-    study, file
-        The study with the section ``optimise``, and the one to write.
-    table
-        ``optimise/layouts.csv``, the best layout first.
-    """
+    """Write a study whose scenarios are the first of the proposed layouts of a table."""
     import pandas as pd
     import yaml
 

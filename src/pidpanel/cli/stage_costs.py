@@ -34,12 +34,7 @@ NOTCH_ROUNDS = 6  # solutions of a scenario with limits after its first, usually
 def base_cost(shapes: int, lines: int, sine_lines: int, cases: int, *, notched: bool) -> Cost:
     """Return the cost of base motion, fitted to ``shaker`` (41 s).
 
-    Parameters
-    ----------
-    lines, sine_lines
-        Of the random motion and of a sweep; 0 without it.
-    cases
-        Layouts times damping models.
+    Lines are those of the random motion and of a sweep, cases are layouts times damping models.
     """
     rounds = 1 + NOTCH_ROUNDS * notched
     seconds = 8 + cases * (2.1e-6 * lines * shapes * rounds + 1.3e-3 * sine_lines)

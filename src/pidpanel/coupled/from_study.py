@@ -169,19 +169,8 @@ def write_scenario(
 ) -> None:
     """Integrate runs of a scenario until its rms accelerations are known, and write the estimate.
 
-    Parameters
-    ----------
-    label
-        One of `coupled_scenarios`.
-    store, folder
-        As of `ScenarioRuns`.
-    output
-        The ``.nc`` file.
-
-    Raises
-    ------
-    SolverFailure
-        As of `ScenarioRuns.record`.
+    For the folders ``store`` and ``folder`` see `ScenarioRuns`; a `SolverFailure` is that of
+    `ScenarioRuns.record`.
     """
     scenario, keys = coupled_scenarios(study)[label], study.damping.coupled
     runs = ScenarioRuns(read_excited_panel(study, files), scenario, store, folder)

@@ -38,21 +38,10 @@ def free_motion(
 def drift_free_velocity(
     force: Array, mass: Array, interval: float, intervals_per_row: int
 ) -> Array:
-    """Return the velocity with which free shapes come back to their place after a period.
+    """Return the velocity (n,) [m/s] with which free shapes are back in their place after a period.
 
-    Parameters
-    ----------
-    force
-        (m + 1, n) modal forces at the rows of a period, linear between them [N]; the last is the
-        first.
-    mass
-        (n,) [kg].
-    interval
-        Between impulses [s].
-
-    Returns
-    -------
-    (n,) before the first impulse [m/s].
+    Modal forces (m + 1, n) [N] are at the rows of a period, linear between them, the last like the
+    first; the velocity is that before the first impulse, and ``interval`` [s] between impulses.
     """
     part = np.arange(intervals_per_row)[:, None] / intervals_per_row
     impulse = interval * (force[:-1, None] * (1 - part) + force[1:, None] * part)

@@ -20,26 +20,10 @@ COUNTED = ("ok", "NotSteady", "EnergyNotClosed")
 
 
 def atlas_table(cases: Mapping[str, Case], rows: pd.DataFrame, source: str) -> pd.DataFrame:
-    """Return the rows of the atlas, in the order of the cases.
+    """Return the rows of the atlas, in the order of the cases, by label.
 
-    Parameters
-    ----------
-    cases
-        Label of the case → case.
-    rows
-        ``coupon/cases.csv`` of the study; cases that failed are left out.
-    source
-        Who computed them and with which study.
-
-    Returns
-    -------
-    DataFrame
-        Columns as ``atlas/datapackage.json`` lists them.
-
-    Raises
-    ------
-    ValueError
-        If the groups do not describe a case.
+    Rows are those of ``coupon/cases.csv``, failed cases left out; the source says who computed them
+    with which study. A `ValueError` names a case that the groups do not describe.
     """
     counted = rows[rows["status"].isin(COUNTED)]
     table = [

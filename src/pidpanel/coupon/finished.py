@@ -16,19 +16,10 @@ from pidpanel.coupon.runs import last_file
 
 
 def changes(batch: Batch, folder: Path) -> tuple[bool, list[str]]:
-    """Compare what is there with what a batch left.
+    """Compare what is there in ``results/coupon`` with what a batch left.
 
-    Parameters
-    ----------
-    folder
-        ``results/coupon``.
-
-    Returns
-    -------
-    incomplete : bool
-        Whether it has to be shaken again; runs that are sound are only judged again.
-    faults : list of str
-        A line with the file for each that is damaged, lost, or tells of a failure of the machine.
+    Returns whether it has to be shaken again (runs that are sound are only judged again), and a
+    line with the file for each that is damaged, lost, or tells of a failure of the machine.
     """
     file = folder / "batch" / f"{batch.label}.json"
     if not file.exists():

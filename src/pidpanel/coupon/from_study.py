@@ -79,39 +79,17 @@ def distinct(by_coupon: Mapping[str, Mapping[str, Case]]) -> dict[str, tuple[Cas
 
 
 def write_table(study: CouponStudy, damper: str, folder: Path, file: Path) -> None:
-    """Write the ``cases.csv`` of one coupon of a study; see `summary.write_table`.
-
-    Parameters
-    ----------
-    study, damper
-        The study, and the name of the damper; ``coupon`` for the section of that name.
-    folder, file
-        As of `summary.write_table`.
-
-    Raises
-    ------
-    CoverageMissed
-        If fewer cases are ok than ``accuracy.coverage`` of the coupon requires.
-    """
+    """Write the ``cases.csv`` of one coupon of a study; see `summary.write_table`."""
     cases = tuple(cases_by_coupon(study)[damper].values())
     coverage = study.coupons[damper].accuracy.coverage
     summary.write_table(cases, folder, file, coverage=coverage)
 
 
 def write_atlas(study: CouponStudy, table: Path, file: Path) -> None:
-    """Write the cases of a study in the format of the atlas.
+    """Write the cases of a study, from its ``coupon/cases.csv``, in the format of the atlas.
 
-    Parameters
-    ----------
-    study, table
-        The study and its ``coupon/cases.csv``.
-    file
-        A table as ``atlas/cases.csv``; the title of the study is the source of its rows.
-
-    Raises
-    ------
-    ValueError
-        If a case has cells, walls, sizes or gravity that the groups of the atlas do not describe.
+    The title of the study is the source of its rows. A `ValueError` names a case with cells, walls,
+    sizes or gravity that the groups of the atlas do not describe.
     """
     import pandas as pd
 

@@ -129,19 +129,10 @@ def _settle(packing: Packing, start: Scattered, folder: Path) -> Array:
 
 
 def loosen(bed: Bed, packing_folder: Path, folder: Path, full: int) -> Loosened:
-    """Shake a bed loose: ``bed.csv`` and the walls in ``folder``.
+    """Shake a bed loose: ``bed.csv`` and the walls in ``folder``, which is emptied before.
 
     The spheres are kept as they are at the instant of the last cycle at which they overlap least,
-    since a run may be stiffer than the loosening.
-
-    Parameters
-    ----------
-    packing_folder
-        Of its packing, with ``packing.csv``.
-    folder
-        Of the bed; emptied.
-    full
-        N_full of the packing.
+    since a run may be stiffer than the loosening. ``full`` is N_full of the packing.
 
     Raises
     ------

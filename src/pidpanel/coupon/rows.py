@@ -199,15 +199,7 @@ def check_cells(rows: Array, cells: Array, folder: Path) -> None:
 
 
 def harmonic(run: Run, rows: Array, mass: float) -> tuple[Array, Array]:
-    """C_e [N s/m³] and m_a [kg/m²] of each cycle, (n,); see `cycles.first_harmonic`.
-
-    Parameters
-    ----------
-    run, rows
-        The run and its rows, (n, 7).
-    mass
-        Of all spheres [kg].
-    """
+    """C_e [N s/m³] and m_a [kg/m²] of each cycle of rows (n, 7); see `cycles.first_harmonic`."""
     return _harmonic(run, _column(rows, "p_sin"), _column(rows, "p_cos"), mass=mass)
 
 

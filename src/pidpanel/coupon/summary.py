@@ -242,19 +242,10 @@ def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:
 
 
 def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: float) -> None:
-    """Write ``cases.csv``.
+    """Write ``cases.csv`` from the runs in ``results/coupon``.
 
-    Parameters
-    ----------
-    folder
-        ``results/coupon``.
-    coverage
-        Share of the cases that must be ok [1].
-
-    Raises
-    ------
-    CoverageMissed
-        After the table was written, with each case that is not ok.
+    `CoverageMissed` says, once the table is written, which cases are not ok, if these are more than
+    a coverage [1] allows.
     """
     evidence = [read_seeds(case, case.outcomes(folder)) for case in cases]
     scatters = packing_scatter(cases, [seeds for seeds, _ in evidence])

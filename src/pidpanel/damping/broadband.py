@@ -37,15 +37,8 @@ PAPER_LAW = BroadbandError(0.0, 0.2)  # the paper's law, which does not depend o
 
 
 def broadband_share(stroke_per_gap: Array) -> Array:
-    """Return C_e under sound over that of the tone with the same rms acceleration [1].
+    """Return C_e under sound over that of the tone with the same rms acceleration and W/L [1].
 
-    Parameters
-    ----------
-    stroke_per_gap
-        W/L of the tone [1].
-
-    Notes
-    -----
     (W/0.1L)^0.19 below W/L = 0.1: there a tone moves the bed little, while low frequencies of the
     sound keep it loose. Set on 22 coupled scenarios, counted on six more (docs/damping_models.md).
 

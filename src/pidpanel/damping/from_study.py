@@ -205,19 +205,9 @@ def _constant(damper: Damper) -> ConstantDamper:
 def write_damping(
     study: Study, damper: str, cases: Path, surface_nc: Path, surface_csv: Path, law_csv: Path
 ) -> None:
-    """Write the surface of a coupon's cases and the constants of the laws.
+    """Write the surface of the cases of a damper's coupon and the constants of the laws.
 
-    Parameters
-    ----------
-    study, damper
-        The study, and the name of the damper; ``coupon`` for the section of that name.
-    cases
-        Its ``cases.csv``.
-
-    Raises
-    ------
-    DampingError
-        If the cases make no surface.
+    A `DampingError` says that the cases make no surface.
     """
     import pandas as pd
 

@@ -84,13 +84,7 @@ def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:
 
 
 class PaperLaw:
-    """A law of the paper as a reading of the damping, independent of Γ and without mass.
-
-    Parameters
-    ----------
-    printed
-        The law as printed, whose C_e is negative; else the corrected one.
-    """
+    """A law of the paper, as printed (C_e is negative) or corrected; without mass, whatever Γ."""
 
     depends_on_acceleration = False
     broadband_error = PAPER_LAW

@@ -98,14 +98,11 @@ class DampingReading(Protocol):
 
 
 def correlated_covariance(first: Array, second: Array) -> Array:
-    """Return the covariance (2n, 2n) of errors that are fully correlated.
+    """Return the covariance (2n, 2n) of fully correlated errors (2n,) of ln C_e, then of m_a.
 
-    Parameters
-    ----------
-    first, second
-        (2n,) standard errors of ln C_e, then of m_a. All those of ln C_e err together, as by a
-        calibration, and all those of m_a, independently of each other: of all correlations the
-        one with the largest error of an rms value to which every frequency contributes alike.
+    All those of ln C_e err together, as by a calibration, and all those of m_a, independently of
+    each other: of all correlations the one with the largest error of an rms value to which every
+    frequency contributes alike.
 
     Examples
     --------

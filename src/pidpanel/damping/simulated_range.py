@@ -8,13 +8,7 @@ from pidpanel.damping.surface_cases import AXES
 
 
 class SimulatedRange:
-    """The convex hull of cases, (n, 3) of r, f [Hz] and Γ.
-
-    Attributes
-    ----------
-    low, high
-        (3,) least and largest r, f and Γ.
-    """
+    """The convex hull of cases, (n, 3) of r, f [Hz] and Γ, and their extreme values (3,)."""
 
     def __init__(self, cases: Array) -> None:
         self.low, self.high = cases.min(axis=0), cases.max(axis=0)

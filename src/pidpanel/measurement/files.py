@@ -49,19 +49,9 @@ class MeasuredPsd(NamedTuple):
 
 
 def read_measured(path: Path, record: int | None = None) -> MeasuredPsd:
-    """Read a measured PSD or transmissibility.
+    """Read a measured PSD or transmissibility from a table or, by its suffix, a universal file.
 
-    Parameters
-    ----------
-    path
-        A table in CSV, or a universal file by the end of its name.
-    record
-        Number of the data set 58, from 1; needed where there are several.
-
-    Raises
-    ------
-    ColumnsError
-        With all faults of the file.
+    ``record`` is the number of the data set 58, from 1. A `ColumnsError` has all faults of a file.
     """
     if path.suffix.lower() in UNIVERSAL:
         return _checked(path, *_universal(path, record))

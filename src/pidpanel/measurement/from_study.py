@@ -67,10 +67,7 @@ def write_measurements(
 ) -> None:
     """Write the measured curves, and their differences from those of every damping model.
 
-    Parameters
-    ----------
-    curves
-        Files of the computed PSDs by excitation, ``sound`` and ``base``.
+    ``curves`` are the files of the computed PSDs by excitation, ``sound`` and ``base``.
     """
     computed = {name: read_psd(path) for name, path in curves.items() if path is not None}
     labels = {"base": base_labels(study), "sound": {}}

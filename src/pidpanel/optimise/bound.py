@@ -32,16 +32,8 @@ def weights_of_points(points: int) -> Array:
 class PriceOfMass:
     """The relaxation over some prices.
 
-    Parameters
-    ----------
-    gain
-        (n_options, k) what each damper removes, for k weights.
-    mass
-        (n_options,) [kg].
-    group
-        (n_options,) of the place: a layout has one of a group.
-    count
-        Number of dampers at most.
+    Each damper removes ``gain`` (n_options, k) for k weights and has a mass (n_options,) [kg]. A
+    layout has at most ``count`` dampers, and one of a ``group`` (n_options,), its place.
     """
 
     def __init__(self, gain: Array, mass: Array, group: Index, count: int) -> None:

@@ -51,19 +51,8 @@ def confirm(
 ) -> list[Finalist]:
     """Return layouts at their consistent motion under sound, in a basis checked with them.
 
-    Parameters
-    ----------
-    panel, plate
-        With the places of the layouts as patches.
-    models
-        Damping models by the names of the dampers.
-    source
-        Of the sound on further shapes.
-
-    Raises
-    ------
-    ResponseError
-        Where a damper feeds energy to the panel.
+    Panel and plate have the places of the layouts as patches. A `ResponseError` says that a damper
+    feeds energy to the panel.
     """
     static = _static_shapes(panel.basis, plate)
     wider = widen(panel, plate, static, source)
@@ -86,12 +75,8 @@ def confirm_on_shaker(
 ) -> list[Finalist]:
     """Return layouts at their consistent motion on moving supports; see `confirm`.
 
-    Parameters
-    ----------
-    shaken
-        Panel on its supports, scenarios and damping models → the panel under the motion.
-    highest, mass
-        As of `base.basis_check.checked_panel`.
+    ``shaken`` puts the panel on its supports under the motion; for ``highest`` and ``mass`` see
+    `base.basis_check.checked_panel`.
     """
     scenarios, stated = _scenarios(layouts, models)
     supported, error = checked_panel(

@@ -106,13 +106,7 @@ def places_of(study: Study) -> Places:
 
 
 def models_of(study: Study, folder: Path | None) -> dict[str, DampingReading]:
-    """Return the damping models of the dampers to choose from.
-
-    Parameters
-    ----------
-    folder
-        Of the surfaces, ``results/<study>/damping``; None for a study without any.
-    """
+    """Return the damping models of the dampers to choose from, with a folder of the surfaces."""
     models = {}
     for name in section_of(study).dampers or study.all_dampers:
         surface = None if folder is None else of_damper(folder, name, "surface.nc")
@@ -229,14 +223,9 @@ def _alternatives(
 
 
 def objective_of(section: Optimise, basis: PanelBasis, counted: Index) -> Objective:
-    """Return what a study makes small.
+    """Return what a study makes small, at (n,) counted response points.
 
-    Parameters
-    ----------
-    basis
-        With all points; those that stand for the panel come last.
-    counted
-        (n,) response points that count.
+    The points of the basis that stand for the panel come last.
     """
     if section.objective == "stress":
         layers = distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
@@ -291,15 +280,7 @@ def _with_vertices(section: Optimise, basis: PanelBasis) -> PanelBasis:
 def write_proposal(
     study: Study, files: ProposalInputs, damping: Path | None, output: ProposalFiles
 ) -> None:
-    """Write the proposed layouts of a study.
-
-    Parameters
-    ----------
-    files
-        Of the panel and sound stages.
-    damping
-        Folder of the surfaces; None for a study without any.
-    """
+    """Write the proposed layouts of a study; ``damping`` is the folder of the surfaces."""
     section, places, models = section_of(study), places_of(study), models_of(study, damping)
     fillings, excited = fillings_of(study, models), excited_panels(study, files)
     plate = read_plate(files.plate)

@@ -26,25 +26,16 @@ PLACES = 24  # vertices that stand for the panel, beside the response points
 
 @dataclass(frozen=True)
 class Objective:
-    """Groups of outputs, of which the largest counts; an output is a row with a weight.
+    """Groups of outputs, of which the largest counts; an output is a row with a weight."""
 
-    Parameters
-    ----------
-    point, motion
-        (n_rows,) point of each row, and (n_rows, m) shares of the m motions there.
-    row, group
-        (n_outputs,) row and group of each output.
-    factor
-        Frequency (nf,) → (nf, n_outputs) on the PSDs of the rows.
-    scale, unit
-        From the root of a mean square to what is said, and its unit.
-    """
-
+    # (n_rows,) point of each row, and (n_rows, m) shares of the m motions there
     point: Index
     motion: Array
+    # (n_outputs,) row and group of each output
     row: Index
     group: Index
-    factor: Callable[[Array], Array]
+    factor: Callable[[Array], Array]  # frequency (nf,) → (nf, n_outputs) on the PSDs of the rows
+    # From the root of a mean square to what is said, and its unit
     scale: float = 1 / STANDARD_GRAVITY
     unit: str = "g rms"
 

@@ -20,25 +20,13 @@ ROUNDS = 8  # of the search for Γ, each half way in ln Γ: 2⁻⁸ of the first
 
 @dataclass(frozen=True)
 class FilledDamper:
-    """A damper at a fill fraction.
+    """A damper at a fill fraction."""
 
-    Parameters
-    ----------
-    damper
-        Its name.
-    fill_fraction
-        r; None where the damper has none.
-    damping
-        C_e and m_a over frequency and Γ.
-    mass_per_area
-        [kg/m²].
-    """
-
-    damper: str
-    fill_fraction: float | None
-    damping: DampingOfMotion
+    damper: str  # its name
+    fill_fraction: float | None  # r; None where the damper has none
+    damping: DampingOfMotion  # C_e and m_a over frequency and Γ
     depends_on_acceleration: bool
-    mass_per_area: float
+    mass_per_area: float  # [kg/m²]
 
 
 @dataclass(frozen=True)
@@ -67,10 +55,7 @@ def frozen_options(
 ) -> Options:
     """Return every filling on every place of a panel, frozen for each of its parts.
 
-    Parameters
-    ----------
-    factor
-        On the PSD of the excitation.
+    ``factor`` multiplies the PSD of the excitation.
     """
     count = len(panel.area)
     masses = np.array([filling.mass_per_area for filling in fillings])

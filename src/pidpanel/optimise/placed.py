@@ -17,17 +17,10 @@ from pidpanel.response.panel import ResponsePanel
 
 @dataclass(frozen=True)
 class PlacedPanel(ResponsePanel):
-    """A panel whose patches are places, which elements need not follow; for rms values and PSDs.
+    """A panel whose patches are places, which elements need not follow; for rms values and PSDs."""
 
-    Parameters
-    ----------
-    place_area
-        Of each place [m²].
-    with_strains
-        Whether curvatures at the points are looked at beside the deflection.
-    """
-
-    place_area: float = 0.0
+    place_area: float = 0.0  # of each place [m²]
+    # Whether curvatures at the points are looked at beside the deflection
     with_strains: bool = False
 
     @cached_property

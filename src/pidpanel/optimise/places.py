@@ -26,20 +26,11 @@ class NoPlace(ValueError):
 
 @dataclass(frozen=True)
 class Places:
-    """Places of one size.
+    """Places of one size."""
 
-    Parameters
-    ----------
-    lower
-        (n_places, 2) lower left corners [m].
-    size
-        Lengths along x and y [m].
-    group
-        (n_places,) groups of places that all overlap each other: a layout fills one of a group.
-    """
-
-    lower: Array
-    size: tuple[float, float]
+    lower: Array  # (n_places, 2) lower left corners [m]
+    size: tuple[float, float]  # lengths along x and y [m]
+    # (n_places,) groups of places that all overlap each other: a layout fills one of a group
     group: Index
 
     @property
@@ -74,23 +65,10 @@ def places_on(
     spacing: tuple[float, float],
     obstacles: Iterable[BaseGeometry],
 ) -> Places:
-    """Return the places of a grid that lie on a panel and meet no obstacle.
+    """Return the places of a grid that lie on a panel and meet no obstacle; `NoPlace` without any.
 
-    The grid begins at the lower left corner of the rectangle about the panel.
-
-    Parameters
-    ----------
-    area
-        Of the panel [m].
-    size, spacing
-        Of the places along x and y [m].
-    obstacles
-        Supports, masses and forbidden areas; touching them along an edge is allowed.
-
-    Raises
-    ------
-    NoPlace
-        If no place is left.
+    The grid begins at the lower left corner of the rectangle about the panel. Size and spacing of
+    the places are along x and y [m]. Touching an obstacle along an edge is allowed.
     """
     x0, y0, x1, y1 = area.bounds
     counts = [
@@ -126,23 +104,9 @@ def overlaps_of(
 ) -> tuple[sp.csr_array, list[sp.csr_array], Array]:
     """Return weights and D of each place on all elements, and how well the mesh follows it.
 
-    An element counts by its quadrature points within the place; the sum is scaled to the area.
-
-    Parameters
-    ----------
-    position, weight
-        (n, 2) quadrature points [m] and (n,) weights [m²].
-    at_points
-        (n, n_free) w at these points.
-
-    Returns
-    -------
-    place_weight
-        (n_places, n) weights over each place [m²], 0 outside.
-    overlap
-        D (n_free, n_free) of each place [m²].
-    area_error
-        (n_places,) relative error of the area before it was scaled.
+    An element counts by its quadrature points (n, 2) within the place; the sum is scaled to the
+    area. Weights over the places are (n_places, n) [m²], 0 outside, D (n_free, n_free) [m²], and
+    the relative errors of the areas before they are scaled (n_places,).
     """
     inside = places.contains(position)
     total = inside @ weight

@@ -57,16 +57,8 @@ class Outputs(NamedTuple):
 class ReducedPanel:
     """Receptances and PSDs between the points and the motions of all places.
 
-    Columns of both are computed as a place is first used.
-
-    Attributes
-    ----------
-    frequency, weight
-        (nf,) lines [Hz], and weights with which PSDs of w sum to mean squares of the acceleration.
-    area
-        (n_places,) [m²].
-    points, rank
-        Number of mean squares that count, and of the motions of each place.
+    Columns of both are computed as a place is first used. On the lines ``frequency`` (nf,) [Hz],
+    PSDs of w times ``weight`` sum to mean squares of the acceleration, of which ``points`` count.
     """
 
     def __init__(
@@ -120,14 +112,9 @@ class ReducedPanel:
     def additions(
         self, places: Sequence[int], stiffness: Complexes, further: Index, added: Complexes
     ) -> Additions:
-        """Return a layout with each of several further dampers.
+        """Return a layout on places (k,) with each of several dampers on further places (n_options,).
 
-        Parameters
-        ----------
-        places, stiffness
-            (k,) places of the layout and s = iω C_e − ω² m_a (k, nf) [N/m³] of its dampers.
-        further, added
-            (n_options,) places and s (n_options, nf) of the further dampers.
+        Dampers have s = iω C_e − ω² m_a [N/m³], (k, nf) and (n_options, nf).
         """
         columns = self._of_places(places) if len(places) else None
         motions = self._index[list(places)].ravel()
@@ -232,18 +219,12 @@ def reduced_panel(
     rank: int | None = None,
     precision: type = np.complex64,
 ) -> ReducedPanel:
-    """Return the panel seen from its places.
+    """Return the panel seen from its places, which are its patches, on lines (nf,) [Hz].
 
     Parameters
     ----------
-    frequency
-        (nf,) lines [Hz].
-    patches
-        All places.
     points
         (n_rows, n) w of the shapes at the points, or other motions that count.
-    air
-        Of a panel in air.
     outputs
         What counts of these motions; None for the acceleration at each.
     rank

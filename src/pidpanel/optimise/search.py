@@ -34,21 +34,13 @@ Layout = tuple[int, ...]  # indices of options, rising
 
 @dataclass
 class Problem:
-    """Layouts of some options within limits.
-
-    Parameters
-    ----------
-    budget
-        Largest mass [kg].
-    most
-        Number of patches at most.
-    """
+    """Layouts of some options within limits."""
 
     panel: JointPanel
     options: Options
     places: Places
-    budget: float
-    most: int
+    budget: float  # largest mass [kg]
+    most: int  # number of patches at most
     # Mean square that counts [m²/s⁴] of every layout that was looked at
     evaluated: dict[Layout, float] = field(default_factory=dict)
 
@@ -235,18 +227,11 @@ class Proof:
 
 
 def branch_and_bound(problem: Problem, start: Layout, sampling: Sampling, nodes: int) -> Proof:
-    """Return the best layout with a bound on all others.
+    """Return the best layout with a bound on all others, from a good one.
 
-    Where the property fails, branches are looked at beyond the bound, as far as the nodes reach.
-
-    Parameters
-    ----------
-    start
-        A good layout.
-    sampling
-        By how much what further dampers remove is enlarged.
-    nodes
-        Layouts whose further dampers are evaluated at most.
+    At most ``nodes`` layouts have their further dampers evaluated. What those remove is enlarged as
+    the sampling says. Where the property fails, branches are looked at beyond the bound, as far as
+    the nodes reach.
     """
     best = start
     value = float(problem.objective(problem.mean_square(start)))

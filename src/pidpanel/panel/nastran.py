@@ -32,20 +32,10 @@ SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-][0-9]+)$")
 
 
 def read_nastran(path: Path, ignored: Collection[str] = ()) -> FlatMesh:
-    """Read a plane mesh from bulk data.
+    """Read a plane mesh from bulk data; groups are the property numbers of the elements.
 
-    Parameters
-    ----------
-    path
-        A ``.bdf``, ``.dat`` or ``.nas`` file.
-    ignored
-        Further cards to ignore, such as SPC1 and CONM2. Nodes that no element uses are then
-        omitted: those cards used them.
-
-    Returns
-    -------
-    FlatMesh
-        Groups are the property numbers of the elements.
+    Further cards to ignore may be given, such as SPC1 and CONM2. Nodes that no element uses are
+    then omitted: those cards used them.
 
     Raises
     ------

@@ -129,25 +129,10 @@ def check_resolution(
     frequency: float,
     damping_ratio: float,
 ) -> None:
-    """Refuse a mesh that is too coarse for a frequency.
+    """Refuse a mesh that is too coarse for a frequency [Hz], with the longest edge that would do.
 
-    Parameters
-    ----------
-    element
-        A key of `LONGEST_EDGE`.
-    regions
-        The panel without dampers, and its patches with theirs.
-    section
-        Of the panel.
-    frequency
-        The highest of the analysis [Hz].
-    damping_ratio
-        ζ of the panel [1].
-
-    Raises
-    ------
-    ValueError
-        With the longest edge that would do.
+    The element is a key of `LONGEST_EDGE`; the regions are the panel without dampers, and its
+    patches with theirs.
     """
     for region in regions:
         half = half_wave(section, frequency, region.added_mass)
@@ -192,11 +177,6 @@ def line_error_db(
     Resonances a spacing δ apart make S ∝ sinh x/(cosh x − cos(2π f/δ)) with x = 2πζf/δ, whose
     slope is at most 2π/(δ sinh x); the shift of the resonances times that is the error. Each part
     of the panel has its share of the modes in the shift and in the damping.
-
-    Parameters
-    ----------
-    element, regions, section, frequency, damping_ratio
-        As of `check_resolution`.
     """
     tried = frequency * np.geomspace(LOWEST_TRIED, 1.0, TRIED)
     mass, area = np.array([(region.added_mass, region.area) for region in regions]).T

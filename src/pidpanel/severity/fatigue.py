@@ -27,18 +27,9 @@ class FatigueLine(NamedTuple):
 
 
 def dirlik_damage_rate(frequency: Array, psd: Array, line: FatigueLine) -> Array:
-    """Return Miner's damage a second under Gaussian stresses; 0 without stress.
+    """Return Miner's damage a second [1/s] under Gaussian stresses; 0 without stress.
 
-    Parameters
-    ----------
-    frequency
-        (nf,) rising [Hz].
-    psd
-        (nf, …) one-sided [Pa²/Hz].
-
-    Returns
-    -------
-    (…) [1/s].
+    PSDs (nf, …) are one-sided [Pa²/Hz], at rising frequencies (nf,) [Hz].
     """
     m0, m1, m2, m4 = (spectral_moment(frequency, psd, order) for order in (0, 1, 2, 4))
     b = line.exponent

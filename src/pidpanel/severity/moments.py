@@ -15,20 +15,9 @@ EULER = 0.5772156649015329
 
 
 def spectral_moment(frequency: Array, psd: Array, order: int) -> Array:
-    """Return a moment of PSDs that are straight between their lines; exact up to order 4.
+    """Return a moment [unit² Hzⁿ] of PSDs straight between their lines; exact up to order 4.
 
-    Parameters
-    ----------
-    frequency
-        (nf,) rising [Hz].
-    psd
-        (nf, …) one-sided [unit²/Hz].
-    order
-        0 to 4.
-
-    Returns
-    -------
-    (…) unit² Hzⁿ.
+    PSDs (nf, …) are one-sided [unit²/Hz], at rising frequencies (nf,) [Hz].
 
     Examples
     --------
@@ -58,17 +47,10 @@ def zero_crossing_rate(frequency: Array, psd: Array) -> Array:
 
 
 def peak_factor(rate: Array, duration: float) -> Array:
-    """Return the mean of the largest peak in a duration over the rms of a Gaussian process.
+    """Return the mean of the largest peak in a duration [s] over the rms of a Gaussian process.
 
-    √(2 ln ν₀T) + γ/√(2 ln ν₀T) with Euler's γ (Davenport, Proc. Inst. Civ. Eng. 28 (1964)
-    187-196), for a narrow or wide band; it needs many crossings.
-
-    Parameters
-    ----------
-    rate
-        ν₀ [Hz].
-    duration
-        T [s].
+    √(2 ln ν₀T) + γ/√(2 ln ν₀T) with Euler's γ and a rate ν₀ [Hz] (Davenport, Proc. Inst. Civ. Eng.
+    28 (1964) 187-196), for a narrow or wide band; it needs many crossings.
 
     Examples
     --------

@@ -34,22 +34,10 @@ def natural_frequencies(low: float, high: float) -> Array:
 
 
 def response_spectrum(frequency: Array, psd: Array, natural: Array, quality: float) -> Array:
-    """Return the rms acceleration of oscillators on points with these PSDs.
+    """Return the rms accelerations (m, n) of oscillators on points with these PSDs.
 
-    Parameters
-    ----------
-    frequency
-        (nf,) rising [Hz].
-    psd
-        (nf, n) one-sided acceleration PSDs, straight between their lines and zero outside.
-    natural
-        (m,) natural frequencies [Hz].
-    quality
-        Q of the oscillators [1].
-
-    Returns
-    -------
-    (m, n) in the unit of the square root of ``psd`` times Hz.
+    PSDs (nf, n) are straight between their rising lines (nf,) [Hz] and zero outside; oscillators
+    have the natural frequencies (m,) [Hz] and the quality Q.
     """
     rms = np.empty((natural.size, psd.shape[1]))
     offset = np.tan(np.linspace(-WIDEST, WIDEST, ADDED)) / (2 * quality)

@@ -12,18 +12,11 @@ from pidpanel.arrays import Array
 
 @dataclass(frozen=True)
 class BreakPoints:
-    """A one-sided PSD.
+    """A one-sided PSD."""
 
-    Parameters
-    ----------
-    frequency
-        (n,) not falling [Hz], at most two alike, the first two and the last two apart.
-    psd
-        (n,) positive [unit²/Hz].
-    """
-
+    # (n,) not falling [Hz], at most two alike, the first two and the last two apart
     frequency: Array
-    psd: Array
+    psd: Array  # (n,) positive [unit²/Hz]
 
     def __call__(self, frequency: Array) -> Array:
         """Return the PSD at frequencies within the break points (nf,) [Hz]; at a step the higher.

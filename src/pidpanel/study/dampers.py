@@ -209,12 +209,8 @@ class Damper(SectionModel):
     def largest_mass_per_area(self, frequency: float) -> float:
         """Return about the largest apparent mass [kg/m²], for the choice of shapes; 0 if unknown.
 
-        A dashpot counts with the mass whose inertia is as large, C_e/ω.
-
-        Parameters
-        ----------
-        frequency
-            The highest of the response [Hz].
+        A dashpot counts with the mass whose inertia is as large, C_e/ω, at the highest frequency of
+        the response [Hz].
         """
         if self.coupon is not None:
             return self.coupon.largest_mass_per_area

@@ -39,13 +39,7 @@ DampingRatios = (
 
 
 def damping_ratio_of(value: Any) -> DampingRatio:
-    """Return the damping ratio that a value of the key states.
-
-    Raises
-    ------
-    ColumnsError
-        With all faults of its file.
-    """
+    """Return the damping ratio that the key states; `ColumnsError` for the faults of a file."""
     if isinstance(value, Path):
         return read_damping_ratio(value)
     if not isinstance(value, tuple):

@@ -62,23 +62,10 @@ def read_cycles(
     cycles_before: int = 0,
     header: tuple[str, str] = CYCLES_HEADER,
 ) -> Array:
-    """Read the rows of a cycle file.
+    """Read the rows of a cycle file, SI: columns `CYCLE_COLUMNS`, or as many as the header says.
 
-    Parameters
-    ----------
-    text, source
-        Content of the file written by ``fix ave/time``, and its name for messages.
-    steps_per_cycle, cycles
-        What the deck asked for; the step column must be 1, 2, …, ``cycles`` times the first.
-    cycles_before
-        Cycles run before the first row, by an earlier process.
-    header
-        First lines of the file: `CYCLES_HEADER`, or `cells_header`.
-
-    Returns
-    -------
-    (cycles, 7)
-        Columns `CYCLE_COLUMNS`, SI; or as many as the header says.
+    The step column must be 1, 2, …, ``cycles`` times the steps of a cycle, after the cycles that
+    an earlier process ran. The source is the name of the file for messages.
 
     Raises
     ------

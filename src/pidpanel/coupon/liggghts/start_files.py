@@ -9,16 +9,9 @@ from pidpanel.arrays import Array
 
 
 def data_file(positions: Array, diameters: Array, density: float, box: Array) -> str:
-    """LIGGGHTS data file of spheres.
+    """LIGGGHTS data file of spheres: centres (n, 3) and diameters (n,) [m], density [kg/m³].
 
-    Parameters
-    ----------
-    positions, diameters
-        (n, 3) centres and (n,) [m].
-    density
-        [kg/m³]
-    box
-        (3, 2) lower and upper bounds of the simulation box [m].
+    The box has the lower and upper bounds of the simulation (3, 2) [m].
     """
     bounds = "".join(
         f"{low:.9g} {high:.9g} {axis}lo {axis}hi\n"
