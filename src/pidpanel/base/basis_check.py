@@ -6,8 +6,6 @@ difference of the PSD of the absolute acceleration of a point, over the largest 
 that frequency: a point that is nearly at rest there has none of its own.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Sequence
 

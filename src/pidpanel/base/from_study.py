@@ -1,7 +1,5 @@
 """Base motion of a study: the only module of the stage that reads it."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping, Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """Notches of a random input: as little less as keeps all limits."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

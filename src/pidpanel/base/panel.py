@@ -1,7 +1,5 @@
 """A panel on moving supports, ready for the solver."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

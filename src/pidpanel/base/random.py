@@ -1,7 +1,5 @@
 """Random motion of the supports: responses of all scenarios, with the notches that limits ask."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

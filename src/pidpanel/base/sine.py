@@ -4,8 +4,6 @@ The Γ of each patch follows the sweep from line to line. Where several motions 
 a sweep up and a sweep down stay on different ones until theirs ends.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ up and down. Half the differences of ln of the amplitudes add up by the correlat
 and in square over the sources, which err independently. The motion of the patches follows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple

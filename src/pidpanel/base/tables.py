@@ -1,7 +1,5 @@
 """Curves of all cases as datasets, and tables of their rms values and peaks."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

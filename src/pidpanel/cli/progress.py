@@ -18,18 +18,11 @@ from pidpanel.study import CouponStudy, Study
 
 # Stage of a rule, where it is not the rule's own name.
 STAGE_OF = {
-    "pour": "coupon",
-    "loosen": "coupon",
-    "shake": "coupon",
-    "cases": "coupon",
-    "damper_cases": "coupon",
-    "film": "coupon",
-    "damper_film": "coupon",
+    **dict.fromkeys(("pour", "loosen", "shake", "cases", "damper_cases"), "coupon"),
+    **dict.fromkeys(("film", "damper_film"), "coupon"),
+    **dict.fromkeys(("maps", "export"), "response"),
+    **dict.fromkeys(("coupled_scenario", "verdict"), "coupled"),
     "damper_damping": "damping",
-    "maps": "response",
-    "export": "response",
-    "coupled_scenario": "coupled",
-    "verdict": "coupled",
     "coupon_report": "report",
 }
 

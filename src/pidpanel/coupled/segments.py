@@ -59,7 +59,7 @@ class RecordSegments:
             np.concatenate([panel.at_cells, panel.points]),
         )
         rows = np.concatenate([record.at_cells, record.at_points], axis=1)
-        motion = self._spectra(rows)
+        motion = self._segments_of(rows[record.settled :])
         self.frequency, self.resolution = motion.frequency, motion.resolution
         self.count = len(motion.values)
         self._omega = 2j * np.pi * self.frequency[:, None]
@@ -68,9 +68,6 @@ class RecordSegments:
         self.pressure = pressure_segments(
             record.impulse[record.settled :], record.interval, record.segment, band
         ).values
-
-    def _spectra(self, rows: Array) -> Segments:
-        return self._segments_of(rows[self._record.settled :])
 
     def _segments_of(self, settled: Array) -> Segments:
         record = self._record

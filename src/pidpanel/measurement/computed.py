@@ -1,7 +1,5 @@
 """Computed curves that measured ones are compared with."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Computed and measured PSDs in third octaves."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Measured PSDs and transmissibilities from CSV tables and universal files (data set 58)."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Measured PSDs of a study beside computed ones: the only module of the stage that reads it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Either is spread over the whole panel, so that its modes keep their shapes.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from pidpanel.solve.model import ModalBasis

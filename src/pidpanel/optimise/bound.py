@@ -6,8 +6,6 @@ for any price μ ≥ 0 of mass by Lagrange's relaxation:
     Σ gain ≤ μ M + Σ over the best groups of max over their dampers (gain − μ mass)₊.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index

@@ -4,8 +4,6 @@ Each plate has the places as its patches. Layouts are confirmed in a basis that 
 them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

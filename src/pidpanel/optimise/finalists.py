@@ -1,7 +1,5 @@
 """The best layouts at their consistent motion: errors and dead weight."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Proposed layouts of a study: the only module of the stage that reads it."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The panel of a search under each excitation that counts, side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -5,8 +5,6 @@ The search bounds mean squares of anything linear in the motion. `accelerations`
 parts of the von Mises stress σᵀV σ = |Cᵀσ|², V = C Cᵀ, in each layer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A panel with dampers on places of a grid in place of the patches of its study."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property

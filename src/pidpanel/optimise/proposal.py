@@ -1,7 +1,5 @@
 """What is proposed: layouts to confirm, and tables of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 

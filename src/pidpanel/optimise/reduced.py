@@ -112,7 +112,7 @@ class ReducedPanel:
     def additions(
         self, places: Sequence[int], stiffness: Complexes, further: Index, added: Complexes
     ) -> Additions:
-        """Return a layout on places (k,) with each of several dampers on further places (n_options,).
+        """Return a layout on places (k,) with each of several further dampers, on (n_options,).
 
         Dampers have s = iω C_e − ω² m_a [N/m³], (k, nf) and (n_options, nf).
         """

@@ -1,7 +1,5 @@
 """Layouts on panels and under excitations that differ from the stated ones, as in the search."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

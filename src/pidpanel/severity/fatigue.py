@@ -7,8 +7,6 @@ the mean stress is zero. The von Mises stress stands for a stress of its PSD, a 
 (Preumont and Piéfort, J. Vib. Acoust. 116 (1994) 245-248).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

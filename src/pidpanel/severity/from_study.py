@@ -1,7 +1,5 @@
 """Tables of a study's severity from its PSDs: the only module of the stage that reads it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple

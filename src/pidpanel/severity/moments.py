@@ -4,8 +4,6 @@ m_n = ∫ fⁿ S(f) df. A Gaussian process crosses zero upwards ν₀ = √(m₂
 ν_p = √(m₄/m₂) peaks a second (Rice, Bell System Tech. J. 24 (1945) 46-156).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 

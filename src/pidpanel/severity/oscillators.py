@@ -6,8 +6,6 @@ its rms value is √(π/2 f_n Q S (1 + 1/Q²)): Miles' equation without the last
 (J. Aeronaut. Sci. 21 (1954) 753-762).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from pidpanel.arrays import Array

@@ -7,8 +7,6 @@ worst signs with all three reached, which no stress within these bounds exceeds,
 is convex.
 """
 
-from __future__ import annotations
-
 import itertools
 from typing import NamedTuple
 

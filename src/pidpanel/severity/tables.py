@@ -3,8 +3,6 @@
 ``where`` are the damping model and the label of its scenario.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
