@@ -24,11 +24,11 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 class ColumnsError(ValueError):
-    """A table with mistakes."""
+    """A table, or another file of a user, with mistakes."""
 
     def __init__(self, faults: Sequence[str]) -> None:
         if len(faults) > MOST_FAULTS:
-            file = faults[0].partition(", line ")[0]
+            file = re.split(", line |:", faults[0])[0]
             summary = f"{file}: {len(faults) - MOST_FAULTS} further mistakes"
             faults = [*faults[:MOST_FAULTS], summary]
         self.faults = tuple(faults)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from pidpanel.arrays import Array, Index
+from pidpanel.columns import ColumnsError
 from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths
 from pidpanel.geometry.polygon import Position, Shape, location, show, signed_area
 from pidpanel.panel.mesh import PanelMesh, check_patch_areas
@@ -24,26 +25,10 @@ from pidpanel.text_files import LARGEST
 PATCH_AREA_TOLERANCE = 0.02
 # Of the extent: two nodes closer than this are one, a node further than this is off the plane.
 CLOSE = 1e-7
-# Most mistakes reported per file.
-MOST_FAULTS = 20
 
 
-class MeshFileError(ValueError):
-    """A mesh file with mistakes.
-
-    Attributes
-    ----------
-    faults : tuple of str
-        One line each: file, line or element, what is wrong.
-    """
-
-    def __init__(self, faults: Sequence[str]) -> None:
-        if len(faults) > MOST_FAULTS:
-            file = faults[0].partition(":")[0]
-            remainder = f"{file}: {len(faults) - MOST_FAULTS} further mistakes"
-            faults = [*faults[:MOST_FAULTS], remainder]
-        self.faults = tuple(faults)
-        super().__init__("\n".join(faults))
+class MeshFileError(ColumnsError):
+    """A mesh file with mistakes, a line each: file, line or element, what is wrong."""
 
 
 def check_size(path: Path) -> None:
