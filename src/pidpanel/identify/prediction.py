@@ -15,7 +15,7 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.damping.atlas import REGIMES, Atlas, AtlasBed, Direction, bed_of
 from pidpanel.damping.broadband import CORRECTED_TONES, broadband_share
 from pidpanel.damping.sides import Mixture, joint_covariance
-from pidpanel.damping.surface_cases import STROKE, onset
+from pidpanel.damping.surface_cases import onset
 
 BULK_ERROR = 0.03  # relative, of the bulk fraction of a full cell that the atlas gives
 BLOCK = 4000  # points that are predicted at once
@@ -90,15 +90,8 @@ def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: To
     frequency, gamma = np.tile(tones.frequency, count), np.tile(tones.acceleration_g, count)
     bed = specimen.bed(restitution, np.exp(log_friction))
     points = bed.points(fill, frequency, gamma)
-    crossing = np.zeros(len(points))
-    if atlas.jump is not None:
-        crossing = atlas.jump.probability(np.delete(points, STROKE, axis=1), bed.reached(points))
-    expected = bed.inelastic(points)
-    restless = bed.restless(points), np.zeros((2, len(points)))
-    mixtures = [
-        sides.mixture(points, crossing, value, noise)
-        for sides, value, noise in zip((atlas.damping, atlas.mass), expected, restless, strict=True)
-    ]
+    surface = atlas.damping_of(bed, 1.0).surface
+    mixtures = [mixture for mixture in surface.mixtures(points) if mixture is not None]
     stroke = np.exp(bed.log_stroke(points))
     weight = np.full(len(points), specimen.particle_mass or np.nan)
     if specimen.particle_mass is None:
