@@ -2,12 +2,19 @@
 
     python benchmarks/identify.py [--panel]
 
-Each laboratory of benchmarks/identify_truth.csv is one bed that LIGGGHTS shook with four tones
-(`identify_design.py`, `identify_truth.yaml`); none of these cases is in the atlas. Its C_e and m_a
-get 3 % of noise (m_a of the mass of the particles), its fill fraction an error of 0.01, and the
-particles are weighed. Printed are how often 90 % intervals hold the truth, the errors, and CPU
-times. ``--panel`` also compares g rms of the launch panel with the true and with the identified
-particles, both by the damping model `atlas`: minutes.
+A laboratory measures one bed that LIGGGHTS shook. Its C_e and m_a get 3 % of noise (m_a of the mass
+of the particles), its fill fraction an error of 0.01, and its particles are weighed. The atlas is
+made again without all cases in cells and of the friction of the laboratory, with the constants and
+calibration that it has. There are three kinds:
+
+- several tones: six tones of one bed among the tones of the atlas (three kinds of particles);
+- one tone: a case of the design, each with particles of its own;
+- other particles: four tones of each bed of identify_truth.csv, if that is there: the rows of
+  `workflow/studies/identify_truth.yaml`, which are not in the atlas.
+
+Printed are how often 90 % intervals hold the truth, errors, and CPU times. ``--panel`` compares g
+rms of the launch panel with the true and with the identified particles, both by the damping model
+`atlas`. Minutes.
 """
 
 from __future__ import annotations
@@ -15,6 +22,7 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,41 +31,73 @@ import pandas as pd
 import yaml
 
 import pidpanel
-from pidpanel.atlas.table import read_atlas as read_table
-from pidpanel.damping.atlas_files import read_atlas
+from pidpanel.damping.atlas import Atlas
+from pidpanel.damping.atlas_files import read_atlas, read_rows
 from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
 from pidpanel.identify.prediction import Specimen, Tones
-from pidpanel.paths import STUDIES
+from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS, STUDIES
 from pidpanel.study.atlas import FILLS, FRICTION, RESTITUTION
 
 NOISE, FILL_ERROR = 0.03, 0.01
-KEYS = ["restitution", "friction", "fill_fraction", "width_per_diameter", "depth_per_diameter",
-        "direction"]  # fmt: skip
+TONES = 6  # of a laboratory of several
+CELL = ["friction", "width_per_diameter", "depth_per_diameter"]
+BED = [*CELL, "restitution", "fill_fraction", "direction", "diameter_mm", "density_kg_m3"]
 RANGES = RESTITUTION, (float(np.log(FRICTION[0])), float(np.log(FRICTION[1])))
 TRUTH = Path(__file__).with_name("identify_truth.csv")
+DESIGN = "Atlas of particle beds"
+
+Laboratory = tuple[pd.DataFrame, Atlas]  # its rows, and the atlas without them
 
 
-def laboratory(rows: pd.DataFrame, rng: np.random.Generator) -> tuple[Posterior, np.ndarray]:
+def atlas_without(cell: pd.Series, folder: Path) -> Atlas:
+    """Return the atlas without the cases in the cells and of the friction of a laboratory."""
+    table = pd.read_csv(ATLAS_CASES, dtype=str, keep_default_na=False)
+    close = np.isclose(table[CELL].astype(float), cell[CELL].to_numpy(float), rtol=1e-3)
+    file = folder / f"{abs(hash(tuple(cell[CELL])))}.csv"
+    table[~close.all(axis=1)].to_csv(file, index=False)
+    return read_atlas(file, ATLAS_CONSTANTS)
+
+
+def laboratories(kind: str, folder: Path, rng: np.random.Generator) -> Iterator[Laboratory]:
+    """Yield the laboratories of one kind."""
+    if kind == "other particles":
+        if TRUTH.is_file():
+            for _, rows in read_rows(TRUTH).groupby(BED, sort=False):
+                yield rows, read_atlas()
+        return
+    cases = read_rows(ATLAS_CASES)
+    design = cases["source"] == DESIGN
+    for _, group in cases[design if kind == "one tone" else ~design].groupby(CELL, sort=False):
+        atlas = atlas_without(group.iloc[0], folder)
+        for _, rows in group.groupby(BED, sort=False):
+            if kind == "one tone":
+                yield from ((rows.iloc[[row]], atlas) for row in range(len(rows)))
+                continue
+            order = rng.permutation(len(rows))
+            for start in range(0, len(rows) - TONES + 1, TONES):
+                yield rows.iloc[order[start : start + TONES]], atlas
+
+
+def identified(laboratory: Laboratory, rng: np.random.Generator) -> tuple[Posterior, np.ndarray]:
     """Return what a laboratory identifies, and the truth: e, ln μ and r."""
+    rows, atlas = laboratory
     first = rows.iloc[0]
     truth = np.array([first["restitution"], np.log(first["friction"]), first["fill_fraction"]])
-    diameter, mass = first["diameter_mm"] * 1e-3, float(first["particle_mass_per_area_kg_m2"])
+    mass = float(first["particle_mass_per_area_kg_m2"])
     specimen = Specimen(
-        first["across_flats_mm"] * 1e-3, first["depth_mm"] * 1e-3, diameter, first["direction"],
-        1.0, mass / truth[2], mass,
+        first["across_flats_mm"] * 1e-3, first["depth_mm"] * 1e-3, first["diameter_mm"] * 1e-3,
+        first["direction"], 1.0, mass / truth[2], mass,
     )  # fmt: skip
     noise = 1 + NOISE * rng.standard_normal((2, len(rows)))
     damping = rows["equivalent_damping_n_s_m3"].to_numpy() * noise[0]
     apparent = rows["apparent_mass_kg_m2"].to_numpy() + mass * (noise[1] - 1)
-    tones = Tones(
-        rows["frequency_hz"].to_numpy(), rows["gamma"].to_numpy(), np.zeros(len(rows), bool)
-    )
+    f, gamma = rows["frequency_hz"].to_numpy(), rows["gamma"].to_numpy()
+    tones = Tones(f, gamma, np.zeros(len(rows), bool))
     measured = MeasuredDamping(
         tones, damping, NOISE * damping, apparent, np.full(len(rows), NOISE * mass)
     )
     stated = float(np.clip(truth[2] + FILL_ERROR * rng.standard_normal(), *FILLS))
-    fill = FillPrior(*FILLS, stated, FILL_ERROR)
-    return identify(read_atlas(), specimen, measured, fill, RANGES), truth
+    return identify(atlas, specimen, measured, FillPrior(*FILLS, stated, FILL_ERROR), RANGES), truth
 
 
 def row_of(posterior: Posterior, truth: np.ndarray) -> dict[str, Any]:
@@ -68,76 +108,91 @@ def row_of(posterior: Posterior, truth: np.ndarray) -> dict[str, Any]:
         row |= {
             f"{name}_true": truth[axis],
             name: known.mean,
-            f"{name}_error": known.error,
             f"{name}_within": known.low <= truth[axis] <= known.high,
             f"{name}_width": known.high - known.low,
         }
     return row
 
 
-def panel_differences(laboratories: pd.DataFrame, cells: pd.DataFrame) -> np.ndarray:
+def panel_ratios(results: pd.DataFrame) -> np.ndarray:
     """Return g rms of the launch panel with the identified particles over that with the true."""
     launch = yaml.safe_load((STUDIES / "launch.yaml").read_text(encoding="utf-8"))
     dampers, scenarios = {}, {}
-    for (index, row), cell in zip(laboratories.iterrows(), cells.to_dict("records"), strict=True):
+    for index, row in enumerate(results.to_dict("records")):
         for kind, suffix in (("true", "_true"), ("identified", "")):
-            name = f"{kind}{index}"
-            gravity = [0, 0, -1] if cell["direction"] == "flat" else [1, 0, 0]
-            size = {"across_flats_mm": cell["across_flats_mm"], "depth_mm": cell["depth_mm"]}
-            particles = {
-                "restitution": row[f"e{suffix}"],
-                "friction": float(np.exp(row[f"log_friction{suffix}"])),
+            coupon = {
+                "cell": {"across_flats_mm": row["width"], "depth_mm": row["depth"]},
+                "particles": {
+                    "diameter_mm": row["diameter"],
+                    "density_kg_m3": row["density"],
+                    "restitution": row[f"e{suffix}"],
+                    "friction": float(np.exp(row[f"log_friction{suffix}"])),
+                },
+                "gravity_direction": [0, 0, -1] if row["direction"] == "flat" else [1, 0, 0],
             }
-            dampers[name] = {
-                "coupon": {"cell": size, "particles": particles, "gravity_direction": gravity}
+            fill = float(np.clip(row[f"fill{suffix}"], *FILLS))
+            dampers[f"{kind}{index}"] = {"coupon": coupon}
+            scenarios[f"{kind}{index}"] = {
+                "layout": {"PID-1": {"damper": f"{kind}{index}", "fill_fraction": fill}}
             }
-            fill = {"damper": name, "fill_fraction": float(np.clip(row[f"fill{suffix}"], *FILLS))}
-            scenarios[name] = {"layout": {"PID-1": fill}}
     study = {
-        **{key: launch[key] for key in ("panel", "sound")},
-        "dampers": dampers,
-        "damping": {"readings": ["atlas"]},
+        "panel": launch["panel"], "sound": launch["sound"], "dampers": dampers,
+        "damping": {"readings": ["atlas"]}, "scenarios": scenarios,
         "response": {"frequency_hz": [30, 500], "maps": []},
-        "scenarios": scenarios,
-    }
+    }  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         summary = pidpanel.Model(study, folder).summary()
-    point = summary[summary["point"].astype(str) == "326"].set_index("scenario")["g_rms"]
-    names = [[f"{kind}{index}" for kind in ("identified", "true")] for index in laboratories.index]
-    by_name = {name: float(value) for name, value in point.items()}
-    pairs = np.array([[_matching(by_name, name) for name in pair] for pair in names])
-    return pairs[:, 0] / pairs[:, 1]
+    point = summary[summary["point"].astype(str) == "326"]
+    values = {
+        str(label).split("_")[0]: value
+        for label, value in zip(point["scenario"], point["g_rms"], strict=True)
+    }
+    count = len(results)
+    return np.array([values[f"identified{k}"] / values[f"true{k}"] for k in range(count)])
 
 
-def _matching(values: dict[str, float], name: str) -> float:
-    return next(value for key, value in values.items() if key.split("_")[0] == name)
-
-
-def main() -> None:
-    """Print the table."""
-    rng, rows, cells, times = np.random.default_rng(5), [], [], []
-    table = read_table(TRUTH)
-    table = table[table["loss_factor"] > table["loss_factor_error"]]
-    for _, group in table.groupby(KEYS, sort=False):
-        start = time.process_time()
-        rows.append(row_of(*laboratory(group, rng)) | {"tones": len(group)})
-        times.append(time.process_time() - start)
-        cells.append(group.iloc[0])
-    results = pd.DataFrame(rows)
-    print(results.round(3).to_string())
-    print(f"{len(results)} laboratories, {np.median(times):.1f} CPU-s each")
-    print(f"explained: {results['explained'].mean():.0%}")
+def describe(kind: str, results: pd.DataFrame) -> None:
+    """Print how well laboratories of a kind find their particles."""
+    print(
+        f"{kind}: {len(results)} laboratories of {results['particles'].nunique()} kinds of "
+        f"particles, {results['seconds'].median():.1f} CPU-s each; "
+        f"{results['explained'].mean():.0%} explained"
+    )
     for name in ("e", "log_friction", "fill"):
         away = (results[name] - results[f"{name}_true"]).abs()
         print(
-            f"{name}: within 90 % {results[f'{name}_within'].mean():.0%}, median error "
+            f"  {name}: within 90 % {results[f'{name}_within'].mean():.0%}, median error "
             f"{away.median():.3f}, median interval {results[f'{name}_width'].median():.3f}"
         )
     if "--panel" in sys.argv:
-        ratio = panel_differences(results, pd.DataFrame(cells))
-        away = np.abs(ratio - 1)
-        print(f"g rms: median {np.median(away):.1%}, rms {np.sqrt(np.mean(away**2)):.1%}, ", end="")
+        away = np.abs(panel_ratios(results) - 1)
+        print(
+            f"  g rms: median {np.median(away):.1%}, rms {np.sqrt(np.mean(away**2)):.1%}, ", end=""
+        )
         print(f"within 5 % {np.mean(away <= 0.05):.0%}")
+
+
+def main() -> None:
+    """Print the numbers of docs/identify.md."""
+    print(f"atlas of {len(read_rows(ATLAS_CASES))} cases")
+    for kind in ("several tones", "one tone", "other particles"):
+        rng, rows = np.random.default_rng(5), []
+        with tempfile.TemporaryDirectory() as folder:
+            for laboratory in laboratories(kind, Path(folder), rng):
+                start = time.process_time()
+                row = row_of(*identified(laboratory, rng))
+                first = laboratory[0].iloc[0]
+                rows.append(
+                    {
+                        **row, "seconds": time.process_time() - start,
+                        "particles": tuple(first[[*CELL, "restitution"]]),
+                        "width": first["across_flats_mm"], "depth": first["depth_mm"],
+                        "diameter": first["diameter_mm"], "density": first["density_kg_m3"],
+                        "direction": first["direction"],
+                    }
+                )  # fmt: skip
+        if rows:
+            describe(kind, pd.DataFrame(rows))
 
 
 if __name__ == "__main__":

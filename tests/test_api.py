@@ -138,6 +138,7 @@ def test_values_of_numpy_and_paths_are_those_of_a_file():
 
 SAYS = {
     "damper_on_a_plate": "damped",
+    "identify_particles": "These particles explain the measurement",
     "measured_table": "middle_r0.8_145dB",
     "own_bdf": "mode 5",
     "own_bead": "equivalent_damping_n_s_m3",

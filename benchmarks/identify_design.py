@@ -1,0 +1,75 @@
+"""Hidden particles of the laboratories of `benchmarks/identify.py`, and the tones they measure.
+
+    python benchmarks/identify_design.py > workflow/studies/identify_truth_cases.csv
+
+A laboratory has one cell, one fill fraction and particles whose e and μ it does not know, and
+measures `STROKES` tones. Points are those of a Sobol sequence; a laboratory stays whole only if
+all of its tones can be simulated in a few seconds.
+"""
+
+import csv
+import sys
+
+import numpy as np
+from scipy.stats import qmc
+
+from pidpanel.atlas.groups import Bead, Groups
+from pidpanel.coupon.design import cell_count, exclusion, full_cell, row_of, steps_per_cycle
+
+LABORATORIES = 50
+# e, ln μ, r, ln of width and depth over the diameter, and whether gravity is across the motion
+LOW = np.array([0.4, np.log(0.08), 0.2, np.log(2.5), np.log(5.0), -0.75])
+HIGH = np.array([0.93, np.log(0.7), 0.9, np.log(6.0), np.log(20.0), 0.25])
+# W/L of the tones: riding, between and crossing; and Γ, both log-uniform
+STROKES = ((0.001, 0.01), (0.01, 0.05), (0.05, 0.2), (0.6, 2.0))
+GAMMA = (3.0, 60.0)
+LARGEST_CELL = 160.0  # particles of a full cell
+MOST_WORK = 8e6  # steps of all particles in twelve cycles
+
+
+def laboratory(point: np.ndarray) -> list[Groups]:
+    """Return the tones of one point of the sequence."""
+    restitution, friction, fill, width, depth, across = LOW + point[:6] * (HIGH - LOW)
+    tones = []
+    for (low, high), stroke, gamma in zip(STROKES, point[6::2], point[7::2], strict=True):
+        tones.append(
+            Groups(
+                fill_fraction=float(fill),
+                gamma=float(GAMMA[0] * (GAMMA[1] / GAMMA[0]) ** gamma),
+                stroke_per_gap=float(low * (high / low) ** stroke),
+                restitution=float(restitution),
+                friction=float(np.exp(friction)),
+                width=float(np.exp(width)),
+                depth=float(np.exp(depth)),
+                direction="upright" if across > 0 else "flat",
+            )
+        )
+    return tones
+
+
+def is_quick(groups: Groups, bead: Bead) -> bool:
+    """Whether a tone can be simulated, in a few seconds."""
+    full = full_cell(groups.width, groups.depth)
+    spheres = groups.fill_fraction * full * cell_count(groups)
+    work = 12 * steps_per_cycle(groups, bead) * spheres
+    return full <= LARGEST_CELL and work <= MOST_WORK and not exclusion(groups, bead)
+
+
+def main() -> None:
+    """Write the table of cases."""
+    bead, rows, count = Bead(), [], 0
+    sequence = qmc.Sobol(d=6 + 2 * len(STROKES), scramble=True, rng=7)
+    for point in sequence.random(1024):
+        tones = laboratory(point)
+        if count < LABORATORIES and all(is_quick(groups, bead) for groups in tones):
+            rows += [row_of(groups, bead) for groups in tones]
+            count += 1
+    writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    work = sum(float(row["accuracy.seeds"]) for row in rows)
+    print(count, len(rows), work, file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
