@@ -1,4 +1,4 @@
-"""A damper measured on a shaker: which restitution, friction and fill fraction its particles have."""
+"""A damper measured on a shaker: restitution, friction and fill fraction of its particles."""
 
 import tempfile
 from pathlib import Path
