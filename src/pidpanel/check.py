@@ -50,11 +50,30 @@ def checked_study(path: str | Path) -> Study | CouponStudy:
     document = Document(Path(path))
     study = study_in(document)
     mistakes = [mistake for name in study.coupons for mistake in check_decks(study, name)]
+    mistakes += check_measured(study)
     if isinstance(study, Study):
         mistakes += check_panel(study)
     if mistakes:
         raise document.error(dict.fromkeys(mistakes))
     return study
+
+
+def check_measured(study: CouponStudy) -> Iterator[Mistake]:
+    """Yield the mistakes of the table of measured points of a coupon."""
+    coupon, keys = study.coupon, ("coupon", "measured")
+    if coupon is None or coupon.measured is None:
+        return
+    from pidpanel.damping.table_files import AMPLITUDES, FILL, read_columns
+
+    try:
+        columns = read_columns(coupon.measured, scattered=True)
+    except ColumnsError as error:
+        yield from (Mistake(keys, fault) for fault in error.faults)
+        return
+    if not set(AMPLITUDES) & set(columns):
+        yield Mistake(keys, f"column {' or '.join(AMPLITUDES)}: missing")
+    if FILL not in columns and len(coupon.sweep.fill_fraction) > 1:
+        yield Mistake(keys, f"column {FILL}: missing; required for several fills in the sweep")
 
 
 def check_machine(study: CouponStudy, results: Path) -> None:

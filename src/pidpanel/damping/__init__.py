@@ -8,6 +8,8 @@
     What it is made of: smooth functions, where beds begin to cross the gap, both put together.
 `tables`, `table_files`, `interpolation`
     Measured or foreign damping as CSV; mistakes are reported by line.
+`measured`
+    Measured points beside simulated cases and the atlas.
 `constants`
     C_e and m_a as numbers, a loss factor.
 `laws`

@@ -19,7 +19,7 @@ from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, read_co
 from pidpanel.damping.tables import TableReading
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
-from pidpanel.study.atlas import direction_of
+from pidpanel.study.atlas import direction_of, mistakes_of_coupon
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper, WeighsAs
 from pidpanel.study.damping import Damping, Reading
@@ -180,6 +180,23 @@ def reading_from_atlas(coupon: Coupon, *, is_broadband: bool) -> AtlasDamping:
     mass_per_fill = bulk * particles.effective_density(diameter) * cell.depth
     damping = atlas.damping_of(bed, mass_per_fill)
     return damping.under_sound() if is_broadband else damping
+
+
+def measured_beside(coupon: Coupon, cases: pd.DataFrame) -> pd.DataFrame:
+    """Return the measured points of a coupon with its cases and the atlas; `measured.compared`.
+
+    ``cases`` are the rows of its ``coupon/cases.csv``.
+    """
+    from pidpanel.damping.measured import compared, measured_points
+
+    if coupon.measured is None:
+        raise DampingError("a coupon without measured points")
+    columns = read_columns(coupon.measured, scattered=True)
+    atlas = None
+    if not list(mistakes_of_coupon(coupon)):
+        atlas = reading_from_atlas(coupon, is_broadband=False)
+    points = measured_points(columns, coupon.sweep.fill_fraction[0])
+    return compared(points, cases, atlas)
 
 
 def _constant(damper: Damper) -> ConstantDamper:

@@ -41,6 +41,31 @@ from pidpanel.damping.table_files import (
 MOST_NODES = 40
 
 
+def impedance_of(
+    columns: Mapping[str, Array], omega: Array, mass_per_area: Array | float
+) -> tuple[Array, Array, Array, Array]:
+    """C_e and its standard error [N s/m³], m_a and its standard error [kg/m²], (n,) each.
+
+    Parameters
+    ----------
+    columns
+        (n,) the value that is given, with its error and m_a where the table has them; what it has
+        not is 0.
+    omega
+        (n,) ω [rad/s].
+    mass_per_area
+        Of the particles [kg/m²], for a loss factor.
+    """
+    value = next(name for name in (DAMPING, LOSS_FACTOR, REAL) if name in columns)
+    mass = IMAGINARY if value == REAL else MASS
+    damping_scale = mass_per_area * omega if value == LOSS_FACTOR else 1.0
+    mass_scale = 1 / omega if mass == IMAGINARY else 1.0
+    none = np.zeros_like(omega)
+    damping, error = (columns.get(name, none) * damping_scale for name in (value, ERRORS[value]))
+    inertia, inertia_error = (columns.get(name, none) * mass_scale for name in (mass, ERRORS[mass]))
+    return damping, error, inertia, inertia_error
+
+
 class TableReading:
     """The rows of a table as a reading of the damping.
 
@@ -105,15 +130,9 @@ class TableReading:
             "velocity_m_s": gamma * STANDARD_GRAVITY / omega,
         }[self._amplitude]
         rows, inside = self._rows(fills, of_sine, frequency)
-        named, none = dict(zip(self._names, rows.T, strict=True)), np.zeros_like(omega)
-        value, mass = named[self._value], named.get(self._mass, none)
-        error, mass_error = (named.get(ERRORS[name], none) for name in (self._value, self._mass))
-        relative = np.divide(error, value, out=np.zeros_like(error), where=value > 0)
-        damping = value
-        if self._value == LOSS_FACTOR:
-            damping = value * self.mass_per_area(fill) * omega
-        if self._mass == IMAGINARY:
-            mass, mass_error = mass / omega, mass_error / omega
+        named = dict(zip(self._names, rows.T, strict=True))
+        damping, error, mass, mass_error = impedance_of(named, omega, self.mass_per_area(fill))
+        relative = np.divide(error, damping, out=np.zeros_like(error), where=damping > 0)
         if not self._with_mass:
             mass, mass_error = np.zeros_like(mass), np.zeros_like(mass)
         return np.concatenate([damping, mass]), np.concatenate([relative, mass_error]), inside

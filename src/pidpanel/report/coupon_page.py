@@ -11,6 +11,7 @@ from pidpanel.report.facts import cases_text, software_text
 from pidpanel.report.films import film_picture
 from pidpanel.report.html import CAVEATS, Block, Fragment, Page, Picture
 from pidpanel.report.inputs import CouponResults
+from pidpanel.report.measured_section import measured_section
 from pidpanel.report.varied_section import varied_findings, varied_section
 from pidpanel.report.warnings import coupon_warnings
 
@@ -42,6 +43,7 @@ def coupon_page(
     if coupon.shot is not None:
         first.append(film_picture(coupon.shot))
     warnings = coupon_warnings(coupon.cases)
+    measured = [] if coupon.measured is None else [measured_section(coupon.measured)]
     sections = [coupon_section.coupon_section(replace(coupon, shot=None), varied=keys)]
     if not coupon.is_design:
         sections.append(coupon_section.losses_section(good))
@@ -57,6 +59,6 @@ def coupon_page(
             *warnings[CAVEATS:],
             *(f"{row['case']}: {row['status']}: {row['message']}" for _, row in lost.iterrows()),
         ],
-        sections=[replace(section, folded=True) for section in sections],
+        sections=[*measured, *(replace(section, folded=True) for section in sections)],
         steps=steps,
     )

@@ -9,7 +9,7 @@ import pandas as pd
 from pidpanel.coupon.from_study import cases_by_coupon
 from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.damping.from_study import readings_from_atlas
+from pidpanel.damping.from_study import measured_beside, readings_from_atlas
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
@@ -166,8 +166,11 @@ def read_coupon(study: CouponStudy, damper: str, table: Path) -> inputs.CouponRe
         )
     words, accuracy = coupon_words(study.coupons[damper])
     shot = read_film(cases, table.with_name("film.nc"))
-    is_design = study.coupons[damper].cases is not None
-    return inputs.CouponResults(rows, words, accuracy, varied_keys(study), shot, is_design)
+    coupon = study.coupons[damper]
+    is_design = coupon.cases is not None
+    measured = None if coupon.measured is None else measured_beside(coupon, rows)
+    varied = varied_keys(study)
+    return inputs.CouponResults(rows, words, accuracy, varied, shot, is_design, measured)
 
 
 def varied_keys(study: CouponStudy) -> list[str]:

@@ -108,6 +108,7 @@ class CouponResults:
     varied: Sequence[str] = ()  # columns in which cases differ besides fill, frequency and Γ
     shot: Shot | None = None  # one run over some cycles; None where that was not possible
     is_design: bool = False  # whether the cases are those of a table, each at a point of its own
+    measured: pd.DataFrame | None = None  # of `measured.compared`; None without measured points
 
 
 @dataclass(frozen=True)

@@ -126,6 +126,10 @@ class Coupon(SectionModel):
     """CSV table of cases in place of ``sweep`` and ``vary``, such as a design of experiments. A row
     is a case, a column a key of the coupon such as ``sweep.fill_fraction``, ``sweep.frequency_hz``,
     ``sweep.acceleration_g``, ``particles.friction`` or ``cell.depth_mm``."""
+    measured: Annotated[Path, file_in()] | None = None
+    """CSV table of measured C_e and m_a of these particles in this cell, with the columns of a
+    [table of damping](../tables.md#tables) and an amplitude in each row. The report shows them
+    beside the simulated cases and the atlas."""
     accuracy: Accuracy = Accuracy()
     """How long each case runs."""
     deck: Annotated[Path, file_in(TEMPLATES)] | None = None
@@ -161,7 +165,7 @@ class Coupon(SectionModel):
     @property
     def keys_without_panel(self) -> list[str]:
         """Keys given that only a study of the coupon alone may have."""
-        return [key for key in ("vary", "cases") if getattr(self, key)]
+        return [key for key in ("vary", "cases", "measured") if getattr(self, key)]
 
     @property
     def decks(self) -> tuple[Path, ...]:
@@ -213,6 +217,9 @@ class Coupon(SectionModel):
         if abs(self.gravity_g - STANDARD_GRAVITY) < 0.03:
             says = f"must be from 0 to 10, and {self.gravity_g:g} m/s² would be 1"
             yield Mistake(("gravity_g",), says)
+        if self.measured is not None and (self.vary or self.cases or len(self.diameters) > 1):
+            says = "not allowed together with vary, cases or several diameters"
+            yield Mistake(("measured",), says)
         if self.cases is not None:
             yield from self._mistakes_of_cases(self.cases)
             return
@@ -348,7 +355,9 @@ class Coupon(SectionModel):
         return Coupon.model_validate({"sweep": self.sweep, "accuracy": self.accuracy, **values})
 
     def _values(self) -> dict[str, Any]:
-        return self.model_dump(by_alias=True, exclude={"vary", "sweep", "cases", "accuracy"})
+        return self.model_dump(
+            by_alias=True, exclude={"vary", "sweep", "cases", "measured", "accuracy"}
+        )
 
     def _row_values(self) -> dict[str, Any]:
         """Return what a row of cases may set: also the accuracy, and a drive."""

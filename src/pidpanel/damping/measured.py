@@ -1,0 +1,125 @@
+"""Measured points of a damper beside its simulated cases and the atlas of particle beds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from pidpanel.arrays import Array
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.surface_cases import COUNTED
+from pidpanel.damping.table_files import (
+    ERRORS,
+    FILL,
+    FREQUENCY,
+    IMAGINARY,
+    MASS,
+    PARTICLE_MASS,
+    amplitude_of,
+)
+from pidpanel.damping.tables import impedance_of
+
+if TYPE_CHECKING:
+    from pidpanel.damping.atlas import AtlasDamping
+
+SAME_POINT = 0.01  # difference of r, ln f and ln Γ up to which a case is at a measured point
+DAMPING_COLUMN, MASS_COLUMN = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
+SOURCES = ("measured", "simulated", "atlas")
+
+
+def measured_points(columns: Mapping[str, Array], fill_fraction: float) -> pd.DataFrame:
+    """Return r, f, Γ of measured points, and C_e and m_a with standard errors.
+
+    Parameters
+    ----------
+    columns
+        (n,) each, as `table_files.read_columns` returns them, with an amplitude.
+    fill_fraction
+        Of a table without fills [1].
+
+    Returns
+    -------
+    DataFrame
+        ``fill_fraction``, ``frequency_hz``, ``acceleration_g``, and values and errors as
+        ``measured_equivalent_damping_n_s_m3`` and ``…_error``; what the table has not is NaN.
+    """
+    frequency = columns[FREQUENCY]
+    omega = 2 * np.pi * frequency
+    name, amplitude = amplitude_of(columns)
+    scales: dict[str | None, Array] = {
+        "acceleration_g": np.ones_like(omega),
+        "displacement_mm": 1e-3 * omega**2 / STANDARD_GRAVITY,
+        "velocity_m_s": omega / STANDARD_GRAVITY,
+    }
+    none = np.full_like(frequency, np.nan)
+    given = {**dict.fromkeys((*ERRORS.values(), MASS, IMAGINARY), none), **columns}
+    values = impedance_of(given, omega, columns.get(PARTICLE_MASS, none))
+    points = {
+        "fill_fraction": columns.get(FILL, np.full_like(frequency, fill_fraction)),
+        "frequency_hz": frequency,
+        "acceleration_g": amplitude * scales[name],
+    }
+    return pd.DataFrame(points | _named("measured", *values))
+
+
+def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | None) -> pd.DataFrame:
+    """Return measured points with the simulated case and the atlas at each.
+
+    Parameters
+    ----------
+    points
+        As `measured_points` returns them.
+    cases
+        ``coupon/cases.csv``.
+    atlas
+        C_e and m_a of the coupon under tones; None outside the atlas.
+
+    Returns
+    -------
+    DataFrame
+        The points with columns ``simulated_…`` and ``atlas_…`` as those of ``measured_…``; NaN
+        where no case has the point, or the atlas does not hold.
+    """
+    good = cases[cases["status"].isin(COUNTED)]
+    value_columns = [DAMPING_COLUMN, "equivalent_damping_error_n_s_m3", MASS_COLUMN,
+                     "apparent_mass_error_kg_m2"]  # fmt: skip
+    simulated = np.full((len(points), 4), np.nan)
+    read = np.full((len(points), 4), np.nan)
+    axes = points[["fill_fraction", "frequency_hz", "acceleration_g"]].to_numpy(float)
+    for row, (fill, frequency, gamma) in enumerate(axes):
+        apart = np.maximum.reduce(
+            [
+                np.abs(good["fill_fraction"] - fill),
+                np.abs(np.log(good["frequency_hz"] / frequency)),
+                np.abs(np.log(good["acceleration_g"] / gamma)),
+            ]
+        )
+        if len(good) and apart.min() <= SAME_POINT:
+            simulated[row] = good[value_columns].iloc[int(apart.argmin())]
+        if atlas is not None:
+            read[row] = atlas_point(atlas, fill, frequency, gamma)
+    return points.assign(**_named("simulated", *simulated.T), **_named("atlas", *read.T))
+
+
+def atlas_point(atlas: AtlasDamping, fill: float, frequency: float, gamma: float) -> Array:
+    """C_e, m_a and their standard errors (4,) at a point; NaN outside the atlas."""
+    f = np.array([frequency])
+    values = atlas(f, fill, gamma)
+    if not values.inside[0]:
+        return np.full(4, np.nan)
+    mass_error = np.sqrt(atlas.covariance(f, fill, gamma)[1, 1])
+    return np.array(
+        [
+            values.equivalent_damping[0], values.equivalent_damping_error[0],
+            values.apparent_mass[0], mass_error,
+        ]
+    )  # fmt: skip
+
+
+def _named(source: str, *values: Array) -> dict[str, Array]:
+    """C_e, its error, m_a and its error as columns of a source."""
+    names = (DAMPING_COLUMN, f"{DAMPING_COLUMN}_error", MASS_COLUMN, f"{MASS_COLUMN}_error")
+    return {f"{source}_{name}": value for name, value in zip(names, values, strict=True)}

@@ -1,0 +1,153 @@
+"""Measured points on the page of a coupon: beside the simulated cases and the atlas."""
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from pidpanel.damping.measured import DAMPING_COLUMN, MASS_COLUMN, SOURCES
+from pidpanel.report import layout, style
+from pidpanel.report.coupon_figures import ACCELERATION, FREQUENCY, AxisQuantity
+from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.text import records
+
+QUANTITIES = {DAMPING_COLUMN: ("C_e", "N s/m³", "$C_e$"), MASS_COLUMN: ("m_a", "kg/m²", "$m_a$")}
+LOOKS: Mapping[str, Mapping[str, Any]] = {
+    "measured": {"marker": "o", "ls": "none"},
+    "simulated": {"marker": "s", "mfc": "none", "ls": "none"},
+    "atlas": {"marker": "_", "ls": "--"},
+}
+
+
+def measured_section(compared: pd.DataFrame) -> PageSection:
+    """Return measured, simulated and read from the atlas, and their differences.
+
+    Parameters
+    ----------
+    compared
+        As `measured.compared` returns it.
+    """
+    values = {
+        "sources": [agreement(compared, source) for source in SOURCES[1:]],
+        "drawing": Picture("measured", style.Drawing(measured_figure, compared)),
+        "quantities": [
+            {"name": name, "unit": unit, "rows": _rows(compared, column)}
+            for column in _given(compared)
+            for name, unit, _ in (QUANTITIES[column],)
+        ],
+    }
+    fragment = Fragment("measured.html", values)
+    return PageSection("measured", "Measured, simulated, atlas", [fragment])
+
+
+def _given(compared: pd.DataFrame) -> list[str]:
+    return [name for name in QUANTITIES if compared[f"measured_{name}"].notna().any()]
+
+
+def agreement(compared: pd.DataFrame, source: str) -> dict[str, Any]:
+    """Return in how many points there is a measured C_e and one of a source, and their ratio.
+
+    ``ratio`` is the geometric mean of measured over the other, ``rms`` that of its logarithm, ``z``
+    that of the difference over the standard error of both; 0 where no error is given.
+    """
+    known = compared[
+        (compared[f"measured_{DAMPING_COLUMN}"] > 0) & (compared[f"{source}_{DAMPING_COLUMN}"] > 0)
+    ]
+    if known.empty:
+        return {"name": source, "points": 0}
+    difference, error = _difference(known, ("measured", source), DAMPING_COLUMN)
+    logarithm = np.log(known[f"measured_{DAMPING_COLUMN}"] / known[f"{source}_{DAMPING_COLUMN}"])
+    z = (difference / error)[error > 0]
+    return {
+        "name": source,
+        "points": len(known),
+        "ratio": float(np.exp(logarithm.mean())),
+        "rms": float(np.sqrt((logarithm**2).mean())),
+        "z": float(np.sqrt((z**2).mean())) if len(z) else 0.0,
+    }
+
+
+def _difference(
+    compared: pd.DataFrame, sources: tuple[str, str], quantity: str
+) -> tuple[pd.Series, pd.Series]:
+    """Difference of two sources and its standard error; an error not given counts as 0."""
+    first, second = (compared[f"{source}_{quantity}"] for source in sources)
+    errors = [compared[f"{source}_{quantity}_error"].fillna(0.0) for source in sources]
+    return first - second, (errors[0] ** 2 + errors[1] ** 2) ** 0.5
+
+
+def _rows(compared: pd.DataFrame, quantity: str) -> list[dict[str, Any]]:
+    """Return rows with (head, value, standard error) of all sources and their differences."""
+    columns = {
+        source: (
+            compared[f"{source}_{quantity}"],
+            compared[f"{source}_{quantity}_error"].fillna(0.0),
+        )
+        for source in SOURCES
+    }
+    for pair in combinations(SOURCES, 2):
+        columns[" − ".join(pair)] = _difference(compared, pair, quantity)
+    return [
+        {
+            **row,
+            "sources": [
+                (name, value.iloc[index], error.iloc[index])
+                for name, (value, error) in columns.items()
+            ],
+        }
+        for index, row in enumerate(records(compared))
+    ]
+
+
+def measured_figure(compared: pd.DataFrame) -> Figure:
+    """Draw C_e and m_a over frequency or Γ: a column for each fill, a colour for each other."""
+    over_g = compared["acceleration_g"].nunique() > compared["frequency_hz"].nunique()
+    x, other = (ACCELERATION, FREQUENCY) if over_g else (FREQUENCY, ACCELERATION)
+    fills, quantities = sorted(compared["fill_fraction"].unique()), _given(compared)
+    levels = list(dict.fromkeys(sorted(compared[other.column])))
+    figure = Figure(figsize=(layout.WIDTH, 2.4 * len(quantities) + 0.5), layout="constrained")
+    grid = figure.subplots(len(quantities), len(fills), squeeze=False, sharex=True, sharey="row")
+    for line, quantity in zip(grid, quantities, strict=True):
+        for axes, fill in zip(line, fills, strict=True):
+            rows = compared[compared["fill_fraction"] == fill]
+            _draw(axes, rows, quantity, x, other, levels)
+            axes.set_title(f"r = {fill:g}", loc="left")
+        line[0].set_ylabel(f"{QUANTITIES[quantity][2]}, {QUANTITIES[quantity][1]}")
+    for axes in grid[-1]:
+        axes.set_xlabel(x.label)
+    handles = {source: Line2D([], [], color=layout.GREY, **look) for source, look in LOOKS.items()}
+    handles |= {
+        f"{other.symbol} = {level:.4g}": Line2D([], [], color=_colour(place))
+        for place, level in enumerate(levels)
+    }
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=6)
+    return figure
+
+
+def _colour(number: int) -> str:
+    return style.PLACES[number % len(style.PLACES)]
+
+
+def _draw(
+    axes: Axes, rows: pd.DataFrame, quantity: str, x: AxisQuantity, other: AxisQuantity,
+    levels: list[float],
+) -> None:  # fmt: skip
+    for place, level in enumerate(levels):
+        curve = rows[rows[other.column] == level].sort_values(x.column)
+        for source, look in LOOKS.items():
+            axes.errorbar(
+                curve[x.column], curve[f"{source}_{quantity}"],
+                yerr=curve[f"{source}_{quantity}_error"].fillna(0.0),
+                color=_colour(place), capsize=1.8, elinewidth=0.7, capthick=0.7, **look,
+            )  # fmt: skip
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter("{x:g}")
+    if quantity == DAMPING_COLUMN:
+        axes.set_yscale("log")
+    else:
+        axes.axhline(0, color="#888888", lw=0.6)

@@ -1,0 +1,78 @@
+"""Measured points on the page of a coupon."""
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pidpanel.report.coupon_page import coupon_page
+from pidpanel.report.html import render
+from pidpanel.report.inputs import CouponResults
+from pidpanel.report.measured_section import agreement, measured_figure, measured_section
+
+C, M = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
+STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "study_hash": "0"}
+
+
+@pytest.fixture
+def compared():
+    rows = {
+        "fill_fraction": [0.3, 0.3, 0.7], "frequency_hz": [100.0, 400.0, 100.0],
+        "acceleration_g": [12.0, 12.0, 12.0],
+        f"measured_{C}": [165.0, 600.0, 385.0], f"measured_{C}_error": [4.0, 9.0, np.nan],
+        f"simulated_{C}": [150.0, np.nan, 350.0], f"simulated_{C}_error": [3.0, np.nan, 5.0],
+        f"atlas_{C}": [180.0, 500.0, np.nan], f"atlas_{C}_error": [12.0, 40.0, np.nan],
+    }  # fmt: skip
+    none = {f"{s}_{M}{e}": [np.nan] * 3 for s in ("measured", "simulated", "atlas")
+            for e in ("", "_error")}  # fmt: skip
+    return pd.DataFrame(rows | none)
+
+
+def test_differences_have_the_errors_of_both(compared):
+    # red: errors added; the difference the other way round; a missing error as missing difference
+    (block,) = measured_section(compared).blocks
+    (quantity,) = block.values["quantities"]
+    first, second, third = (
+        {name: (value, error) for name, value, error in row["sources"]} for row in quantity["rows"]
+    )
+    assert list(first) == [
+        "measured", "simulated", "atlas", "measured − simulated", "measured − atlas",
+        "simulated − atlas",
+    ]  # fmt: skip
+    assert first["measured − simulated"] == (15.0, 5.0)
+    assert first["measured − atlas"] == pytest.approx((-15.0, np.hypot(4, 12)))
+    assert np.isnan(second["measured − simulated"][0])
+    assert third["measured − simulated"] == (35.0, 5.0)
+
+
+def test_the_agreement_is_that_of_points_that_both_have(compared):
+    # measured over simulated is 1.1 twice, with differences of 3 and 7 standard errors
+    # red: points without the other counted; the mean of z for its rms
+    assert agreement(compared, "simulated") == pytest.approx(
+        {"name": "simulated", "points": 2, "ratio": 1.1, "rms": np.log(1.1), "z": np.sqrt(29)}
+    )
+    nowhere = compared.assign(**{f"atlas_{C}": np.nan})
+    assert agreement(nowhere, "atlas") == {"name": "atlas", "points": 0}
+
+
+def test_the_figure_has_a_column_for_each_fill_and_what_is_measured(compared):
+    # red: rows of all fills in each; m_a that nobody measured
+    figure = measured_figure(compared)
+    assert [axes.get_title("left") for axes in figure.axes] == ["r = 0.3", "r = 0.7"]
+    lines = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
+    assert [line.get_ydata().tolist() for line in lines] == [[165.0, 600.0]]
+    with_mass = measured_figure(compared.assign(**{f"measured_{M}": 1.0}))
+    assert len(with_mass.axes) == 4
+
+
+def test_a_page_shows_measured_points_unfolded_and_only_where_there_are_any(cases, compared):
+    coupon = CouponResults(cases)
+    names = [section.name for section in coupon_page("A", [], STAMP, coupon, []).sections]
+    assert "measured" not in names
+    page = coupon_page("A", [], STAMP, dataclasses.replace(coupon, measured=compared), [])
+    assert page.sections[0].name == "measured"
+    assert not page.sections[0].folded
+    text = render(page)
+    assert "1.10 times\nthe simulated in the geometric mean" in text
+    assert '<td class="short">15.0 ± 5.0</td>' in text
