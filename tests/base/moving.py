@@ -93,6 +93,7 @@ def run_stages(study, folder):
     files = BaseInputs(panel / "modes.nc", panel / "plate.nc", panel / "section.csv")
     output = {
         "modes_table": "modes.csv", "summary": "summary.csv", "psd": "psd.nc",
+        "psd_table": "psd.csv",
         "notched": "notched.csv", "sine_table": "sine.csv", "sine": "sine.nc",
     }  # fmt: skip
     write_base(study, files, None, {name: base / file for name, file in output.items()})

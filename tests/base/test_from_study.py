@@ -66,6 +66,24 @@ def test_the_summary_is_the_integral_of_the_psds(shaken):
         assert row.interface_force_rms_n == pytest.approx(rms["interface_force_psd"], 1e-5)
 
 
+def test_the_table_of_psds_integrates_to_the_summary_in_g(shaken):
+    # red: m/s² for g; another point; cases without a steady motion kept
+    table = read(shaken, "psd.csv")
+    summary = read(shaken, "summary.csv").query("status == 'ok'")
+    by = ["reading", "scenario", "input"]
+    assert set(map(tuple, table[by].to_numpy())) == set(map(tuple, summary[by].to_numpy()))
+    for case, rows in summary.groupby(by):
+        lines = table[(table[by] == list(case)).all(axis=1)]
+        f = lines["frequency_hz"]
+        rms = {name: np.sqrt(np.trapezoid(lines[name], f)) for name in lines if "_psd_" in name}
+        for row in rows.itertuples():
+            g_rms = rms[f"acceleration_psd_g2_hz_{row.point}"]
+            assert g_rms == pytest.approx(row.acceleration_rms_g, rel=1e-4)
+            assert rms["input_psd_g2_hz"] == pytest.approx(row.input_rms_g, rel=1e-4)
+            force = rms["interface_force_psd_n2_hz"]
+            assert force == pytest.approx(row.interface_force_rms_n, rel=1e-4)
+
+
 def test_a_damper_lowers_points_and_force_and_brings_its_errors(shaken):
     rows = read(shaken, "summary.csv").query("input == 'stated' and reading == 'table'")
     rows = rows.set_index(["scenario", "point"])
@@ -158,10 +176,16 @@ def test_the_page_has_tables_and_curves_of_all_parts(shaken):
 def test_every_column_and_variable_is_described(shaken):
     # red: a column of files.yaml left out
     entries = {entry["file"]: entry for entry in yaml.safe_load(FILES.read_text("utf-8"))}
+    points = read(shaken, "summary.csv")["point"].unique()
     for path in shaken[1].iterdir():
         entry = entries[f"base/{path.name}"]
         if path.suffix == ".csv":
-            assert list(entry["columns"]) == list(read(shaken, path.name).columns)
+            expected = [
+                name.replace("<point>", point)
+                for name in entry["columns"]
+                for point in (points if "<point>" in name else [""])
+            ]
+            assert expected == list(read(shaken, path.name).columns)
             continue
         with xr.open_dataset(path, engine="scipy") as dataset:
             units = {name: dataset[name].attrs["units"] for name in dataset.data_vars}

@@ -91,7 +91,7 @@ def test_the_best_layout_moves_as_the_base_stage_says(stages, tmp_path):
     values["scenarios"] = {"best": {"layout": layout}}
     study, on_panel = run(tmp_path, tmp_path / "best.yaml", **values)
     files = BaseInputs(*(on_panel / name for name in ("modes.nc", "plate.nc", "section.csv")))
-    outputs = {"modes_table": "m.csv", "summary": "s.csv", "psd": "p.nc"}
+    outputs = {"modes_table": "m.csv", "summary": "s.csv", "psd": "p.nc", "psd_table": "p.csv"}
     write_base(study, files, None, {name: tmp_path / file for name, file in outputs.items()})
     base = pd.read_csv(tmp_path / "s.csv").set_index(["scenario", "point"])
     summary = tables["summary"].query("layout == 1").set_index("point")

@@ -162,6 +162,7 @@ def write_base(
         shifts = _mesh_shifts(panel, scenarios, models)
         psds = tables.random_dataset(random, models.names, labels, points, shifts)
         write_csv(output["summary"], tables.summary_rows(psds))
+        write_csv(output["psd_table"], tables.psd_rows(psds))
         psds.assign_attrs(attributes).to_netcdf(output["psd"], engine="scipy")
         if limits:
             write_csv(output["notched"], tables.input_rows(random, limits))

@@ -162,6 +162,18 @@ def summary_rows(curves: xr.Dataset) -> pd.DataFrame:
     return rows[~unstable | (rows["input"] == INPUTS[0])]
 
 
+def psd_rows(curves: xr.Dataset) -> pd.DataFrame:
+    """Return the PSDs of a `random_dataset` line by line, a column for each point."""
+    to_g = STANDARD_GRAVITY**-2
+    points = (to_g * curves["absolute_acceleration_psd"]).to_dataset(dim="point")
+    table = points.rename({name: f"acceleration_psd_g2_hz_{name}" for name in points})
+    table["input_psd_g2_hz"] = to_g * curves["input_psd"]
+    table["interface_force_psd_n2_hz"] = curves["interface_force_psd"]
+    table = table.rename({"frequency": "frequency_hz"})
+    rows = table.to_dataframe(["reading", "scenario", "input", "frequency_hz"]).reset_index()
+    return rows[rows["interface_force_psd_n2_hz"].notna()]
+
+
 def input_rows(cases: Sequence[RandomCase], limits: Sequence[Limit]) -> pd.DataFrame:
     """Return the notched input of each case line by line [g²/Hz], with the reason of each notch."""
     names = ["", *(limit.reason for limit in limits)]

@@ -205,7 +205,7 @@ def _base(plan: Plan, study: Study, panel: Rule) -> Rule:
     parts = {} if study.base is None else study.base.parts
     names = {"modes_table": "modes.csv"}
     if parts["random"]:
-        names |= {"psd": "psd.nc", "summary": "summary.csv"}
+        names |= {"psd": "psd.nc", "psd_table": "psd.csv", "summary": "summary.csv"}
     if parts["limits"]:
         names |= {"notched": "notched.csv"}
     if parts["sine"]:
