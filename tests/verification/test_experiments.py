@@ -42,5 +42,24 @@ def test_the_page_says_what_is_missing_and_what_was_not_known():
     assert "+10 %" in text
 
 
+def test_a_number_without_a_reference_is_shown_alone():
+    # red: the difference from it, "+nan %"
+    row = page.Row(experiments.OPEN_BED, "m", 0.15, np.nan, "1", np.nan, "with care", "a paper")
+    text = html.render(page.validation_page([row]))
+    assert "nan" not in text.split("<table")[1]
+
+
+@pytest.mark.liggghts
+def test_a_collision_is_that_of_lammps(tmp_path):
+    # the same law in another program, with a step 200 times longer; forces to 1.2e-4 of the
+    # largest. red: F_n without its damping; SCALE for √SCALE of the speed
+    rows = experiments.lammps_rows(tmp_path)
+    assert len(rows) == 3 * len(experiments.COLLISION)
+    largest = {
+        unit: max(abs(r.reference) for r in rows if r.unit == unit) for unit in ("m", "m/s", "N")
+    }
+    assert max(abs(r.computed - r.reference) / largest[r.unit] for r in rows) < 2e-4
+
+
 def test_every_experiment_says_what_was_not_known():
     assert len(experiments.UNKNOWN) == len(experiments.CASES)

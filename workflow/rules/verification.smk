@@ -29,7 +29,7 @@ VERIFIED = {
     "base": ["oscillator", "supported_plate", "limits", "balance"],
 }
 # shown beside measurements of others, without a verdict
-VALIDATED = ["impact", "open_bed", "box", "periods"]
+VALIDATED = ["impact", "lammps", "open_bed", "box", "periods"]
 
 
 rule verify:

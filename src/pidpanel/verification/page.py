@@ -149,7 +149,7 @@ def validation_page(rows: Sequence[Row]) -> Page:
                     number(row.reference, 4),
                     number(row.computed, 4),
                     unit(row.unit),
-                    percent(row, row.error, "+"),
+                    "–" if math.isnan(row.error) else percent(row, row.error, "+"),
                 ]
                 for row in members
             ],
