@@ -227,7 +227,7 @@ def panel_rms(mass: Array, mass_per_area: float, folder: Path) -> dict[str, floa
         "resting": {"impedance": "bed.csv", "interpolation": "linear"},
         "rigid": {"equivalent_damping_n_s_m3": 0, "apparent_mass_kg_m2": mass_per_area},
     }
-    values["panel"]["mesh"]["elements"] = [45, 30]  # resolves a resonant mass
+    values["panel"]["mesh"]["elements"] = [60, 40]  # resolves a resonant mass
     values = {key: values[key] for key in ("panel", "sound")} | {
         "dampers": dampers,
         "response": {"frequency_hz": [30, 2000]},
