@@ -94,6 +94,8 @@ def texts_of_the_package():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 yield " ".join(node.value.split())
+    for path in PACKAGE.rglob("*.html"):
+        yield " ".join(path.read_text(encoding="utf-8").split())
 
 
 def test_the_page_of_messages_quotes_what_is_said():
