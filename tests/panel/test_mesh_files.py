@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
+from pidpanel.panel import from_study
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mesh import gmsh_session
@@ -16,6 +18,8 @@ from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.triangles import mesh_triangles
+from pidpanel.paths import STUDIES
+from pidpanel.study import load_study
 
 FACE = Ply(Material.isotropic(60e9, 0.3, 1600.0), 0.3e-3)
 SANDWICH = SandwichSection((FACE,), (FACE,), Core(186e6, 90e6, 32.0, 24.4e-3))
@@ -157,6 +161,18 @@ def test_a_refined_mesh_has_the_nodes_area_and_groups_of_its_file(tmp_path):
         assert areas(fine)[fine.groups == group].sum() == pytest.approx(whole, rel=1e-14)
     # of four equal parts
     np.testing.assert_allclose(areas(fine), np.repeat(areas(flat) / 4, 4), rtol=1e-14)
+
+
+def test_a_mesh_is_not_refined_beyond_what_memory_holds(tmp_path, monkeypatch):
+    # red: no count before `refined`
+    study = load_study(STUDIES / "bdf_panel.yaml")
+    mesh = study.panel.mesh.model_copy(update={"refine": 4})
+    panel = StudiedPanel(study.panel.model_copy(update={"mesh": mesh}))
+    coarse = len(StudiedPanel(study.panel).foreign.triangles)
+    assert len(panel.foreign.triangles) == 256 * coarse
+    monkeypatch.setattr(from_study, "MOST_ELEMENTS", 256 * coarse - 1)
+    with pytest.raises(ValueError, match=r"with mesh\.refine = 4; allowed are"):
+        _ = StudiedPanel(panel.panel).foreign
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
 from pidpanel.study.masses import damper_masses, resolved_masses
-from pidpanel.study.panel import EXTENT, Panel
+from pidpanel.study.panel import EXTENT, MOST_ELEMENTS, Panel
 from pidpanel.study.section import MaterialInput, PlyInput
 from pidpanel.study.supports import Node
 
@@ -89,6 +89,12 @@ class StudiedPanel:
         if says := EXTENT.refuses(extent):
             raise ValueError(
                 f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {says}"
+            )
+        count = len(mesh.triangles) * 4**spec.refine
+        if count > MOST_ELEMENTS:
+            raise ValueError(
+                f"{spec.file}: {count:.3g} elements with mesh.refine = {spec.refine}; allowed are"
+                f" {MOST_ELEMENTS}"
             )
         for _ in range(spec.refine):
             mesh = mesh.refined()
