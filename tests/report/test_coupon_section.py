@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from pidpanel.damping.laws import paper_corrected
+from pidpanel.paths import STUDIES
 from pidpanel.report import coupon_figures, coupon_section
 from pidpanel.report.coupon_page import coupon_page
+from pidpanel.report.from_study import coupon_words
 from pidpanel.report.inputs import CouponResults
+from pidpanel.study import load_any_study
 from tests.page_reader import blocks_of
 
 STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "study_hash": "0"}
@@ -112,6 +115,18 @@ def test_a_case_of_several_states_has_them_in_its_row_and_is_counted(cases):
     found = [row[column] for row in table.rows]
     assert found[2] == "217 (25 %); 671 (75 %)"
     assert set(found[:2] + found[3:]) == {""}
+
+
+def test_particles_and_cell_are_in_words_with_what_is_varied():
+    # red: the unvaried value; the unit after varied values
+    coupons = load_any_study(STUDIES / "coupon_friction.yaml").coupons
+    words, accuracy = coupon_words(coupons["coupon"])
+    assert words == (
+        "Particles of 2 mm, ρ = 1190 kg/m³, E = 3200 MPa, ν = 0.35, e = 0.8, "
+        "μ = 0.1, 0.3, 0.6 (varied); 3 hexagonal cells, 6.35 mm wide, 25 mm deep; "
+        "1 g along −z (the motion is along z)."
+    )
+    assert accuracy.startswith("2 packings per case, run until the standard error of C_e is 5 %")
 
 
 def test_a_table_of_cases_is_a_point_for_each_case_over_each_quantity(coupon):

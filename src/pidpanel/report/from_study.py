@@ -23,13 +23,13 @@ from pidpanel.report.html import Page
 from pidpanel.report.names import FilledPatch, ReportedScenario
 from pidpanel.report.shaker_page import shaker_page
 from pidpanel.report.study_page import study_page
+from pidpanel.report.templates import sentence
 from pidpanel.report.text import counted, percent
 from pidpanel.report.write import write_page
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import CouponStudy, Scenario, Study, StudyError, load_any_study, load_study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.panel import Panel
-from pidpanel.study.particles import Binary, Mono, Normal
 from pidpanel.study.sound import Sound
 
 SAME_LEVEL = 0.05  # difference of two levels below which they are written alike [dB]
@@ -331,45 +331,21 @@ def read_at_text(study: Study) -> str:
 
 def coupon_words(coupon: Coupon) -> tuple[str, str]:
     """Return material, e, μ, cell and gravity of a coupon, and the accuracy requested, in words."""
-    p, varied = coupon.particles, coupon.varied_values
-
-    def label(key: str, text: str) -> str:
-        if key not in varied:
-            return text
-        return f"{text.partition(' = ')[0]} = {_values_text(varied[key])} (varied)"
-
+    cell, accuracy, varied = coupon.cell, coupon.accuracy, coupon.varied_values
     sizes = sorted(1e3 * d for d in coupon.diameters)
-    size = _values_text(varied.get("particles.diameter_mm", sizes), " and ", 2)
-    parts = [
-        f"Particles of {size} mm{_spread(coupon)}",
-        label("particles.density_kg_m3", f"ρ = {p.density_kg_m3:g} kg/m³"),
-        label("particles.youngs_modulus_mpa", f"E = {p.youngs_modulus_mpa:g} MPa"),
-        label("particles.poissons_ratio", f"ν = {p.poissons_ratio:g}"),
-        label("particles.restitution", f"e = {p.restitution:g}{_wall(coupon, 'restitution')}"),
-        label("particles.friction", f"μ = {p.friction:g}{_wall(coupon, 'friction')}"),
-    ]
-    if p.rolling_friction or "particles.rolling_friction" in varied:
-        parts.append(label("particles.rolling_friction", f"μ_r = {p.rolling_friction:g}"))
-    if p.shell_mm is not None:
-        parts.append(f"hollow, shell of {p.shell_mm:g} mm")
-    cell = coupon.cell
-    count = "a varied number of" if "cell.count" in varied else f"{cell.count}"
-    width = _values_text(varied.get("cell.across_flats_mm", [cell.across_flats_mm]))
-    depth = _values_text(varied.get("cell.depth_mm", [cell.depth_mm]))
-    across = "diameter" if cell.shape == "circle" else "wide"
-    word = "" if "cell.shape" in varied else f"{SHAPES[cell.shape].word} "
-    gravity = (
-        "gravity varied"
-        if {"gravity_g", "gravity_direction"} & set(varied)
-        else (
-            f"{coupon.gravity_g:g} g "
-            + DIRECTIONS.get(coupon.gravity_direction, f"along {coupon.gravity_direction}")
-        )
-    )
-    accuracy = coupon.accuracy
+    along = coupon.gravity_direction
+    values = {
+        "coupon": coupon,
+        "varied": varied,
+        "values_text": _values_text,
+        "size": _values_text(varied.get("particles.diameter_mm", sizes), " and ", 2),
+        "shape": SHAPES[cell.shape].word,
+        "width": _values_text(varied.get("cell.across_flats_mm", [cell.across_flats_mm])),
+        "depth": _values_text(varied.get("cell.depth_mm", [cell.depth_mm])),
+        "direction": DIRECTIONS.get(along, f"along {along}"),
+    }
     return (
-        f"{', '.join(parts)}; {count} {word}cell{'' if count == '1' else 's'}, "
-        f"{width} mm {across}, {depth} mm deep; {gravity}.",
+        sentence("particles.html", values),
         f"{counted(accuracy.seeds, 'packing')} per case, run until the standard error of C_e is "
         f"{percent(accuracy.relative_error)} or for {accuracy.max_cycles} cycles",
     )
@@ -380,21 +356,3 @@ def _values_text(values: Sequence[float], separator: str = ", ", most: int = 6) 
     if len(values) > most:
         return f"{min(values):g} to {max(values):g}"
     return separator.join(f"{value:g}" for value in values)
-
-
-def _wall(coupon: Coupon, key: str) -> str:
-    if f"walls.{key}" in coupon.varied_values:
-        return " (walls varied)"
-    wall = getattr(coupon.walls, key)
-    return "" if wall is None else f" (walls {wall:g})"
-
-
-def _spread(coupon: Coupon) -> str:
-    spread = coupon.particles.distribution
-    if isinstance(spread, Mono):
-        return ""
-    if isinstance(spread, Normal):
-        return f" ± {spread.deviation_mm:g} mm (normal)"
-    if isinstance(spread, Binary):
-        return f" and {spread.second_mm:g} mm ({percent(spread.second_share)} by number)"
-    return f" ± {spread.half_width_mm:g} mm (uniform)"

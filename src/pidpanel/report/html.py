@@ -189,17 +189,6 @@ class Table:
     title: str = ""  # for folded rows; by default the caption
     kind: Literal["table"] = "table"
 
-    @property
-    def is_narrow(self) -> bool:
-        """Whether the rows are so short and so many that they stand in columns."""
-        return len(self.columns) <= 5 and len(self.rows) > 30
-
-    @property
-    def parts(self) -> list[Sequence[Sequence[str]]]:
-        """The rows of each of the columns in which they stand."""
-        height = -(-len(self.rows) // 3) if self.is_narrow else max(1, len(self.rows))
-        return [self.rows[start : start + height] for start in range(0, len(self.rows), height)]
-
     def __post_init__(self) -> None:
         for row in self.rows:
             if len(row) != len(self.columns):
