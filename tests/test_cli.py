@@ -262,6 +262,26 @@ def test_the_schema_is_that_of_the_models(capsys):
     assert "panel" in json.loads(text)["properties"]
 
 
+@pytest.mark.parametrize("options", [(), ("--budget-kg", "3"), ("--section", "thin")])
+def test_particles_of_a_measured_table_weigh_in_a_new_study(capsys, tmp_path, options):
+    # red: no `mass_key`: dampers of 28 kg/m² that load nothing
+    text = "frequency_hz,loss_factor,particle_mass_per_area_kg_m2\n30,0.2,28\n2000,0.2,28\n"
+    (tmp_path / "steel.csv").write_text(text)
+    file = tmp_path / "wing.yaml"
+    assert answer(capsys, "new", file, "--table", tmp_path / "steel.csv", *options)[0] == 0
+    assert "apparent_mass: particles" in file.read_text()
+    assert not load_study(file).massless_dampers
+    code, out, _ = answer(capsys, "check", file)
+    assert code == 0 and "no mass in the computation" not in out
+
+
+def test_a_new_study_with_a_table_that_is_not_there_is_left_to_the_check(capsys, tmp_path):
+    # red: ValueError let through in `_mass_key`
+    file = tmp_path / "wing.yaml"
+    code, _, err = answer(capsys, "new", file, "--table", tmp_path / "none.csv")
+    assert "Traceback" not in err and code in (0, 2)
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
 def test_completion_knows_every_command(capsys, shell):
     # red: shtab.complete of a parser without its commands

@@ -19,6 +19,7 @@ from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.study import StudyError, load_study
 from pidpanel.study.atlas import DEPTH, WIDTH
+from pidpanel.study.dampers import is_massless_table
 from pidpanel.study.files import found_file
 
 LOWEST, HIGHEST = 30.0, 2000.0
@@ -218,6 +219,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         "name": file.stem,
         "spectrum": spectrum,
         "table": _relative_path(draft.table, file) if draft.table else "",
+        "mass_key": _mass_key(Path(draft.table)) if draft.table else "",
         "shaker": _relative_path(draft.shaker, file) if draft.shaker else "",
         "edges": draft.edges,
         "simulated": draft.is_simulated,
@@ -245,6 +247,15 @@ def _fills(table: Path) -> Sequence[float]:
         return FILLS
     inside = [fill for fill in FILLS if known[0] <= fill <= known[-1]]
     return inside if len(inside) > 1 else known[:4]
+
+
+def _mass_key(table: Path) -> str:
+    """Return the key by which particles weigh whose table has their mass alone."""
+    try:
+        file = found_file(table, Path(), DATA / "damping")
+    except ValueError:  # the check reports it
+        return ""
+    return ", apparent_mass: particles" if is_massless_table(file) else ""
 
 
 def _relative_path(name: str, file: Path) -> str:
