@@ -130,11 +130,11 @@ def _updates(
     for lines in chunks_of_lines(bare.frequency.size, 2 * width):
         s = patch_stiffness(bare.frequency[lines], damping[:, lines], mass[:, lines])
         # R_uu S, since Z₀ and with it R_uu is symmetric
-        loop = _pulled(bare, s, bare.receptance[lines, :width]).swapaxes(1, 2)
+        loop = pulled(bare, s, bare.receptance[lines, :width]).swapaxes(1, 2)
         loop[:, range(width), range(width)] += 1
         solve = solution(loop, again=with_slope)
         receptance = solve(bare.receptance[lines, width:].swapaxes(1, 2))  # R_uw with the dampers
-        B = _pulled(bare, s, receptance).swapaxes(1, 2)
+        B = pulled(bare, s, receptance).swapaxes(1, 2)
         pushed, t = B @ bare.patch_psd[lines, :width], None
         if with_slope:
             covariance = bare.patch_psd[lines, width::m] - pushed[:, ::m]
@@ -155,8 +155,8 @@ def solution(matrix: Complexes, *, again: bool) -> Callable[[Complexes], Complex
     return lambda force: np.asarray(la.lu_solve(factors, force, check_finite=False), np.complex128)
 
 
-def _pulled(bare: BarePanel, stiffness: Complexes, motion: Complexes) -> Complexes:
-    """S times motions (nf, r, k); for one patch S is s times the unit matrix."""
+def pulled(bare: BarePanel, stiffness: Complexes, motion: Complexes) -> Complexes:
+    """Return S times motions (nf, r, k); for one patch S is s times the unit matrix."""
     if bare.patches.count == 1:
         return stiffness[0, :, None, None] * motion
     return weighted_sum(stiffness, bare.coordinates.weight) @ motion

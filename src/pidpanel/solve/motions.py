@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.solve.dampers import PatchMotion, check_stable, patch_stiffness, weighted_sum
+from pidpanel.solve.dampers import PatchMotion, check_stable, patch_stiffness, pulled
 from pidpanel.solve.lines import root_mean_square
 from pidpanel.solve.modal import BarePanel, chunks_of_lines
 
@@ -201,7 +201,7 @@ class ReducedMotions(Motions):
     def _follows(self, lines: slice, stiffness: Complexes) -> Complexes:
         """(I + R_uu S)⁻¹."""
         width = self.weight.shape[1]
-        loop = self.bare.receptance[lines, :width] @ weighted_sum(stiffness, self.weight)
+        loop = pulled(self.bare, stiffness, self.bare.receptance[lines, :width]).swapaxes(1, 2)
         loop[:, range(width), range(width)] += 1
         return np.linalg.inv(loop)
 
