@@ -34,7 +34,10 @@ from pidpanel.paths import WORKFLOW
 WIDTH, DIAMETER, CELLS = 6.35e-3, 2e-3, 4  # [m], [m], cells in a run
 # [Hz]; below, tones have M/m = 1.01 − 0.001 i at 0.1 g, less than what a step tells
 FREQUENCIES = np.geomspace(400, 8000, 50)
-SETTLING, TRANSIENT, LASTING = 0.08, 0.05, 0.03  # [s]
+# Duration and relaxation time of the drags under which a bed settles [s]: the overlaps of the pour,
+# 2 µm at 20 MPa, would throw the spheres up by millimetres; a bed that falls; one that rattles
+DRAGS = ((0.005, 1e-4), (0.15, 0.01), (0.03, 1e-3))
+TRANSIENT, LASTING = 0.03, 0.03  # [s]
 STRIDE = 5  # steps between the samples of a momentum
 WALL_FREQUENCY = 400.0  # at which the share of the side walls is measured [Hz]
 
@@ -114,8 +117,7 @@ def settled(resting: Resting, spheres: Array, run: Run, folder: Path, solver: Li
     """Let a bed come to rest under drag with the moduli of the run, and then without."""
     mass = float(geometry.masses(spheres[:, 3], resting.density).mean())
     solver.read_deck(run.deck_text())
-    # the overlaps of the pour, 2 µm at 20 MPa, would throw the spheres up by millimetres
-    for time, relaxation in ((0.005, 1e-4), (SETTLING, 0.01)):
+    for time, relaxation in DRAGS:
         solver.read_deck(f"fix drag all viscous {mass / relaxation:.6g}")
         solver.run(math.ceil(time * run.drive.frequency) * run.steps_per_cycle)
         solver.read_deck("unfix drag")
@@ -123,16 +125,18 @@ def settled(resting: Resting, spheres: Array, run: Run, folder: Path, solver: Li
 
 
 def apparent_mass(resting: Resting, spheres: Array, folder: Path) -> tuple[Array, float]:
-    """M(ω)/m at `FREQUENCIES` from the answer to a step of the cells' velocity, and what is left.
+    """M(ω)/m at `FREQUENCIES` from the answer to a step of the cells' velocity, and the noise.
 
     The step is a/(2π 1 kHz). With u(t) the mean velocity of the spheres in the cells, u(0) = −v:
-    M/m = 1 + iω ∫ u e^(−iωt) dt/v. The second value is the rms of u/v in the last tenth.
+    M/m = 1 + iω ∫ u e^(−iωt) dt/v. The noise is the rms speed of the spheres
+    before it over v.
     """
     run = replace(resting, acceleration=0.0).run(200.0)
     preparation.write_start(folder, run.packing, spheres)
     speed = resting.acceleration * STANDARD_GRAVITY / (2 * math.pi * 1000)
     with Liggghts(folder, "shake") as solver:
         settled(resting, spheres, run, folder, solver)
+        before = solver.run(1, "kinetic_energy")
         solver.read_deck(f"fix series all ave/time {STRIDE} 1 {STRIDE} v_p file momentum.txt")
         solver.set_velocity(0.0, 0.0, -speed)
         solver.run(math.ceil(LASTING / run.time_step))
@@ -145,8 +149,8 @@ def apparent_mass(resting: Resting, spheres: Array, folder: Path) -> tuple[Array
     time = np.concatenate([[0.0], time])
     omega = 2 * math.pi * FREQUENCIES[:, None]
     integral = np.trapezoid(answer * np.exp(-1j * omega * time), time, axis=1)
-    rest = answer[-len(answer) // 10 :]
-    return 1 + 1j * omega[:, 0] * integral, float(np.sqrt(np.mean(rest**2)))
+    noise = math.sqrt(2 * before.value / mass) / speed
+    return 1 + 1j * omega[:, 0] * integral, noise
 
 
 def under_tone(
@@ -162,11 +166,8 @@ def under_tone(
         solver.run(lasting * run.steps_per_cycle)
         share = wall_share(solver, run, len(spheres), folder)
         solver.finish()
-    before = (
-        math.ceil(0.005 * frequency)
-        + math.ceil(SETTLING * frequency)
-        + math.ceil(TRANSIENT * frequency)
-    )
+    times = (*(time for time, _ in DRAGS), TRANSIENT)
+    before = sum(math.ceil(time * frequency) for time in times)
     read = rows.read_rows(run, folder, [before + lasting], before + lasting)[before:]
     damping, inertia = rows.harmonic(run, read, mass)
     values = (inertia - 1j * damping / run.drive.angular_frequency) * run.packing.area / mass
@@ -249,13 +250,13 @@ def main() -> None:
         bulk = len(spheres) * math.pi / 6 * DIAMETER**3 / (resting.packing.area * resting.height)
         expected = column_frequency(resting, bulk)
         print(f"{name}: {len(spheres)} spheres, fraction {bulk:.3f}, expected {expected:.0f} Hz")
-        mass, left = apparent_mass(resting, spheres, folder / name / "step")
+        mass, noise = apparent_mass(resting, spheres, folder / name / "step")
         np.savetxt(folder / name / "mass.csv", np.c_[FREQUENCIES, mass.real, mass.imag],
                    delimiter=",", header="frequency_hz,real,imaginary", comments="")  # fmt: skip
         peak = int(np.argmax(-mass.imag))
         print(
             f"  largest loss {-mass.imag[peak]:.2f} m at {FREQUENCIES[peak]:.0f} Hz, "
-            f"left {left:.3f}"
+            f"noise {noise:.3f}"
         )
         area_mass = bulk * resting.density * resting.height
         print(f"  g rms at 100 dB: {panel_rms(mass, area_mass, folder / name)}")
