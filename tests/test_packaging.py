@@ -15,7 +15,8 @@ ROOT = Path(__file__).parents[1]
 
 
 def test_a_wheel_holds_all_that_a_run_needs_and_finds_it(tmp_path):
-    # red: a folder left out of FOLDERS in setup.py; PROJECT of a checkout always
+    # red: a folder left out of FOLDERS in setup.py; PROJECT of a checkout always; pages left out
+    # of package-data
     command = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", tmp_path / "lib"]
     subprocess.run(
         [*command, "egg_info", "--egg-base", tmp_path], cwd=ROOT, check=True, capture_output=True
@@ -43,6 +44,12 @@ def test_a_wheel_holds_all_that_a_run_needs_and_finds_it(tmp_path):
         }
         assert copied == own
     assert (tmp_path / "lib" / "pidpanel" / "py.typed").is_file()
+    pages = Path("pidpanel", "report", "pages")
+    own, copied = (
+        {p.relative_to(root) for p in (root / pages).rglob("*") if p.is_file()}
+        for root in (ROOT / "src", tmp_path / "lib")
+    )
+    assert copied == own and pages / "uplot" / "LICENSE" in own
     for name in ("cases.csv", "datapackage.json"):
         assert (tmp_path / "lib" / "pidpanel" / "atlas" / name).is_file()
 
