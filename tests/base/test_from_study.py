@@ -8,6 +8,7 @@ import yaml
 from moving import HERE, run_stages, shaken_study
 from reference_pages import FILES
 
+from pidpanel.base import basis_check
 from pidpanel.base.from_study import base_labels, base_scenarios
 from pidpanel.check import checked_study
 from pidpanel.measurement.from_study import write_measurements
@@ -17,6 +18,7 @@ from pidpanel.report.base_section import base_section
 from pidpanel.report.inputs import MeasurementResults
 from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.report.read import read_base
+from pidpanel.solve.basis_error import lines_to_try
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study import StudyError, load_study
 from tests.page_reader import blocks_of
@@ -27,8 +29,16 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def shaken(tmp_path_factory):
-    """Study, and the folder with its results."""
-    return shaken_study(tmp_path_factory.mktemp("shaken"))
+    """Study, folder of its results, and by how many columns its basis checks choose their lines."""
+    columns = []
+
+    def lines(frequency_range, coordinates, count, attempt):
+        columns.append(count)
+        return lines_to_try(frequency_range, coordinates, count, attempt)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(basis_check, "lines_to_try", lines)
+        return *shaken_study(tmp_path_factory.mktemp("shaken")), columns
 
 
 def read(shaken, name):
@@ -38,6 +48,12 @@ def read(shaken, name):
 def test_each_layout_comes_once_whatever_its_sound_level(shaken):
     # red: scenarios of the sound as they are
     assert [scenario.label for scenario in base_scenarios(shaken[0])] == ["bare", "PID-1_r0.5"]
+
+
+def test_a_basis_is_checked_for_each_layout_at_each_point(shaken):
+    # the bare panel and the damper by both models, at two points
+    # red: layouts over points; dead weights too
+    assert set(shaken[2]) == {3 * 2}
 
 
 def test_the_input_is_the_table_within_the_range_of_the_response(shaken):
