@@ -2,7 +2,8 @@
 # A Slurm of one node on this machine, from Debian packages, without systemd and cgroups:
 #
 #   tests/slurm/one_node.sh up      installs what dpkg lacks, starts munged, slurmctld, slurmd
-#   tests/slurm/one_node.sh down    ends them
+#   tests/slurm/one_node.sh down    ends them, and removes their slurm.conf: each start of Snakemake
+#                                   would wait ten seconds for a controller that is down
 #
 # For tests alone: it runs as root, keeps no accounts, and listens on this machine only.
 set -euo pipefail
@@ -27,15 +28,16 @@ install_packages() {
     die "apt-get failed (see above); wanted: ${missing[*]}"
 }
 
+is_ours() { grep -qs '^ClusterName=pidpanel-test$' "$SLURM_CONF"; }
+
 configure() {
-  local name cpus memory file=/etc/slurm/slurm.conf
-  [ ! -e "$file" ] || grep -q '^ClusterName=pidpanel-test$' "$file" ||
-    die "$file is of another cluster; not touched"
+  local name cpus memory
+  [ ! -e "$SLURM_CONF" ] || is_ours || die "$SLURM_CONF is of another cluster; not touched"
   name=$(hostname -s)
   cpus=$(nproc --all) # nproc alone follows OMP_NUM_THREADS
   memory=$(awk '/^MemTotal/ {print int($2 / 1024 * 0.9)}' /proc/meminfo)
   mkdir -p "$home"/{state,spool} /etc/slurm
-  cat >"$file" <<CONF
+  cat >"$SLURM_CONF" <<CONF
 ClusterName=pidpanel-test
 SlurmctldHost=$name(127.0.0.1)
 SlurmUser=root
@@ -102,7 +104,7 @@ down() {
   for file in "$home"/slurm{d,ctld}.pid /run/munge/munged.pid; do
     runs "$file" && kill "$(<"$file")"
   done
-  return 0
+  ! is_ours || rm "$SLURM_CONF"
 }
 
 case ${1:-} in
