@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+import pyuff
 import yaml
 
 from pidpanel.cli import main
@@ -175,3 +176,28 @@ def test_particles_that_were_weighed_state_their_fill(laboratory):
     posterior = identify_file(laboratory(weighed)).posterior
     assert posterior.estimate(2).mean == pytest.approx(0.5, abs=0.03)
     assert posterior.estimate(2).error < 0.03
+
+
+def test_force_over_acceleration_is_a_measurement(laboratory, tmp_path):
+    # red: the area in m²; the stated error left out beside the scatter
+    f = np.arange(20.0, 500.0, 2.0)
+    mass = 0.4 + 2e-3 * (5.0 - 800j / (2 * np.pi * f))
+    record = {
+        "type": 58, "func_type": 4, "rsp_node": 1, "rsp_dir": 3, "ref_dir": 3, "ref_node": 1,
+        "data": mass, "x": f, "id1": "damper", "ordinate_spec_data_type": 13,
+        "ordinate_axis_units_lab": "N", "orddenom_spec_data_type": 12,
+        "orddenom_axis_units_lab": "m/s^2", "ord_data_type": 6, "abscissa_spacing": 1,
+        "version_num": 1, "load_case_id": 0, "rsp_ent_name": "a", "ref_ent_name": "b",
+    }  # fmt: skip
+    pyuff.UFF(str(tmp_path / "frf.uff")).write_sets([record], "overwrite")
+    test = "fill_fraction: 0.5\nmeasured: {file: frf.uff, acceleration_g: 5, area_mm2: 2000, fixture_mass_kg: 0.4"
+    _, _, measured = read_measurement(laboratory(f"{test}, relative_error: 0.05}}\n"), read_atlas())
+    np.testing.assert_allclose(measured.damping, 800, rtol=1e-5)
+    np.testing.assert_allclose(measured.damping_error, 40, rtol=1e-3)
+    np.testing.assert_allclose(measured.mass, 5, rtol=1e-5)
+    assert (measured.tones.acceleration_g == 5).all()
+    for left, key in ((", area_mm2: 2000", "area_mm2"), (", acceleration_g: 5", "acceleration_g")):
+        with pytest.raises(StudyError, match=f"measured.{key}: missing"):
+            read_measurement(
+                laboratory(test.replace(left, "") + ", relative_error: 0.05}\n"), read_atlas()
+            )
