@@ -145,7 +145,7 @@ def panel_ratios(results: pd.DataFrame) -> np.ndarray:
     point = summary[summary["point"].astype(str) == "326"]
     values = {
         str(label).split("_")[0]: value
-        for label, value in zip(point["scenario"], point["g_rms"], strict=True)
+        for label, value in zip(point["scenario"], point["acceleration_rms_g"], strict=True)
     }
     count = len(results)
     return np.array([values[f"identified{k}"] / values[f"true{k}"] for k in range(count)])
