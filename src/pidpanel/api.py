@@ -363,7 +363,7 @@ class Model:
         if source in study.dampers:
             damper = study.dampers[source]
             surface = None if damper.coupon is None else self._surface(source)
-            return reading_of_damper(damper, surface)
+            return reading_of_damper(damper, surface, study.damping.prior)
         name = next(n for n in study.damping.readings or ("dem",) if n == source)
         return reading_of(name, study, self._surface(SECTION) if name == "dem" else None)
 

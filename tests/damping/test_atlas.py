@@ -3,11 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.atlas import REGIMES, SPREAD, bed_of
-from pidpanel.damping.atlas_files import by_state, read_atlas
+from pidpanel.damping.atlas import REGIMES, SPREAD, bed_of, cases_in, dimensionless
+from pidpanel.damping.atlas_files import by_state, extended_atlas, read_atlas
 from pidpanel.damping.atlas_fit import (
     WIDTH,
     Predicted,
@@ -15,7 +16,15 @@ from pidpanel.damping.atlas_fit import (
     partitions,
     predict_parts,
 )
-from pidpanel.damping.surface_cases import STROKE, clear_gap
+from pidpanel.damping.surface_cases import (
+    AXES,
+    ERROR,
+    MASS,
+    MASS_ERROR,
+    STROKE,
+    VALUE,
+    clear_gap,
+)
 
 F = np.array([40.0, 150.0, 600.0, 1800.0])
 
@@ -88,6 +97,36 @@ def test_the_factor_is_the_conformal_quantile_of_the_scores():
     factors = calibration_of(Predicted(-scores, ones, scores / 2, ones), np.full(99, 0.3))
     np.testing.assert_allclose(factors[:, 1], [95 / WIDTH, 47.5 / WIDTH])
     np.testing.assert_array_equal(factors[:, [0, 2]], 1.0)
+
+
+def test_cases_of_a_coupon_narrow_the_atlas_there():
+    # a bed twice as lossy as the atlas has it. red: rows without the mass of the particles; the
+    # table without them
+    bed, mass = bed_of(0.55, 0.15, 9e-3, 30e-3, 2e-3, ["flat"]), 14.0
+    prior = read_atlas().damping_of(bed, mass)
+    fill, gamma = 0.4, 30.0
+    frequency = np.array([200.0, 500.0, 1200.0])
+    values = prior(frequency, fill, gamma)
+    damping, heavy = 2 * values.equivalent_damping, values.apparent_mass
+    cases = pd.DataFrame(
+        {
+            **dict(zip(AXES, (fill, frequency, gamma), strict=True)),
+            VALUE: damping,
+            ERROR: 0.02 * damping,
+            MASS: heavy,
+            MASS_ERROR: 0.1,
+        }
+    )
+    back = cases_in(dimensionless(cases, bed.depth, 1.0, mass), bed.depth)
+    np.testing.assert_allclose(mass * back[[VALUE, MASS]], cases[[VALUE, MASS]], rtol=1e-12)
+    extended = extended_atlas(bed, cases, mass).damping_of(bed, mass)
+    between = np.sqrt(frequency[1:] * frequency[:-1])
+    for f, least in ((frequency, 1.7), (between, 1.3)):
+        after, before = extended(f, fill, gamma), prior(f, fill, gamma)
+        ratio = after.equivalent_damping / before.equivalent_damping
+        assert (ratio > least).all() and (ratio < 2.2).all()
+        relative = [v.equivalent_damping_error / v.equivalent_damping for v in (after, before)]
+        assert (relative[0] < relative[1]).all()
 
 
 def test_a_case_with_two_states_teaches_both():

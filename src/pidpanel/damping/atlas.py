@@ -195,6 +195,20 @@ def cases_in(
     )
 
 
+def dimensionless(
+    cases: pd.DataFrame, depth: float, gravity: float, mass_per_fill: float
+) -> pd.DataFrame:
+    """Return cases of a cell in the columns that `cases_in` reads; its inverse with m₁ = 1."""
+    columns = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]
+    fill, frequency, gamma, *results = cases[columns].to_numpy(float).T
+    omega = 2 * np.pi * frequency
+    stroke = gamma * STANDARD_GRAVITY / (omega**2 * clear_gap(fill) * depth)
+    mass = mass_per_fill * fill
+    units = [mass * omega, mass * omega, mass, mass]
+    values = [fill, gamma / gravity, stroke, *np.divide(results, units)]
+    return pd.DataFrame(dict(zip(COLUMNS, values, strict=True)))
+
+
 @dataclass(frozen=True)
 class AtlasDamping:
     """C_e and m_a of one coupon; see `readings.DampingReading`."""

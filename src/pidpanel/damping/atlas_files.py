@@ -11,7 +11,15 @@ import pandas as pd
 
 from pidpanel.atlas.table import PACKAGE_FILE
 from pidpanel.atlas.table import read_atlas as read_table
-from pidpanel.damping.atlas import JUMP_LENGTHS, SPREAD, Atlas, bed_of, cases_in
+from pidpanel.damping.atlas import (
+    JUMP_LENGTHS,
+    SPREAD,
+    Atlas,
+    AtlasBed,
+    bed_of,
+    cases_in,
+    dimensionless,
+)
 from pidpanel.damping.surface_cases import (
     Constants,
     TrainingData,
@@ -26,7 +34,28 @@ UNKNOWN_MASS = 1.0  # error of m_a over the mass of the particles in one of seve
 @cache
 def read_atlas(cases: Path = ATLAS_CASES, constants: Path = ATLAS_CONSTANTS) -> Atlas:
     """Read the atlas that comes with pidpanel, or another one of the same form."""
-    frame, stored = read_rows(cases), json.loads(constants.read_text(encoding="utf-8"))
+    return _atlas(read_rows(cases), constants)
+
+
+def extended_atlas(bed: AtlasBed, cases: pd.DataFrame, mass_per_fill: float) -> Atlas:
+    """Return the atlas with further cases of a bed, in the columns of `surface_cases.counted`.
+
+    Its processes, given these cases, are those of a surface whose prior is the atlas.
+    """
+    e, log_friction, log_width, log_depth, is_upright = bed.shape[0]
+    rows = dimensionless(cases, bed.depth, bed.gravity, mass_per_fill).assign(
+        restitution=e,
+        friction=np.exp(log_friction),
+        width_per_diameter=np.exp(log_width),
+        depth_per_diameter=np.exp(log_depth),
+        direction="upright" if is_upright else "flat",
+        state_loss_factors="",
+    )
+    return _atlas(pd.concat([read_rows(ATLAS_CASES), rows], ignore_index=True), ATLAS_CONSTANTS)
+
+
+def _atlas(frame: pd.DataFrame, constants: Path) -> Atlas:
+    stored = json.loads(constants.read_text(encoding="utf-8"))
     data = atlas_data(by_state(frame))
     return Atlas(
         frame,

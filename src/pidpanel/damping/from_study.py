@@ -17,12 +17,13 @@ from pidpanel.damping.laws import PaperLaw
 from pidpanel.damping.readings import DampingError, DampingReading
 from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, read_columns
 from pidpanel.damping.tables import TableReading
+from pidpanel.paths import SECTION
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
 from pidpanel.study.atlas import direction_of, mistakes_of_coupon
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper, WeighsAs
-from pidpanel.study.damping import Damping, Reading
+from pidpanel.study.damping import Prior, Reading
 
 if TYPE_CHECKING:  # pandas, xarray and scipy.optimize, which a table does not need
     import pandas as pd
@@ -58,6 +59,13 @@ def read_stored_surface(path: Path) -> DampingSurface:
     from pidpanel.damping import surface_files
 
     return surface_files.from_dataset(xr.load_dataset(path, engine="scipy"))
+
+
+def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> DampingReading:
+    surface = read_stored_surface(path)
+    if prior == "closed_form":
+        return surface
+    return reading_from_atlas(coupon, is_broadband=False, surface=surface)
 
 
 def read_table(
@@ -104,14 +112,15 @@ def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingRead
     DampingError
         If a file is missing, or there is no such reading.
     """
-    reading = _reading_with_mass(name, study.damping, surface)
+    reading = _reading_with_mass(name, study, surface)
     return reading if study.response.damper_mass else reading.without_mass()
 
 
-def _reading_with_mass(name: Reading, damping: Damping, surface: Path | None) -> DampingReading:
+def _reading_with_mass(name: Reading, study: Study, surface: Path | None) -> DampingReading:
+    damping = study.damping
     match name:
         case "dem" if surface is not None:
-            return read_stored_surface(surface)
+            return _surface_after(damping.prior, surface, study.coupons[SECTION])
         case "table" if damping.table is not None:
             return read_table(
                 damping.table, damping.interpolation, apparent_mass=damping.apparent_mass
@@ -123,7 +132,9 @@ def _reading_with_mass(name: Reading, damping: Damping, surface: Path | None) ->
     raise DampingError(f"damping model {name}: unknown, or its file is missing")
 
 
-def reading_of_damper(damper: Damper, surface: Path | None) -> DampingReading:
+def reading_of_damper(
+    damper: Damper, surface: Path | None, prior: Prior = "closed_form"
+) -> DampingReading:
     """Return what a damper is, as the study states it.
 
     Parameters
@@ -132,6 +143,8 @@ def reading_of_damper(damper: Damper, surface: Path | None) -> DampingReading:
         One of ``dampers``.
     surface
         ``damping/<damper>/surface.nc``, for a coupon.
+    prior
+        ``damping.prior`` of the study.
 
     Raises
     ------
@@ -150,7 +163,7 @@ def reading_of_damper(damper: Damper, surface: Path | None) -> DampingReading:
         return _constant(damper)
     if surface is None:
         raise DampingError("a coupon without its damping/surface.nc")
-    return read_stored_surface(surface)
+    return _surface_after(prior, surface, damper.coupon)
 
 
 def readings_from_atlas(study: Study, *, is_broadband: bool) -> dict[str, AtlasDamping]:
@@ -161,10 +174,20 @@ def readings_from_atlas(study: Study, *, is_broadband: bool) -> dict[str, AtlasD
     }
 
 
-def reading_from_atlas(coupon: Coupon, *, is_broadband: bool) -> AtlasDamping:
-    """Return C_e and m_a of a coupon from the atlas of particle beds, under sound or tones."""
+def reading_from_atlas(
+    coupon: Coupon, *, is_broadband: bool, surface: DampingSurface | None = None
+) -> AtlasDamping:
+    """Return C_e and m_a of a coupon from the atlas of particle beds, under sound or tones.
+
+    Parameters
+    ----------
+    coupon, is_broadband
+        The coupon, and whether C_e is that under sound.
+    surface
+        Of cases of the coupon, which the atlas is extended by.
+    """
     from pidpanel.damping.atlas import bed_of
-    from pidpanel.damping.atlas_files import read_atlas
+    from pidpanel.damping.atlas_files import extended_atlas, read_atlas
 
     direction = direction_of(coupon)
     if direction is None:
@@ -178,6 +201,9 @@ def reading_from_atlas(coupon: Coupon, *, is_broadband: bool) -> AtlasDamping:
     atlas = read_atlas()
     bulk = atlas.bulk_fraction(cell.across_flats / diameter, cell.depth / diameter)
     mass_per_fill = bulk * particles.effective_density(diameter) * cell.depth
+    if surface is not None:
+        mass_per_fill = surface.mass_per_fill
+        atlas = extended_atlas(bed, surface.cases, mass_per_fill)
     damping = atlas.damping_of(bed, mass_per_fill)
     return damping.under_sound() if is_broadband else damping
 

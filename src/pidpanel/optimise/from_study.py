@@ -112,7 +112,7 @@ def models_of(study: Study, folder: Path | None) -> dict[str, DampingReading]:
         if coupon is not None and name not in study.surfaces:
             model: DampingReading = reading_from_atlas(coupon, is_broadband=True)
         else:
-            model = reading_of_damper(study.all_dampers[name], surface)
+            model = reading_of_damper(study.all_dampers[name], surface, study.damping.prior)
         models[name] = model if study.response.damper_mass else model.without_mass()
     return models
 

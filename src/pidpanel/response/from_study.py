@@ -150,7 +150,7 @@ def damping_models(
         if name in study.readings and name not in BY_DAMPER
     }
     stated = {
-        name: reading_of_damper(study.all_dampers[name], surface(name))
+        name: reading_of_damper(study.all_dampers[name], surface(name), study.damping.prior)
         for name in study.stated_dampers
     }
     atlas = readings_from_atlas(study, is_broadband=is_broadband)

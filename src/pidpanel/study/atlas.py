@@ -28,13 +28,11 @@ def direction_of(coupon: Coupon) -> Literal["flat", "upright"] | None:
 
 
 def mistakes_of_atlas(study: Study) -> Iterator[Mistake]:
-    """Yield what of the coupons that are read from the atlas lies outside it."""
-    if ATLAS not in study.readings:
-        return
-    if not study.atlas_coupons:
+    """Yield what of the coupons that are read from the atlas, or start from it, lies outside."""
+    if ATLAS in study.readings and not study.atlas_coupons:
         says = f"the damping model '{ATLAS}' needs a scenario with a coupon; there is none"
         yield Mistake(("damping", "readings"), says)
-    for name, coupon in study.atlas_coupons.items():
+    for name, coupon in {**study.atlas_coupons, **study.prior_coupons}.items():
         keys: Keys = ("coupon",) if coupon is study.coupon else ("dampers", name, "coupon")
         for mistake in mistakes_of_coupon(coupon):
             yield mistake.prefix(*keys)

@@ -15,6 +15,7 @@ from pidpanel.study.particles import Modulus
 from pidpanel.study.quantity import MILLISECONDS, Quantity, whole
 from pidpanel.study.sweep import Gamma
 
+Prior = Literal["closed_form", "atlas"]
 Reading = Literal["stated", "dem", "paper_corrected", "paper_printed", "table", "coupled", "atlas"]
 REMOVED = "was removed; use 'coupled', the default for sound"
 NEIGHBOURS_DB = 3.0
@@ -120,6 +121,9 @@ class Damping(SectionModel):
     """Between the rows of the table: log (by default) or linear."""
     apparent_mass: WeighsAs | None = None
     """``particles``: m_a is the mass of the particles, for a table measured without it."""
+    prior: Prior = "closed_form"
+    """What surfaces of simulated coupons start from: closed forms, or the atlas of particle beds,
+    with which fewer cases of the coupon give the same uncertainty."""
     coupled: Coupled = Coupled()
     """Settings of the damping model ``coupled``."""
 

@@ -167,6 +167,12 @@ class Study(CouponStudy):
         return {name: coupon for name, coupon in coupons.items() if coupon is not None}
 
     @property
+    def prior_coupons(self) -> Mapping[str, Coupon]:
+        """Coupons whose surfaces start from the atlas, by the names of their dampers."""
+        names = self.surfaces if self.damping.prior == ATLAS else ()
+        return {name: self.coupons[name] for name in names}
+
+    @property
     def surfaces(self) -> tuple[str, ...]:
         """Names of the coupons whose cases become a surface of C_e and m_a that is read."""
         read = set(self.stated_dampers) | ({SECTION} if "dem" in self.readings else set())

@@ -161,7 +161,7 @@ def _damping(plan: Plan, study: Study) -> Rule:
 
 def _atlas(study: Study) -> dict[str, str]:
     """Return what the damping from the atlas depends on; nothing where none is."""
-    coupons = study.atlas_coupons
+    coupons = {**study.atlas_coupons, **study.prior_coupons}
     inputs = {"cell", "particles", "walls", "gravity_g", "gravity_direction"}
     beds = [coupon.model_dump(include=inputs) for coupon in coupons.values()]
     return {"atlas": values_digest([ATLAS_CASES, ATLAS_CONSTANTS, *beds])} if coupons else {}
