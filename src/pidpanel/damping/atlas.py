@@ -49,12 +49,12 @@ Direction = Literal["flat", "upright"]  # of gravity: along the motion, or acros
 REGIMES = (0.1, 0.5)
 
 # Of the coordinates of `AtlasBed.points` over the ranges of the atlas.
-SPREAD = np.array([0.26, 1.8, 3.5, 0.19, 0.8, 0.46, 1.0, 0.5])
+SPREAD = np.array([0.26, 1.8, 3.5, 1.2, 0.8, 0.46, 1.0, 0.5])
 
-DEPTH = 6  # column of the coordinates with the depth of the bed
+LOSS, DEPTH = 3, 6  # columns of the coordinates with the loss and the depth of the bed
 
 # Of r, ln Γ and the shape, for the jump.
-JUMP_LENGTHS = np.array([0.3, 1.5, 0.5, 2.0, 1.5, 1.5, 1.0])
+JUMP_LENGTHS = np.array([0.3, 3.0, 4.0, 4.0, 3.0, 3.0, 1.0])
 
 # Of a case, in dimensionless form.
 COLUMNS = (
@@ -68,14 +68,16 @@ class AtlasBed(SurfaceBed):
     """A bed in the groups of the atlas; with arrays (n,), a bed for each case."""
 
     gravity: float | Array  # over g
-    # (n, 5) or (1, 5) e, ln μ, ln(width/d), ln(depth/d), 1 upright
+    # (n, 5) or (1, 5) ln(1 − e²), ln μ, ln(width/d), ln(depth/d), 1 upright
     shape: Array
 
     def points(self, fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
         """Coordinates (n, 8) of the processes: r, ln Γ, ln(Γ W/L), then the shape.
 
         Γ W/L is twice the height of a bed thrown at ωW over the gap. In place of the depth of the
-        cell stands that of the bed, r depth/d.
+        cell stands that of the bed, N = r depth/d, and with e what a pulse loses on its way through
+        it, N(1 − e²): on it depends the agitation of a bed (Kumaran, *Phys. Rev. E* 57, 5660
+        (1998)).
         """
         points = super().points(fill_fraction, frequency, acceleration_g)
         points[:, 1] -= np.log(self.gravity)
@@ -84,6 +86,7 @@ class AtlasBed(SurfaceBed):
         points[:, STROKE] += points[:, 1]
         points = np.hstack([points, shape])
         points[:, DEPTH] += np.log(fill_fraction)
+        points[:, LOSS] += points[:, DEPTH]
         return points
 
     def log_stroke(self, points: Array) -> Array:
@@ -120,7 +123,7 @@ def bed_of(
     names = np.asarray(direction)
     shape = np.column_stack(
         np.broadcast_arrays(
-            restitution, np.log(friction), np.log(np.divide(width, diameter)),
+            np.log1p(-np.square(restitution)), np.log(friction), np.log(np.divide(width, diameter)),
             np.log(np.divide(depth, diameter)), names == "upright",
         )
     ).astype(float)  # fmt: skip

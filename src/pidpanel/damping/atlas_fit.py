@@ -1,9 +1,9 @@
 """Constants of the atlas: of its processes, and factors that calibrate their errors.
 
 Split conformal prediction (Lei et al., *J. Am. Stat. Assoc.* 113, 1094 (2018)): cases are predicted
-by those of the other parts of the table, once with parts of single cases and once with parts of
-whole packings. In each of three ranges of W/L the standard errors are multiplied by the larger of
-both factors for which `COVERAGE` of the predicted cases lie within 1.96 of them.
+by those of the other parts of the table, with parts of whole packings: a coupon that the table does
+not have. In each of three ranges of W/L the standard errors are multiplied by the factor for which
+`COVERAGE` of the predicted cases lie within 1.96 of them. All packings count alike.
 """
 
 from __future__ import annotations
@@ -72,32 +72,34 @@ def predict_parts(
     return Predicted(*(np.concatenate(values)[back] for values in zip(*parts, strict=True)))
 
 
-def partitions(cases: pd.DataFrame) -> list[Index]:
-    """Return the parts (n,) of the cases by number: of single cases, and of whole packings.
-
-    The second predicts a coupon that the table does not have.
-    """
-    packings = cases.groupby(["friction", "width_per_diameter", "depth_per_diameter"], sort=False)
-    numbers = np.arange(len(cases)), packings.ngroup().to_numpy(np.int64)
-    return [np.asarray(number % PARTS, np.int64) for number in numbers]
+def packings_of(cases: pd.DataFrame) -> Index:
+    """Return the number of the packing (n,) of each case: cell, over the diameter, and friction."""
+    names = ["friction", "width_per_diameter", "depth_per_diameter"]
+    return np.asarray(cases.groupby(names, sort=False).ngroup(), np.int64)
 
 
-def calibration_of(predicted: Predicted, stroke: Array) -> Array:
+def calibration_of(predicted: Predicted, stroke: Array, packing: Index) -> Array:
     """Return the factors (2, 3) of the errors of ln C_e and m_a below, in and above `REGIMES`.
 
     Parameters
     ----------
     stroke
         (n,) W/L of the predicted cases.
+    packing
+        (n,) number of their packing. In sum the cases of each weigh alike.
     """
-    regime = np.digitize(stroke, REGIMES)
+    regime, weight = np.digitize(stroke, REGIMES), 1 / np.bincount(packing)[packing]
     factors = np.ones((2, len(REGIMES) + 1))
     for number in range(factors.shape[1]):
-        scores = np.sort(np.abs(predicted.scores()[:, regime == number]), axis=1)
-        count = scores.shape[1]
-        if count:  # the conformal quantile of `count` scores
-            rank = min(int(np.ceil(COVERAGE * (count + 1))), count) - 1
-            factors[:, number] = scores[:, rank] / WIDTH
+        part = regime == number
+        if not part.any():
+            continue
+        for side, scores in enumerate(np.abs(predicted.scores()[:, part])):
+            order = np.argsort(scores)
+            share = np.cumsum(weight[part][order])
+            # the conformal quantile: a further case counts as the mean of these
+            rank = np.searchsorted(share, COVERAGE * share[-1] * (1 + 1 / len(share)) - 1e-9)
+            factors[side, number] = scores[order[min(int(rank), len(share) - 1)]] / WIDTH
     return factors
 
 
@@ -106,13 +108,9 @@ def fit_constants(cases: pd.DataFrame) -> dict[str, Any]:
     data = atlas_data(by_state(cases))
     damping, mass = (constants_of(sides) for sides in (data.damping_sides(), data.mass_sides()))
     stroke = cases["stroke_per_gap"].to_numpy(float)
-    factors = np.max(
-        [
-            calibration_of(predict_parts(cases, damping, mass, part), stroke)
-            for part in partitions(cases)
-        ],
-        axis=0,
-    )
+    packing = packings_of(cases)
+    predicted = predict_parts(cases, damping, mass, packing % PARTS)
+    factors = calibration_of(predicted, stroke, packing)
     names = ("riding", "crossing")
     return {
         "version": package_version(),
