@@ -37,7 +37,9 @@ def held_out(cases: pd.DataFrame) -> tuple[pd.DataFrame, Predicted, np.ndarray]:
         known, rest = cases[part != number], cases[part == number]
         constants = fit_constants(known)
         damping, mass = (stored_sides(constants[name]) for name in ("damping", "mass"))
-        predicted.append(predict(atlas_data(by_state(known)), atlas_data(rest), damping, mass))
+        trend = np.array(constants["trend"])
+        data = atlas_data(by_state(known), trend), atlas_data(rest, trend)
+        predicted.append(predict(*data, damping, mass))
         regime = np.digitize(rest["stroke_per_gap"], REGIMES)
         calibration.append(np.array(constants["calibration"])[:, regime])
         unknown.append(rest)

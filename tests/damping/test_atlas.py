@@ -48,6 +48,20 @@ def test_coordinates_are_the_groups():
     np.testing.assert_allclose(points[0, 3:], [loss, np.log(0.2), np.log(4), np.log(7.5), 0])
 
 
+def test_a_bed_crosses_only_where_its_flight_reaches_the_lid():
+    # 1.8 g throws a body 0.98 amplitudes high, 4.6 g 3.41; across gravity it always crosses
+    # red: ballistic height alone, Γ/2
+    points = np.zeros((4, 8))
+    points[:, 1] = np.log([1.8, 1.8, 4.6, 4.6])
+    stroke = np.log(1 / np.array([0.95, 1.05, 3.3, 3.5]))
+    points[:, STROKE] = stroke + points[:, 1]
+    shape = [0.8, 0.3, 6e-3, 25e-3, 2e-3]
+    flat, upright = (bed_of(*shape, [direction]) for direction in ("flat", "upright"))
+    np.testing.assert_allclose(flat.reached(points)[[0, 2]], stroke[[0, 2]])
+    assert (flat.reached(points)[[1, 3]] == -np.inf).all()
+    np.testing.assert_allclose(upright.reached(points), stroke)
+
+
 def test_scale_and_density_drop_out():
     # of lengths and times: a bed of twice the size at 1/√2 of the frequency has the same groups;
     # C_e is per mass and frequency. red: depth in metres among the coordinates

@@ -28,8 +28,10 @@ from pidpanel.damping.broadband import (
     BroadbandError,
     broadband_share,
 )
-from pidpanel.damping.jump import Jump, reach
+from pidpanel.damping.inelastic import thrown_height
+from pidpanel.damping.jump import Jump
 from pidpanel.damping.readings import DampingValues, Point
+from pidpanel.damping.riding import riding_trend
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import (
@@ -70,6 +72,16 @@ class AtlasBed(SurfaceBed):
     gravity: float | Array  # over g
     # (n, 5) or (1, 5) ln(1 − e²), ln μ, ln(width/d), ln(depth/d), 1 upright
     shape: Array
+    trend: Array | None = None  # (11,) constants of `riding.riding_trend`; None for none
+
+    @property
+    def least_spread(self) -> float:
+        """Of ln C_e about the trend: what other groups than its own make."""
+        return super().least_spread if self.trend is None else 0.5
+
+    def riding(self, points: Array) -> Array | float:
+        """Trend of ln C_e/(r f h) of beds that ride, at `points` (n, 8)."""
+        return 0.0 if self.trend is None else riding_trend(self.trend, points)
 
     def points(self, fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
         """Coordinates (n, 8) of the processes: r, ln Γ, ln(Γ W/L), then the shape.
@@ -94,8 +106,10 @@ class AtlasBed(SurfaceBed):
         return np.asarray(points[:, STROKE] - points[:, 1])
 
     def reached(self, points: Array) -> Array:
-        """u (n,) of `jump.reach` at `points` (n, 8)."""
-        return reach(self.log_stroke(points), points[:, 1], self.onset_g / self.gravity)
+        """ln(W/L) (n,) at `points` (n, 8), −∞ where a body that is thrown misses the lid."""
+        log_stroke, is_held = self.log_stroke(points), np.asarray(self.onset_g) > 0
+        height = np.where(is_held, thrown_height(np.exp(np.maximum(points[:, 1], 0.0))), np.inf)
+        return np.where(height > np.exp(-log_stroke), log_stroke, -np.inf)
 
 
 def bed_of(
@@ -144,6 +158,7 @@ class Atlas:
     # Calibration of the standard errors of ln C_e and of m_a in the three parts of `REGIMES`
     calibration: Array  # (2, 3)
     bulk: Array  # (3,) of `bulk_fraction`
+    trend: Array  # (11,) of `riding.riding_trend`
     version: str
 
     def bulk_fraction(self, width: float, depth: float) -> float:
@@ -163,7 +178,7 @@ class Atlas:
         mass_per_fill
             m₁, mass of the particles per area and fill fraction [kg/m²].
         """
-        cases = cases_in(self.cases, bed.depth, bed.gravity)
+        cases, bed = cases_in(self.cases, bed.depth, bed.gravity), replace(bed, trend=self.trend)
         surface = DampingSurface(cases, bed, self.damping, self.mass, self.jump)
         return AtlasDamping(surface, bed, mass_per_fill, self.calibration)
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pidpanel.arrays import Array
 from pidpanel.atlas.table import PACKAGE_FILE
 from pidpanel.atlas.table import read_atlas as read_table
 from pidpanel.damping.atlas import (
@@ -56,7 +57,8 @@ def extended_atlas(bed: AtlasBed, cases: pd.DataFrame, mass_per_fill: float) -> 
 
 def _atlas(frame: pd.DataFrame, constants: Path) -> Atlas:
     stored = json.loads(constants.read_text(encoding="utf-8"))
-    data = atlas_data(by_state(frame))
+    trend = np.array(stored["trend"])
+    data = atlas_data(by_state(frame), trend)
     return Atlas(
         frame,
         data.damping_sides(stored_sides(stored["damping"])),
@@ -64,6 +66,7 @@ def _atlas(frame: pd.DataFrame, constants: Path) -> Atlas:
         data.jump(JUMP_LENGTHS),
         np.array(stored["calibration"]),
         np.array(stored["bulk"]),
+        trend,
         stored["version"],
     )
 
@@ -106,11 +109,12 @@ def by_state(cases: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(rows, ignore_index=True)
 
 
-def atlas_data(cases: pd.DataFrame) -> TrainingData:
-    """Return what the cases of the atlas teach, with m₁ = 1."""
+def atlas_data(cases: pd.DataFrame, trend: Array | None = None) -> TrainingData:
+    """Return what the cases of the atlas teach, with m₁ = 1 and the trend of beds that ride."""
     names = ["restitution", "friction", "width_per_diameter", "depth_per_diameter"]
     restitution, friction, width, depth = cases[names].to_numpy(float).T
     bed = bed_of(restitution, friction, width, depth, 1.0, cases["direction"].tolist())
+    bed = replace(bed, trend=trend)
     return replace(training_data(cases_in(cases, depth), bed), spread=SPREAD)
 
 

@@ -16,6 +16,7 @@ import pandas as pd
 from pidpanel.arrays import Array, Index
 from pidpanel.damping.atlas import JUMP_LENGTHS, REGIMES
 from pidpanel.damping.atlas_files import atlas_data, by_state, package_version
+from pidpanel.damping.riding import fit_riding
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface_cases import STROKE, Constants, TrainingData
 
@@ -48,13 +49,13 @@ def predict(
     if jump is not None:
         crossing = jump.probability(np.delete(points, STROKE, axis=1), bed.reached(points))
     results: list[Array] = []
-    for sides, values, errors, expected, restless in (
+    for sides, values, errors, expected, restless, trend in (
         (known.damping_sides(damping), unknown.log_damping, unknown.log_error,
-         bed.inelastic(points)[0], bed.restless(points)),
+         bed.inelastic(points)[0], bed.restless(points), bed.riding(points)),
         (known.mass_sides(mass), unknown.mass, unknown.mass_error, bed.inelastic(points)[1],
-         np.zeros((2, len(points)))),
+         np.zeros((2, len(points))), 0.0),
     ):  # fmt: skip
-        mixture = sides.mixture(points, crossing, expected, restless)
+        mixture = sides.mixture(points, crossing, expected, restless, trend)
         results += [mixture.mean - values, np.sqrt(sides.variance(mixture) + errors**2)]
     return Predicted(*results)
 
@@ -63,13 +64,21 @@ def predict_parts(
     cases: pd.DataFrame, damping: Constants, mass: Constants, part: Index
 ) -> Predicted:
     """Predict every case from the other parts of the table, by numbers of its part (n,)."""
-    parts = [
-        predict(atlas_data(by_state(cases[part != number])), atlas_data(cases[part == number]),
-                damping, mass)
-        for number in np.unique(part)
-    ]  # fmt: skip
+    parts = []
+    for number in np.unique(part):
+        known, unknown = by_state(cases[part != number]), cases[part == number]
+        trend = trend_of(known)
+        parts.append(predict(atlas_data(known, trend), atlas_data(unknown, trend), damping, mass))
     back = np.argsort(np.argsort(part, kind="stable"))  # to the order of the table
     return Predicted(*(np.concatenate(values)[back] for values in zip(*parts, strict=True)))
+
+
+def trend_of(cases: pd.DataFrame) -> Array:
+    """Return the constants (11,) of `riding.riding_trend` of cases, a row for each state."""
+    data = atlas_data(cases)
+    rides = data.side == 0
+    values = data.points[rides], data.log_damping[rides], data.side_error[0][rides]
+    return np.asarray(fit_riding(*values).round(3))
 
 
 def packings_of(cases: pd.DataFrame) -> Index:
@@ -105,7 +114,8 @@ def calibration_of(predicted: Predicted, stroke: Array, packing: Index) -> Array
 
 def fit_constants(cases: pd.DataFrame) -> dict[str, Any]:
     """Return the constants that `atlas_files.read_atlas` reads."""
-    data = atlas_data(by_state(cases))
+    trend = trend_of(by_state(cases))
+    data = atlas_data(by_state(cases), trend)
     damping, mass = (constants_of(sides) for sides in (data.damping_sides(), data.mass_sides()))
     stroke = cases["stroke_per_gap"].to_numpy(float)
     packing = packings_of(cases)
@@ -116,6 +126,7 @@ def fit_constants(cases: pd.DataFrame) -> dict[str, Any]:
         "version": package_version(),
         "cases": len(cases),
         "bulk": _rounded(fit_bulk(cases)),
+        "trend": trend.tolist(),
         "damping": {name: _rounded(c) for name, c in zip(names, damping, strict=True)},
         "mass": {name: _rounded(c) for name, c in zip(names, mass, strict=True)},
         "calibration": factors.round(3).tolist(),

@@ -84,6 +84,27 @@ def _landing(gap: Array) -> Array:
     return phase
 
 
+def thrown_height(gamma: ArrayLike) -> Array:
+    """Largest height (n,) over the floor of an inelastic body that it throws, over A, Γ = Aω²/g.
+
+    It leaves the floor at sin φ₀ = 1/Γ, and the floor goes on in its period:
+
+        H/A = max sin φ₀ + τ cos φ₀ − τ²/(2Γ) − sin(φ₀ + τ),  0 ≤ τ ≤ 2π
+
+    So it reaches the lid at L within a period if H ≥ L. Without gravity, Γ = ∞, it always does so
+    for L/A below 2π.
+
+    Examples
+    --------
+    >>> thrown_height([1.0, 1.8, 4.6, 1e9]).round(2)
+    array([0.  , 0.98, 3.41, 6.28])
+    """
+    start = np.arcsin(1 / np.asarray(gamma, float))[:, None]
+    phase = np.linspace(0, 2 * np.pi, 181)
+    flight = np.sin(start) + phase * np.cos(start) - phase**2 * np.sin(start) / 2
+    return np.asarray((flight - np.sin(start + phase)).max(axis=1))
+
+
 def floor_energy(gamma: float) -> float:
     """Loss of a perfectly inelastic body on a shaken floor under gravity [m A²ω²], Γ = Aω²/g.
 

@@ -55,9 +55,19 @@ class Sides:
     # b less what is known of it beforehand; None where nothing jumps
     crossing: GaussianProcess | None = None
 
-    def mixture(self, points: Array, crossing: Array, expected: Array, restless: Array) -> Mixture:
-        """Return what is known at points (n, 3), with p (n,) and the expectation of b (n,)."""
-        riding = self.riding.mean(points)
+    def mixture(
+        self,
+        points: Array,
+        crossing: Array,
+        expected: Array,
+        restless: Array,
+        trend: Array | float = 0.0,
+    ) -> Mixture:
+        """Return what is known at points (n, 3), with p (n,) and the expectation of b (n,).
+
+        ``trend`` (n,) is added to the process of a.
+        """
+        riding = self.riding.mean(points) + trend
         if self.crossing is None:
             return Mixture(points, np.zeros(len(points)), riding, np.zeros(len(points)), restless)
         step = expected + self.crossing.mean(points) - riding

@@ -129,7 +129,9 @@ class DampingSurface:
             crossing = self.crossing(points)
         log_damping, mass = self.expected(points)
         return (
-            self.damping.mixture(points, crossing, log_damping, self.bed.restless(points)),
+            self.damping.mixture(
+                points, crossing, log_damping, self.bed.restless(points), self.bed.riding(points)
+            ),
             None
             if self.mass is None
             else self.mass.mixture(points, crossing, mass, np.zeros((2, len(points)))),

@@ -130,6 +130,15 @@ class SurfaceBed:
                 result[side] = RESTLESS * np.clip(away, 0.0, 1.0)
         return result
 
+    @property
+    def least_spread(self) -> float:
+        """`LEAST_SPREAD` of ln C_e/(r f) about `riding`."""
+        return LEAST_SPREAD
+
+    def riding(self, points: Array) -> Array | float:
+        """Trend of ln C_e/(r f h) of beds that ride at `groups` (n, 3), which processes add to."""
+        return 0.0
+
     def inelastic(self, points: Array) -> tuple[Array, Array]:
         """ln 2m₁E and m₁μ (n,) at `groups` (n, 3), held beyond the largest L/W.
 
@@ -166,9 +175,10 @@ class TrainingData:
     def damping_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_C, fitted or with the constants of a fit."""
         expected = self.bed.inelastic(self.points)[0] if self.bed.jumps else None
-        return self._sides(
-            self.log_damping, self.side_error, expected, 1.0, LEAST_SPREAD, constants
-        )
+        values = self.log_damping - self.bed.riding(self.points)
+        if expected is not None:
+            expected = expected - self.bed.riding(self.points)
+        return self._sides(values, self.side_error, expected, 1.0, self.bed.least_spread, constants)
 
     def mass_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_m, fitted or with the constants of a fit."""

@@ -1,0 +1,48 @@
+"""The trend of beds that ride."""
+
+import numpy as np
+
+from pidpanel.damping.riding import START, fit_riding, riding_trend
+
+# ln A … w that no search starts from
+CONSTANTS = np.array([0.3, 0.25, 0.95, 0.2, -0.7, 0.6, 0.1, 1.3, -1.1, -0.5, 1.6])
+
+
+def points(count):
+    rng = np.random.default_rng(3)
+    low = np.log([1.0, 1.5, 1e-4, 0.3, 0.05, 2.0, 0.5, 1.0])
+    high = np.log([1.0, 700.0, 50.0, 15.0, 0.8, 10.0, 30.0, 1.0])
+    result = rng.uniform(low, high, (count, 8))
+    result[:, 0], result[:, 7] = rng.uniform(0.05, 0.95, count), rng.integers(0, 2, count)
+    return result
+
+
+def test_gas_and_thrown_bed_have_their_own_exponents():
+    # a bed far from the lid: η falls with Γ^q whatever the stroke; a gas: with the stroke alone
+    # red: ln ΓW/L in place of ln W/L in the second term
+    start = np.array([[0.3, np.log(20), np.log(1e-3), 1, -1, 1, 1.5, 0.0]])
+    more = start + 0.1 * np.eye(8)[1]
+    slope = (riding_trend(CONSTANTS, more) - riding_trend(CONSTANTS, start)) / 0.1
+    np.testing.assert_allclose(slope, -0.95, atol=1e-3)
+    gas = np.array([[0.3, np.log(7000), np.log(7000 * 0.2), -1, -1, 1, 1.5, 0.0]])
+    both = gas + 0.1 * np.eye(8)[[1, 2]].sum(axis=0)  # Γ alone
+    change = riding_trend(CONSTANTS, both) - riding_trend(CONSTANTS, gas)
+    np.testing.assert_allclose(change, 0.0, atol=1e-3)
+
+
+def test_a_gas_loses_no_more_than_the_body_that_crosses():
+    # few elastic particles at L = πW: 4 m A²ω² is the most. red: no bound
+    gas = np.array([[0.1, np.log(7000), np.log(7000 / np.pi), -4, -1, 1, 0.0, 0.0]])
+    np.testing.assert_allclose(riding_trend(CONSTANTS, gas), np.log(8), atol=0.1)
+
+
+def test_a_search_finds_the_constants_in_spite_of_outliers():
+    # red: loss="linear"; no pull to START, with which constants without cases have no value
+    where = points(400)
+    values = riding_trend(CONSTANTS, where)
+    values[::20] += 2.0
+    found = fit_riding(where, values, np.full(400, 0.05))
+    np.testing.assert_allclose(found, CONSTANTS, atol=0.12)
+    alone = fit_riding(where[where[:, 7] == 0], riding_trend(CONSTANTS, where[where[:, 7] == 0]),
+                       np.full((where[:, 7] == 0).sum(), 0.05))  # fmt: skip
+    np.testing.assert_allclose(alone[4:6], START[4:6], atol=1e-6)
