@@ -3,17 +3,23 @@
 from typing import get_args
 
 import numpy as np
+import pandas as pd
 import pytest
+import yaml
 
 from pidpanel.columns import ColumnsError
+from pidpanel.damping.atlas import AtlasDamping
 from pidpanel.damping.constants import ConstantDamper
-from pidpanel.damping.from_study import reading_of, reading_of_damper
+from pidpanel.damping.from_study import reading_from_atlas, reading_of, reading_of_damper
 from pidpanel.damping.laws import PaperLaw, paper_corrected, paper_printed
 from pidpanel.damping.readings import DampingError
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_files import to_dataset
+from pidpanel.paths import SECTION, STUDIES
 from pidpanel.report.text import READINGS
-from pidpanel.study import load_study
+from pidpanel.study import StudyError, load_study
 from pidpanel.study.dampers import Damper
-from pidpanel.study.damping import Reading
+from pidpanel.study.damping import Prior, Reading
 from pidpanel.study.study import BARE
 
 
@@ -103,3 +109,63 @@ def test_a_coupon_is_read_from_its_surface():
 def test_every_reading_has_a_name_on_the_page():
     # red: a line of READINGS left out
     assert set(READINGS) == {*get_args(Reading), BARE}
+
+
+@pytest.fixture(scope="module")
+def coupon():
+    """A coupon of steel in cells that the atlas has no packing of."""
+    return Damper.model_validate(
+        {
+            "coupon": {
+                "cell": {"shape": "hexagon", "across_flats_mm": 9, "depth_mm": 30},
+                "particles": {"diameter_mm": 2, "density_kg_m3": 7850, "restitution": 0.55,
+                              "friction": 0.15},
+                "sweep": {"fill_fraction": [0.4], "frequency_hz": [200], "acceleration_g": [30]},
+            }
+        }
+    )  # fmt: skip
+
+
+def test_the_prior_of_a_surface_is_the_one_that_is_named(coupon, tmp_path):
+    # four cases of C_e as the atlas has it, but for one; between them they say little alone
+    # red: the atlas without the cases; m₁ of the atlas in place of that of the cases
+    atlas = reading_from_atlas(coupon.coupon, is_broadband=False)
+    frequency = np.array([100.0, 200.0, 500.0, 1000.0])
+    damping = atlas(frequency, 0.4, 30.0).equivalent_damping * [1, 1, 1, 2]
+    surface = DampingSurface.from_frame(
+        pd.DataFrame(
+            {
+                "fill_fraction": 0.4, "frequency_hz": frequency, "acceleration_g": 30.0,
+                "equivalent_damping_n_s_m3": damping,
+                "equivalent_damping_error_n_s_m3": 0.03 * damping,
+                "apparent_mass_kg_m2": -0.5, "apparent_mass_error_kg_m2": 0.5,
+                "particle_mass_per_area_kg_m2": 1.1 * atlas.mass_per_area(0.4),
+            }
+        ),
+        1.0,
+        30e-3,
+    )  # fmt: skip
+    to_dataset(surface).to_netcdf(tmp_path / "surface.nc", engine="scipy")
+    own, with_atlas = (
+        reading_of_damper(coupon, tmp_path / "surface.nc", prior) for prior in get_args(Prior)
+    )
+    assert isinstance(own, DampingSurface) and isinstance(with_atlas, AtlasDamping)
+    assert with_atlas.mass_per_area(0.4) == pytest.approx(1.1 * atlas.mass_per_area(0.4))
+    between = np.array([330.0, 700.0])
+    values = [reading(between, 0.4, 30.0) for reading in (own, with_atlas, atlas)]
+    errors = [v.equivalent_damping_error / v.equivalent_damping for v in values]
+    assert (errors[1] < errors[0]).all() and (errors[1] < errors[2]).all()
+    at_case = with_atlas(frequency[-1:], 0.4, 30.0).equivalent_damping
+    assert at_case == pytest.approx(damping[-1], rel=0.2)
+
+
+def test_a_surface_starts_from_the_atlas_only_inside_it(tmp_path):
+    # red: coupons of the surfaces left out of `mistakes_of_atlas`
+    values = yaml.safe_load((STUDIES / "level.yaml").read_text(encoding="utf-8"))
+    values["damping"] = {"readings": ["dem"], "prior": "atlas"}
+    (tmp_path / "study.yaml").write_text(yaml.safe_dump(values))
+    assert set(load_study(tmp_path / "study.yaml").prior_coupons) == {SECTION}
+    values["coupon"]["particles"]["restitution"] = 0.99
+    (tmp_path / "study.yaml").write_text(yaml.safe_dump(values))
+    with pytest.raises(StudyError, match=r"in the range of the atlas, 0\.3 to 0\.95"):
+        load_study(tmp_path / "study.yaml")
