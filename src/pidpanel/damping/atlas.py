@@ -214,7 +214,7 @@ def cases_in(
 
 
 def dimensionless(
-    cases: pd.DataFrame, depth: float, gravity: float, mass_per_fill: float
+    cases: pd.DataFrame, depth: float | Array, gravity: float | Array, mass_per_fill: float
 ) -> pd.DataFrame:
     """Return cases of a cell in the columns that `cases_in` reads; its inverse with m₁ = 1."""
     columns = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]
