@@ -57,7 +57,7 @@ class Measured(SectionModel):
             yield Mistake((given[1],), f"not allowed together with {given[0]}")
 
 
-class Shaker(SectionModel):
+class ShakerLimits(SectionModel):
     """Limits of the shaker, for the proposal of a further test."""
 
     frequency_hz: tuple[Frequency, Frequency] = (20.0, 2000.0)
@@ -94,7 +94,7 @@ class Identification(SectionModel):
     """Mass of the particles over the area of the cells, if they were weighed [kg/m²]."""
     measured: Annotated[Measured, BeforeValidator(_as_file)]
     """The measurement; a path alone is its ``file``."""
-    shaker: Shaker = Shaker()
+    shaker: ShakerLimits = ShakerLimits()
     """Limits of the shaker."""
 
     def mistakes(self) -> Iterator[Mistake]:
