@@ -1,6 +1,7 @@
 """Searches within limits against all layouts, and the gap that they state."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -142,3 +143,39 @@ def test_dampers_that_share_a_mass_are_bounded_by_those_that_may_be_divided():
         np.testing.assert_allclose(most[0], unit * (10 + 2 * p))
         least = prices.most(np.array([False, True]), 0.3)
         np.testing.assert_allclose(least[0], 3.0 * unit)
+
+
+class StatedProblem:
+    """A problem of one point, with the mean squares of its layouts stated; others have 9."""
+
+    def __init__(self, mass, budget, stated):
+        self.options, self.budget, self.most = SimpleNamespace(mass=np.array(mass)), budget, 2
+        self.panel = SimpleNamespace(bare=np.array([10.0]))
+        self.stated, self.evaluated = stated, {}
+
+    def objective(self, square):
+        return square.max(axis=-1)
+
+    def additions(self, layout, allowed=None):
+        mass = self.options.mass
+        square = np.full((len(mass), 1), np.inf)
+        for option in set(range(len(mass))).difference(layout):
+            further = tuple(sorted((*layout, option)))
+            fits = len(further) <= self.most and mass[list(further)].sum() <= self.budget
+            if fits and (allowed is None or allowed[option]):
+                self.evaluated[further] = square[option] = self.stated.get(further, 9.0)
+        return square
+
+
+def test_dampers_are_exchanged_until_none_makes_the_layout_better():
+    # from (0, 3) over (1, 3) to (1, 2), a damper at a time
+    # red: np.argmax in `exchanged`; one exchange alone
+    stated = {(0,): 5.0, (0, 3): 4.4, (1, 3): 4.0, (1, 2): 3.0}
+    assert greedy(StatedProblem([1.0] * 4, 2.0, stated)) == (1, 2)
+
+
+@pytest.mark.parametrize(("heavy", "best"), [(4.0, (1, 2)), (2.0, (0,))])
+def test_one_heavy_damper_is_compared_with_several_light_ones(heavy, best):
+    # red: range(2, …) or problem.most - 1 in `greedy`; budget * count; >= value
+    stated = {(0,): heavy, (1,): 6.0, (2,): 7.0, (1, 2): 3.0}
+    assert greedy(StatedProblem([2.0, 1.0, 1.0, 1.0], 2.0, stated)) == best
