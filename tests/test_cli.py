@@ -232,7 +232,9 @@ def test_run_hands_study_folder_and_options_to_snakemake(capsys, tmp_path, monke
     # a profile of the package, none of the working folder
     profile = called[0].index("--workflow-profile")
     assert Path(called[0][profile + 1]).is_relative_to(STUDIES.parents[1])
-    assert called[0][profile + 2 : profile + 4] == ["--forceall", "-j3"]
+    assert called[0][profile + 2 : profile + 6] == [
+        "--scheduler-subsample", "24", "--forceall", "-j3"
+    ]  # fmt: skip
     assert called[0][-4:] == [
         "--directory",
         str(tmp_path),

@@ -161,7 +161,7 @@ def test_the_sweep_of_the_bare_panel_is_its_transmissibility(shaken):
 
 def test_the_page_has_tables_and_curves_of_all_parts(shaken):
     # red: the notched input left out of the figure; names by label
-    study, folder = shaken
+    study, folder, _ = shaken
     names = {"bare": "bare panel", "PID-1_r0.5": "PID-1, r = 0.5"}
     with style.context():
         section = base_section(

@@ -90,7 +90,7 @@ def test_the_case_at_a_measured_point_is_the_one_that_counts_within_one_per_cent
 
 def test_the_atlas_is_read_under_a_tone_where_it_holds(tmp_path):
     # red: C_e under sound; values outside the atlas
-    (tmp_path / "lab.csv").write_text(f"{POINTS}0.5,100,5000,1,0.1\n")
+    (tmp_path / "lab.csv").write_text(f"{POINTS}0.5,100,1900,1,0.1\n")
     coupon = Coupon.model_validate(
         {"measured": "lab.csv", "cell": {"depth_mm": 25}}, context={"folder": tmp_path}
     )

@@ -78,7 +78,10 @@ def test_the_identified_particles_are_a_damper_of_a_study(laboratory, tmp_path, 
     }  # fmt: skip
     (tmp_path / "study.yaml").write_text(yaml.safe_dump(values))
     study = load_study(tmp_path / "study.yaml")
-    assert study.dampers["lab"].coupon.particles.restitution == pytest.approx(0.8, abs=0.05)
+    summary = pd.read_csv(tmp_path / "results/lab/identify/summary.csv").set_index("parameter")
+    particles = study.dampers["lab"].coupon.particles
+    assert particles.restitution == pytest.approx(summary.loc["restitution", "value"], abs=5e-4)
+    assert particles.friction == pytest.approx(summary.loc["friction", "value"], rel=5e-3)
     assert study.dampers["lab"].coupon.cell.depth_mm == 25
 
 
