@@ -37,9 +37,9 @@ def test_all_eigenvalues_below_the_limit_are_found_once_pairs_included(
 ):
     # a square of 40 × 40 springs: nearly all eigenvalues are pairs
     # red: value >= low → value > shift; CONVERGED = 1e-2; `or count … % 3` left out; what is known
-    # shifted where the room grows
+    # shifted where the room grows; (size, size, 0) → (size, size, 1)
     monkeypatch.setattr(eigen, "LOST", lost)
-    monkeypatch.setattr(eigen, "ROOM", 50)
+    monkeypatch.setattr(eigen, "ROOM", 48)
     K, M, exact = membrane((40, 40), rigid)
     limit = (exact[119] + exact[120]) / 2 if exact[120] - exact[119] > 1e-6 else exact[121] + 1e-9
     expected = exact[exact < limit]
@@ -49,6 +49,17 @@ def test_all_eigenvalues_below_the_limit_are_found_once_pairs_included(
     np.testing.assert_allclose(value, expected, atol=1e-12)
     np.testing.assert_allclose(vectors.T @ (M @ vectors), np.eye(len(value)), atol=1e-7)
     np.testing.assert_allclose(K @ vectors, M @ vectors * value, atol=1e-7)
+
+
+def test_eigenpairs_do_not_depend_on_units():
+    # stiffness of a panel is 1e10 of ours; red: CONVERGED * |θ| → CONVERGED, → CONVERGED / |θ|
+    K, M, exact = membrane((40, 40))
+    limit = (exact[119] + exact[122]) / 2 + 1e-9
+    expected = exact[exact < limit]
+    for scale in (1e-10, 1e10):
+        value, vectors = eigen.eigenpairs(scale * K, M, scale * limit, len(expected))
+        np.testing.assert_allclose(value / scale, expected, atol=1e-12)
+        np.testing.assert_allclose(K @ vectors, M @ vectors * (value / scale), atol=1e-7)
 
 
 def test_slices_meet_and_have_their_shifts_inside(monkeypatch):
