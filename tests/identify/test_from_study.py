@@ -57,7 +57,8 @@ def test_the_command_prints_and_writes_the_particles(laboratory, tmp_path, capsy
     further = pd.read_csv(folder / "next_tests.csv")
     assert further["information_nat"].is_monotonic_decreasing
     page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "Damper 12" in page and lines[0] in page and "Further tests" in page
+    assert "Damper 12" in page and "Further tests" in page
+    assert f"{', '.join(lines[:3])}. {lines[3]}" in page  # red: lines without a comma
 
 
 def test_the_identified_particles_are_a_damper_of_a_study(laboratory, tmp_path, capsys):

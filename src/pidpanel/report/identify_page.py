@@ -31,20 +31,26 @@ PROPOSED = 8  # further tones in the table
 
 def answer_lines(result: IdentificationResult) -> list[str]:
     """Return the answer in lines, the particles first."""
-    posterior = result.posterior
-    fit = f"χ² = {number(posterior.least_chi_square)} of {posterior.count} values"
-    lines = []
-    if not posterior.is_explained:
-        lines.append(f"No particles of the atlas explain the measurement: {fit}.")
-    for row in records(summary(posterior)):
-        lines.append(f"{SYMBOLS[row['parameter']]} = {_interval(row)}")
-    if posterior.is_explained:
-        lines.append(f"These particles explain the measurement: {fit}.")
+    fit, particles = _fit(result), _particles(result)
+    lines = [*particles, fit] if result.posterior.is_explained else [fit, *particles]
     return [*lines, *warnings(result), next_line(result)]
 
 
+def _fit(result: IdentificationResult) -> str:
+    posterior = result.posterior
+    fit = f"χ² = {number(posterior.least_chi_square)} of {posterior.count} values"
+    if posterior.is_explained:
+        return f"These particles explain the measurement: {fit}."
+    return f"No particles of the atlas explain the measurement: {fit}."
+
+
+def _particles(result: IdentificationResult) -> list[str]:
+    rows = records(summary(result.posterior))
+    return [f"{SYMBOLS[row['parameter']]} = {_interval(row)}" for row in rows]
+
+
 def _interval(row: dict[str, float]) -> str:
-    return f"{row['value']:.3g} (90 %: {row['low_90']:.3g} to {row['high_90']:.3g})"
+    return f"{row['value']:#.3g} (90 %: {row['low_90']:#.3g} to {row['high_90']:#.3g})"
 
 
 def warnings(result: IdentificationResult) -> list[str]:
@@ -114,7 +120,7 @@ def identification_page(result: IdentificationResult) -> Page:
     size = f"{particles.diameter_mm:g} mm, {particles.density_kg_m3:g} kg/m³"
     return Page(
         title=identification.title or f"Particles of {identification.name}",
-        answer=" ".join(answer_lines(result)[:4]),
+        answer=f"{', '.join(_particles(result))}. {_fit(result)}",
         first=[Fragment("identify_first.html", first)],
         caveats=warnings(result),
         facts=[
