@@ -1,4 +1,4 @@
-"""Measured points of a damper beside its simulated cases and the atlas of particle beds."""
+"""C_e and m_a of a measured damper; beside its simulated cases and the atlas of particle beds."""
 
 from __future__ import annotations
 
@@ -47,22 +47,41 @@ def measured_points(columns: Mapping[str, Array], fill_fraction: float) -> pd.Da
         ``measured_equivalent_damping_n_s_m3`` and ``…_error``; what the table has not is NaN.
     """
     frequency = columns[FREQUENCY]
-    omega = 2 * np.pi * frequency
+    points = {
+        "fill_fraction": columns.get(FILL, np.full_like(frequency, fill_fraction)),
+        "frequency_hz": frequency,
+        "acceleration_g": amplitudes_g(columns),
+    }
+    return pd.DataFrame(points | _named("measured", *measured_values(columns)))
+
+
+def measured_values(columns: Mapping[str, Array]) -> tuple[Array, Array, Array, Array]:
+    """Return C_e, m_a and their standard errors, as `impedance_of`; what there is not is NaN."""
+    none = np.full_like(columns[FREQUENCY], np.nan)
+    given = {**dict.fromkeys((*ERRORS.values(), MASS, IMAGINARY), none), **columns}
+    omega = 2 * np.pi * columns[FREQUENCY]
+    return impedance_of(given, omega, columns.get(PARTICLE_MASS, none))
+
+
+def amplitudes_g(columns: Mapping[str, Array]) -> Array | None:
+    """Return Γ (n,) of the rows; None where they have no amplitude.
+
+    Examples
+    --------
+    >>> rows = {"frequency_hz": np.array([100.0]), "displacement_mm": np.array([0.5])}
+    >>> amplitudes_g(rows).round(2)
+    array([20.13])
+    """
+    omega = 2 * np.pi * columns[FREQUENCY]
     name, amplitude = amplitude_of(columns)
-    scales: dict[str | None, Array] = {
+    if name is None:
+        return None
+    scales = {
         "acceleration_g": np.ones_like(omega),
         "displacement_mm": 1e-3 * omega**2 / STANDARD_GRAVITY,
         "velocity_m_s": omega / STANDARD_GRAVITY,
     }
-    none = np.full_like(frequency, np.nan)
-    given = {**dict.fromkeys((*ERRORS.values(), MASS, IMAGINARY), none), **columns}
-    values = impedance_of(given, omega, columns.get(PARTICLE_MASS, none))
-    points = {
-        "fill_fraction": columns.get(FILL, np.full_like(frequency, fill_fraction)),
-        "frequency_hz": frequency,
-        "acceleration_g": amplitude * scales[name],
-    }
-    return pd.DataFrame(points | _named("measured", *values))
+    return np.asarray(amplitude * scales[name])
 
 
 def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | None) -> pd.DataFrame:

@@ -13,9 +13,10 @@ import yaml
 from pidpanel.columns import ColumnsError
 from pidpanel.damping.atlas import Atlas
 from pidpanel.damping.atlas_files import read_atlas
+from pidpanel.damping.measured import amplitudes_g
 from pidpanel.damping.table_files import DAMPING, ERRORS, FILL, MASS, PARTICLE_MASS, read_columns
 from pidpanel.identify.force_files import read_force
-from pidpanel.identify.measured import amplitude_g, measured_table
+from pidpanel.identify.measured import measured_table
 from pidpanel.identify.next_test import NextTones, candidates, next_tones
 from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
 from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
@@ -133,7 +134,7 @@ def _from_table(
     if count > MOST_ROWS:
         says = f"has {count} rows; allowed are {MOST_ROWS}, such as means over third octaves"
         raise ColumnsError([f"{test.file}: {says}"])
-    gamma, is_broadband = _level(test, amplitude_g(columns), count)
+    gamma, is_broadband = _level(test, amplitudes_g(columns), count)
     tones = Tones(columns["frequency_hz"], gamma, is_broadband)
     needs = [MASS] if MASS in columns else []
     needs += [name for name in ERRORS if name in columns and name != MASS]
