@@ -168,10 +168,9 @@ def test_cases_left_out_lie_within_the_stated_errors_as_often_as_stated():
     # every case predicted by the parts of the table without it, with the calibrated errors
     # red: calibration of ones in processes.json
     atlas = read_atlas()
-    sides = constants(atlas.damping), constants(atlas.mass)
     regime = np.digitize(atlas.cases["stroke_per_gap"], REGIMES)
     packing = packings_of(atlas.cases)
-    predicted = predict_parts(atlas.cases, *sides, packing % PARTS)
+    predicted = predict_parts(atlas.cases, packing % PARTS)
     scores = np.abs(predicted.scores()) / atlas.calibration[:, regime]
     weight = 1 / np.bincount(packing)[packing]
     for number in range(3):
@@ -212,7 +211,3 @@ def cost(process, axes):
     return 0.5 * (
         y @ np.linalg.solve(covariance, y) + np.linalg.slogdet(covariance)[1] + away @ away
     )
-
-
-def constants(sides):
-    return tuple(np.array([*p.lengths, p.size, p.scatter]) for p in (sides.riding, sides.crossing))

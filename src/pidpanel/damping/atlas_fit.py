@@ -60,15 +60,18 @@ def predict(
     return Predicted(*results)
 
 
-def predict_parts(
-    cases: pd.DataFrame, damping: Constants, mass: Constants, part: Index
-) -> Predicted:
-    """Predict every case from the other parts of the table, by numbers of its part (n,)."""
+def predict_parts(cases: pd.DataFrame, part: Index) -> Predicted:
+    """Predict every case from the other parts of the table, by numbers of its part (n,).
+
+    The constants are those of the other parts too: fitted to all, they would know the case.
+    """
     parts = []
     for number in np.unique(part):
         known, unknown = by_state(cases[part != number]), cases[part == number]
         trend = trend_of(known)
-        parts.append(predict(atlas_data(known, trend), atlas_data(unknown, trend), damping, mass))
+        data = atlas_data(known, trend)
+        damping, mass = (constants_of(sides) for sides in (data.damping_sides(), data.mass_sides()))
+        parts.append(predict(data, atlas_data(unknown, trend), damping, mass))
     back = np.argsort(np.argsort(part, kind="stable"))  # to the order of the table
     return Predicted(*(np.concatenate(values)[back] for values in zip(*parts, strict=True)))
 
@@ -119,7 +122,7 @@ def fit_constants(cases: pd.DataFrame) -> dict[str, Any]:
     damping, mass = (constants_of(sides) for sides in (data.damping_sides(), data.mass_sides()))
     stroke = cases["stroke_per_gap"].to_numpy(float)
     packing = packings_of(cases)
-    predicted = predict_parts(cases, damping, mass, packing % PARTS)
+    predicted = predict_parts(cases, packing % PARTS)
     factors = calibration_of(predicted, stroke, packing)
     names = ("riding", "crossing")
     return {
