@@ -151,6 +151,33 @@ def test_the_first_printed_page_is_full(table):
     assert len(tops) == 2 and abs(tops[0] - tops[1]) < 2
 
 
+def test_printed_curves_are_as_wide_as_their_column(table):
+    # a window of 1280 pixels cut the end of every curve off; red: no `printedWidth`
+    with Browser(1280) as browser:
+        browser.open(table[1] / "report.html")
+        browser.say("Emulation.setEmulatedMedia", media="print")
+        browser.run("new Promise(done => setTimeout(done, 300))")
+        browser.run("dispatchEvent(new Event('beforeprint'))")
+        widths = browser.run(
+            "[...document.querySelectorAll('.first canvas, .pair canvas')]"
+            ".filter(e => e.clientWidth).map(e => e.getBoundingClientRect().width)"
+        )
+    column = (703 - 24) / 2
+    assert len(widths) > 1 and min(widths) > 0.9 * column and max(widths) <= column
+
+
+def test_the_legend_has_a_frequency_where_it_is_read(table):
+    # red: "frequency, Hz –" with nothing pointed at
+    row = "document.querySelector('#answer .u-legend tr.frequency')"
+    with Browser(1280) as browser:
+        browser.open(table[1] / "report.html")
+        assert browser.run(f"getComputedStyle({row}).visibility") == "hidden"
+        browser.run("document.querySelector('#answer div.chart').dispatchEvent("
+                    "new KeyboardEvent('keydown', {key: 'ArrowRight'}));"
+                    "new Promise(done => setTimeout(done, 100))")  # fmt: skip
+        assert browser.run(f"getComputedStyle({row}).visibility") == "visible"
+
+
 def test_a_printed_page_shows_its_sections_and_no_page_is_blank(tmp_path, page):
     # red: ::details-content and beforeprint left out; `break-before: page` twice
     with Browser(1400) as browser:

@@ -183,6 +183,18 @@ def test_names_on_each_other_do_not_collide(count):
     assert not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
 
 
+def test_names_leave_markers_free():
+    # red: `points` left out of `separate`
+    figure = Figure()
+    axes = figure.subplots()
+    points = [(0.5, 0.5), (0.52, 0.52), (0.48, 0.52)]
+    names = [axes.annotate("outer", points[0], xytext=(4, 4), textcoords="offset points")]
+    layout.separate(figure, names, points)
+    figure.draw_without_rendering()
+    box = names[0].get_window_extent()
+    assert not any(box.contains(*axes.transData.transform(point)) for point in points)
+
+
 def shown_whole(figure):
     figure.draw_without_rendering()
     labels = [axes.yaxis.label for axes in figure.axes] + [axes.xaxis.label for axes in figure.axes]

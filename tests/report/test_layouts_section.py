@@ -11,6 +11,7 @@ from pidpanel.report import (
     claims,
     layouts_section,
     response_figures,
+    style,
     summary_section,
 )
 from pidpanel.report.from_study import reported_study
@@ -119,6 +120,8 @@ def test_a_damper_beyond_its_data_and_dead_weight_do_not_look_alike_on_the_scree
     curves = json.loads(picture.charts[0].json)["curves"]
     lines = {curve["label"]: curve["line"] for curve in curves}
     assert lines["two"] == "dashed" and lines["two: dead weight"] == "dotted"
+    colours = {curve["label"]: curve["colour"] for curve in curves}
+    assert colours["two: dead weight"] == style.pale(colours["two"]) != colours["two"]
 
 
 def test_of_a_point_on_a_support_nothing_is_claimed_and_nothing_drawn(told):

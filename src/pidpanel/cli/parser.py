@@ -99,7 +99,7 @@ def add_study(parser: argparse.ArgumentParser) -> None:
 
 
 def add_directory(parser: argparse.ArgumentParser) -> None:
-    """Add the folder that holds the folder ``results``."""
+    """Add the folder that contains ``results``."""
     argument = parser.add_argument(
         "-d",
         "--directory",

@@ -88,8 +88,20 @@ def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> 
     figure.legend(
         list(handles.values()), list(handles), loc="outside lower center", ncols=3, handlelength=1.2
     )
-    separate(figure, names)
+    separate(figure, names, _marked(basis, panel))
     return figure
+
+
+def _marked(basis: PanelBasis, panel: ReportedPanel) -> list[tuple[float, float]]:
+    """Return the positions of all markers but the star: the text would hide them."""
+    marked: list[tuple[float, float]] = [(x, y) for x, y in basis.point_position.tolist()]
+    marked += [support.position for support in panel.supports.points.values()]
+    for attached in panel.attachments.values():
+        if isinstance(attached, LineMass):
+            marked += [attached.start, attached.end]
+        else:
+            marked.append(attached.position)
+    return marked
 
 
 def _attachments(axes: Axes, panel: ReportedPanel, handles: dict[str, Line2D]) -> list[Annotation]:
@@ -164,6 +176,7 @@ def mass_figure(
     axes = figure.subplots()
     handles: dict[str, Line2D] = {}
     names = []
+    drawn: list[tuple[float, float]] = []  # points, error bars
     responses = [answer.response(candidate) for candidate in weighed]
     for candidate, response in zip(weighed, responses, strict=True):
         group, mass = group_of(candidate), candidate.mass
@@ -171,8 +184,11 @@ def mass_figure(
         error = response.reduction_error if np.isfinite(response.reduction_error) else None
         axes.errorbar(mass, response.reduction, yerr=error, ms=5, capsize=3, elinewidth=1.2, **look)
         handles[group] = Line2D([], [], **look)
+        bar = np.linspace(-1.0, 1.0, 25) * (error or 0.0)
+        drawn += [(mass, y) for y in (response.reduction + bar).tolist()]
         if np.isfinite(response.dead_weight):
             axes.plot(mass, response.dead_weight, ms=4.5, mfc="white", **look)
+            drawn.append((mass, response.dead_weight))
         fill = candidate.scenario.fill_fraction
         if np.isfinite(fill):
             names.append(axes.annotate(
@@ -190,7 +206,7 @@ def mass_figure(
     axes.set_xlabel("mass of the dampers, kg")
     axes.set_ylabel(f"reduction at point {answer.worst}, dB")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3)
-    separate(figure, names)
+    separate(figure, names, drawn)
     return figure
 
 

@@ -102,7 +102,7 @@ def run_step(study_file: Path, decks: Iterable[Path] = ()) -> tuple[str, str]:
     Examples
     --------
     >>> run_step(STUDIES / "paper.yaml")
-    ('In the folder that holds the folder results:', 'pidpanel run paper.yaml')
+    ('In the folder that contains results/:', 'pidpanel run paper.yaml')
     >>> run_step(Path("/home/me/my $(study).yaml"), [Path("/home/me/mine.in.j2")])[1]
     "pidpanel run '/home/me/my $(study).yaml' --trust-deck"
     """
@@ -110,7 +110,7 @@ def run_step(study_file: Path, decks: Iterable[Path] = ()) -> tuple[str, str]:
     named = file.name if file.parent == STUDIES else str(file)
     trust = "" if all(map(comes_with_pidpanel, decks)) else " --trust-deck"
     return (
-        "In the folder that holds the folder results:",
+        "In the folder that contains results/:",
         f"pidpanel run {shlex.quote(named)}{trust}",
     )
 

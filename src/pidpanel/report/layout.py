@@ -1,7 +1,6 @@
 """Layout that the figures share: width, margins, legends, the axis of frequency."""
 
 from collections.abc import Callable, Iterable, Sequence
-from math import hypot
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
-from matplotlib.transforms import BboxBase
+from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Index
 from pidpanel.report import style
@@ -23,6 +22,9 @@ WIDTH = 10.0  # width of a figure that fills the page [inch]
 LINES = {"solid": "-", "dashed": "--", "dotted": ":"}
 
 DASHES = (0, (3.5, 1.2))  # of a curve outside the range of its damping's data
+
+MARKER_RADIUS = 3.5  # of the markers that names leave free [pt]
+NAME_GAP = 2.0  # between names [pt]
 
 GREY = "#555555"  # colour of a legend's line where it stands for all colours
 
@@ -105,25 +107,38 @@ def panel_axes(axes: Axes, vertices: Array, margin: float) -> None:
     axes.set_ylabel("y, m")
 
 
-def separate(figure: Figure, names: Sequence[Annotation]) -> None:
-    """Move names in a figure, each by as little as it takes to lie on none before it."""
+def separate(figure: Figure, names: Sequence[Annotation], points: ArrayLike = ()) -> None:
+    """Move names in a figure, each by as little as it takes to lie on no name before it.
+
+    ``points``: (n, 2) coordinates in the first axes, where markers and bars are.
+    """
     if not names:
         return
     figure.draw_without_rendering()
     figure.set_layout_engine("none")  # known now, and takes longer than the drawing
-    placed: list[BboxBase] = []
+    point = figure.dpi / 72
+    marked = figure.axes[0].transData.transform(np.reshape(points, (-1, 2)))
+    radius = MARKER_RADIUS * point
+    placed = np.hstack([marked - radius, marked + radius])  # (n, 4): left, bottom, right, top
+    steps = np.array([(across, up) for across in range(-4, 5) for up in range(-6, 7)])
     for name in names:
-        box = first = name.get_window_extent()
-        width, height = 0.51 * first.width, 0.51 * first.height
-        shifts = [(across * width, up * height) for across in range(-4, 5) for up in range(-6, 7)]
-        for shift in sorted(shifts, key=lambda shift: hypot(*shift)):
-            box = first.translated(*shift)
-            if not any(box.overlaps(other) for other in placed):
-                break
-        placed.append(box)
-        points = 72 / figure.dpi
-        x, y = name.xyann
-        name.xyann = x + points * (box.x0 - first.x0), y + points * (box.y0 - first.y0)
+        first = name.get_window_extent()
+        shifts = 0.51 * steps * first.size
+        boxes = np.tile(shifts, 2) + first.extents
+        cut = (boxes[:, :2] < 0).any(axis=1) | (boxes[:, 2:] > figure.bbox.max).any(axis=1)
+        best = np.lexsort([np.hypot(*shifts.T), _overlaps(boxes, placed) + cut])[0]
+        gap = NAME_GAP * point * np.array([-1, -1, 1, 1])
+        placed = np.vstack([placed, boxes[best] + gap])
+        x, y = np.array(name.xyann) + shifts[best] / point
+        name.xyann = x, y
+
+
+def _overlaps(boxes: Array, others: Array) -> Index:
+    """Return how many of others (m, 4) each of some boxes (n, 4) lies on."""
+    low = np.maximum(boxes[:, None, :2], others[:, :2])
+    high = np.minimum(boxes[:, None, 2:], others[:, 2:])
+    overlaps: Index = (low < high).all(axis=2).sum(axis=1)
+    return overlaps
 
 
 def draw_map(

@@ -68,7 +68,9 @@ def _psd_picture(
         label, colour = scenario.label, colours[scenario.label]
         weight = dead_psd.sel(scenario=label).to_numpy()
         if np.isfinite(weight).all():
-            dead.append(PageCurve(f"{label}: dead weight", weight, colour, "dotted", 0.7))
+            dead.append(
+                PageCurve(f"{label}: dead weight", weight, style.pale(colour), "dotted", 1.0)
+            )
         treated.append(
             PageCurve(
                 label,

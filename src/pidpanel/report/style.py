@@ -87,6 +87,18 @@ def level_colour(level: float, levels: Sequence[float]) -> str:
     return colors.to_hex(mpl.colormaps["plasma"](0.05 + 0.72 * rank))
 
 
+def pale(colour: str) -> str:
+    """Return a colour half way to white.
+
+    Examples
+    --------
+    >>> pale("#0072B2")
+    '#80b8d8'
+    """
+    red, green, blue = colors.to_rgb(colour)
+    return colors.to_hex(((1 + red) / 2, (1 + green) / 2, (1 + blue) / 2))
+
+
 def as_typed(text: str) -> str:
     r"""Return a text that matplotlib draws as it is, but for the symbols of the figures.
 

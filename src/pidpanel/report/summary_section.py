@@ -14,10 +14,13 @@ def summary_section(study: ReportedStudy, summary: pd.DataFrame) -> PageSection:
     by_key = {(row["scenario"], row["reading"], row["point"]): row for row in text.records(summary)}
     rows = []
     for scenario, reading, point in product(study.scenarios, study.readings, study.panel.points):
+        if scenario.is_bare and reading != study.readings[0]:
+            continue  # the same with every damping model
         name = study.names[scenario.label]
         if name == scenario.label and not scenario.is_bare:
             name += f" ({scenario.filling_text})"
-        rows.append({**by_key[scenario.label, reading, point], "name": name})
+        row = by_key[scenario.label, reading, point]
+        rows.append({**row, "name": name, "is_bare": scenario.is_bare})
     values = {
         "rows": rows,
         "rms_decimals": text.common_decimals(summary["acceleration_rms_error_g"]),

@@ -17,13 +17,18 @@ addEventListener("hashchange", openTarget);
 document.querySelectorAll('nav a').forEach(a => a.addEventListener("click", () => setTimeout(openTarget)));
 openTarget();
 
-let closed = [];
+let closed = [], printing = false;
 addEventListener("beforeprint", () => {
+  printing = true;
   closed = [...document.querySelectorAll("details.topic:not([open])")];
   closed.forEach(one => { one.open = true; });
+  document.querySelectorAll("div.chart").forEach(box => { if (box.checkVisibility()) drawIn(box, printedWidth(box)); });
+});
+addEventListener("afterprint", () => {
+  printing = false;
+  closed.forEach(one => { one.open = false; });
   document.querySelectorAll("div.chart").forEach(drawSeen);
 });
-addEventListener("afterprint", () => closed.forEach(one => { one.open = false; }));
 
 // a point of a drawing shows what belongs to it
 function choose(link) {
@@ -55,6 +60,16 @@ function ticksOf(u, axis, low, high) {
     for (const s of steps) if (s * 10 ** p >= low * 0.9999 && s * 10 ** p <= high * 1.0001) ticks.push(s * 10 ** p);
   return ticks;
 }
+// where a chart is narrow, the numbers that would run into the one before are left out
+function spaced(u, ticks) {
+  let end = -Infinity;
+  return ticks.map(tick => {
+    const at = u.valToPos(tick, "x"), half = 4 * power(tick).length;
+    if (at - half < end) return null;
+    end = at + half + 4;
+    return tick;
+  });
+}
 function power(value) {
   const exponent = Math.floor(Math.log10(value) + 1e-9), front = value / 10 ** exponent;
   if (exponent > -3 && exponent < 5) return shortNumber(value);
@@ -64,7 +79,7 @@ function power(value) {
 
 function draw(box, width) {
   const told = JSON.parse(box.querySelector("script").textContent);
-  const series = [{ label: "frequency, Hz", value: (u, v) => v == null ? "–" : shortNumber(v) }], data = [told.x], bands = [];
+  const series = [{ label: "frequency, Hz", class: "frequency", value: (u, v) => v == null ? "" : shortNumber(v) }], data = [told.x], bands = [];
   // the first curve last: it lies over all others
   for (const curve of [...told.curves.slice(1), told.curves[0]]) {
     if (curve.band) {
@@ -91,7 +106,7 @@ function draw(box, width) {
   const bottom = Math.min(...told.curves.flatMap(c => c.values.filter(v => v != null)));
   const font = "12px system-ui, sans-serif", axis = { font, labelFont: font, labelSize: 18, grid: { stroke: "#e3e3e3", width: 1 }, ticks: { show: false } };
   const chart = new uPlot({
-    width, height: Math.round(Math.min(460, Math.max(260, 0.55 * width))),
+    width, height: heightOf(width),
     scales: {
       x: { time: false, distr: 3, range: (u, low, high) => [low, high] },
       y: told.log ? { distr: 3, range: (u, low, high) => [Math.max(low ?? bottom, top / 1e9), high ?? top] } : {},
@@ -102,11 +117,13 @@ function draw(box, width) {
       dash: (u, index) => u.series[index].line,
     } },
     axes: [
-      { ...axis, label: "frequency, Hz", splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power), size: 34 },
+      { ...axis, label: "frequency, Hz", splits: ticksOf, filter: spaced, values: (u, t) => t.map(tick => tick == null ? "" : power(tick)), size: 34 },
       { ...axis, label: told.unit, size: 52, ...(told.log ? { splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power) } : {}) },
     ],
     cursor: { drag: { x: true, y: true, uni: 30 } },
     hooks: {
+      // no line of the legend for a frequency that nobody reads
+      setCursor: [u => u.root.classList.toggle("read", u.cursor.idx != null)],
       // a band and what is outside the data go with their curve
       setSeries: [(u, index, options) => {
         if (index == null || options.show == null) return;
@@ -150,12 +167,19 @@ function press(chart, event) {
 }
 
 const drawn = new Map();
-function drawSeen(box) {
-  const width = Math.floor(box.clientWidth), chart = drawn.get(box);
-  if (width < 50) return;
+function heightOf(width) { return Math.round(Math.min(460, Math.max(260, 0.55 * width))); }
+function drawIn(box, width) {
+  const chart = drawn.get(box);
   if (!chart) drawn.set(box, draw(box, width));
-  else if (chart.width !== width) chart.setSize({ width, height: chart.height });
+  else if (chart.width !== width) chart.setSize({ width, height: heightOf(width) });
 }
+function drawSeen(box) {
+  const width = Math.floor(box.clientWidth);
+  if (width >= 50 && !printing) drawIn(box, width);
+}
+// of A4 less its margins, whole or of two columns, before the zoom of printed charts: a window's
+// width says nothing of the paper's
+function printedWidth(box) { return (box.closest(".first, .pair") ? 338 : 700) / 0.7; }
 if (window.uPlot) {
   const watch = new ResizeObserver(entries => entries.forEach(entry => drawSeen(entry.target)));
   document.querySelectorAll("div.chart").forEach(box => watch.observe(box));
