@@ -10,7 +10,7 @@ from pidpanel.columns import ColumnsError
 from pidpanel.paths import DATA
 from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.psd_table import read_spectrum
-from pidpanel.sound.spectrum import REFERENCE_PRESSURE, PsdSpectrum, SpectrumError, pressure_psd
+from pidpanel.sound.spectrum import REFERENCE_PRESSURE, Spectrum, SpectrumError, pressure_psd
 from pidpanel.spectra.break_points import BreakPoints
 
 BANDS = DATA / "spl" / "smc_s_016_2014_min_third.csv"
@@ -74,8 +74,10 @@ def test_the_mean_square_is_the_integral(ends):
     inner = [f for f in (200.0, 800.0) if ends[0] < f < ends[1]]
     true = quad(lambda f: float(POINTS(np.array([f]))[0]), *ends, points=inner, epsrel=1e-10)[0]
     assert POINTS.mean_square(*ends) == pytest.approx(true, rel=1e-7)
-    spectrum = PsdSpectrum(POINTS)
-    assert spectrum.shifted(3.0).mean_square(*ends) == pytest.approx(true * 10**0.3, rel=1e-7)
+    spectrum = Spectrum(POINTS)
+    assert spectrum.shifted(3.0).points.mean_square(*ends) == pytest.approx(
+        true * 10**0.3, rel=1e-7
+    )
     overall = 10 * np.log10(POINTS.mean_square(50, 2000) / 4e-10)
     assert spectrum.oaspl == pytest.approx(overall)
 
@@ -89,8 +91,8 @@ def test_a_slope_of_minus_one_has_a_logarithm():
 def test_nothing_is_extrapolated():
     # red: reach of ±∞
     with pytest.raises(SpectrumError, match="the rows reach from 50 to 2000 Hz"):
-        pressure_psd(PsdSpectrum(POINTS), [49.0])
-    at_step = pressure_psd(PsdSpectrum(POINTS), [np.nextafter(200, 0), 200.0, 2000.0])
+        pressure_psd(Spectrum(POINTS), [49.0])
+    at_step = pressure_psd(Spectrum(POINTS), [np.nextafter(200, 0), 200.0, 2000.0])
     np.testing.assert_allclose(at_step, [8.0, 4.0, 0.01])
 
 
@@ -129,7 +131,7 @@ def test_each_row_that_is_wrong_is_named_by_its_line(tmp_path, rows, lines):
 def test_a_sound_field_loads_one_side_unless_both_are_given():
     # red: loaded_sides = 2
     frequency = np.array([100.0, 900.0])
-    one, both = (SoundExcitation(PsdSpectrum(POINTS), None, 343.0, **more)
+    one, both = (SoundExcitation(Spectrum(POINTS), None, 343.0, **more)
                  for more in ({}, {"loaded_sides": 2}))  # fmt: skip
     np.testing.assert_allclose(one.spectrum(frequency), POINTS(frequency))
     assert not np.allclose(both.spectrum(frequency), POINTS(frequency))

@@ -24,7 +24,7 @@ def stated_oaspl(spectrum: BandSpectrum) -> float:
 
 def third_octaves(low: int = 20, high: int = 33) -> BandSpectrum:
     number = np.arange(low, high + 1)
-    return BandSpectrum("third octave", number, 120 + 3 * np.sin(number))
+    return BandSpectrum.of_levels("third octave", number, 120 + 3 * np.sin(number))
 
 
 def write(tmp_path: Path, *lines: str) -> Path:
@@ -80,15 +80,15 @@ def test_third_octaves_of_equal_psd_rise_one_decibel_a_band():
     # white noise: bandwidths grow by 10^0.1, exactly 1 dB
     # red: /10 → /3 in `BandSpectrum.edge_frequency`
     number = np.arange(15, 40)
-    spectrum = BandSpectrum("third octave", number, 100.0 + np.arange(number.size))
+    spectrum = BandSpectrum.of_levels("third octave", number, 100.0 + np.arange(number.size))
     psd = pressure_psd(spectrum, spectrum.center_frequency)
     np.testing.assert_allclose(psd, psd[0], rtol=1e-12)
 
 
 def test_an_octave_is_three_thirds():
     # red: half_width = 0.5 for both kinds in `BandSpectrum.edge_frequency`
-    octave = BandSpectrum("octave", np.array([30]), np.array([100.0]))
-    thirds = BandSpectrum("third octave", np.array([29, 30, 31]), np.full(3, 95.0))
+    octave = BandSpectrum.of_levels("octave", np.array([30]), np.array([100.0]))
+    thirds = BandSpectrum.of_levels("third octave", np.array([29, 30, 31]), np.full(3, 95.0))
     np.testing.assert_allclose(octave.edge_frequency, thirds.edge_frequency[[0, -1]], rtol=1e-14)
 
 
@@ -257,14 +257,14 @@ def test_a_comment_that_states_another_kind_of_band_is_refused(tmp_path):
 def test_two_loaded_sides_double_the_psd():
     # independent pressures on both faces: mean squares add
     # red: loaded_sides * left out in `pressure_psd`
-    spectrum = BandSpectrum("octave", np.array([30]), np.array([94.0]))
+    spectrum = BandSpectrum.of_levels("octave", np.array([30]), np.array([94.0]))
     one, two = (pressure_psd(spectrum, [1000.0], loaded_sides=sides) for sides in (1, 2))
     assert two[0] == pytest.approx(2 * one[0], rel=1e-12)
 
 
 def test_the_factor_to_another_level_is_that_of_the_shifted_spectrum():
     # red: / 10 → / 20 in `pressure_factor`
-    spectrum = BandSpectrum("octave", np.array([27, 30]), np.array([100.0, 90.0]))
+    spectrum = BandSpectrum.of_levels("octave", np.array([27, 30]), np.array([100.0, 90.0]))
     louder = spectrum.at_oaspl(130.0)
     ratio = pressure_psd(louder, [500.0, 1000.0]) / pressure_psd(spectrum, [500.0, 1000.0])
     np.testing.assert_allclose(ratio, spectrum.pressure_factor(130.0), rtol=1e-12)

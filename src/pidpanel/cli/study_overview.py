@@ -286,7 +286,7 @@ def _of_sound(study: Study) -> str:
 
     sound, (low, high) = study.acoustics, study.response.frequency_hz
     spectrum = spectrum_of(sound)
-    in_range = 10 * math.log10(spectrum.mean_square(low, high) / REFERENCE_PRESSURE**2)
+    in_range = 10 * math.log10(spectrum.points.mean_square(low, high) / REFERENCE_PRESSURE**2)
     extra = sorted({s.oaspl_db for s in study.all_scenarios() if s.oaspl_db is not None})
     extra = [level for level in extra if level != sound.oaspl_db]
     scenarios = f"; scenarios at {', '.join(f'{level:g}' for level in extra)} dB" if extra else ""

@@ -61,7 +61,7 @@ def band_table(sound: Sound) -> pd.DataFrame:
     spectrum = spectrum_of(sound)
     bands, (low, high) = spectrum.bands(), spectrum.reach
     center, edge = bands.center_frequency, np.clip(bands.edge_frequency, low, high)
-    mean_square = [spectrum.mean_square(*ends) for ends in pairwise(edge.tolist())]
+    mean_square = [spectrum.points.mean_square(*ends) for ends in pairwise(edge.tolist())]
     factor = sound.loaded_sides * PRESSURE_FACTOR[sound.pressure_reference]
     psd = factor * np.array(mean_square) / np.diff(edge)
     return pd.DataFrame(

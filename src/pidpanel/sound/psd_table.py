@@ -20,7 +20,7 @@ from pidpanel.columns import (
     read_rows,
     refuse,
 )
-from pidpanel.sound.spectrum import PsdSpectrum, Spectrum
+from pidpanel.sound.spectrum import Spectrum
 from pidpanel.sound.table import read_spl_table
 from pidpanel.spectra.break_points import BreakPoints
 
@@ -47,7 +47,7 @@ def read_spectrum(path: str | Path) -> Spectrum:
     return read_spl_table(path)
 
 
-def _psd_spectrum(table: TableRows) -> PsdSpectrum:
+def _psd_spectrum(table: TableRows) -> Spectrum:
     lines, columns, of_cells = numbers(table, COLUMNS)
     faults = faults_of_header(table, HEADER) + of_cells
     if not faults and len(lines) < 2:
@@ -56,7 +56,7 @@ def _psd_spectrum(table: TableRows) -> PsdSpectrum:
         faults += _faults_of_order(lines, columns[HEADER[0]])
     refuse(table.path, faults)
     source = "\n".join(comment for _, comment in table.comments)
-    return PsdSpectrum(BreakPoints(columns[HEADER[0]], columns[HEADER[1]]), source)
+    return Spectrum(BreakPoints(columns[HEADER[0]], columns[HEADER[1]]), source)
 
 
 def _faults_of_order(lines: Sequence[int], frequency: Array) -> Iterator[Fault]:

@@ -83,7 +83,7 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
         faults += _faults_of_dips(lines, columns[HEADER[1]])
     refuse(Path(path), faults)
     source = "\n".join(comment for _, comment in table.comments)
-    return BandSpectrum(kind, np.array(band_number), columns[HEADER[1]], source=source)
+    return BandSpectrum.of_levels(kind, np.array(band_number), columns[HEADER[1]], source)
 
 
 def _of_overall(table: TableRows, line: int) -> str:
