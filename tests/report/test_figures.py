@@ -51,7 +51,7 @@ def assert_units(figure):
 
 def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
     # red: `panel.curves[1:]`; a label without its unit
-    figure = response_figures.psd_figure([panel(), panel(title="law")])
+    figure = response_figures.charts_figure([panel(), panel(title="law")])
     assert [len(axes.lines) for axes in figure.axes] == [4, 4]
     assert figure.axes[0].get_ylabel() == "acceleration PSD, g²/Hz"
     assert {axes.get_xlabel() for axes in figure.axes} == {"frequency, Hz"}
@@ -71,7 +71,7 @@ def test_no_curve_hides_those_below_it(count):
 
 def test_a_psd_is_drawn_in_the_unit_of_its_axis():
     # red: another unit on the axis; a division by g²
-    figure = response_figures.psd_figure([panel()])
+    figure = response_figures.charts_figure([panel()])
     assert figure.axes[0].lines[0].get_ydata() == pytest.approx(50 * LINES)
     assert figure.axes[0].get_ylabel() == "acceleration PSD, g²/Hz"
 
@@ -79,7 +79,7 @@ def test_a_psd_is_drawn_in_the_unit_of_its_axis():
 def test_what_lies_outside_the_data_is_dashed_and_the_legend_says_so():
     # red: `curve.inside` for `outside` in draw_curve
     inside = LINES > 200
-    figure = response_figures.psd_figure([panel(inside)])
+    figure = response_figures.charts_figure([panel(inside)])
     dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
     assert len(dashed) == 3
     shown = np.isfinite(dashed[0].get_ydata())
@@ -87,7 +87,7 @@ def test_what_lies_outside_the_data_is_dashed_and_the_legend_says_so():
     assert not shown[LINES > 210].any()
     said = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any("outside the range of its data" in text for text in said)
-    whole = response_figures.psd_figure([panel()])
+    whole = response_figures.charts_figure([panel()])
     assert not any("outside" in text.get_text() for text in whole.legends[0].get_texts())
 
 
@@ -95,14 +95,14 @@ def test_every_line_is_in_the_legend_once():
     # red: a legend of the first panel only, where the second shows more
     curves = [*panel().curves, PageCurve("PID-2", LINES, style.PLACES[1])]
     more = Chart("DEM", LINES, PSD_UNIT, curves)
-    figure = response_figures.psd_figure([panel(), more])
+    figure = response_figures.charts_figure([panel(), more])
     said = [text.get_text() for text in figure.legends[0].get_texts()]
     assert said == ["bare panel", "r = 0.1", "r = 0.5", "r = 0.9", "PID-2"]
 
 
 def test_the_bare_panel_is_black_and_no_two_fills_look_alike():
     # red: a constant colour in fill_colour
-    figure = response_figures.psd_figure([panel()])
+    figure = response_figures.charts_figure([panel()])
     colours = [to_hex(line.get_color()) for line in figure.axes[0].lines]
     assert colours[0] == "#000000"
     assert len(set(colours)) == 4
@@ -111,7 +111,7 @@ def test_the_bare_panel_is_black_and_no_two_fills_look_alike():
 def test_damping_and_mass_have_their_units():
     damping = dataclasses.replace(panel(), unit="$C_e$, N s/m³")
     mass = dataclasses.replace(panel(), unit="apparent mass $m_a$, kg/m²")
-    figure = response_figures.damping_figure([damping, damping], [mass, mass])
+    figure = response_figures.charts_figure([damping, mass, damping, mass])
     # red: units exchanged
     assert figure.axes[0].get_ylabel() == "$C_e$, N s/m³"
     assert any("kg/m²" in axes.get_ylabel() for axes in figure.axes)
@@ -165,7 +165,8 @@ def test_law_and_bound_are_drawn_beside_the_cases(cases):
 
 def test_the_spectrum_has_units(bands):
     # red: a label without its unit
-    spectrum = sound_section.spectrum_figure(bands, 100, 400)
+    (fragment,) = sound_section.sound_section(bands, "", "bands", (100, 400)).blocks
+    spectrum = response_figures.charts_figure(fragment.values["spectrum"].charts)
     assert_units(spectrum)
     assert "dB re 20 µPa" in spectrum.axes[0].get_ylabel()
 
@@ -214,7 +215,7 @@ def test_the_label_of_a_colour_bar_is_not_cut():
 
 def test_the_same_numbers_give_the_same_bytes_and_no_date():
     # red: metadata left to matplotlib
-    first, second = (style.png(response_figures.psd_figure([panel()])) for _ in range(2))
+    first, second = (style.png(response_figures.charts_figure([panel()])) for _ in range(2))
     assert first == second
     assert b"tEXt" not in first
 
@@ -259,7 +260,7 @@ def test_three_readings_stand_in_two_rows():
     curve, frequency = PageCurve("one", np.ones(3), "#123456"), np.array([50.0, 100.0, 200.0])
     charts = [Chart(f"reading {n}", frequency, PSD_UNIT, [curve]) for n in range(3)]
     with style.context():
-        figure = response_figures.psd_figure(charts)
+        figure = response_figures.charts_figure(charts)
     figure.draw_without_rendering()
     left = [axes.get_position().x0 for axes in figure.axes]
     low = [axes.get_position().y0 for axes in figure.axes]

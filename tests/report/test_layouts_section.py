@@ -100,7 +100,7 @@ def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
     assert [p.name for p in pictures] == [
         f"psd_layouts_paper_corrected_1_{point}" for point in ("middle", "corner")
     ]
-    (axes,) = response_figures.psd_figure(pictures[0].charts).axes
+    (axes,) = response_figures.charts_figure(pictures[0].charts).axes
     styles = [line.get_linestyle() for line in axes.get_lines()]
     curves = pictures[0].charts[0].curves
     labels = [curve.label for curve in curves]

@@ -13,7 +13,7 @@ from pidpanel.report.answer_figures import group_of, mass_figure, panel_figure
 from pidpanel.report.answer_text import worst_map
 from pidpanel.report.html import Chart, Fragment, PageCurve, Picture
 from pidpanel.report.inputs import Inputs
-from pidpanel.report.response_figures import PSD_UNIT, psd_picture
+from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.rms import inside_of, log_error_of
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, value_text
 
@@ -103,7 +103,7 @@ def psd_picture_of(inputs: Inputs, answer: StudyAnswer) -> Picture:
             )
         )
     chart = Chart("", frequency, PSD_UNIT, curves)
-    return psd_picture("answer", [chart], width=NARROW, height=3.7)
+    return chart_picture("answer", [chart], width=NARROW, height=3.7)
 
 
 def mass_picture(

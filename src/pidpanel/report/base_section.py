@@ -11,8 +11,8 @@ import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import html, style
-from pidpanel.report.base_figures import charts_figure
 from pidpanel.report.inputs import BaseResults
+from pidpanel.report.response_figures import chart_picture
 from pidpanel.report.text import READINGS, common_decimals, records, value_text
 
 MODES_SHOWN = 12  # modes with the largest effective masses in the table
@@ -116,10 +116,6 @@ def _curves(
     return curves
 
 
-def _picture(name: str, caption: str, charts: Sequence[html.Chart]) -> html.Picture:
-    return html.Picture(f"base_{name}", style.Drawing(charts_figure, charts), caption, charts)
-
-
 def _random_pictures(
     psd: xr.Dataset, names: Names, points: Sequence[str]
 ) -> Iterator[html.Picture]:
@@ -137,7 +133,7 @@ def _random_pictures(
             html.Chart("absolute acceleration", f, "acceleration PSD, g²/Hz", densities),
         ]
         caption = f"Random base motion at point {point}, stated input; {READINGS[reading]}."
-        yield _picture(point, caption, charts)
+        yield chart_picture(f"base_{point}", charts, caption, height=3.9)
     inputs = _curves(shown["input_psd"].sel(input="notched") / square_g, names)
     level = _curves(stated["input_psd"] / square_g, names)[0]
     inputs.append(replace(level, label="stated input", colour="#777777", line="dashed"))
@@ -151,7 +147,7 @@ def _random_pictures(
         html.Chart("input", f, "acceleration PSD, g²/Hz", inputs),
     ]
     caption = f"Force of all supports under the stated input, and inputs; {READINGS[reading]}."
-    yield _picture("interface", caption, charts)
+    yield chart_picture("base_interface", charts, caption, height=3.9)
 
 
 def _notches(notched: pd.DataFrame, names: Names) -> list[dict[str, Any]]:
@@ -222,7 +218,8 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
         "one standard error from the damping."
     )
     for start in range(0, len(charts), 2):
-        yield _picture(f"sine_{start}", caption, charts[start : start + 2])
+        pair = charts[start : start + 2]
+        yield chart_picture(f"base_sine_{start}", pair, caption, height=3.9)
 
 
 def _mode_values(modes: pd.DataFrame) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import comparison, html, style
 from pidpanel.report.maps_section import map_figure, scale_ends
-from pidpanel.report.response_figures import PSD_UNIT, psd_picture
+from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import READINGS, capitalised
 
 # Of the two studies, distinct for the common kinds of colour blindness.
@@ -90,7 +90,7 @@ def _psds(
                 title = READINGS.get(reading, reading)
                 chart = html.Chart(title, lines, PSD_UNIT, curves, f"point {point}")
                 caption = f"Acceleration PSD at point {point}; bare panels dotted."
-                pictures.append(psd_picture(f"psd_{len(pictures)}", [chart], caption))
+                pictures.append(chart_picture(f"psd_{len(pictures)}", [chart], caption))
     return pictures
 
 

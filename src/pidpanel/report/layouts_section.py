@@ -10,7 +10,7 @@ from pidpanel.report import style
 from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ReportedScenario
-from pidpanel.report.response_figures import PSD_UNIT, nested_width, psd_picture
+from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
 from pidpanel.report.rms import inside_of, log_error_of
 from pidpanel.report.text import READINGS
 from pidpanel.response.psd_files import is_steady
@@ -86,4 +86,4 @@ def _psd_picture(
         )
     frequency = inputs.psd["frequency"].to_numpy()
     chart = Chart(READINGS[reading], frequency, PSD_UNIT, [*curves, *dead, *treated])
-    return psd_picture(name, [chart])
+    return chart_picture(name, [chart])

@@ -9,9 +9,9 @@ import xarray as xr
 
 from pidpanel.measurement.computed import computed_psd
 from pidpanel.report import style
-from pidpanel.report.base_figures import charts_figure
 from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
 from pidpanel.report.inputs import BaseResults, MeasurementResults
+from pidpanel.report.response_figures import chart_picture
 from pidpanel.report.text import READINGS, records, with_error
 
 PSD, RATIO = "psd_g2_hz", "transmissibility"  # ends of the columns of either quantity
@@ -110,4 +110,4 @@ def _picture(
         label = f"{READINGS[place['reading']]}, computed"
         drawn.append(PageCurve(label, case.psd**power, colour, log_error=error))
     chart = Chart("", frequency, unit, [PageCurve("measured", test, style.BARE), *drawn])
-    return Picture(name, style.Drawing(charts_figure, [chart]), charts=[chart])
+    return chart_picture(name, [chart])

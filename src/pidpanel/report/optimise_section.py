@@ -14,7 +14,7 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import html, style
 from pidpanel.report.front_drawing import ALTERNATIVES, front_drawing
 from pidpanel.report.inputs import ProposalResults
-from pidpanel.report.response_figures import PSD_UNIT, psd_picture
+from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.templates import sentence
 from pidpanel.report.text import number, records, value_text
 
@@ -101,7 +101,7 @@ def _psd(proposal: ProposalResults, layout: int, excitation: str) -> dict[str, A
         curves.append(html.PageCurve(f"{name}: {number(rms)} g rms", values, colour, width=1.4))
     charts = [html.Chart("", frequency, PSD_UNIT, curves)]
     name = f"layout_psd_{layout}_{excitation}"
-    picture = psd_picture(name, charts, width=NARROW, height=3.7)
+    picture = chart_picture(name, charts, width=NARROW, height=3.7)
     return {"point": row["point"], "under": UNDER[excitation], "picture": picture}
 
 

@@ -7,6 +7,7 @@ Functions return a `matplotlib.figure.Figure` that belongs to no window; call th
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -58,19 +59,6 @@ def _heading(axes: Axes, chart: Chart) -> None:
     )
 
 
-def _side_by_side(figure: Figure, count: int, across: int = ACROSS) -> list[Axes]:
-    """Return axes on one scale, so many in a row; those at the left and the bottom have labels."""
-    across = min(across, count)
-    shape = math.ceil(count / across), across
-    grid = figure.subplots(*shape, sharex=True, sharey=True, squeeze=False)
-    axes: list[Axes] = grid.ravel().tolist()
-    for unused in axes[count:]:
-        unused.remove()
-    for upper in axes[max(count - across, 0) : count]:
-        upper.xaxis.set_tick_params(labelbottom=True)
-    return axes[:count]
-
-
 def _legend(figure: Figure, charts: Sequence[Chart]) -> None:
     """Add one legend below all axes, with the meaning of dashes where there are any."""
     handles: dict[str, Line2D] = {}
@@ -88,58 +76,57 @@ def _legend(figure: Figure, charts: Sequence[Chart]) -> None:
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns)
 
 
-def psd_figure(charts: Sequence[Chart], *, width: float = WIDTH, height: float = 4.4) -> Figure:
-    """Draw PSDs, the readings side by side on one scale."""
-    rows = math.ceil(len(charts) / ACROSS)
+def charts_figure(
+    charts: Sequence[Chart], *, across: int = ACROSS, width: float = WIDTH, height: float = 4.4
+) -> Figure:
+    """Draw charts in rows of so many, those of one unit on one scale, with one legend below."""
+    across = min(across, len(charts))
+    rows = math.ceil(len(charts) / across)
     figure = Figure(figsize=(width, rows * height), layout="constrained")
-    grid = _side_by_side(figure, len(charts))
-    top = max(np.nanmax(c.values) for chart in charts for c in chart.curves)
-    bottom = min(np.nanmin(c.values) for chart in charts for c in chart.curves)
-    for axes, chart in zip(grid, charts, strict=True):
+    grid = figure.subplots(rows, across, squeeze=False).ravel().tolist()
+    for unused in grid[len(charts) :]:
+        unused.remove()
+    for number, (axes, chart) in enumerate(zip(grid, charts, strict=False)):
         for curve in chart.curves:
             draw_curve(axes, chart.frequency, curve)
-        axes.set_yscale("log")
-        axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over so many decades
         frequency_axis(axes, chart.frequency[0], chart.frequency[-1])
+        if chart.is_log:
+            _decades(axes, [c.values for each in charts if each.unit == chart.unit
+                            for c in each.curves])  # fmt: skip
         _heading(axes, chart)
-    grid[0].yaxis.set_major_locator(ticker.LogLocator(numticks=DECADES + 2))
-    grid[0].set_ylim(max(bottom / 2, top * 10.0**-DECADES), top * 2)
-    for axes in grid[::ACROSS]:
-        axes.set_ylabel(charts[0].unit)
+        if number % across == 0 or chart.unit != charts[number - 1].unit:
+            axes.set_ylabel(chart.unit)
     _legend(figure, charts)
     return figure
 
 
-def psd_picture(name: str, charts: Sequence[Chart], caption: str = "", **size: float) -> Picture:
-    """Return a `psd_figure` with its charts; ``size`` is its width and height [inch]."""
-    return Picture(name, style.Drawing(psd_figure, charts, **size), caption, charts)
+def _decades(axes: Axes, curves: Sequence[Array]) -> None:
+    """Make y a logarithmic axis that shows curves, but at most `DECADES` of them."""
+    axes.set_yscale("log", nonpositive="mask")
+    axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over so many decades
+    axes.yaxis.set_major_locator(ticker.LogLocator(numticks=DECADES + 2))
+    values = np.concatenate(curves)
+    drawn = values[np.isfinite(values) & (values > 0)]
+    if drawn.size:
+        axes.set_ylim(max(drawn.min() / 2, drawn.max() * 10.0**-DECADES), drawn.max() * 2)
 
 
-def damping_figure(damping: Sequence[Chart], mass: Sequence[Chart]) -> Figure:
-    """Draw C_e and m_a with which the responses were computed, one column per reading."""
-    across, rows = min(ACROSS, len(damping)), math.ceil(len(damping) / ACROSS)
-    figure = Figure(figsize=(WIDTH, 4.9 * rows), layout="constrained")
-    grid = figure.subplots(
-        2 * rows, across, sharex=True, sharey="row", squeeze=False, height_ratios=(3, 2) * rows
-    )
-    # C_e of a row of readings, m_a below it
-    pairs = [grid[2 * row : 2 * row + 2, column] for row in range(rows) for column in range(across)]
-    for pair, *charts in zip(pairs, damping, mass, strict=False):
-        for axes, chart in zip(pair, charts, strict=True):
-            for curve in chart.curves:
-                draw_curve(axes, chart.frequency, curve)
-            frequency_axis(axes, chart.frequency[0], chart.frequency[-1])
-        upper = pair[0]
-        upper.set_yscale("log")
-        _heading(upper, charts[0])
-        upper.set_xlabel("")
-    for unused in (axes for pair in pairs[len(damping) :] for axes in pair):
+def chart_picture(name: str, charts: Sequence[Chart], caption: str = "", **size: Any) -> Picture:
+    """Return charts with their figure, whose sizes [inch] are those of `charts_figure`."""
+    return Picture(name, style.Drawing(charts_figure, charts, **size), caption, charts)
+
+
+def _side_by_side(figure: Figure, count: int, across: int = ACROSS) -> list[Axes]:
+    """Return axes on one scale, so many in a row; those at the left and the bottom have labels."""
+    across = min(across, count)
+    shape = math.ceil(count / across), across
+    grid = figure.subplots(*shape, sharex=True, sharey=True, squeeze=False)
+    axes: list[Axes] = grid.ravel().tolist()
+    for unused in axes[count:]:
         unused.remove()
-    for upper, lower in pairs[::across]:
-        upper.set_ylabel(damping[0].unit)
-        lower.set_ylabel(mass[0].unit)
-    _legend(figure, damping)
-    return figure
+    for upper in axes[max(count - across, 0) : count]:
+        upper.xaxis.set_tick_params(labelbottom=True)
+    return axes[:count]
 
 
 def reduction_figure(

@@ -12,7 +12,7 @@ from pidpanel.report import response_figures, style
 from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Paragraph, Picture
 from pidpanel.report.inputs import Inputs, ReportedFamily
 from pidpanel.report.names import ReportedScenario
-from pidpanel.report.response_figures import PSD_UNIT, nested_width, psd_picture
+from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
 from pidpanel.report.rms import band_rms_of, inside_of
 from pidpanel.report.text import READINGS, number
 from pidpanel.solve.bands import reduction
@@ -50,7 +50,7 @@ def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
         psds.append(
             {
                 "point": point,
-                "picture": psd_picture(f"psd_{family.key}_{point}", charts),
+                "picture": chart_picture(f"psd_{family.key}_{point}", charts),
                 "is_dashed": any(c.inside is not None and not c.inside.all() for c in curves),
             }
         )
@@ -175,9 +175,8 @@ def damping_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, s
 
     damping = charts("equivalent_damping", "$C_e$, N s/m³")
     mass = charts("apparent_mass", "apparent mass $m_a$, kg/m²", is_log=False)
-    figure = style.Drawing(response_figures.damping_figure, damping, mass)
     pairs = itertools.chain.from_iterable(zip(damping, mass, strict=True))
-    return Picture(f"damping_{family.key}", figure, charts=list(pairs))
+    return chart_picture(f"damping_{family.key}", list(pairs), height=2.9)
 
 
 def _damping_curve(

@@ -1,20 +1,18 @@
 """Severity on the page: oscillator spectra, peaks in a duration, fatigue."""
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from pidpanel.arrays import Flags
 from pidpanel.report import html, style
 from pidpanel.report.inputs import SeverityResults
-from pidpanel.report.layout import WIDTH, draw_curve, frequency_axis
 from pidpanel.report.maps_section import EXCEEDED_SHARE, case_titles, map_figure
 from pidpanel.report.names import with_names
+from pidpanel.report.response_figures import chart_picture
 from pidpanel.report.text import records
 
 ACROSS = 3
@@ -106,27 +104,7 @@ def _oscillators(
             error = np.log1p(rows["oscillator_rms_error_g"].to_numpy() / rms)
             curves.append(html.PageCurve(names[label], rms, colour, log_error=error))
         charts.append(html.Chart(f"point {point}", natural, "oscillator, g rms", curves))
-    return html.Picture("oscillators", style.Drawing(_figure, charts), charts=charts)
-
-
-def _figure(charts: Sequence[html.Chart]) -> Figure:
-    across = min(ACROSS, len(charts))
-    rows = math.ceil(len(charts) / across)
-    figure = Figure(figsize=(WIDTH, 0.5 + 2.4 * rows), layout="constrained")
-    grid = figure.subplots(rows, across, sharex=True, sharey=True, squeeze=False)
-    for axes in grid.ravel()[len(charts) :]:
-        axes.remove()
-    for axes, chart in zip(grid.ravel(), charts, strict=False):
-        for curve in chart.curves:
-            draw_curve(axes, chart.frequency, curve, 2.0, 1.3)
-        axes.set_yscale("log")
-        frequency_axis(axes, chart.frequency[0], chart.frequency[-1])
-        axes.set_xlabel("natural frequency, Hz")
-        axes.set_title(chart.title, loc="left", fontweight="bold")
-    for axes in grid[:, 0]:
-        axes.set_ylabel("oscillator, g rms")
-    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    return figure
+    return chart_picture("oscillators", charts, across=ACROSS, height=2.9)
 
 
 INDEX_STYLES = {
