@@ -8,6 +8,7 @@ from pidpanel.report import claims
 from pidpanel.report.claims import Finding, Verdict, verdict_table
 from pidpanel.report.from_study import reported_study
 from pidpanel.report.text import READINGS
+from tests.page_reader import blocks_of
 
 POINTS = ["middle", "corner"]
 
@@ -166,7 +167,7 @@ def test_numbers_without_errors_decide_nothing(study, respond):
         if v.finding is not None
     ]
     assert found and {verdict.finding.holds for verdict in found} == {None}
-    answers = {row[2] for row in verdict_table(found).rows}
+    answers = {row[2] for row in blocks_of(verdict_table(found))[0].rows}
     assert answers == {"no error, not judged"}
 
 
@@ -192,7 +193,7 @@ def test_a_claim_is_shown_once_with_all_its_readings():
         Verdict("one", "paper_corrected", no),
         Verdict("two", "paper_corrected", None),
     ]
-    table = verdict_table(verdicts)
+    (table,) = blocks_of(verdict_table(verdicts))
     law = READINGS["paper_corrected"]
     assert table.rows == [
         ["one", "DEM", "holds", "by 3 dB"],

@@ -91,7 +91,7 @@ def test_the_page_names_what_differs_for_certain_and_draws_both():
     one = side("one", [("bare", 10, np.nan), ("x", 8, 0.1), ("y", 7, 2.0)])
     other = side("other", [("bare", 10, np.nan), ("x", 5, 0.1), ("y", 6.9, 2.0)])
     page = comparison_page(one, other)
-    assert [row[1] for row in page.first[0].rows] == ["x"]
+    assert [row[1] for row in page.first[0].values["rows"]] == ["x"]
     (picture,) = page.sections[0].blocks
     assert [curve.label.split(",")[0] for curve in picture.charts[0].curves] == ["one", "other"] * 2
     assert "within the errors" in render(page)

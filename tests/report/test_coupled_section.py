@@ -98,7 +98,7 @@ def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
     assert "10 runs of 5 scenarios" in text
     assert "the motion of each patch in the coupled runs" in text
     assert "LIGGGHTS 3" in text
-    said = [row[0] for row in page.claims.rows if row[0]]
+    said = [row[0] for row in blocks_of(page.claims)[0].rows if row[0]]
     assert said and not any("shifts linearly" in claim for claim in said)
 
 

@@ -5,15 +5,15 @@ import dataclasses
 import pytest
 
 from pidpanel.report import facts
-from pidpanel.report.from_study import reported_study, sound_text
+from pidpanel.report.from_study import reported_study
 from pidpanel.report.inputs import CouponResults
 
 
 def test_the_level_of_the_sound_is_named_where_the_study_sets_it(study):
     # red: `if sound.oaspl_db` always taken
-    assert "smc_s_016_2014_min_third.csv, 150 dB overall, " in sound_text(study.sound)
+    assert "smc_s_016_2014_min_third.csv, 150 dB overall, " in reported_study(study).words["sound"]
     own = study.model_copy(update={"sound": study.sound.model_copy(update={"oaspl_db": None})})
-    assert "overall" not in sound_text(own.sound)
+    assert "overall" not in reported_study(own).words["sound"]
 
 
 def test_the_largest_error_of_the_power_balance_is_named(inputs):

@@ -1,12 +1,14 @@
 """The panel on the page: Table 1 of the paper beside what was computed."""
 
 from pidpanel.report import panel_section
+from tests.page_reader import blocks_of
 
 
-def test_table_1_comes_with_its_22_rows_and_the_17_modes_that_it_leaves_out(modes, printed):
+def test_table_1_comes_with_its_22_rows_and_the_17_modes_that_it_leaves_out(basis, modes, printed):
     # red: `how="inner"` with a row of the CSV file lost; `~` left out
     assert panel_section.is_papers_panel(modes, printed)
-    table = panel_section.mode_table(modes, printed)
+    _, table = blocks_of(panel_section.panel_section(basis, modes, printed))
+    assert table.folded
     assert len(table.rows) == len(modes)
     assert table.rows[0][1:5] == ["1", "1", "64.90", "64.90"] and table.rows[0][-2] == "64.90"
     assert "has 22 of them" in table.caption and "leaves out 17 below 1700 Hz" in table.caption
@@ -17,9 +19,10 @@ def test_table_1_comes_with_its_22_rows_and_the_17_modes_that_it_leaves_out(mode
     assert {f"{row[1]},{row[2]}" for row in missing} == set(expected)
 
 
-def test_modes_without_orders_and_closed_forms_have_no_columns_of_them(modes):
+def test_modes_without_orders_and_closed_forms_have_no_columns_of_them(basis, modes, printed):
     # red: a KeyError
-    table = panel_section.mode_table(modes.drop(columns=["m", "n", "navier_hz"]), None)
+    plain = modes.drop(columns=["m", "n", "navier_hz"])
+    _, table = blocks_of(panel_section.panel_section(basis, plain, printed))
     assert table.columns == ["mode", "computed, Hz", "modal mass, kg"]
 
 

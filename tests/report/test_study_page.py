@@ -61,7 +61,7 @@ def test_axes_say_at_which_acceleration_the_damping_was_read(inputs, study, resp
     stated = dataclasses.replace(read, study=told)
     note = response_section.acceleration_note(stated, told.families["fill"], "paper_corrected")
     assert note == "$C_e$ at a stated acceleration, Γ = 312"
-    assert told.read_at == "Γ = 312 from the study (level.kind: stated)"
+    assert told.words["acceleration"] == "Γ = 312 from the study (level.kind: stated)"
 
 
 def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
@@ -94,5 +94,5 @@ def test_a_family_without_any_response_says_so_in_words(inputs):
     section = response_section.response_section(
         dataclasses.replace(inputs, psd=psd), inputs.study.families["fill"]
     )
-    (block,) = section.blocks
+    (block,) = blocks_of(section)
     assert "No damping model gives a steady response" in block.text

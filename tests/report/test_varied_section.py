@@ -12,6 +12,7 @@ from pidpanel.report.varied_section import (
     varied_section,
 )
 from pidpanel.study import CouponStudy
+from tests.page_reader import blocks_of
 
 
 @pytest.fixture
@@ -83,20 +84,24 @@ def test_sizes_are_varied_only_where_there_are_several():
     assert varied_keys(study) == ["particles.friction", "diameter_mm"]
 
 
+def figures(cases, keys):
+    return [block for block in blocks_of(varied_section(cases, keys)) if block.kind == "picture"]
+
+
 def test_points_one_above_the_other_are_explained_by_the_other_keys(varied):
     # red: the key itself among the others
     both = varied.assign(deck="lab")
-    first, second = varied_section(both, ["particles.friction", "deck"]).pictures
+    first, second = figures(both, ["particles.friction", "deck"])
     assert first.name == "over_particles_friction"
     assert first.caption.endswith("Points one above the other differ in deck.")
     assert second.caption.endswith("differ in friction coefficient μ.")
-    (alone,) = varied_section(varied, ["particles.friction"]).pictures
+    (alone,) = figures(varied, ["particles.friction"])
     assert "differ" not in alone.caption
 
 
 def test_the_table_has_a_row_for_each_point_and_a_column_for_each_value(varied):
     # red: rows of another point's values; a case that is not there left out of its row
-    table = varied_section(varied.drop(index=12), ["particles.friction"]).blocks[0]
+    table = blocks_of(varied_section(varied.drop(index=12), ["particles.friction"]))[0]
     assert table.columns == ["r", "f, Hz", "Γ", "0.1", "0.4", "0.9"]
     assert len(table.rows) == 12 and table.folded
     assert table.rows[0] == ["0.3", "100", "3", "150 ± 20", "–", "450 ± 20"]

@@ -12,7 +12,6 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -24,10 +23,10 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.answer import SIGNIFICANCE
-from pidpanel.report.html import Table
+from pidpanel.report.html import Fragment
 from pidpanel.report.inputs import ReportedStudy
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
-from pidpanel.report.text import READINGS, percent, value_text
+from pidpanel.report.text import percent, value_text
 from pidpanel.solve.bands import reduction
 
 # Difference [dB] below which two rms values are one to the reader of a plot of six decades.
@@ -288,27 +287,16 @@ class Verdict:
     finding: Finding | None  # None without a steady response
 
 
-def verdict_table(verdicts: Sequence[Verdict]) -> Table | None:
+def verdict_table(verdicts: Sequence[Verdict]) -> Fragment | None:
     """Return the claims, each once with all its readings, and the verdicts; None for none."""
     if not verdicts:
         return None
-    rows = []
+    by_claim: dict[str, list[Verdict]] = {}
     for verdict in verdicts:
-        if verdict.finding is None:
-            answer, evidence = "cannot be tested", "no steady response"
-        else:
-            finding = verdict.finding
-            undecided = "within the errors" if finding.has_errors else "no error, not judged"
-            answers = {True: "holds", False: "does not hold", None: undecided}
-            answer, evidence = answers[finding.holds], finding.evidence
-        rows.append([verdict.claim, READINGS[verdict.reading], answer, evidence])
-    claims = list(dict.fromkeys(verdict.claim for verdict in verdicts))
-    rows.sort(key=lambda row: claims.index(row[0]))
-    for previous, row in reversed(list(pairwise(rows))):
-        row[0] = "" if row[0] == previous[0] else row[0]
-    return Table(
-        "The paper's claims tested against these results; decided where values differ by more "
-        f"than {SIGNIFICANCE:g} standard errors",
-        ["claim", "damping model", "verdict", "evidence (rms acceleration)"],
-        rows,
-    )
+        by_claim.setdefault(verdict.claim, []).append(verdict)
+    rows = [
+        {**vars(verdict), "is_first": verdict is group[0]}
+        for group in by_claim.values()
+        for verdict in group
+    ]
+    return Fragment("claims.html", {"rows": rows, "significance": SIGNIFICANCE})

@@ -10,7 +10,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import comparison, html, style
 from pidpanel.report.maps_section import map_figure, scale_ends
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
-from pidpanel.report.text import READINGS, capitalised
+from pidpanel.report.text import READINGS
 
 # Of the two studies, distinct for the common kinds of colour blindness.
 COLOURS = ("#0072B2", "#D55E00")
@@ -27,16 +27,9 @@ def comparison_page(first: comparison.Side, second: comparison.Side) -> html.Pag
     """Return the page."""
     shared = comparison.differences(first, second)
     certain = [d for d in shared if d.verdict in ("lower", "higher")]
-    columns = comparison.columns_of(first, second)
     caption = f"Where {second.name} and {first.name} differ by more than the stated errors"
-    tables = (
-        [html.Table(caption, columns, comparison.rows_of(certain), cards=True)] if certain else []
-    )
-    missing = [
-        html.Paragraph(f"{capitalised(text)}.")
-        for text in comparison.missing_scenarios(first, second)
-    ]
-    values = html.Table("Rms accelerations of both", columns, comparison.rows_of(shared))
+    tables = [_table(caption, first, second, certain, is_first=True)] if certain else []
+    values = _table("Rms accelerations of both", first, second, shared)
     return html.Page(
         title=f"{first.name} and {second.name}",
         answer=comparison.outcome(shared),
@@ -45,9 +38,28 @@ def comparison_page(first: comparison.Side, second: comparison.Side) -> html.Pag
         sections=[
             html.PageSection("psd", "Acceleration PSDs", _psds(first, second, shared)),
             *_maps(first, second),
-            html.PageSection("values", "All values", [values, *missing]),
+            html.PageSection("values", "All values", [values]),
         ],
     )
+
+
+def _table(
+    caption: str,
+    first: comparison.Side,
+    second: comparison.Side,
+    differences: list[comparison.Difference],
+    *,
+    is_first: bool = False,
+) -> html.Fragment:
+    """Return differences as a table; all of them with the scenarios that only one study has."""
+    values = {
+        "caption": caption,
+        "columns": comparison.columns_of(first, second),
+        "rows": comparison.rows_of(differences),
+        "cards": is_first,
+        "missing": [] if is_first else list(comparison.missing_scenarios(first, second)),
+    }
+    return html.Fragment("comparison.html", values)
 
 
 def _facts(first: comparison.Side, second: comparison.Side) -> list[tuple[str, str]]:

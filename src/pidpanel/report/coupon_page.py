@@ -39,7 +39,7 @@ def coupon_page(
     values["text"] = coupon_section.coupon_text(coupon)
     first: list[Block] = [Fragment("coupon_first.html", values)]
     if varied is not None:
-        first += varied.blocks
+        first.append(varied)
     if coupon.shot is not None:
         first.append(film_picture(coupon.shot))
     warnings = coupon_warnings(coupon.cases)

@@ -8,7 +8,6 @@ import pandas as pd
 
 from pidpanel.coupon.from_study import cases_by_coupon
 from pidpanel.damping.atlas_files import read_atlas
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.damping.from_study import measured_beside, readings_from_atlas
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.panel.basis_files import read_basis
@@ -23,25 +22,17 @@ from pidpanel.report.html import Page
 from pidpanel.report.names import FilledPatch, ReportedScenario
 from pidpanel.report.shaker_page import shaker_page
 from pidpanel.report.study_page import study_page
-from pidpanel.report.templates import sentence
+from pidpanel.report.templates import pairs, sentence
 from pidpanel.report.text import counted, percent
 from pidpanel.report.write import write_page
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import CouponStudy, Scenario, Study, StudyError, load_any_study, load_study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.panel import Panel
-from pidpanel.study.sound import Sound
 
 SAME_LEVEL = 0.05  # difference of two levels below which they are written alike [dB]
 
 DIRECTIONS = {(0.0, 0.0, -1.0): "along −z (the motion is along z)"}
-
-SUPPORTED = {
-    "simply_supported": "simply supported",
-    "simply_supported_soft": "simply supported (soft)",
-    "clamped": "clamped",
-    "free": "free",
-}
 
 
 def write_study_page(study_file: Path, folder: Path, file: Path, figures: Path) -> None:
@@ -212,7 +203,6 @@ def reported_study(study: Study) -> inputs.ReportedStudy:
     }
     response, level, sound = study.response, study.damping.level, study.sound
     spectrum = None if sound is None else spectrum_of(sound)
-    mass = "included" if response.damper_mass else "neglected"
     return inputs.ReportedStudy(
         name=study.name,
         title=study.title or study.name,
@@ -226,12 +216,10 @@ def reported_study(study: Study) -> inputs.ReportedStudy:
         table_level=math.nan if spectrum is None else spectrum.oaspl,
         spectrum_rows="" if spectrum is None else spectrum.rows,
         sound_level=study.oaspl_db,
-        sound="" if sound is None else sound_text(sound),
+        words=dict(pairs("words.html", {"study": study})),
         spectrum="" if sound is None else sound.spectrum.name,
         frequency=response.frequency_hz,
-        terms=f"{response.modal_damping} modal damping matrix; apparent mass of the damper {mass}",
         radiation=response.radiation,
-        read_at=read_at_text(study),
         read_kind=level.kind,
         surfaces=study.surfaces,
         massless=study.massless_dampers,
@@ -245,49 +233,17 @@ def reported_scenario(scenario: Scenario) -> ReportedScenario:
     return ReportedScenario(scenario.label, tuple(fillings), scenario.oaspl_db, scenario.bare.label)
 
 
-def damping_text(panel: Panel) -> str:
-    """Return the damping ratio of a panel in words."""
-    damping = panel.modal_damping
-    low, high = min(damping.ratio), max(damping.ratio)
-    if low == high:
-        return f"ζ = {low:g}"
-    kind = "over frequency" if damping.frequency else "by mode"
-    return f"ζ = {low:g} to {high:g} {kind}"
-
-
 def _reported_panel(panel: Panel) -> inputs.ReportedPanel:
-    words = [damping_text(panel), supports_text(panel)]
-    if panel.masses:
-        total = sum(mass.mass_kg for mass in panel.masses.values())
-        words.append(f"{total:g} kg attached ({', '.join(panel.masses)})")
     studied = StudiedPanel(panel)
     return inputs.ReportedPanel(
         patches=tuple(panel.patches),
         points=tuple(panel.points),
-        words=tuple(words),
         is_rectangle=panel.size is not None,
         section_kind=panel.section.kind,
         thickness_mm=panel.section.thickness_mm,
         supports=studied.supports,
         attachments=studied.attachments,
     )
-
-
-def supports_text(panel: Panel) -> str:
-    """Return how the panel is supported."""
-    supports = panel.support_input
-    text = SUPPORTED[supports.outline]
-    if supports.outline == "free":
-        text = "free along its edges"
-    for edge in supports.edges:
-        text += f", {SUPPORTED[edge.kind]} from {edge.from_m} to {edge.to_m} m"
-    if supports.holes != "free":
-        text += f", holes {SUPPORTED[supports.holes]}"
-    for kind, plural in (("hinge", "hinges"), ("hold_down", "hold-downs"), ("spring", "springs")):
-        names = [name for name, point in supports.points.items() if point.kind == kind]
-        if names:
-            text += f", {plural} at {', '.join(names)}"
-    return text
 
 
 def main_level(study: Study) -> float | None:
@@ -306,27 +262,6 @@ def main_level(study: Study) -> float | None:
     return max(
         levels, key=lambda level: (levels.count(level), -math.inf if level is None else level)
     )
-
-
-def sound_text(sound: Sound) -> str:
-    """Return the sound in words: field, spectrum, level, where the pressure is that of."""
-    parts = [f"{sound.field} field", sound.spectrum.name]
-    if sound.oaspl_db is not None:
-        parts.append(f"{sound.oaspl_db:g} dB overall")
-    parts.append(f"pressure reference: {sound.pressure_reference}")
-    return ", ".join(parts)
-
-
-def read_at_text(study: Study) -> str:
-    """Return at which Γ the damping is read."""
-    level = study.damping.level
-    if study.readings == (COUPLED,):
-        return "the motion of each patch in the coupled runs"
-    if level.by == "element":
-        return "the acceleration of each element of a patch (level.by: element)"
-    if level.kind == "patch":
-        return "the acceleration of the patch (level.kind: patch)"
-    return f"Γ = {level.acceleration_g:g} from the study (level.kind: stated)"
 
 
 def coupon_words(coupon: Coupon) -> tuple[str, str]:

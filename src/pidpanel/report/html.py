@@ -1,4 +1,4 @@
-"""The page as text: sections of paragraphs, pictures and tables into one self-contained file.
+"""The page as text: sections of pictures and templates into one self-contained file.
 
 Images are in the page as base64, style and scripts are inline: the file needs no network and no
 other file, and can be sent by mail. Curves are in it as numbers and drawn by uPlot
@@ -32,14 +32,6 @@ BARE = "#000000"  # colour of the bare panel
 PIXELS = 1.6  # width of a curve on a screen over that in a figure [pixel/pt]
 
 DIGITS = 4  # significant digits of a curve's values in the page: 0.01 % is finer than a pixel
-
-
-@dataclass(frozen=True)
-class Paragraph:
-    """Plain text."""
-
-    text: str
-    kind: Literal["paragraph"] = "paragraph"
 
 
 @dataclass(frozen=True)
@@ -178,27 +170,6 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Table:
-    """Rows of text."""
-
-    caption: str
-    columns: Sequence[str]  # with units
-    rows: Sequence[Sequence[str]]  # each as long as ``columns``
-    folded: bool = False  # whether the rows are hidden behind the title
-    cards: bool = False  # whether each row is a block of its own on a narrow screen
-    title: str = ""  # for folded rows; by default the caption
-    kind: Literal["table"] = "table"
-
-    def __post_init__(self) -> None:
-        for row in self.rows:
-            if len(row) != len(self.columns):
-                raise ValueError(
-                    f"table '{self.caption}': a row of {len(row)} cells for "
-                    f"{len(self.columns)} columns: {list(row)}"
-                )
-
-
-@dataclass(frozen=True)
 class Fragment:
     """A part of a page with a template of its own."""
 
@@ -207,7 +178,7 @@ class Fragment:
     kind: Literal["fragment"] = "fragment"
 
 
-Block = Paragraph | Picture | Table | Fragment
+Block = Picture | Fragment
 
 
 @dataclass(frozen=True)
@@ -277,7 +248,7 @@ class Page:
     assumptions: Sequence[str] = ()  # where the source states nothing
     summary: Sequence[str] = ()  # further results in sentences
     warnings: Sequence[str] = ()  # limitations of the numbers in sentences
-    claims: Table | None = None  # with their verdicts
+    claims: Fragment | None = None  # with their verdicts
     steps: Sequence[tuple[str, str]] = field(default=())  # (text, command) to reproduce the results
     answer: str = ""  # the result in a sentence or two, with its errors
     first: Sequence[Block] = ()  # shown below it: the table, the drawing, the curves that decide

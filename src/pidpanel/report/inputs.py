@@ -34,7 +34,6 @@ class ReportedPanel:
 
     patches: tuple[str, ...]
     points: tuple[str, ...]
-    words: tuple[str, ...]  # damping, supports and masses
     is_rectangle: bool
     section_kind: str
     thickness_mm: float
@@ -57,13 +56,11 @@ class ReportedStudy:
     level: float | None  # at which the page answers [dB]; None for that of the spectrum's table
     table_level: float  # of the spectrum's table [dB]; NaN without sound
     sound_level: float | None  # of the section ``sound`` [dB]
-    sound: str  # in words; empty on a shaker alone, as are the next two
-    spectrum: str
+    words: Mapping[str, str]  # of panel, sound, response, and the acceleration for C_e
+    spectrum: str  # its file; empty on a shaker alone, as is the next
     spectrum_rows: str  # "bands", or "rows" of a PSD
     frequency: tuple[float, float]  # of the response [Hz]
-    terms: str  # of the equation of motion, in words
     radiation: str
-    read_at: str  # the acceleration for C_e, in words
     read_kind: str  # ``damping.level.kind``
     surfaces: tuple[str, ...]  # dampers with a surface of simulated cases
     # dampers whose particles have no mass in the computation, and the key that changes it; None

@@ -16,9 +16,9 @@ from matplotlib.tri import Triangulation
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import style
-from pidpanel.report.html import PageSection, Picture, Table
+from pidpanel.report.html import Fragment, PageSection, Picture
 from pidpanel.report.layout import WIDTH, triangles_of
-from pidpanel.report.text import plain, records
+from pidpanel.report.text import records
 
 MODES_SHOWN = 9  # modes of which the shape is drawn
 
@@ -34,8 +34,14 @@ PRINTED_ROUNDING = 2e-4
 
 def panel_section(basis: PanelBasis, modes: pd.DataFrame, printed: pd.DataFrame) -> PageSection:
     """Return the modes, beside Table 1 where the panel is the paper's."""
-    table = mode_table(modes, printed if is_papers_panel(modes, printed) else None)
-    return PageSection("panel", "Panel", [_shapes(basis, modes), table])
+    first = records(modes.head(MODES_SHOWN))
+    figure = style.Drawing(shapes_figure, basis, [_title(row) for row in first])
+    values = {
+        "shapes": Picture("mode_shapes", figure),
+        "shown": len(first),
+        **_mode_values(modes, printed if is_papers_panel(modes, printed) else None),
+    }
+    return PageSection("panel", "Panel", [Fragment("panel.html", values)])
 
 
 def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:
@@ -49,40 +55,17 @@ def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:
     return bool((away < PRINTED_ROUNDING).all())
 
 
-def mode_table(modes: pd.DataFrame, printed: pd.DataFrame | None) -> Table:
+def _mode_values(modes: pd.DataFrame, printed: pd.DataFrame | None) -> dict[str, Any]:
     """Return all modes, with orders, closed forms and printed frequencies if they have any."""
-    caption = f"All {len(modes)} modes of the panel"
-    heads = {"mode": "mode", "m": "m", "n": "n", "frequency_hz": "computed, Hz"}
-    heads |= {"navier_hz": "closed form (Navier), Hz", "modal_mass_kg": "modal mass, kg"}
-    if printed is not None:
-        modes = modes.merge(printed, on=["m", "n"], suffixes=("", "_printed"), how="left")
-        off = 100 * (modes["frequency_hz"] / modes["frequency_hz_printed"] - 1)
-        modes = modes.assign(off_percent=off)
-        # to the next hundred above the last printed frequency
-        limit = 100 * math.ceil(printed["frequency_hz"].max() / 100)
-        missing = modes["frequency_hz_printed"].isna() & (modes["frequency_hz"] < limit)
-        caption += (
-            f". Table 1 of the paper has {len(printed)} of them, {off.abs().max():.3f} % from the "
-            f"computed frequencies at most, and leaves out {missing.sum()} below {limit} Hz"
-        )
-        heads |= {"frequency_hz_printed": "Table 1, Hz", "off_percent": "computed − Table 1, %"}
-    names = [name for name in heads if name in modes]
-    decimals = {"modal_mass_kg": 4, "off_percent": 4, "mode": 0, "m": 0, "n": 0}
-    rows = [
-        ["–" if pd.isna(row[name]) else plain(row[name], decimals.get(name, 2)) for name in names]
-        for row in records(modes)
-    ]
-    return Table(caption, [heads[name] for name in names], rows, folded=True)
-
-
-def _shapes(basis: PanelBasis, modes: pd.DataFrame) -> Picture:
-    count = min(MODES_SHOWN, len(modes))
-    figure = style.Drawing(
-        shapes_figure, basis, [_title(row) for row in records(modes.head(count))]
-    )
-    orders = " with their half waves (m, n) along x and y" if "m" in modes else ""
-    caption = f"First {count} modes{orders}. Lines: patches; dots: response points."
-    return Picture("mode_shapes", figure, caption)
+    if printed is None:
+        return {"modes": records(modes), "printed": None}
+    modes = modes.merge(printed, on=["m", "n"], suffixes=("", "_printed"), how="left")
+    off = 100 * (modes["frequency_hz"] / modes["frequency_hz_printed"] - 1)
+    # to the next hundred above the last printed frequency
+    limit = 100 * math.ceil(printed["frequency_hz"].max() / 100)
+    missing = modes["frequency_hz_printed"].isna() & (modes["frequency_hz"] < limit)
+    about = {"count": len(printed), "off": off.abs().max(), "missing": missing.sum()}
+    return {"modes": records(modes.assign(off_percent=off)), "printed": {**about, "limit": limit}}
 
 
 def _title(row: dict[str, Any]) -> str:

@@ -9,7 +9,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import response_figures, style
-from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Paragraph, Picture
+from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
 from pidpanel.report.inputs import Inputs, ReportedFamily
 from pidpanel.report.names import ReportedScenario
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
@@ -29,8 +29,7 @@ def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
     name, heading = f"response-{family.key}", family.title or f"Scenarios: {family.key}"
     readings = stable_readings(inputs, family)
     if not readings:
-        text = "No damping model gives a steady response, because C_e is negative."
-        return PageSection(name, heading, [Paragraph(text)])
+        return PageSection(name, heading, [Fragment("unsteady.html", {})])
     frequency = inputs.psd["frequency"].to_numpy()
     points = inputs.moving_points
     titles = {reading: reading_title(inputs, family, reading) for reading in readings}

@@ -17,7 +17,7 @@ from pidpanel.report.coupled_section import coupled_section
 from pidpanel.report.coupon_section import Law, coupon_section, coupon_text, losses_section
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import study_facts
-from pidpanel.report.html import CAVEATS, Page, PageSection, Table
+from pidpanel.report.html import CAVEATS, Fragment, Page, PageSection
 from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.maps_section import maps_section
@@ -62,7 +62,7 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
     )
 
 
-def _claims(inputs: Inputs) -> Table | None:
+def _claims(inputs: Inputs) -> Fragment | None:
     """Return the paper's claims tested, where the panel is the paper's; else None."""
     if not is_papers_panel(inputs.modes, inputs.printed):
         return None

@@ -9,7 +9,7 @@ import pandas as pd
 from pidpanel.report import style
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
-from pidpanel.report.html import Block, PageSection, Picture, Table
+from pidpanel.report.html import Fragment, Picture
 from pidpanel.report.text import capitalised, counted, records, value_text
 
 # Names of varied keys with units; any other key is shown as it is written.
@@ -33,42 +33,34 @@ ROWS_SHOWN = 6  # rows of a table that are shown without being asked for
 VALUE, ERROR = EQUIVALENT_DAMPING.column, str(EQUIVALENT_DAMPING.error)
 
 
-def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> PageSection:
+def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> Fragment:
     """Return C_e over each of the keys."""
-    blocks: list[Block] = []
-    for key in keys:
-        rest = ", ".join(_name(name) for name in keys if name != key)
-        caption = (
-            "Equivalent damping per area. Bars: one standard error, from the scatter between "
-            "cycles and between seeds and the bias of softened contacts."
-        )
-        if rest:
-            caption += f" Points one above the other differ in {rest}."
-        figure = style.Drawing(varied_figure, cases, key, LABELS.get(key, key))
-        blocks.append(varied_table(cases, key, keys))
-        blocks.append(Picture(f"over_{key.replace('.', '_')}", figure, caption))
-    return PageSection("varied", "Varied parameters", blocks)
+    values = [
+        {
+            "name": _name(key),
+            "others": ", ".join(_name(name) for name in keys if name != key),
+            "rows": varied_rows(cases, key, keys),
+            "picture": Picture(
+                f"over_{key.replace('.', '_')}",
+                style.Drawing(varied_figure, cases, key, LABELS.get(key, key)),
+            ),
+        }
+        for key in keys
+    ]
+    return Fragment("varied.html", {"keys": values, "rows_shown": ROWS_SHOWN})
 
 
-def varied_table(cases: pd.DataFrame, key: str, keys: Sequence[str]) -> Table:
-    """Return C_e at each value of a key, a row for each point of the sweep."""
+def varied_rows(cases: pd.DataFrame, key: str, keys: Sequence[str]) -> list[list[tuple[str, str]]]:
+    """Return (head, text) of C_e at each value of a key, a row for each point of the sweep."""
     values = list(dict.fromkeys(cases[key]))
     same = [*(k for k in keys if k != key), "fill_fraction", "frequency_hz", "acceleration_g"]
+    heads = [*(_name(name) for name in same[:-3]), "r", "f, Hz", "Γ", *map(_text, values)]
     rows = []
     for point, group in cases.groupby(same, sort=True):
-        by_value = {row[key]: row for row in records(group)}
-        cells = [
-            value_text(by_value[value][VALUE], by_value[value][ERROR]) if value in by_value else "–"
-            for value in values
-        ]
-        rows.append([*(_text(value) for value in point), *cells])
-    heads = [*(_name(name) for name in same[:-3]), "r", "f, Hz", "Γ"]
-    return Table(
-        f"C_e, N s/m³, by {_name(key)}; ±: one standard error, –: not ok",
-        [*heads, *(_text(value) for value in values)],
-        rows,
-        folded=len(rows) > ROWS_SHOWN,
-    )
+        by_value = {row[key]: value_text(row[VALUE], row[ERROR]) for row in records(group)}
+        cells = [*map(_text, point), *(by_value.get(value, "–") for value in values)]
+        rows.append(list(zip(heads, cells, strict=True)))
+    return rows
 
 
 def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:

@@ -4,14 +4,15 @@ The rows of `pidpanel.verification.rows` come from any stage.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.provenance import durable
-from pidpanel.report.html import Page, PageSection, Paragraph, Table, render
-from pidpanel.report.text import number, unit
+from pidpanel.report.html import Fragment, Page, PageSection, render
+from pidpanel.report.text import number
 from pidpanel.verification.experiments import UNKNOWN
 from pidpanel.verification.rows import Row, read_rows
 
@@ -29,39 +30,6 @@ def percent(row: Row, value: float, sign: str = "") -> str:
     return text.replace("-", "−")
 
 
-def _table(caption: str, rows: Sequence[Row], *, folded: bool = False) -> Table:
-    return Table(
-        caption,
-        ["quantity", "computed", "reference", "unit", "error", "tolerance", "verdict", "method"],
-        [
-            [
-                row.quantity,
-                number(row.computed, 4),
-                number(row.reference, 4),
-                unit(row.unit),
-                percent(row, row.error, "+"),
-                percent(row, row.tolerance) if row.has_tolerance else "–",
-                ("met" if row.met else "NOT MET") if row.has_tolerance else "",
-                row.method,
-            ]
-            for row in rows
-        ],
-        folded=folded,
-    )
-
-
-def _section(case: str, rows: Sequence[Row], index: int) -> PageSection:
-    compared = [row for row in rows if row.has_tolerance]
-    sources = "; ".join(dict.fromkeys(row.source for row in rows))
-    tables = [_table(f"Reference: {sources}", compared)]
-    extras = [row for row in rows if not row.has_tolerance]
-    if extras:
-        tables.append(
-            _table(f"{len(extras)} more numbers, shown without a tolerance", extras, folded=True)
-        )
-    return PageSection(f"case-{index}", case, tables)
-
-
 def _share_of_tolerance(row: Row) -> float:
     """Return |error| over the tolerance; infinite where the number is NaN, or should be exact."""
     error = abs(row.error)
@@ -77,25 +45,39 @@ def _by_case(rows: Sequence[Row]) -> dict[str, list[Row]]:
     return cases
 
 
+def _worst(case: str, rows: Sequence[Row]) -> dict[str, Any]:
+    """Return how many numbers of a case are met, and its worst."""
+    compared = [row for row in rows if row.has_tolerance]
+    if not compared:
+        raise ValueError(f"case '{case}': no row with a tolerance")
+    return {
+        "name": case,
+        "met": sum(row.met for row in compared),
+        "count": len(compared),
+        "worst": max(compared, key=_share_of_tolerance),
+    }
+
+
+def _sections(template: str, cases: Mapping[str, Sequence[Row]]) -> list[PageSection]:
+    return [
+        PageSection(
+            f"case-{index}",
+            case,
+            [
+                Fragment(
+                    template,
+                    {"rows": rows, "percent": percent, "unknown": UNKNOWN.get(case)},
+                )
+            ],
+        )
+        for index, (case, rows) in enumerate(cases.items())
+    ]
+
+
 def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> Page:
     """Return the page of all rows, in their order."""
     cases = _by_case(rows)
-    overview = []
-    for case, members in cases.items():
-        compared = [row for row in members if row.has_tolerance]
-        if not compared:
-            raise ValueError(f"case '{case}': no row with a tolerance")
-        worst = max(compared, key=_share_of_tolerance)
-        met = sum(row.met for row in compared)
-        overview.append(
-            [
-                case,
-                f"{met} of {len(compared)}",
-                "met" if met == len(compared) else "NOT MET",
-                f"{worst.quantity}: {percent(worst, worst.error, '+')}, tolerance "
-                f"{percent(worst, worst.tolerance)}",
-            ]
-        )
+    overview = [_worst(case, members) for case, members in cases.items()]
     missed = [row for row in rows if row.has_tolerance and not row.met]
     count = sum(row.has_tolerance for row in rows)
     summary = [
@@ -111,12 +93,8 @@ def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> 
             f"{percent(row, row.tolerance)}."
             for row in missed
         ],
-        claims=Table(
-            "Every case with its worst number",
-            ["case", "numbers met", "verdict", "worst number"],
-            overview,
-        ),
-        sections=[_section(case, members, i) for i, (case, members) in enumerate(cases.items())],
+        claims=Fragment("verification.html", {"cases": overview, "percent": percent}),
+        sections=_sections("verification_case.html", cases),
         steps=steps,
     )
 
@@ -138,24 +116,6 @@ def write_verification_page(rows: Iterable[Path], file: Path) -> None:
 def validation_page(rows: Sequence[Row]) -> Page:
     """Return the page of experiments: measured, computed, difference, what was not known."""
     cases = _by_case(rows)
-    sections = []
-    for index, (case, members) in enumerate(cases.items()):
-        table = Table(
-            f"Measured: {members[0].source}. Computed: {members[0].method}.",
-            ["quantity", "measured", "computed", "unit", "difference"],
-            [
-                [
-                    row.quantity,
-                    number(row.reference, 4),
-                    number(row.computed, 4),
-                    unit(row.unit),
-                    "–" if math.isnan(row.error) else percent(row, row.error, "+"),
-                ]
-                for row in members
-            ],
-        )
-        paragraph = Paragraph(f"Not known: {UNKNOWN[case]}")
-        sections.append(PageSection(f"case-{index}", case, [paragraph, table]))
     return Page(
         title="Validation: experiments that others made",
         facts=[("Software", f"pidpanel {version('pidpanel')}, LIGGGHTS {VERSION}")],
@@ -165,7 +125,7 @@ def validation_page(rows: Sequence[Row]) -> Page:
             f"{len(cases)} experiments on single impacts and beds are computed from their stated "
             "inputs. Nothing is fitted, and no number has a tolerance.",
         ],
-        sections=sections,
+        sections=_sections("validation.html", cases),
         steps=[("From the root of the project:", "make validation")],
     )
 
