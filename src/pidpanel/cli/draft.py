@@ -95,59 +95,34 @@ class Draft:
         return "table" if self.table else "dem" if self.shaker else "coupled"
 
 
-QUESTIONS: Mapping[str, tuple[str, Callable[[str], Any]]] = {
-    "size": ("Edges of the panel, m x m", new.size),
-    "hold_downs": ("Hold-downs, x,y; x,y … in m", new.several(new.place)),
-    "supports": (f"Supports of its edges ({', '.join(new.SUPPORTS)})", str),
-    "section": (f"Section ({', '.join(new.SECTIONS)})", str),
-    "face_mm": ("Thickness of a face, aluminium, mm", new.above_zero),
-    "core_mm": ("Thickness of the core, mm", new.above_zero),
-    "core_grade": ("Grade of the core", str),
-    "thickness_mm": ("Thickness, mm", new.above_zero),
-    "mass_kg_m2": ("Mass per area, kg/m²", new.above_zero),
-    "stiffness_n_m": ("Bending stiffness, N·m", new.above_zero),
-    "holes": ("Round holes, x,y,diameter; … in m", new.several(new.hole)),
-    "points": ("Response points, x,y; x,y … in m", new.several(new.place)),
-    "spectrum": ("Spectrum of the sound, a CSV table", str),
-    "bead": (f"Particles ({', '.join(new.BEADS)})", str),
-    "bead_mm": ("Diameter of the particles, mm", new.above_zero),
-    "cell_mm": ("Width of a cell across flats, mm", new.above_zero),
-    "budget_kg": ("Mass budget of the dampers to search layouts, kg", new.above_zero),
-    "shaker": ("Base motion on a shaker, a CSV table", str),
-}
-CHOICES = {"supports": new.SUPPORTS, "section": new.SECTIONS, "bead": new.BEADS}
-OF_SECTION = {
-    "face_mm": ("sandwich",),
-    "core_mm": ("sandwich",),
-    "core_grade": ("sandwich",),
-    "thickness_mm": ("solid", "thin"),
-    "mass_kg_m2": ("thin",),
-    "stiffness_n_m": ("thin",),
-}
-
-
 def questions(answers: Mapping[str, Any], ask: Callable[[str], str]) -> dict[str, Any]:
     """Ask for what is not known; an empty answer takes what stands in brackets."""
     values = dict(answers)
-    for name, (question, read) in QUESTIONS.items():
-        draft = Draft(**values)
-        of_other = draft.section not in OF_SECTION.get(name, (draft.section,))
+    for value in new.INPUTS:
+        name, draft = value.name, Draft(**values)
         no_bead = name in ("bead", "bead_mm", "cell_mm") and not draft.is_simulated
         no_budget = name == "budget_kg" and draft.reading == "paper_corrected"
-        if name in values or of_other or no_bead or no_budget:
+        of_other = draft.section not in value.sections
+        if name in values or not value.is_asked or of_other or no_bead or no_budget:
             continue
         of_others = {"thickness_mm": draft.thickness, "supports": draft.edges}
         default = of_others.get(name, getattr(draft, name))
         default_text = f"{draft.size[0]}x{draft.size[1]}" if name == "size" else default or "none"
+        question = value.words.partition(" (")[0]
+        if value.choices or value.is_list:
+            question += f" ({', '.join(value.choices or [f'{value.form}; {value.form} …'])})"
         while name not in values:
             answer = ask(f"{question} [{default_text}]: ").strip()
+            parts = answer.split(";") if value.is_list else [answer]
             try:
-                values[name] = read(answer) if answer else default
+                read = [value.read(part) for part in parts] if answer else [default]
             except Exception as error:
                 print(error)
                 continue
-            if values[name] not in CHOICES.get(name, (values[name],)):
-                print(f"{values.pop(name)!r}: must be one of {', '.join(CHOICES[name])}")
+            if value.choices and read[0] not in value.choices:
+                print(f"{read[0]!r}: must be one of {', '.join(value.choices)}")
+                continue
+            values[name] = read if value.is_list and answer else read[0]
     return values
 
 

@@ -6,8 +6,9 @@ Without options it asks, on a terminal. The study states its default assumptions
 import argparse
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
 HELP = "Write a commented study, from options or questions."
 
@@ -24,37 +25,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--ask", action="store_true", help="ask for values that are not given as options"
     )
     parser.add_argument("--force", action="store_true", help="overwrite an existing file")
-    add = parser.add_argument_group("the study").add_argument
-    add("--title", help="title of the report (default: the name of the file)")
-    add("--size", type=size, metavar="AxB", help="edges of the panel [m] (default: 1.5x1.0)")
-    add("--supports", choices=SUPPORTS, help="edges of the panel (default: simply_supported)")
-    for name, read, form, meaning in (
-        ("hold-down", place, "X,Y", "hold-down, 2 cm in radius [m]; the edges are then free by "
-         "default"),
-        ("hole", hole, "X,Y,D", "round hole: centre and diameter [m]"),
-        ("point", place, "X,Y", "further response point [m]"),
-    ):  # fmt: skip
-        add(
-            f"--{name}", dest=f"{name.replace('-', '_')}s", action="append", type=read,
-            metavar=form, help=f"{meaning}; repeatable",
-        )  # fmt: skip
-    add("--budget-kg", type=above_zero, help="search layouts of dampers within this mass [kg]")
-    add(
-        "--shaker", metavar="TABLE", help="CSV table of base motion, such as gevs_qualification.csv"
-    )
-    add("--section", choices=SECTIONS, help="kind of the panel's section (default: sandwich)")
-    add("--face-mm", type=above_zero, help="sandwich: thickness of a face, aluminium (0.3)")
-    add("--core-mm", type=above_zero, help="sandwich: thickness of the core (20)")
-    add("--core-grade", help="sandwich: grade of the core (3/16-5056-0.0007)")
-    add("--thickness-mm", type=above_zero, help="solid or thin: thickness (5 or 25)")
-    add("--mass-kg-m2", type=above_zero, help="thin: mass per area (4)")
-    add("--stiffness-n-m", type=above_zero, help="thin: bending stiffness (3273)")
-    add("--spectrum", help=f"CSV table of sound levels (default: {SPECTRUM})")
-    add("--oaspl", type=above_zero, help="overall level [dB] (default: that of the table)")
-    add("--bead", choices=BEADS, help="particles; none: the paper's law (acrylic)")
-    add("--bead-mm", type=above_zero, help="diameter of the particles (2)")
-    add("--cell-mm", type=above_zero, help="width of a honeycomb cell across flats (6.35)")
-    add("--table", help="CSV table of measured damping, instead of particles")
+    group = parser.add_argument_group("the study")
+    for value in INPUTS:
+        option = f"--{value.name.replace('_', '-')}"
+        group.add_argument(
+            option.removesuffix("s") if value.is_list else option,
+            dest=value.name,
+            action="append" if value.is_list else "store",
+            type=value.read,
+            choices=value.choices,
+            metavar=value.form,
+            help=f"{value.words}; repeatable" if value.is_list else value.words,
+        )
 
 
 def call(args: argparse.Namespace) -> int:
@@ -102,11 +84,6 @@ def hole(text: str) -> tuple[float, ...]:
     return numbers(text, 3, "x,y,diameter in m, such as 0.4,0.2,0.1")
 
 
-def several(read: Callable[[str], tuple[float, ...]]) -> Callable[[str], list[tuple[float, ...]]]:
-    """Return what reads texts that are separated by semicolons."""
-    return lambda text: [read(part) for part in text.split(";")]
-
-
 def above_zero(text: str) -> float:
     """Return a number above zero."""
     try:
@@ -116,3 +93,46 @@ def above_zero(text: str) -> float:
     if not 0 < number < float("inf"):
         raise argparse.ArgumentTypeError(f"{text!r}: must be a number above 0")
     return number
+
+
+class Input(NamedTuple):
+    """A value of a draft: an option of the command, and a question."""
+
+    name: str
+    words: str  # what it is, with its unit; a default follows in brackets
+    read: Callable[[str], Any] = str
+    form: str | None = None  # in which it is written
+    choices: Sequence[str] | None = None
+    sections: Sequence[str] = SECTIONS  # of the panel that have it
+    is_list: bool = False
+    is_asked: bool = True
+
+
+# In the order of the questions.
+INPUTS = (
+    Input("title", "title of the report (default: the name of the file)", is_asked=False),
+    Input("size", "edges of the panel [m] (default: 1.5x1.0)", size, "AxB"),
+    Input("hold_downs", "hold-down, 2 cm in radius [m]; the edges are then free by default",
+          place, "X,Y", is_list=True),
+    Input("supports", "edges of the panel (default: simply_supported)", choices=SUPPORTS),
+    Input("section", "kind of the panel's section (default: sandwich)", choices=SECTIONS),
+    Input("face_mm", "sandwich: thickness of a face, aluminium [mm] (0.3)", above_zero,
+          sections=("sandwich",)),
+    Input("core_mm", "sandwich: thickness of the core [mm] (20)", above_zero,
+          sections=("sandwich",)),
+    Input("core_grade", "sandwich: grade of the core (3/16-5056-0.0007)", sections=("sandwich",)),
+    Input("thickness_mm", "solid or thin: thickness [mm] (5 or 25)", above_zero,
+          sections=("solid", "thin")),
+    Input("mass_kg_m2", "thin: mass per area [kg/m²] (4)", above_zero, sections=("thin",)),
+    Input("stiffness_n_m", "thin: bending stiffness [N m] (3273)", above_zero, sections=("thin",)),
+    Input("holes", "round hole: centre and diameter [m]", hole, "X,Y,D", is_list=True),
+    Input("points", "further response point [m]", place, "X,Y", is_list=True),
+    Input("spectrum", f"CSV table of sound levels (default: {SPECTRUM})"),
+    Input("oaspl", "overall level [dB] (default: that of the table)", above_zero, is_asked=False),
+    Input("bead", "particles; none: the paper's law (acrylic)", choices=BEADS),
+    Input("bead_mm", "diameter of the particles [mm] (2)", above_zero),
+    Input("cell_mm", "width of a honeycomb cell across flats [mm] (6.35)", above_zero),
+    Input("table", "CSV table of measured damping, instead of particles", is_asked=False),
+    Input("budget_kg", "search layouts of dampers within this mass [kg]", above_zero),
+    Input("shaker", "CSV table of base motion, such as gevs_qualification.csv", form="TABLE"),
+)  # fmt: skip
