@@ -2,13 +2,15 @@
 
 import itertools
 import logging
+import os
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
 import snakemake_logger_plugin_pidpanel as plugin
-from pidpanel.progress import time_left, tracked
+from pidpanel.progress import CORES, computed, time_left, tracked
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import tabulate_diffuse
@@ -26,6 +28,35 @@ def test_a_stage_says_how_many_are_done_where_it_takes_long(capsys):
     assert said.out == "" and said.err.splitlines()[1].startswith("2 of 3 cases, 0:00:00 left")
     assert list(tracked("abc", "cases")) == ["a", "b", "c"]
     assert capsys.readouterr().err == ""
+
+
+def test_pieces_come_in_their_order_from_forks_of_this_process(monkeypatch):
+    # red: the forks see two cores too; as_completed in place of map; all pieces in this process
+    monkeypatch.setenv(CORES, "2")
+    factor = np.full(3, 7)  # not pickled, but inherited
+
+    def piece(number):
+        return number * factor[0], os.getpid(), os.environ[CORES]
+
+    values, processes, cores = zip(*computed(piece, range(5)), strict=True)
+    assert values == (0, 7, 14, 21, 28)
+    assert os.getpid() not in processes and len(set(processes)) <= 2
+    assert set(cores) == {"1"}
+
+
+def test_a_single_piece_or_a_single_core_needs_no_fork(monkeypatch):
+    # red: forks for all
+    monkeypatch.setenv(CORES, "2")
+    assert list(computed(lambda _: os.getpid(), [0])) == [os.getpid()]
+    monkeypatch.delenv(CORES)
+    assert list(computed(lambda _: os.getpid(), [0, 1])) == 2 * [os.getpid()]
+
+
+def test_the_error_of_a_piece_is_that_of_the_whole(monkeypatch):
+    # red: errors of forks lost
+    monkeypatch.setenv(CORES, "2")
+    with pytest.raises(ZeroDivisionError):
+        list(computed(lambda number: 1 / number, [1, 0]))
 
 
 def test_only_a_line_that_tells_the_time_left_is_taken_from_a_log(tmp_path):

@@ -1,12 +1,22 @@
-"""How far a long stage has come, in its log: a line now and then, with the time that is left."""
+"""Long work in pieces: on the cores of a stage, and in its log how far it has come."""
 
+import multiprocessing
+import os
+import signal
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from datetime import timedelta
-from typing import TypeVar
+from typing import Any, TypeVar
+
+from pidpanel.provenance.locks import end_with
 
 T = TypeVar("T")
+Result = TypeVar("Result")
+
+# Variable with the number of cores of a stage. No result depends on it.
+CORES = "PIDPANEL_CORES"
 
 SECONDS_BETWEEN_LINES = 20.0
 
@@ -44,3 +54,41 @@ def tracked(
             left = time_left(time_now - start, done, len(items))
             print(f"{done} of {len(items)} {noun}, {left} left", file=sys.stderr, flush=True)
         yield item
+
+
+def computed(function: Callable[[T], Result], items: Sequence[T]) -> Iterator[Result]:
+    """Yield the function of each item, computed in forks where the stage has several cores.
+
+    Parameters
+    ----------
+    function
+        What it changes stays in its fork; what it returns is pickled.
+    items
+        Of about equal cost, numbers or slices.
+
+    Examples
+    --------
+    >>> list(computed(abs, [-1, 2]))
+    [1, 2]
+    """
+    cores = min(int(os.environ.get(CORES, "1")), len(items))
+    if cores < 2:
+        yield from map(function, items)
+        return
+    context = multiprocessing.get_context("fork")
+    with ProcessPoolExecutor(cores, context, _begin, (function, os.getpid())) as pool:
+        yield from pool.map(_call, items)
+
+
+_work: list[Callable[[Any], Any]] = []  # the function of this fork
+
+
+def _begin(function: Callable[[Any], Any], parent: int) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its forks
+    os.environ[CORES] = "1"
+    end_with(parent)
+    _work[:] = [function]
+
+
+def _call(item: Any) -> Any:
+    return _work[0](item)

@@ -82,6 +82,15 @@ def test_loaded_shapes_reach_to_one_and_a_half_times_the_highest_frequency(monke
         np.testing.assert_allclose(omega**2, energy[0] / energy[1], rtol=1e-6)
 
 
+def test_shapes_are_the_same_bits_on_two_cores(monkeypatch, plate):
+    # red: modes_of(True) and modes_of(False) exchanged where there are two cores
+    alone = panel_shapes(plate, 400.0, damper_mass={"part": 80.0})
+    monkeypatch.setenv("PIDPANEL_CORES", "2")
+    together = panel_shapes(plate, 400.0, damper_mass={"part": 80.0})
+    np.testing.assert_array_equal(together.vectors, alone.vectors)
+    np.testing.assert_array_equal(together.frequency, alone.frequency)
+
+
 def test_a_light_damper_adds_few_shapes(plate):
     # red: in Shapes.joined_by, kept = energy > 0
     none = panel_shapes(plate, 400.0).vectors.shape[1]
@@ -92,7 +101,7 @@ def test_a_light_damper_adds_few_shapes(plate):
 
 def test_modes_of_the_loaded_panel_are_those_below_the_limit(plate):
     # red: in loaded_modes, normal_modes(heavy, 1.5 * frequency_limit)
-    modes = loaded_modes(plate, {"part": 80.0}, 150.0)
+    _, modes = loaded_modes(plate, {"part": 80.0}, 150.0)
     M = (plate.mass + 80.0 * plate.patch_overlap["part"]).toarray()
     value = la.eigh(plate.stiffness.toarray(), M, eigvals_only=True)
     assert modes.shape[1] == np.sum(value < (2 * np.pi * 150.0) ** 2)

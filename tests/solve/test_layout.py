@@ -67,6 +67,18 @@ def test_the_motion_is_searched_from_a_hundredth_and_three_times_that_of_the_bar
     assert min(read) == pytest.approx(bare / 100, rel=1e-10)
 
 
+def test_responses_are_the_same_bits_on_two_cores(monkeypatch):
+    # red: parts of the range in the order in which they end
+    layouts = [DamperLayout([Load(0, law)]) for law in (falling, dashpot(300.0), dashpot(-1.0))]
+    alone = solve_layouts(one_mode(), layouts)
+    monkeypatch.setenv("PIDPANEL_CORES", "2")
+    together = solve_layouts(one_mode(), layouts)
+    for first, second in zip(alone[:2], together[:2], strict=True):
+        np.testing.assert_array_equal(first.response.cross_psd, second.response.cross_psd)
+        np.testing.assert_array_equal(first.acceleration_g, second.acceleration_g)
+    assert all(isinstance(answers[2], UnstableDamping) for answers in (alone, together))
+
+
 def test_a_stated_level_is_taken_as_it_is_and_the_own_one_is_told_beside():
     found = solved(one_mode(), falling, 1.0, stated=4.0)
     assert found.acceleration_g == 4.0

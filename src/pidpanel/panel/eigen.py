@@ -14,6 +14,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array
+from pidpanel.progress import computed
 
 BLOCK = 8  # columns at once; no eigenvalue has so many shapes
 
@@ -46,9 +47,13 @@ def eigenpairs(
     stiffness: sp.csr_array, mass: sp.csr_array, limit: float, count: int
 ) -> tuple[Array, Array]:
     """Return all eigenpairs below a limit."""
+
+    def pairs(part: tuple[float, float, float]) -> tuple[Array, Array]:
+        low, high, shift = part
+        return _near(stiffness, mass, shift, low, high)
+
     values, vectors = [], []
-    for low, high, shift in _slices(limit, count):
-        eigenvalues, shapes = _near(stiffness, mass, shift, low, high)
+    for eigenvalues, shapes in computed(pairs, list(_slices(limit, count))):
         values.append(eigenvalues)
         vectors.append(shapes)
     modes = np.empty((stiffness.shape[0], sum(map(len, values))))

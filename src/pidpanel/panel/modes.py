@@ -94,13 +94,13 @@ def quadratic_form(matrix: sp.csr_array, vectors: Array) -> Array:
 
 def loaded_modes(
     plate: PlateMatrices, damper_mass: Mapping[str, float], frequency_limit: float
-) -> Array:
-    """Return the modes (n_free, n) below a frequency of the panel with mass on its patches."""
+) -> tuple[Array, Array]:
+    """Return the modes below a frequency of the panel with mass on its patches."""
     mass = plate.mass
     for name, value in damper_mass.items():
         mass = mass + value * plate.patch_overlap[name]
     heavy = replace(plate, mass=sp.csr_array(mass))
-    return normal_modes(heavy, frequency_limit)[1]
+    return normal_modes(heavy, frequency_limit)
 
 
 def normalise(plate: PlateMatrices, vectors: Array) -> Array:

@@ -44,6 +44,7 @@ from pidpanel.panel.modes import (
     quadratic_form,
 )
 from pidpanel.panel.plate import AssembledPlate
+from pidpanel.progress import computed
 
 # Modes are kept up to this times the highest frequency asked for; residual vectors do the rest.
 MODES_BEYOND = 2.0
@@ -130,15 +131,19 @@ def panel_shapes(
     RuntimeError
         If the modes found are not as many as Sylvester's count.
     """
-    frequency, modes = normal_modes(plate, frequency_limit, LEAST_MODES)
+    mass = {name: value for name, value in (damper_mass or {}).items() if value > 0}
+    loaded_limit = frequency_limit * LOADED_BEYOND / MODES_BEYOND
+
+    def modes_of(is_loaded: bool) -> tuple[Array, Array]:
+        if is_loaded:
+            return loaded_modes(plate, mass, loaded_limit)
+        return normal_modes(plate, frequency_limit, LEAST_MODES)
+
+    (frequency, modes), *loaded = computed(modes_of, [False, True] if mass else [False])
     residual_frequency, residuals = residual_vectors(plate, modes, residual_tolerance)
     shapes = Shapes(frequency, residual_frequency, np.hstack([modes, residuals]))
     del modes
-    mass = {name: value for name, value in (damper_mass or {}).items() if value > 0}
-    if not mass:
-        return shapes
-    limit = frequency_limit * LOADED_BEYOND / MODES_BEYOND
-    return shapes.joined_by(plate, loaded_modes(plate, mass, limit))
+    return shapes.joined_by(plate, loaded[0][1]) if loaded else shapes
 
 
 def residual_vectors(plate: PlateMatrices, modes: Array, tolerance: float) -> tuple[Array, Array]:

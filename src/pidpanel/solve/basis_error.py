@@ -20,7 +20,7 @@ from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import MODES_BEYOND, Shapes
-from pidpanel.progress import tracked
+from pidpanel.progress import computed, tracked
 from pidpanel.solve.elements import ElementMotion, Elements, Pull
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.moved import Matrices
@@ -163,28 +163,40 @@ def check_basis(
         cutoff,
         sp.csr_array(plate.at_vertices[point_vertices(basis)]),
     )
-    omega = 2 * np.pi * frequency
-    error = np.zeros((len(scenarios), len(frequency)))
-    missing_shapes: list[Array] = [np.zeros((plate.shapes.shape[0], 0))]
-    lines = list(enumerate(frequency.tolist()))
-    for line, f in tracked(lines, "lines of the check against all elements"):
+    elements.prepare()
+
+    def at_line(line: int) -> tuple[Array, list[Array]]:
+        """Errors (n_scenarios,), and what the basis lacks."""
+        omega = 2 * np.pi * frequency[line]
         pulls = [
             Pull(
-                f,
-                1j * omega[line] * scenario.equivalent_damping[:, line]
-                - omega[line] ** 2 * scenario.apparent_mass[:, line],
+                float(frequency[line]),
+                1j * omega * scenario.equivalent_damping[:, line]
+                - omega**2 * scenario.apparent_mass[:, line],
             )
             for scenario in scenarios
         ]
         motions = elements.motions(pulls)
-        error[:, line] = errors(pulls, motions)
-        for missed in np.flatnonzero(error[:, line] > REFINED_ABOVE):
+        error = errors(pulls, motions)
+        missing_shapes = []
+        for missed in np.flatnonzero(error > REFINED_ABOVE):
             missing = motions[missed].remainder
             energy = np.einsum("ki,ki->i", missing.conj(), plate.stiffness @ missing).real
             moved = energy > 0  # not of a point on a support
-            size = error[missed, line] / REFINED_ABOVE
-            missing = missing[:, moved] * (size / np.sqrt(energy[moved]))
+            missing = missing[:, moved] * (error[missed] / REFINED_ABOVE / np.sqrt(energy[moved]))
             missing_shapes += [np.real(missing), np.imag(missing)]
+        return error, missing_shapes
+
+    lines = range(len(frequency))
+    error = np.zeros((len(scenarios), len(frequency)))
+    missing_shapes: list[Array] = [np.zeros((plate.shapes.shape[0], 0))]
+    for line, (error_there, missing_there) in zip(
+        tracked(lines, "lines of the check against all elements"),
+        computed(at_line, lines),
+        strict=True,
+    ):
+        error[:, line] = error_there
+        missing_shapes += missing_there
     return BasisCheck(frequency, error, principal(plate.stiffness, np.hstack(missing_shapes)))
 
 

@@ -16,6 +16,7 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
+from pidpanel.progress import computed
 from pidpanel.solve.modal import BarePanel, chunks_of_lines
 from pidpanel.solve.model import PanelResponse, ResponseError, UnstableDamping, checked_array
 
@@ -200,13 +201,19 @@ class PatchMotion:
         if bare.patches.count != 1:
             raise ResponseError(f"{bare.patches.count} patches: the motion is that of one")
         width = bare.receptance.shape[2]
-        eigenvalue, V = np.linalg.eig(bare.receptance[:, :width])
-        inverse = np.linalg.inv(V)
-        psd = inverse @ bare.patch_psd[:, :width] @ inverse.conj().swapaxes(1, 2)
-        Q = psd * (V.conj().swapaxes(1, 2) @ V).swapaxes(1, 2)
-        omega = 2 * np.pi * bare.frequency[:, None, None]
+
+        def at_lines(lines: slice) -> tuple[Complexes, Complexes]:
+            eigenvalue, V = np.linalg.eig(bare.receptance[lines, :width])
+            inverse = np.linalg.inv(V)
+            psd = inverse @ bare.patch_psd[lines, :width] @ inverse.conj().swapaxes(1, 2)
+            Q = psd * (V.conj().swapaxes(1, 2) @ V).swapaxes(1, 2)
+            omega = 2 * np.pi * bare.frequency[lines, None, None]
+            return eigenvalue, omega**4 * Q / bare.patches.area[0]
+
+        chunks = chunks_of_lines(bare.frequency.size, width)
+        eigenvalues, weights = zip(*computed(at_lines, chunks), strict=True)
         return PatchMotion(
-            bare.frequency, eigenvalue, omega**4 * Q / bare.patches.area[0], bare.damping_norm
+            bare.frequency, np.concatenate(eigenvalues), np.concatenate(weights), bare.damping_norm
         )
 
     def acceleration_psd(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Array:

@@ -86,6 +86,10 @@ class Elements:
             motions += self._together(pulls[start : start + at_once])
         return motions
 
+    def prepare(self) -> None:
+        """Compute what all pulls share."""
+        _ = self._factors, self._pushed, self._overlap_of_basis
+
     # -------------------------------------------------------------------- matrices
 
     @cached_property

@@ -11,6 +11,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.progress import computed
 from pidpanel.solve.dampers import check_stable
 from pidpanel.solve.excitation import Excitation, Superposition
 from pidpanel.solve.model import PanelResponse, UnstableDamping
@@ -158,6 +159,7 @@ def _solve_together(
     solver: PanelSolver, layouts: Sequence[DamperLayout]
 ) -> list[LayoutResponse | UnstableDamping]:
     solver.prepare([layout.patches for layout in layouts])
+    _search(solver, layouts)
     dampers: list[tuple[_Motion, Request, Flags] | UnstableDamping] = []
     for layout in layouts:
         try:
@@ -172,6 +174,24 @@ def _solve_together(
         else _response(solver, layout, *case, next(answers))
         for layout, case in zip(layouts, dampers, strict=True)
     ]
+
+
+def _search(solver: PanelSolver, layouts: Sequence[DamperLayout]) -> None:
+    """Search for the motions that are not known yet, and leave them to the solver."""
+    searches = {layout.search_key: layout for layout in layouts}
+    keys = [key for key in searches if key not in solver.searched]
+    for key in keys:
+        if searches[key].follows_motion.any():
+            solver.motions(searches[key].patches).prepare()
+            _ = solver.bare_acceleration_rms
+
+    def search(number: int) -> _Motion | UnstableDamping:
+        try:
+            return _consistent_motion(solver, searches[keys[number]])
+        except UnstableDamping as error:
+            return error
+
+    solver.searched |= zip(keys, computed(search, range(len(keys))), strict=True)
 
 
 def sine_accelerations_g(acceleration_rms: Array) -> Array:
@@ -192,9 +212,9 @@ def read_dampers(
 
 def _dampers(solver: PanelSolver, layout: DamperLayout) -> tuple[_Motion, Request, Flags]:
     """Return Γ and the dampers at it."""
-    if layout.search_key not in solver.searched:
-        solver.searched[layout.search_key] = _consistent_motion(solver, layout)
-    motion: _Motion = solver.searched[layout.search_key]
+    motion: _Motion | UnstableDamping = solver.searched[layout.search_key]
+    if isinstance(motion, UnstableDamping):
+        raise motion
     value, mass, inside = read_dampers(layout.loads, solver.panel.frequency, motion.gamma)
     if layout.loads:
         check_stable(value, solver.motions(layout.patches).damping_norm, False)

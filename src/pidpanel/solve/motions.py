@@ -38,6 +38,9 @@ class Motions(ABC):
     def subsampled(self, step: int) -> Self:
         """Return the same on every so many lines."""
 
+    def prepare(self) -> None:  # noqa: B027 - in general nothing
+        """Compute what all dampers share."""
+
     @abstractmethod
     def _motion(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Complexes]:
         """Return R and S_uu (nf, r, r) with the dampers on."""
@@ -163,6 +166,11 @@ class ReducedMotions(Motions):
     def single_patch(self) -> PatchMotion:
         """Decomposition for one patch alone."""
         return PatchMotion.from_panel(self.bare)
+
+    def prepare(self) -> None:
+        """Decompose what a single patch feels."""
+        if len(self.area) == 1:
+            _ = self.single_patch
 
     def acceleration_psd(self, damping: Array, mass: Array) -> Array:
         """Return the mean acceleration PSD of each patch, see `Motions`."""

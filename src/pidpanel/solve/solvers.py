@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.progress import tracked
+from pidpanel.progress import computed, tracked
 from pidpanel.solve.dampers import LowRankPanel
 from pidpanel.solve.diagonal import DiagonalPanel
 from pidpanel.solve.direct import DirectMotions, DirectPanel
@@ -231,12 +231,25 @@ class PanelSolver:
             )
             for request in requests
         ]
-        chunks = list(enumerate(chunks_of_lines(count, self.panel.patches.shapes)))
-        for number, lines in tracked(chunks, "parts of the frequency range"):
+        chunks = chunks_of_lines(count, self.panel.patches.shapes)
+
+        def part_of_range(number: int) -> list[PanelResponse]:
+            lines = chunks[number]
             paths = self._on_lines(number, lines, [request.patches for request in requests])
-            for request, response in zip(requests, responses, strict=True):
-                dampers = request.equivalent_damping[:, lines], request.apparent_mass[:, lines]
-                part = paths[request.patches].response(*dampers, request.with_slope)
+            return [
+                paths[request.patches].response(
+                    request.equivalent_damping[:, lines],
+                    request.apparent_mass[:, lines],
+                    request.with_slope,
+                )
+                for request in requests
+            ]
+
+        parts_of_range = computed(part_of_range, range(len(chunks)))
+        for lines, parts in zip(
+            tracked(chunks, "parts of the frequency range"), parts_of_range, strict=True
+        ):
+            for response, part in zip(responses, parts, strict=True):
                 response.cross_psd[lines] = part.cross_psd
                 if response.slope is not None:
                     response.slope[:, lines] = part.slope

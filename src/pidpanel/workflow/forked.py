@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from pidpanel.paths import WORKFLOW
+from pidpanel.progress import CORES
 from pidpanel.provenance import durable, requests
 from pidpanel.provenance.job import arguments_of, run
 from pidpanel.workflow.plan import Plan
@@ -62,8 +63,9 @@ def run_rules(plan: Plan, rules: Mapping[str, Rule], jobs: int) -> bool:
     calls = _Calls(plan, {name: rules[name] for name in due}, files)
     try:
         while calls.waiting or calls.running:
-            for name in calls.ready()[: jobs - len(calls.running)]:
-                calls.start(name)
+            ready = calls.ready()[: jobs - len(calls.running)]
+            for name in ready:
+                calls.start(name, max(1, jobs // (len(ready) + len(calls.running))))
             # while they run, what the next ones import
             for name in calls.waiting:
                 importlib.import_module(f"scripts.{name}")
@@ -115,8 +117,8 @@ class _Calls:
         awaited = {file for name in unmade for file in self.rules[name].output.values()}
         return [name for name in self.waiting if awaited.isdisjoint(_inputs(self.rules[name]))]
 
-    def start(self, name: str) -> None:
-        """Fork a job."""
+    def start(self, name: str, cores: int) -> None:
+        """Fork a job, which may use so many cores."""
         rule = self.rules[name]
         self.waiting.remove(name)
         importlib.import_module(f"scripts.{name}")
@@ -131,7 +133,7 @@ class _Calls:
         try:
             process = os.fork()
             if process == 0:
-                _work(name, rule, self.requests[name])
+                _work(name, rule, self.requests[name], cores)
             self.running[process] = (name, time.monotonic())
         finally:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
@@ -184,13 +186,13 @@ class _Calls:
                     durable.discard(Path(file))
 
 
-def _work(name: str, rule: Rule, request: str) -> NoReturn:
+def _work(name: str, rule: Rule, request: str, cores: int) -> NoReturn:
     """Run a job in the fork that this is, as a script of the workflow, and end."""
     status = 1
     try:
         log = os.open(rule.log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
         os.dup2(log, sys.stderr.fileno())
-        os.environ[requests.MAKER] = __name__
+        os.environ |= {requests.MAKER: __name__, CORES: str(cores)}
         files = {"input": {**rule.input, "request": request}, "output": rule.output}
         sys.argv = [f"{name}.py", *arguments_of(**files, params=rule.params)]
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
