@@ -10,6 +10,9 @@ LARGEST_GAMMA = 2000.0  # largest amplitude of an acceleration [g]
 # η of particles that do not rebound is at most 4/π = 1.27; more is taken for percent [1].
 MOST_LOSS_FACTOR = 2.0
 
+# η of particles with e = 0.99 is at most 4/π (1 + e)/(1 − e); no damper has more [1].
+MOST_LOSS_OF_REBOUND = 250.0
+
 # Most m_a over the mass of the particles. Particles that ride along have 1, in resonance with
 # their gap a few times that; what is above is taken for a wrong unit.
 MOST_OF_MASS = 10.0

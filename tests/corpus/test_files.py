@@ -75,6 +75,7 @@ TABLES = [
     ("0.4,100,1,820,5.1", "0.4,0,1,820,5.1", f"{LAB}, line 3: frequency_hz = 0: must be above 0"),
     ("0.4,100,1,820,5.1", "0.4,100,-1,820,5.1", f"{LAB}, line 3: acceleration_g = -1: must be above 0 and at most 2000"),
     ("0.4,100,1,820,5.1", "0.4,100,1,-820,5.1", f"{LAB}, line 3: {C} = -820: must be at least 0"),
+    ("0.4,100,1,820,5.1", "0.4,100,1,5e7,5.1", f"{LAB}, line 3: {C} = 5e+07: must be at most 1.26e+06 at 100 Hz: 1000 kg/m² of particles cannot dissipate more (η = 2)"),
     ("0.4,100,1,820,5.1", "0.4,100,1,nan,5.1", f"{LAB}, line 3: {C} = 'nan': must be a finite number"),
     ("0.4,100,1,820,5.1", "0.4,100,1,inf,5.1", f"{LAB}, line 3: {C} = 'inf': must be a finite number"),
     ("0.4,100,1,820,5.1", "0.4,100,1,,5.1", f"{LAB}, line 3: {C} = (empty): must be a number"),

@@ -55,6 +55,15 @@ FAULTS = {
         ["line 2: velocity_m_s = 90 at 300 Hz is 1.73e+04 g; at most 2000 g (in mm/s?)"],
     ),
     "m/s² for g": (f"{F},acceleration_g,{C}\n30,2e4,500\n", ["line 2: acceleration_g = 2e4: must"]),
+    # 2·1000 kg/m²·2π·100 Hz, and η = 250 of the particles' own 5 kg/m²
+    "more loss than any bed": (
+        f"{F},{C}\n100,5e7\n",
+        [f"line 2: {C} = 5e+07: must be at most 1.26e+06 at 100 Hz: 1000 kg/m² of particles"],
+    ),
+    "more loss than a rebounding ball": (
+        f"{F},{C},particle_mass_per_area_kg_m2\n100,1e6,5\n",
+        [f"line 2: {C} = 1e+06: must be at most 7.85e+05 at 100 Hz: 5 kg/m² of particles"],
+    ),
     "a short row": (f"{F},{C}\n100\n", ["line 2: has 1 values, must have 2"]),
     "nan": (f"{F},{C}\n100,nan\n", [f"line 2: {C} = 'nan': must be a finite number"]),
     "NaN of a frequency": (f"{F},{C}\nNaN,5\n", [f"line 2: {F} = 'NaN': must be a finite"]),

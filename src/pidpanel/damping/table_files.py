@@ -25,6 +25,7 @@ from pidpanel.columns import (
 from pidpanel.constants import (
     LARGEST_GAMMA,
     MOST_LOSS_FACTOR,
+    MOST_LOSS_OF_REBOUND,
     MOST_OF_MASS,
     STANDARD_GRAVITY,
 )
@@ -46,6 +47,8 @@ ERRORS: Mapping[str, str] = {
 }
 
 
+MOST_MASS = 1000.0  # of the particles of a damper per area [kg/m²]
+
 POSITIVE, NOT_NEGATIVE, ANY = Allowed(0.0, low_itself=False), Allowed(0.0), Allowed()
 COLUMNS: Mapping[str, Allowed] = {
     FILL: Allowed(0.0, low_itself=False, high=1.0, hint="in percent?"),
@@ -60,8 +63,8 @@ COLUMNS: Mapping[str, Allowed] = {
     ),
     REAL: NOT_NEGATIVE,
     IMAGINARY: ANY,
-    MASS: Allowed(-1000.0, high=1000.0, hint="in g/m²?"),
-    PARTICLE_MASS: Allowed(0.0, low_itself=False, high=1000.0, hint="in g/m²?"),
+    MASS: Allowed(-MOST_MASS, high=MOST_MASS, hint="in g/m²?"),
+    PARTICLE_MASS: Allowed(0.0, low_itself=False, high=MOST_MASS, hint="in g/m²?"),
     **dict.fromkeys(ERRORS.values(), NOT_NEGATIVE),
 }
 # Columns of an impedance over frequency.
@@ -171,6 +174,7 @@ def _faults_of_rows(
                 )
     yield from _faults_of_amplitude(columns, lines)
     yield from _faults_of_mass(columns, lines)
+    yield from _faults_of_loss(columns, lines)
     if len(first_lines) == len(lines) and not scattered:
         yield from _faults_of_scatter(columns, lines)
 
@@ -209,6 +213,25 @@ def _faults_of_mass(columns: Mapping[str, Array], lines: Sequence[int]) -> Itera
             f"line {lines[row]}: an apparent mass of {apparent[row]:g} kg/m²: at most"
             f" {MOST_OF_MASS:g} times {PARTICLE_MASS} = {mass[row]:g}; in g/m²?"
         )
+
+
+def _faults_of_loss(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
+    """Yield the first C_e that is beyond what particles of a mass can dissipate."""
+    omega = 2 * np.pi * columns[FREQUENCY]
+    if PARTICLE_MASS in columns:
+        mass, most = columns[PARTICLE_MASS], MOST_LOSS_OF_REBOUND
+    else:
+        mass, most = np.full_like(omega, MOST_MASS), MOST_LOSS_FACTOR
+    for name in (DAMPING, REAL):
+        loss_factor = columns.get(name, np.zeros_like(omega)) / (mass * omega)
+        # below 1 Hz the frequency is wrong, which is reported where the response is known
+        excess = (loss_factor > most) & (columns[FREQUENCY] >= 1.0)
+        for row in np.flatnonzero(excess)[:1].tolist():
+            yield (
+                f"line {lines[row]}: {name} = {columns[name][row]:g}: must be at most"
+                f" {most * mass[row] * omega[row]:.3g} at {columns[FREQUENCY][row]:g} Hz:"
+                f" {mass[row]:g} kg/m² of particles cannot dissipate more (η = {most:g})"
+            )
 
 
 def _faults_of_scatter(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
