@@ -1,5 +1,9 @@
 """From the file of a measurement to the identified particles, as tables, a page and a study."""
 
+import contextlib
+import functools
+import io
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -26,25 +30,34 @@ TABLE = (
 MEASURED = "fill_fraction: 0.5\nmeasured: {file: tones.csv, relative_error: 0.03}\n"
 
 
+def write_measurement(folder, rest=MEASURED, table=TABLE):
+    """Write the file of a measurement."""
+    (folder / "tones.csv").write_text(table)
+    (folder / "lab.yaml").write_text(STUDY + rest)
+    return folder / "lab.yaml"
+
+
 @pytest.fixture
 def laboratory(tmp_path):
     """(rest of the file, table) → the file of a measurement."""
-
-    def write(rest=MEASURED, table=TABLE):
-        (tmp_path / "tones.csv").write_text(table)
-        (tmp_path / "lab.yaml").write_text(STUDY + rest)
-        return tmp_path / "lab.yaml"
-
-    return write
+    return functools.partial(write_measurement, tmp_path)
 
 
-def test_the_command_prints_and_writes_the_particles(laboratory, tmp_path, capsys):
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory):
+    """Folder of the results of the command, and the lines that it prints."""
+    folder, printed = tmp_path_factory.mktemp("identified"), io.StringIO()
+    file = write_measurement(folder)
+    with contextlib.redirect_stdout(printed):
+        assert main(["identify", str(file), "-d", str(folder)]) == 0
+    return folder / "results" / "lab" / "identify", printed.getvalue().splitlines()
+
+
+def test_the_command_prints_and_writes_the_particles(identified):
     # red: friction for its logarithm; the snippet without the cell
-    assert main(["identify", str(laboratory()), "-d", str(tmp_path)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    folder, lines = identified
     assert [line[:4] for line in lines[:3]] == ["e = ", "μ = ", "r = "]
     assert lines[-2].startswith("A further tone at ") and lines[-1].endswith("report.html")
-    folder = tmp_path / "results" / "lab" / "identify"
     summary = pd.read_csv(folder / "summary.csv").set_index("parameter")
     for name, true in (("restitution", 0.8), ("friction", 0.3), ("fill_fraction", 0.5)):
         row = summary.loc[name]
@@ -61,10 +74,10 @@ def test_the_command_prints_and_writes_the_particles(laboratory, tmp_path, capsy
     assert f"{', '.join(lines[:3])}. {lines[3]}" in page  # red: lines without a comma
 
 
-def test_the_identified_particles_are_a_damper_of_a_study(laboratory, tmp_path, capsys):
+def test_the_identified_particles_are_a_damper_of_a_study(identified, tmp_path):
     # red: keys of the coupon with their defaults, of which a damper may not have some
-    main(["identify", str(laboratory()), "-d", str(tmp_path)])
-    snippet = (tmp_path / "results" / "lab" / "identify" / "identified.yaml").read_text()
+    folder, _ = identified
+    snippet = (folder / "identified.yaml").read_text()
     panel = {
         "outline_m": [0.8, 0.5],
         "section": {"kind": "thin", "mass_per_area_kg_m2": 4, "bending_stiffness_n_m": 800},
@@ -79,7 +92,7 @@ def test_the_identified_particles_are_a_damper_of_a_study(laboratory, tmp_path, 
     }  # fmt: skip
     (tmp_path / "study.yaml").write_text(yaml.safe_dump(values))
     study = load_study(tmp_path / "study.yaml")
-    summary = pd.read_csv(tmp_path / "results/lab/identify/summary.csv").set_index("parameter")
+    summary = pd.read_csv(folder / "summary.csv").set_index("parameter")
     particles = study.dampers["lab"].coupon.particles
     assert particles.restitution == pytest.approx(summary.loc["restitution", "value"], abs=5e-4)
     assert particles.friction == pytest.approx(summary.loc["friction", "value"], rel=5e-3)

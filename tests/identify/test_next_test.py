@@ -13,7 +13,7 @@ ATLAS = read_atlas()
 SPECIMEN = Specimen(6.35e-3, 25e-3, 2e-3, "flat", 1.0, mass_per_fill=12.0, particle_mass=6.0)
 TRUE = np.array([[0.7, np.log(0.2), 0.5]])
 RANGES = (0.3, 0.95), (np.log(0.05), np.log(0.8))
-KNOWN = FillPrior(0.05, 0.95, 0.5, 0.01)
+KNOWN = FillPrior(0.5, 0.5)
 ERROR = 0.03
 
 

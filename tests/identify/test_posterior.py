@@ -25,7 +25,7 @@ TONES = Tones(
     np.zeros(6, bool),
 )
 RANGES = (0.3, 0.95), (np.log(0.05), np.log(0.8))
-FREE, KNOWN = FillPrior(0.05, 0.95), FillPrior(0.05, 0.95, 0.5, 0.01)
+FREE, KNOWN, EXACT = FillPrior(0.05, 0.95), FillPrior(0.05, 0.95, 0.5, 0.01), FillPrior(0.5, 0.5)
 
 
 def drawn(seed, error=0.03, factor=1.0):
@@ -42,7 +42,7 @@ def test_intervals_hold_what_they_say():
     # red: the covariance of the atlas left out; ½ ln det left out; intervals of 50 %
     hits, scores = [], []
     for seed in range(20):
-        posterior = identify(ATLAS, SPECIMEN, drawn(seed), KNOWN, RANGES)
+        posterior = identify(ATLAS, SPECIMEN, drawn(seed), EXACT, RANGES)
         for axis in range(2):
             known = posterior.estimate(axis)
             hits.append(known.low <= TRUE[axis] <= known.high)
@@ -55,7 +55,7 @@ def test_intervals_hold_what_they_say():
 def test_better_measurements_narrow_the_answer():
     # red: errors of the measurement left out of the covariance
     errors = [
-        identify(ATLAS, SPECIMEN, drawn(1, error), KNOWN, RANGES).estimate(0).error
+        identify(ATLAS, SPECIMEN, drawn(1, error), EXACT, RANGES).estimate(0).error
         for error in (0.03, 0.3)
     ]
     assert errors[0] < 0.7 * errors[1]
@@ -72,24 +72,24 @@ def test_a_fill_fraction_that_is_not_known_is_found():
 
 def test_damping_that_no_particles_have_is_not_explained():
     # red: χ² of the mean particles without their covariance
-    assert not identify(ATLAS, SPECIMEN, drawn(1, factor=30.0), KNOWN, RANGES).is_explained
+    assert not identify(ATLAS, SPECIMEN, drawn(1, factor=30.0), EXACT, RANGES).is_explained
 
 
 def test_values_that_were_not_measured_do_not_count():
     # red: NaN taken for 0
     measured = drawn(5)
     alone = replace(measured, mass=np.full(6, np.nan))
-    posterior = identify(ATLAS, SPECIMEN, alone, KNOWN, RANGES)
+    posterior = identify(ATLAS, SPECIMEN, alone, EXACT, RANGES)
     assert posterior.count == 6 and np.isfinite(posterior.weights).all()
     first = measured.rows(np.arange(6) < 2)
-    assert identify(ATLAS, SPECIMEN, first, KNOWN, RANGES).count == 4
+    assert identify(ATLAS, SPECIMEN, first, EXACT, RANGES).count == 4
 
 
 def test_the_answer_does_not_depend_on_the_grid():
     # red: end points of the trapezoidal rule with full weight
-    fine = identify(ATLAS, SPECIMEN, drawn(2), KNOWN, RANGES)
+    fine = identify(ATLAS, SPECIMEN, drawn(2), EXACT, RANGES)
     axes = tuple(np.linspace(a[0], a[-1], 2 * len(a) - 1) for a in fine.axes)
-    finer = posterior_on(ATLAS, SPECIMEN, drawn(2), KNOWN, axes)
+    finer = posterior_on(ATLAS, SPECIMEN, drawn(2), EXACT, axes)
     for axis in range(2):
         coarse, exact = fine.estimate(axis), finer.estimate(axis)
         assert coarse.mean == pytest.approx(exact.mean, abs=0.05 * exact.error)

@@ -18,7 +18,7 @@ from pidpanel.damping.sides import Mixture, joint_covariance
 from pidpanel.damping.surface_cases import onset
 
 BULK_ERROR = 0.03  # relative, of the bulk fraction of a full cell that the atlas gives
-BLOCK = 4000  # points that are predicted at once
+BLOCK = 800  # points that are predicted at once; their kernels fit in the cache
 
 
 @dataclass(frozen=True)
