@@ -7,9 +7,12 @@ if CHROMIUM is None:
     pytest.skip("Chromium is not installed, so no page is opened", allow_module_level=True)
 
 
-@pytest.fixture(scope="module", params=(1400, 390))
-def browser(request):
-    with Browser(request.param) as opened:
+WIDTHS = (1400, 390)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with Browser(WIDTHS[0]) as opened:
         yield opened
 
 
@@ -18,14 +21,16 @@ def test_pages_open_without_complaint_network_or_overflow(browser, built):
     # .table-wrapper { overflow-x: visible } in pages.css
     pages = sorted(built[0].rglob("*.html"))
     assert len(pages) > 12
+    width = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
     for page in pages:
-        browser.open(page)
+        browser.open(page, wait_ms=50)
+        for pixels in WIDTHS:
+            browser.resize(pixels)
+            # the menus of a narrow screen wait beside it
+            assert browser.overflowing("article") == [], (page.name, pixels)
+            assert browser.run(width) <= 0, (page.name, pixels)
         assert browser.requests() == [], page.name
         assert browser.complaints() == [], page.name
-        # the menus of a narrow screen wait beside it
-        assert browser.overflowing("article") == [], page.name
-        width = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
-        assert browser.run(width) <= 0, page.name
 
 
 def test_formulas_have_a_size(browser, built):

@@ -19,7 +19,7 @@ def drawn():
     """The problems of random panels: under sound, on a base, under both."""
     return [
         problems(
-            *(RandomPanel(seed, seed % 4 == 3, moving, 80) for moving in (False, True)),
+            *(RandomPanel(seed, seed % 4 == 3, moving, 40) for moving in (False, True)),
             is_largest=seed % 2 == 0,
         )
         for seed in range(PANELS)

@@ -95,12 +95,12 @@ class Browser:
         self.say("Emulation.setDeviceMetricsOverride", width=width, height=height,
                  deviceScaleFactor=1, mobile=width < 600)  # fmt: skip
 
-    def open(self, page):
+    def open(self, page, wait_ms=300):
         self.events.clear()
         self.say("Page.navigate", url=Path(page).resolve().as_uri())
         while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
             self.events.append(self._read())
-        self.run("new Promise(done => setTimeout(done, 300))")
+        self.run(f"new Promise(done => setTimeout(done, {wait_ms}))")
 
     def run(self, script):
         found = self.say(

@@ -13,10 +13,13 @@ from tests.workflow.test_workflow import STUDIES
 SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
 
 
-def values():
+def values(seeds=1):
     """Two beads on two patches, and constants; a third coupon that no scenario names."""
     found = copy.deepcopy({key: SMOKE[key] for key in ("panel", "sound", "response")})
-    light, heavy = copy.deepcopy(SMOKE["coupon"]), copy.deepcopy(SMOKE["coupon"])
+    light = copy.deepcopy(SMOKE["coupon"])
+    light["sweep"]["frequency_hz"] = [400]
+    light["accuracy"] |= {"seeds": seeds, "coverage": 0.5}
+    heavy = copy.deepcopy(light)
     heavy["particles"]["density_kg_m3"] = 7850
     heavy["sweep"]["fill_fraction"] = [0.4]
     found["panel"]["patches"]["PID-2"] = {"centre_m": [0.25, 0.5], "size_m": [0.3, 0.2]}
@@ -47,7 +50,7 @@ def written(folder, found, name="two.yaml"):
 
 def test_every_coupon_that_a_scenario_names_has_its_cases_and_its_surface(tmp_path):
     # red: `STUDY.coupons` without its dampers; `used_dampers` that returns all
-    found = jobs(snakemake(tmp_path, written(tmp_path, values()), "-n"))
+    found = jobs(snakemake(tmp_path, written(tmp_path, values(seeds=2)), "-n"))
     assert found["damper_cases"] == found["damper_damping"] == 2
     assert "cases" not in found and "damping" not in found
     # a packing for each bead and seed; beds of two fills and of one

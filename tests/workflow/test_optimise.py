@@ -22,6 +22,8 @@ def designed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("designed")
     values = yaml.safe_load(STUDY.read_text())
     values["response"]["frequency_hz"] = [30, 250]
+    values["panel"]["mesh"]["elements"] = [15, 10]
+    values["panel"]["points"] = {"326": [0.7, 0.5], "189": [0.1, 0.3]}
     values["optimise"] |= {"spacing_m": [0.4, 0.3], "patches_at_most": 2, "fill_fraction": [0.45]}
     study = folder / "design.yaml"
     study.write_text(yaml.safe_dump(values, sort_keys=False))
