@@ -43,6 +43,19 @@ def test_spheres_are_seen_and_coloured_by_their_value():
     assert difference[2] < -30
 
 
+def test_a_cell_that_moves_up_is_higher_in_its_own_frame():
+    # red: a frame drawn before the eye moves, with the height of the frame before
+    row = pictures.CellRow(SHAPES["hexagon"].outline(6e-3), 6e-3, 12e-3, 1)
+    images = pictures.spheres_film(
+        [np.array([[0.0, 0.0, 5e-3]])] * 4, np.array([3e-3]), np.zeros((4, 1)), (0.0, 1.0), row,
+        lift=np.array([0.0, 2e-3, 2e-3, -2e-3]), pixels=120,
+    )  # fmt: skip
+    rows = [np.flatnonzero((np.ptp(i.astype(int), axis=-1) > 60).any(axis=1)) for i in images]
+    heights = [-each.mean() for each in rows]
+    assert heights[1] == heights[2] > heights[0] + 5
+    assert heights[0] - heights[3] == pytest.approx(heights[1] - heights[0], abs=1)
+
+
 def test_cells_are_in_a_row_with_their_own_spheres():
     # red: every sphere moved like the first cell
     width, count, drawn = 6e-3, 5, 4

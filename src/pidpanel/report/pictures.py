@@ -94,6 +94,7 @@ def spheres_film(
             scalars="value", cmap=mpl.colormaps["plasma"], clim=list(limits),
             show_scalar_bar=False, smooth_shading=True, specular=0.25, ambient=0.25, diffuse=0.8,
             name="spheres",
+            render=False,  # the eye moves first
         )  # fmt: skip
         if frame == 0:
             for wall in walls:
@@ -109,6 +110,7 @@ def spheres_film(
         plotter.camera.enable_parallel_projection()
         plotter.camera.parallel_scale = 0.5 * height
         plotter.reset_camera_clipping_range()
+        plotter.render()
         images.append(np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8))
     plotter.close()
     return images
