@@ -67,6 +67,19 @@ def test_a_large_error_of_the_atlas_has_a_remedy():
     ]
 
 
+def test_a_sweep_without_a_case_between_others_is_not_trusted():
+    # the smoke study: two frequencies and two amplitudes; red: `is_coarse` left out of `judged`
+    for name, label, said in (
+        ("smoke", "PID-1_r0.4_150dB", ["coarse sweep", ""]),
+        ("launch", "PID-1_r0.5_136.7dB", ["", ""]),
+    ):
+        study = load_study(WORKFLOW / "studies" / f"{name}.yaml")
+        row = {**GOOD, "scenario": label, "point": "centre"}
+        rows = [{**row, "reading": reading} for reading in ("dem", "paper_corrected")]
+        scenarios = scenarios_of(study)
+        assert judged(scenarios, pd.DataFrame(rows), None, 0.02)["doubts"].tolist() == said
+
+
 def test_every_row_says_whether_to_trust_it_and_where_its_damping_comes_from():
     # red: the doubts of another scenario; the row of an unstable scenario left out
     study = load_study(WORKFLOW / "studies" / "launch.yaml")

@@ -50,6 +50,7 @@ class ResponseScenario:
     patch: str | None
     fill_fraction: float
     is_coupled: bool = False  # whether coupled runs are wanted for it
+    is_coarse: bool = False  # whether a sweep of its dampers is, see `Sweep.is_coarse`
 
     @property
     def patches(self) -> tuple[str, ...]:

@@ -115,6 +115,11 @@ def scenarios_of(study: Study) -> list[ResponseScenario]:
     """Return the scenarios of a study."""
     bands = spectrum_of(study.acoustics)
     coupled = {scenario.label for scenario in study.coupled_scenarios()}
+    coarse = {
+        name
+        for name in study.surfaces
+        if study.damping.prior == "closed_form" and study.coupons[name].sweep.is_coarse
+    }
     return [
         ResponseScenario(
             label=scenario.label,
@@ -128,6 +133,7 @@ def scenarios_of(study: Study) -> list[ResponseScenario]:
             patch=scenario.patch,
             fill_fraction=scenario.fill_fraction,
             is_coupled=scenario.label in coupled,
+            is_coarse=any((filling.damper or SECTION) in coarse for filling in scenario.fillings),
         )
         for scenario in study.all_scenarios()
     ]

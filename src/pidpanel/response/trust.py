@@ -28,6 +28,7 @@ COARSE_MESH = "mesh too coarse"
 EXTRAPOLATED_SHARE = 0.05
 
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
+COARSE_SWEEP = "coarse sweep"
 CARRIED, KNOWN_TO = "carried from another level", "known to"
 
 # Share of the change in mean square at lines where beds of the atlas may ride or cross their gap,
@@ -55,6 +56,8 @@ SOURCES: dict[str, str] = {
 }
 
 TRUST = ["trusted", "doubts", "damping_source"]  # columns of `judged`
+
+SWEPT = ("dem", "stated")  # readings of a sweep
 
 STATED, NONE = "as stated for each damper", "none"
 
@@ -95,6 +98,7 @@ def judged(
         else:
             remedy = SIMULATED if reading == ATLAS else ""
             reasons[key] = doubts(moving, math.inf if scenario.is_bare else LARGEST_ERROR, remedy)
+            reasons[key] += [COARSE_SWEEP] * (scenario.is_coarse and reading in SWEPT)
     keys = list(zip(summary["reading"], summary["scenario"], strict=True))
     return summary.assign(
         trusted=["no" if reasons[key] else "yes" for key in keys],

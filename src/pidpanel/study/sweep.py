@@ -54,6 +54,9 @@ Gamma = Annotated[float, Quantity(0, LARGEST_GAMMA, low_itself=False, units=GRAV
 # Of a displacement [mm].
 Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, units=MILLIMETRES)]
 
+# Frequencies and amplitudes of a sweep, below which an interpolation cannot be checked.
+LEAST_VALUES = 3
+
 
 class Sweep(SectionModel):
     """The points at which the coupon is shaken: every combination of the lists."""
@@ -87,6 +90,16 @@ class Sweep(SectionModel):
         if isinstance(self.frequency_hz, Range):
             return self.frequency_hz.values()
         return self.frequency_hz
+
+    @property
+    def is_coarse(self) -> bool:
+        """Whether no case has neighbours on both sides in frequency and in amplitude.
+
+        The error of an interpolation between the cases is then not known: none can be predicted
+        from the others.
+        """
+        amplitudes = self.acceleration_g or self.displacement_mm
+        return min(len(set(self.frequencies)), len(set(amplitudes))) < LEAST_VALUES
 
     def drive_count(self) -> int:
         """Return the number of combinations of frequency and amplitude that are not left out."""
