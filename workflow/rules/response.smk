@@ -11,13 +11,12 @@ rule response:
         RULES["response"].log,
     benchmark:
         results("benchmark/response.tsv")
-    threads: 2
     params:
         job=job(**RULES["response"].params),
     message:
         "Response of the panel in all scenarios"
     shell:
-        "PIDPANEL_CORES={threads} python -m scripts.response {params.job:q} 2> {log}"
+        "python -m scripts.response {params.job:q} 2> {log}"
 
 
 rule maps:
