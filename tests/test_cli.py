@@ -447,9 +447,16 @@ def test_a_parser_is_made_anew_for_each_call():
     assert parser() is not parser()
 
 
-def test_a_new_study_of_a_free_panel_has_a_point_at_its_corner(capsys, tmp_path):
-    # red: no point for `free` in templates/study/new.yaml.j2
-    for supports, points in (("free", ["P1", "P2", "corner"]), ("clamped", ["P1", "P2"])):
+def test_a_new_study_of_a_free_panel_has_a_point_and_a_damper_at_its_corner(capsys, tmp_path):
+    # with dampers at centre and quarter alone "no reduction beyond its error" was the answer for a
+    # panel on hold-downs; red: no point or patch for `free` in templates/study/new.yaml.j2
+    for supports, points, patches in (
+        ("free", ["P1", "P2", "corner"], ["centre", "quarter", "outer"]),
+        ("clamped", ["P1", "P2"], ["centre", "quarter"]),
+    ):
         file = tmp_path / f"{supports}.yaml"
         assert answer(capsys, "new", file, "--supports", supports, "--bead", "none")[0] == 0
-        assert list(load_any_study(file).panel.points) == points
+        study = load_any_study(file)
+        assert list(study.panel.points) == points
+        assert list(study.panel.patches) == list(study.scenarios["location"].patch) == patches
+        assert study.scenarios["fill"].patch == patches[-1] if supports == "free" else "centre"
