@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from markupsafe import Markup
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -80,7 +79,7 @@ def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> html.Fragme
                 "psds": [_psd(proposal, layout, name) for name in proposal.excitations],
             }
         )
-    values = {"drawing": Markup(front_drawing(proposal.front)), "layouts": layouts}
+    values = {"drawing": front_drawing(proposal.front), "layouts": layouts}
     return html.Fragment("optimise_choice.html", values)
 
 
