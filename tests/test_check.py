@@ -14,7 +14,6 @@ from pidpanel.check import check_machine, checked_study
 from pidpanel.cli import main
 from pidpanel.cli.study_overview import overview
 from pidpanel.coupon.liggghts.trust import TRUST
-from pidpanel.report.from_study import reported_study
 from pidpanel.solve.lines import LINES_AT_MOST, frequency_grid
 from pidpanel.study import StudyError, load_any_study
 from pidpanel.study.masses import resolved_masses
@@ -227,12 +226,12 @@ def test_particles_without_a_mass_are_named_in_check_and_on_the_page(tmp_path, c
         capsys.readouterr().out,
     )
     study = checked_study(path)
-    assert list(reported_study(study).massless) == ["bed"]
+    assert list(study.massless_dampers) == ["bed"]
     values["dampers"]["bed"]["apparent_mass"] = "particles"
     path.write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
     assert main(["check", str(path)]) == 0
     assert "no mass" not in capsys.readouterr().out
-    assert not reported_study(checked_study(path)).massless
+    assert not checked_study(path).massless_dampers
     assert resolved_masses(checked_study(path)) == {"arm": 10.0}
 
 

@@ -12,7 +12,6 @@ from pidpanel.cli.study_overview import coupled_count, overview, solve
 from pidpanel.coupled.from_study import estimated_cpu_seconds
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import normal_modes
-from pidpanel.report.from_study import reported_study
 from pidpanel.report.templates import environment
 from pidpanel.study.panel import Panel
 
@@ -74,12 +73,12 @@ def test_supports_at_single_points_of_a_sandwich_are_named(tmp_path):
     says = "H1, H2, H3, H4 at single points, where frequencies depend on the mesh; state radius_m"
     assert f"  supports {says}" in overview(study, tmp_path).split("\n")
     limits = environment().get_template("limits.html").module
-    sentence = limits.supports(reported_study(study).single_points)
+    sentence = limits.supports(study.panel.single_points)
     assert "Supports at single points (H1, H2, H3, H4): frequencies depend" in sentence
     thin = study.panel.section.model_copy(update={"kind": "thin"})
     assert not study.panel.model_copy(update={"section": thin}).single_points
     with_feet = checked_study(STUDIES / "wing.yaml")
-    assert with_feet.panel.support_input.points and not reported_study(with_feet).single_points
+    assert with_feet.panel.support_input.points and not with_feet.panel.single_points
 
 
 def test_the_time_of_a_search_is_stated(tmp_path):

@@ -18,7 +18,6 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.provenance.digests import stamp
 from pidpanel.report import style
-from pidpanel.report.from_study import reported_study
 from pidpanel.report.inputs import Inputs
 from pidpanel.study import load_any_study, load_study
 from tests.jobs import RESPONSE, call, make_panel, make_sound, within
@@ -149,7 +148,7 @@ def section():
 def inputs(study, modes, basis, section, bands, printed):
     summary, psd = responses(study, {("A_r0.1_150dB", "middle"): 3.0})
     return Inputs(
-        study=reported_study(study),
+        study=study,
         stamp=stamp(study),
         summary=summary,
         layouts=rows_of_patches(summary),
@@ -162,12 +161,6 @@ def inputs(study, modes, basis, section, bands, printed):
         coupons={},
         stress=strains(study),
     )
-
-
-@pytest.fixture(scope="session")
-def reported(study):
-    """What a page tells of the study."""
-    return reported_study(study)
 
 
 @pytest.fixture(scope="session")
@@ -185,7 +178,7 @@ def coupled(inputs, coupled_study):
     summary, psd = responses(study, {("A_r0.5_150dB", "middle"): 6.0}, error_db=0.1)
     return replace(
         inputs,
-        study=reported_study(study),
+        study=study,
         summary=summary,
         layouts=rows_of_patches(summary),
         psd=psd,

@@ -9,8 +9,8 @@ from coupled_study import coupled_results
 
 from pidpanel.report import answer, answer_section, answer_text, warnings
 from pidpanel.report.answer import PointResponse
-from pidpanel.report.from_study import main_level, reported_study
 from pidpanel.report.html import Picture
+from pidpanel.report.names import main_level
 from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import CARRIED, judged
 from pidpanel.sound.from_study import spectrum_of
@@ -29,7 +29,7 @@ def doubted(study, summary, run=None):
 
 def answer_of(study, summary, run=None):
     """The answer to it."""
-    return answer.answer_of(reported_study(study), doubted(study, summary, run))
+    return answer.answer_of(study, doubted(study, summary, run))
 
 
 def answered(study, respond, error_db=0.2, **changes):
@@ -102,10 +102,10 @@ def test_a_point_on_a_support_takes_no_part(study, respond):
     of = summary["point"] == "middle"
     summary.loc[of & (summary["status"] == "ok"), "status"] = "held"
     summary.loc[of, ["acceleration_rms_g", "reduction_db"]] = 0.0
-    found = answer.answer_of(reported_study(study), summary)
+    found = answer.answer_of(study, summary)
     assert found.points == ("corner",)
     summary["status"] = summary["status"].replace("ok", "held")
-    assert answer.answer_of(reported_study(study), summary) is None
+    assert answer.answer_of(study, summary) is None
 
 
 def test_the_answer_is_at_the_level_of_the_study_or_of_most_scenarios(study):
@@ -130,7 +130,8 @@ def test_the_first_table_has_six_rows_with_the_best_of_every_place(study, respon
     found = answered(study, respond)
     many = [
         dataclasses.replace(
-            one, scenario=dataclasses.replace(one.scenario, label=f"{one.scenario.label}_{i}")
+            one,
+            scenario=one.scenario.model_copy(update={"label": f"{one.scenario.label}_{i}"}),
         )
         for i in range(3)
         for one in found.candidates

@@ -6,7 +6,6 @@ import pytest
 
 from pidpanel.report import claims
 from pidpanel.report.claims import Finding, Verdict, verdict_table
-from pidpanel.report.from_study import reported_study
 from pidpanel.report.text import READINGS
 from tests.page_reader import blocks_of
 
@@ -117,7 +116,7 @@ def test_a_shift_is_linear_where_every_band_rises_with_the_sound():
 def verdict_of(study, summary, psd, reading, words):
     (found,) = (
         v
-        for v in claims.verdicts(reported_study(study), summary, psd, DISTANCE)
+        for v in claims.verdicts(study, summary, psd, DISTANCE)
         if v.reading == reading and words in v.claim
     )
     return found.finding
@@ -138,7 +137,7 @@ def test_verdicts_turn_with_the_responses(study, respond):
         summary, psd = respond(scale, error_db=0.1)
         told[name] = {
             verdict.claim: verdict.finding.holds
-            for verdict in claims.verdicts(reported_study(study), summary, psd, DISTANCE)
+            for verdict in claims.verdicts(study, summary, psd, DISTANCE)
             if verdict.reading == "paper_corrected"
         }
     flat_spectrum = told["as claimed"].pop("The effect is larger at high frequency")
@@ -154,18 +153,14 @@ def test_one_level_says_nothing_of_a_shift(study, respond):
     one = study.scenarios["level"].model_copy(update={"oaspl_db": (150.0,)})
     alone = study.model_copy(update={"scenarios": {"level": one}})
     summary, psd = respond(FILL | PLACE, error_db=0.1)
-    assert claims.verdicts(reported_study(alone), summary, psd, DISTANCE) == []
-    assert claims.verdicts(reported_study(study), summary, psd, DISTANCE) != []
+    assert claims.verdicts(alone, summary, psd, DISTANCE) == []
+    assert claims.verdicts(study, summary, psd, DISTANCE) != []
 
 
 def test_numbers_without_errors_decide_nothing(study, respond):
     # red: `isfinite` left out of decided, where comparisons with NaN would say "holds"
     summary, psd = respond(FILL | PLACE)
-    found = [
-        v
-        for v in claims.verdicts(reported_study(study), summary, psd, DISTANCE)
-        if v.finding is not None
-    ]
+    found = [v for v in claims.verdicts(study, summary, psd, DISTANCE) if v.finding is not None]
     assert found and {verdict.finding.holds for verdict in found} == {None}
     answers = {row[2] for row in blocks_of(verdict_table(found))[0].rows}
     assert answers == {"no error, not judged"}

@@ -13,7 +13,6 @@ from pidpanel.report.coupled_section import (
     coupled_section,
     run_itself,
 )
-from pidpanel.report.from_study import reported_study
 from pidpanel.report.study_page import study_page
 from tests.page_reader import blocks_of
 
@@ -27,7 +26,7 @@ def coupled_table(results, names, points):
 
 def test_a_row_has_runs_errors_residual_and_share_of_the_own_force(coupled):
     # red: share of the rms, 1 − 8/10 = 20 %; the residual of the first point alone
-    names = coupled.study.names
+    names = coupled.names
     table = coupled_table(coupled.coupled, names, POINTS)
     assert [row[0] for row in table.rows] == [
         name for label, name in names.items() if not label.startswith("bare")
@@ -45,13 +44,13 @@ def test_a_point_at_rest_takes_no_part(coupled):
     # rounding: none of it is known
     summary.loc[at_rest, ["g_rms", "g_rms_error", "linear_g_rms"]] = 1e-15
     told = replace(coupled.coupled, summary=summary)
-    for row in coupled_table(told, coupled.study.names, ["middle"]).rows:
+    for row in coupled_table(told, coupled.names, ["middle"]).rows:
         assert row[1:] == ["2", "1.0", "+0.00", "36.0", "200", "6.70"]
 
 
 def test_a_scenario_that_is_carried_says_from_where_and_is_not_drawn(coupled, coupled_study):
     # red: run_itself that returns all rows
-    names = coupled.study.names
+    names = coupled.names
     results = coupled_results(coupled_study, carried=["A_r0.5_140dB"])
     rows = {row[0]: row for row in coupled_table(results, names, POINTS).rows}
     assert rows[names["A_r0.5_140dB"]][1] == f"0, from {names['A_r0.1_150dB']}"
@@ -67,17 +66,17 @@ def test_patches_with_other_beds_are_named(coupled):
     other = impedance["patch"] == "B"
     impedance.loc[other, "youngs_modulus_mpa"] = 800.0
     told = replace(coupled.coupled, impedance=impedance)
-    (row,) = coupled_table(told, coupled.study.names, POINTS).rows
+    (row,) = coupled_table(told, coupled.names, POINTS).rows
     assert row[-2] == "200 (A), 800 (B)" and row[-1] == "6.70"
     without = replace(told, impedance=impedance.drop(columns="youngs_modulus_mpa"))
-    assert coupled_table(without, coupled.study.names, POINTS).rows[0][-2] == "–"
+    assert coupled_table(without, coupled.names, POINTS).rows[0][-2] == "–"
 
 
 def test_a_negative_damping_is_not_drawn_and_there_are_few_curves(coupled):
     # red: CURVES = 99; where(… < 0)
     impedance = coupled.coupled.impedance
     with style.context():
-        damping, mass = coupled_figure(impedance, coupled.study.names).axes
+        damping, mass = coupled_figure(impedance, coupled.names).axes
     assert len(damping.containers) == len(mass.containers) == min(CURVES, 6)
     values = damping.containers[0].lines[0].get_ydata()
     assert values[:2] == pytest.approx([300.0, 100.0]) and np.isnan(values[2])
@@ -89,9 +88,7 @@ def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
     one_level = coupled_study.scenarios["level"].model_copy(update={"oaspl_db": (150.0,)})
     scenarios = {**coupled_study.scenarios, "level": one_level}
     study = coupled_study.model_copy(update={"scenarios": scenarios})
-    page = study_page(
-        replace(coupled, study=reported_study(study), coupled=coupled_results(study)), []
-    )
+    page = study_page(replace(coupled, study=study, coupled=coupled_results(study)), [])
     named = [section.name for section in page.sections]
     assert "coupled" in named and "verdict" not in named
     text = html.render(page)
@@ -104,5 +101,5 @@ def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
 
 def test_the_section_explains_the_split_and_has_its_figure(coupled):
     # red: the picture left out
-    section = coupled_section(coupled.coupled, coupled.study.names, POINTS)
+    section = coupled_section(coupled.coupled, coupled.names, POINTS)
     assert [block.kind for block in blocks_of(section)] == ["paragraph", "table", "picture"]

@@ -5,15 +5,19 @@ import dataclasses
 import pytest
 
 from pidpanel.report import facts
-from pidpanel.report.from_study import reported_study
 from pidpanel.report.inputs import CouponResults
+from pidpanel.report.templates import pairs
+
+
+def words(study):
+    return dict(pairs("words.html", {"study": study}))
 
 
 def test_the_level_of_the_sound_is_named_where_the_study_sets_it(study):
     # red: `if sound.oaspl_db` always taken
-    assert "smc_s_016_2014_min_third.csv, 150 dB overall, " in reported_study(study).words["sound"]
+    assert "smc_s_016_2014_min_third.csv, 150 dB overall, " in words(study)["sound"]
     own = study.model_copy(update={"sound": study.sound.model_copy(update={"oaspl_db": None})})
-    assert "overall" not in reported_study(own).words["sound"]
+    assert "overall" not in words(own)["sound"]
 
 
 def test_the_largest_error_of_the_power_balance_is_named(inputs):
@@ -29,7 +33,7 @@ def test_the_largest_error_of_the_power_balance_is_named(inputs):
 def test_a_neglected_apparent_mass_is_named(inputs, study, acts):
     # red: the two words exchanged
     response = study.response.model_copy(update={"damper_mass": acts})
-    told = reported_study(study.model_copy(update={"response": response}))
+    told = study.model_copy(update={"response": response})
     rows = dict(facts.study_facts(dataclasses.replace(inputs, study=told)))
     assert rows["Response"].endswith("included" if acts else "neglected")
 

@@ -14,7 +14,6 @@ from pidpanel.report import (
     style,
     summary_section,
 )
-from pidpanel.report.from_study import reported_study
 from pidpanel.report.rms import moving_points
 from pidpanel.study import load_study
 from tests.page_reader import blocks_of
@@ -53,7 +52,7 @@ def told(inputs, with_layouts, respond_to):
     ]  # fmt: skip
     return dataclasses.replace(
         inputs,
-        study=reported_study(with_layouts),
+        study=with_layouts,
         summary=summary,
         psd=psd,
         layouts=pd.DataFrame(rows),

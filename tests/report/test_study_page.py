@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from pidpanel.report import html, response_section, style
-from pidpanel.report.from_study import reported_study
+from pidpanel.report.names import family_of
 from pidpanel.report.study_page import study_page
+from pidpanel.report.templates import pairs
 from tests.page_reader import blocks_of
 
 
@@ -53,30 +54,35 @@ def test_axes_say_at_which_acceleration_the_damping_was_read(inputs, study, resp
     # red: READ_AT["patch"] for both kinds
     summary, psd = respond({}, read_at=312.0, inside=0.75)
     read = dataclasses.replace(inputs, summary=summary, psd=psd)
-    note = response_section.acceleration_note(read, read.study.families["fill"], "paper_corrected")
+    note = response_section.acceleration_note(
+        read, family_of(read.study, "fill"), "paper_corrected"
+    )
     assert note == "$C_e$ at the patch's own acceleration, Γ = 312"
     level = type(study.damping.level)(kind="stated", acceleration_g=312.0)
     damping = study.damping.model_copy(update={"level": level})
-    told = reported_study(study.model_copy(update={"damping": damping}))
+    told = study.model_copy(update={"damping": damping})
     stated = dataclasses.replace(read, study=told)
-    note = response_section.acceleration_note(stated, told.families["fill"], "paper_corrected")
+    note = response_section.acceleration_note(stated, family_of(told, "fill"), "paper_corrected")
     assert note == "$C_e$ at a stated acceleration, Γ = 312"
-    assert told.words["acceleration"] == "Γ = 312 from the study (level.kind: stated)"
+    assert (
+        dict(pairs("words.html", {"study": told}))["acceleration"]
+        == "Γ = 312 from the study (level.kind: stated)"
+    )
 
 
 def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
     # red: the scenarios sorted by name; the division by g² left out
     curves = response_section.psd_curves(
-        inputs, inputs.study.families["fill"], "paper_corrected", "middle"
+        inputs, family_of(inputs.study, "fill"), "paper_corrected", "middle"
     )
     psd = inputs.psd["acceleration_psd"].sel(
-        reading="paper_corrected", scenario=inputs.study.scenarios[0].label, point="middle"
+        reading="paper_corrected", scenario=inputs.study.all_scenarios()[0].label, point="middle"
     )
     assert curves[0].values * 9.80665**2 == pytest.approx(psd.to_numpy())
     assert [c.label for c in curves] == ["bare panel", "r = 0.1", "r = 0.7", "r = 0.9"]
     assert curves[1].values[0] == pytest.approx(curves[0].values[0] / 10**0.3)
     levels = response_section.psd_curves(
-        inputs, inputs.study.families["level"], "paper_corrected", "middle"
+        inputs, family_of(inputs.study, "level"), "paper_corrected", "middle"
     )
     assert [c.label for c in levels] == [
         "bare panel, 140 dB",
@@ -92,7 +98,7 @@ def test_a_family_without_any_response_says_so_in_words(inputs):
     psd = inputs.psd.copy(deep=True)
     psd["acceleration_psd"][:, 1:] = np.nan
     section = response_section.response_section(
-        dataclasses.replace(inputs, psd=psd), inputs.study.families["fill"]
+        dataclasses.replace(inputs, psd=psd), family_of(inputs.study, "fill")
     )
     (block,) = blocks_of(section)
     assert "No damping model gives a steady response" in block.text

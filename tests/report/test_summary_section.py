@@ -6,12 +6,12 @@ from pidpanel.report.summary_section import summary_section
 from tests.page_reader import blocks_of
 
 
-def test_each_scenario_reading_and_point_has_a_row(reported, respond):
+def test_each_scenario_reading_and_point_has_a_row(study, respond):
     # red: the first reading only; the row of another point; the bare panel with both readings
     summary, _ = respond({("A_r0.1_150dB", "corner"): 3.0}, read_at=312.0, inside=0.5)
-    (table,) = blocks_of(summary_section(reported, summary))
-    bare = sum(scenario.is_bare for scenario in reported.scenarios)
-    assert bare and len(table.rows) == 4 * len(reported.scenarios) - 2 * bare
+    (table,) = blocks_of(summary_section(study, summary))
+    bare = sum(scenario.is_bare for scenario in study.all_scenarios())
+    assert bare and len(table.rows) == 4 * len(study.all_scenarios()) - 2 * bare
     rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
     (row,) = (
         row
@@ -25,30 +25,30 @@ def test_each_scenario_reading_and_point_has_a_row(reported, respond):
     assert table.rows[-1][5:] == ["unstable", "–", "–", "–", "–"]
 
 
-def test_a_displacement_beyond_linear_theory_is_marked(reported, respond):
+def test_a_displacement_beyond_linear_theory_is_marked(study, respond):
     # red: the mark left out
     summary, _ = respond({})
     summary.loc[0, "beyond_linear_plate"] = True
-    (table,) = blocks_of(summary_section(reported, summary))
+    (table,) = blocks_of(summary_section(study, summary))
     marked = [row[6] for row in table.rows if row[6] != "–"]
     assert marked.count("1.00 †") == 1 and set(marked) == {"1.00", "1.00 †"}
 
 
-def test_all_rows_of_a_table_have_the_same_decimals(reported, respond):
+def test_all_rows_of_a_table_have_the_same_decimals(study, respond):
     # 66.545 ± 0.054 beside 38.6 ± 1.9; red: value_text without decimals
     summary, _ = respond({})
     first = summary["point"] == "middle"
     summary["acceleration_rms_error_g"] = np.where(first, 0.054, 1.9)
-    (table,) = blocks_of(summary_section(reported, summary))
+    (table,) = blocks_of(summary_section(study, summary))
     rms = [row[table.columns.index("g rms")] for row in table.rows]
     rms = [text for text in rms if "±" in text]
     assert {text.split(" ± ")[1] for text in rms} == {"0.1", "1.9"}
     assert {len(text.split(" ± ")[0].partition(".")[2]) for text in rms} == {1}
 
 
-def test_a_point_on_a_support_does_not_move(reported, respond):
+def test_a_point_on_a_support_does_not_move(study, respond):
     # red: its rms value of 0
     summary, _ = respond({})
     summary.loc[summary["point"] == "corner", "status"] = "held"
-    (table,) = blocks_of(summary_section(reported, summary))
+    (table,) = blocks_of(summary_section(study, summary))
     assert all(row[5] == "does not move" for row in table.rows if row[4] == "corner")

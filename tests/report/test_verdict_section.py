@@ -9,6 +9,7 @@ import xarray as xr
 
 from pidpanel.report import response_section
 from pidpanel.report.inputs import CoupledResults
+from pidpanel.report.names import family_of
 from pidpanel.report.verdict_files import BARE, COLUMNS
 from pidpanel.report.verdict_section import band_differences, band_figure, verdict_section, worst
 from tests.page_reader import blocks_of
@@ -114,7 +115,7 @@ def test_one_level_has_no_figure_over_the_level(verdict):
 
 def test_figures_say_how_often_coupled_runs_refute_a_reading(inputs):
     # red: rows of another reading, or "open", taken for "no" in refuted
-    family = inputs.study.families["fill"]
+    family = family_of(inputs.study, "fill")
     labels = [scenario.label for scenario in family.scenarios]
     rows = [
         (labels[0], "paper_corrected", "no"),

@@ -1,14 +1,13 @@
 """How far each damping model is from the coupled runs: verdict.csv."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.report.from_study import reported_study
 from pidpanel.report.verdict_files import write_verdict
 from pidpanel.study import load_study
 
 
 def main(job: Job) -> None:
     """From the PSDs and the tables of the coupled runs."""
-    read, study = job.input, reported_study(load_study(job.study))
+    read, study = job.input, load_study(job.study)
     write_verdict(study, read.psd, read.summary, read.third_octaves, job.output.verdict)
 
 

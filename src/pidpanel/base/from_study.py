@@ -44,7 +44,7 @@ from pidpanel.spectra.break_points import BreakPoints
 from pidpanel.study import Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
 from pidpanel.study.damping import COUPLED
-from pidpanel.study.scenarios import Scenario, level_suffix
+from pidpanel.study.scenarios import Scenario
 
 
 class BaseInputs(NamedTuple):
@@ -75,9 +75,7 @@ def base_labels(study: Study) -> dict[str, str]:
     """Return the label under base motion of every scenario: that of the first with its layout."""
     labels: dict[tuple[PatchFilling, ...], str] = {}
     return {
-        scenario.label: labels.setdefault(
-            _layout_of(scenario), scenario.label.removesuffix(level_suffix(scenario.oaspl_db))
-        )
+        scenario.label: labels.setdefault(_layout_of(scenario), scenario.layout_label)
         for scenario in study.all_scenarios()
     }
 

@@ -13,8 +13,7 @@ from typing import Any
 import pandas as pd
 
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.report.inputs import ReportedStudy
-from pidpanel.report.names import ReportedScenario
+from pidpanel.report.names import Scenario, Study, main_level
 from pidpanel.report.rms import moving_points
 from pidpanel.report.text import records
 from pidpanel.response.trust import BETWEEN_SHARE, MAY_CROSS, doubts_in, largest
@@ -46,7 +45,7 @@ class PointResponse:
 class Candidate:
     """A scenario that might be chosen."""
 
-    scenario: ReportedScenario
+    scenario: Scenario
     mass: float  # of its dampers [kg]; NaN if unknown
     share: float  # of the panel, in percent
     responses: dict[str, PointResponse]  # by point; empty without a steady response
@@ -68,7 +67,7 @@ class StudyAnswer:
     points: tuple[str, ...]  # those that move, the largest motion of the bare panel first
     bare: Candidate
     candidates: tuple[Candidate, ...]  # the largest reduction at the worst point first
-    lost: tuple[ReportedScenario, ...]  # without a steady response
+    lost: tuple[Scenario, ...]  # without a steady response
 
     @property
     def worst(self) -> str:
@@ -133,18 +132,18 @@ def is_gain(response: PointResponse) -> bool | None:
     return response.reduction > SIGNIFICANCE * response.reduction_error
 
 
-def answer_of(study: ReportedStudy, summary: pd.DataFrame) -> StudyAnswer | None:
+def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
     """Return what a study answers in its `main_reading` at its `main_level`."""
     reading = main_reading(study.readings)
-    level = study.level
+    level, all_scenarios = main_level(study), study.all_scenarios()
     table = summary[summary["reading"] == reading]
     by_key = {(row["scenario"], row["point"]): row for row in records(table)}
-    points = moving_points(table, study.panel.points)
+    points = moving_points(table, list(study.panel.points))
     if not points:
         return None
-    (bare,) = (s for s in study.scenarios if s.oaspl_db == level and s.is_bare)
+    (bare,) = (s for s in all_scenarios if s.oaspl_db == level and s.is_bare)
     points.sort(key=lambda point: -by_key[bare.label, point]["acceleration_rms_g"])
-    scenarios = [s for s in study.scenarios if s.oaspl_db == level and not s.is_bare]
+    scenarios = [s for s in all_scenarios if s.oaspl_db == level and not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
     candidates = [_candidate(s, [by_key[s.label, point] for point in points]) for s in steady]
     candidates.sort(key=lambda candidate: -candidate.responses[points[0]].reduction)
@@ -164,7 +163,7 @@ def main_reading(readings: Sequence[str]) -> str:
     return next((reading for reading in PREFERRED if reading in readings), readings[0])
 
 
-def _candidate(scenario: ReportedScenario, rows: Sequence[dict[str, Any]]) -> Candidate:
+def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:
     responses = {
         str(row["point"]): PointResponse(
             row["acceleration_rms_g"],

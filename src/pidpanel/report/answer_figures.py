@@ -20,10 +20,10 @@ from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.attachments import LineMass, Spring
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.supports import Supports
 from pidpanel.report import style
 from pidpanel.report.answer import Candidate, StudyAnswer
-from pidpanel.report.inputs import ReportedPanel
 from pidpanel.report.layout import panel_axes, separate, triangles_of
 
 WIDTH = 5.0  # width of a figure at the head of a page [inch]
@@ -42,7 +42,7 @@ _EDGE = {
 }
 
 
-def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> Figure:
+def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> Figure:
     """Draw outline, supports, masses, patches and points over a map of rms acceleration.
 
     ``rms``: (n_vertices,) [g]; None for no map.
@@ -92,7 +92,7 @@ def panel_figure(basis: PanelBasis, panel: ReportedPanel, rms: Array | None) -> 
     return figure
 
 
-def _marked(basis: PanelBasis, panel: ReportedPanel) -> list[tuple[float, float]]:
+def _marked(basis: PanelBasis, panel: StudiedPanel) -> list[tuple[float, float]]:
     """Return the positions of all markers but the star: the text would hide them."""
     marked: list[tuple[float, float]] = [(x, y) for x, y in basis.point_position.tolist()]
     marked += [support.position for support in panel.supports.points.values()]
@@ -104,7 +104,7 @@ def _marked(basis: PanelBasis, panel: ReportedPanel) -> list[tuple[float, float]
     return marked
 
 
-def _attachments(axes: Axes, panel: ReportedPanel, handles: dict[str, Line2D]) -> list[Annotation]:
+def _attachments(axes: Axes, panel: StudiedPanel, handles: dict[str, Line2D]) -> list[Annotation]:
     names = []
     places = {name: (s.position, s.kind) for name, s in panel.supports.points.items()}
     springs = {n: a for n, a in panel.attachments.items() if isinstance(a, Spring)}

@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import style
 from pidpanel.report.answer import Candidate, StudyAnswer, select_candidates
 from pidpanel.report.answer_figures import WIDTH as NARROW
@@ -13,6 +14,7 @@ from pidpanel.report.answer_figures import group_of, mass_figure, panel_figure
 from pidpanel.report.answer_text import worst_map
 from pidpanel.report.html import Chart, Fragment, PageCurve, Picture
 from pidpanel.report.inputs import Inputs
+from pidpanel.report.names import main_level
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.rms import inside_of, log_error_of
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, value_text
@@ -30,23 +32,26 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
     psd = psd_picture_of(inputs, answer)
     values = {
         "answer": answer,
-        "has_levels": len({scenario.oaspl_db for scenario in study.scenarios}) > 1,
-        "level": study.level,
+        "has_levels": len({scenario.oaspl_db for scenario in study.all_scenarios()}) > 1,
+        "level": main_level(study),
         "remaining": len(answer.candidates) - len(shown) + 1,
         "points": points,
-        "rows": [_row(answer, candidate, study.massless) for candidate in shown],
+        "rows": [_row(answer, candidate, study.massless_dampers) for candidate in shown],
         "rms_decimals": common_decimals(c.responses[p].rms_error for c in shown for p in points),
         "gain_decimals": common_decimals(gain_errors, DECIBEL_DECIMALS),
         "panel": Picture(
             "panel",
             style.Drawing(
-                panel_figure, inputs.basis, study.panel, None if mapped is None else mapped[1]
+                panel_figure,
+                inputs.basis,
+                StudiedPanel(study.panel),
+                None if mapped is None else mapped[1],
             ),
         ),
         "mapped": None if mapped is None else _mapped_name(answer, mapped[0]),
         "psd": psd,
         "has_band": any(curve.log_error is not None for curve in psd.charts[0].curves),
-        "masses": mass_picture(answer, weighed, study.panel.patches) if weighed else None,
+        "masses": mass_picture(answer, weighed, list(study.panel.patches)) if weighed else None,
     }
     return Fragment("answer.html", values)
 

@@ -120,10 +120,11 @@ def list_scenarios(candidates: Sequence[Candidate], among: Sequence[Candidate]) 
 
     Examples
     --------
-    >>> from pidpanel.report.names import FilledPatch, ReportedScenario
+    >>> from pidpanel.study import Filling, Scenario
     >>> def candidate(patch, fill):
-    ...     filling = FilledPatch(patch, fill_fraction=fill)
-    ...     return Candidate(ReportedScenario(f"{patch}{fill}", (filling,)), 1.0, 1.0, {}, ())
+    ...     filling = Filling(patch=patch, damper=None, fill_fraction=fill)
+    ...     scenario = Scenario(label=f"{patch}{fill}", fillings=(filling,), oaspl_db=None)
+    ...     return Candidate(scenario, 1.0, 1.0, {}, ())
     >>> some = [candidate(*c) for c in (("A", 0.7), ("A", 0.5), ("A", 0.9), ("B", 0.5))]
     >>> list_scenarios(some, some)
     'A at r = 0.5 to 0.9, B at r = 0.5'

@@ -24,7 +24,7 @@ from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.html import Fragment
-from pidpanel.report.inputs import ReportedStudy
+from pidpanel.report.names import Study, family_of
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
 from pidpanel.report.text import percent, value_text
 from pidpanel.solve.bands import reduction
@@ -195,7 +195,7 @@ def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
 
 
 def verdicts(
-    study: ReportedStudy, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
+    study: Study, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
 ) -> list[Verdict]:
     """Test every claim of the paper that the study's scenarios allow, in each reading."""
     return [
@@ -207,22 +207,21 @@ def verdicts(
 
 
 def _family_verdicts(
-    study: ReportedStudy,
+    study: Study,
     name: str,
     reading: str,
     summary: pd.DataFrame,
     psd: xr.Dataset,
     distance: pd.DataFrame,
 ) -> Iterator[Verdict]:
-    scenarios = study.families[name].scenarios
+    _, _, varied, scenarios = family_of(study, name)
     points = moving_points(summary, list(study.panel.points))
     if not points:
         return
-    varied = study.families[name].varied
     labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
     rms = rms_by(summary, reading, labels, points)
     error = rms_by(summary, reading, labels, points, "reduction_error_db")
-    bare_labels = [s.bare_label for s in scenarios]
+    bare_labels = [s.bare.label for s in scenarios]
     bare = rms_by(summary, reading, {label: label for label in bare_labels}, points)
     centre, band = band_rms_of(psd, reading, list(labels.values()), points)
     spread = band_error_of(psd, reading, list(labels.values()), points)

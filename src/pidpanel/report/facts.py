@@ -12,7 +12,8 @@ from pidpanel.coupon.liggghts.trust import comes_with_pidpanel
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.paths import STUDIES
 from pidpanel.report.atlas_section import atlas_text
-from pidpanel.report.inputs import BaseResults, Inputs, PanelInputs, ReportedPanel
+from pidpanel.report.inputs import BaseResults, Inputs, PanelInputs
+from pidpanel.report.names import Study
 from pidpanel.report.templates import pairs
 from pidpanel.report.text import counted
 from pidpanel.solve.mesh_error import decibels
@@ -23,7 +24,8 @@ def study_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
     study, base = inputs.study, inputs.base
     values: dict[str, Any] = {
         "study": study,
-        "panel": _panel(study.panel, inputs.basis, inputs.section),
+        "panel": _panel(study, inputs.basis, inputs.section),
+        "words": dict(pairs("words.html", {"study": study})),
         "base": None if base is None else _base(base),
         "response": None,
         "atlas": atlas_text(inputs.atlas) if inputs.atlas else "",
@@ -46,16 +48,16 @@ def study_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
     return pairs("facts.html", values)
 
 
-def _panel(panel: ReportedPanel, basis: PanelBasis, section: pd.DataFrame) -> dict[str, Any]:
+def _panel(study: Study, basis: PanelBasis, section: pd.DataFrame) -> dict[str, Any]:
     """Return size, mass and stiffness of a panel, and its modes."""
     length, width = np.ptp(basis.vertex_position, axis=0)
     value = section.set_index(["quantity", "row", "column"])["value"]
-    axes = (1,) if panel.section_kind == "thin" else (1, 2)
+    axes = (1,) if study.panel.section.kind == "thin" else (1, 2)
     modes = ~basis.is_residual
     return {
         "length": length,
         "width": width,
-        "area": None if panel.is_rectangle else value["area", 0, 0],
+        "area": None if study.panel.size is not None else value["area", 0, 0],
         "mass": value["mass_per_area", 0, 0],
         "stiffness": [value["bending", i, i] for i in axes],
         "shear": [value["shear", i, i] for i in axes if len(axes) > 1],

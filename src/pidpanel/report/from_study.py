@@ -1,6 +1,5 @@
 """The door of the report for studies: what a page tells of its study, and from where it reads."""
 
-import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -11,7 +10,6 @@ from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.damping.from_study import measured_beside, readings_from_atlas
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.panel.basis_files import read_basis
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.report import inputs, read
@@ -19,18 +17,13 @@ from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.films import read_film
 from pidpanel.report.html import Page
-from pidpanel.report.names import FilledPatch, ReportedScenario
 from pidpanel.report.shaker_page import shaker_page
 from pidpanel.report.study_page import study_page
-from pidpanel.report.templates import pairs, sentence
+from pidpanel.report.templates import sentence
 from pidpanel.report.text import counted, percent
 from pidpanel.report.write import write_page
-from pidpanel.sound.from_study import spectrum_of
-from pidpanel.study import CouponStudy, Scenario, Study, StudyError, load_any_study, load_study
+from pidpanel.study import CouponStudy, Study, StudyError, load_any_study, load_study
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.panel import Panel
-
-SAME_LEVEL = 0.05  # difference of two levels below which they are written alike [dB]
 
 DIRECTIONS = {(0.0, 0.0, -1.0): "along −z (the motion is along z)"}
 
@@ -87,7 +80,7 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
     """Read what pages of studies with a panel have in common."""
     panel = folder / "panel"
     return inputs.PanelInputs(
-        study=reported_study(study),
+        study=study,
         stamp=stamp(study),
         modes=pd.read_csv(panel / "modes.csv"),
         basis=read_basis(panel / "modes.nc"),
@@ -188,80 +181,6 @@ def partly_known(study: Study) -> list[str]:
         for scenario in study.all_scenarios()
         if any(filling.damper not in with_errors for filling in scenario.fillings)
     ]
-
-
-def reported_study(study: Study) -> inputs.ReportedStudy:
-    """Return what a page tells of a study."""
-    families = {
-        name: inputs.ReportedFamily(
-            name,
-            family.title,
-            family.varied,
-            tuple(reported_scenario(s) for s in study.family_scenarios(name)),
-        )
-        for name, family in study.families.items()
-    }
-    response, level, sound = study.response, study.damping.level, study.sound
-    spectrum = None if sound is None else spectrum_of(sound)
-    return inputs.ReportedStudy(
-        name=study.name,
-        title=study.title or study.name,
-        assumptions=study.assumptions,
-        readings=study.readings,
-        scenarios=tuple(reported_scenario(s) for s in study.all_scenarios()),
-        families=families,
-        layouts=tuple(reported_scenario(study.family_scenarios(s)[0]) for s in study.layouts),
-        panel=_reported_panel(study.panel),
-        level=main_level(study),
-        table_level=math.nan if spectrum is None else spectrum.oaspl,
-        spectrum_rows="" if spectrum is None else spectrum.rows,
-        sound_level=study.oaspl_db,
-        words=dict(pairs("words.html", {"study": study})),
-        spectrum="" if sound is None else sound.spectrum.name,
-        frequency=response.frequency_hz,
-        radiation=response.radiation,
-        read_kind=level.kind,
-        surfaces=study.surfaces,
-        massless=study.massless_dampers,
-        single_points=study.panel.single_points,
-    )
-
-
-def reported_scenario(scenario: Scenario) -> ReportedScenario:
-    """Return a scenario as a page names it."""
-    fillings = (FilledPatch(f.patch, f.damper, f.fill_fraction) for f in scenario.fillings)
-    return ReportedScenario(scenario.label, tuple(fillings), scenario.oaspl_db, scenario.bare.label)
-
-
-def _reported_panel(panel: Panel) -> inputs.ReportedPanel:
-    studied = StudiedPanel(panel)
-    return inputs.ReportedPanel(
-        patches=tuple(panel.patches),
-        points=tuple(panel.points),
-        is_rectangle=panel.size is not None,
-        section_kind=panel.section.kind,
-        thickness_mm=panel.section.thickness_mm,
-        supports=studied.supports,
-        attachments=studied.attachments,
-    )
-
-
-def main_level(study: Study) -> float | None:
-    """Return the level at which a study answers: its own if dampers are tried there.
-
-    Otherwise that of most scenarios, the highest of several.
-    """
-    study_level = study.oaspl_db
-    levels = [s.oaspl_db for s in study.all_scenarios() if not s.is_bare] or [study_level]
-    if study_level in levels or study.sound is None:
-        return study_level
-    table = spectrum_of(study.sound).oaspl
-    for level in levels:
-        if level is not None and abs(level - table) < SAME_LEVEL:
-            return level
-    return max(
-        levels, key=lambda level: (levels.count(level), -math.inf if level is None else level)
-    )
 
 
 def coupon_words(coupon: Coupon) -> tuple[str, str]:

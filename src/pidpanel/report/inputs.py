@@ -2,97 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from functools import cached_property
 
 import pandas as pd
 import xarray as xr
 
 from pidpanel.damping.atlas import AtlasDamping
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.panel.attachments import LineMass, PointMass, Spring
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.supports import Supports
 from pidpanel.report.films import Shot
-from pidpanel.report.names import ReportedScenario
+from pidpanel.report.names import Study, names_of
 from pidpanel.report.rms import moving_points
-
-
-@dataclass(frozen=True)
-class ReportedFamily:
-    """Scenarios that differ in one key."""
-
-    key: str
-    title: str
-    varied: str
-    scenarios: tuple[ReportedScenario, ...]
-
-
-@dataclass(frozen=True)
-class ReportedPanel:
-    """The panel as a page describes it."""
-
-    patches: tuple[str, ...]
-    points: tuple[str, ...]
-    is_rectangle: bool
-    section_kind: str
-    thickness_mm: float
-    supports: Supports
-    attachments: Mapping[str, Spring | PointMass | LineMass]
-
-
-@dataclass(frozen=True)
-class ReportedStudy:
-    """What a page tells of its study."""
-
-    name: str
-    title: str
-    assumptions: tuple[str, ...]
-    readings: tuple[str, ...]
-    scenarios: tuple[ReportedScenario, ...]  # the bare panel at each level first
-    families: Mapping[str, ReportedFamily]
-    layouts: tuple[ReportedScenario, ...]
-    panel: ReportedPanel
-    level: float | None  # at which the page answers [dB]; None for that of the spectrum's table
-    table_level: float  # of the spectrum's table [dB]; NaN without sound
-    sound_level: float | None  # of the section ``sound`` [dB]
-    words: Mapping[str, str]  # of panel, sound, response, and the acceleration for C_e
-    spectrum: str  # its file; empty on a shaker alone, as is the next
-    spectrum_rows: str  # "bands", or "rows" of a PSD
-    frequency: tuple[float, float]  # of the response [Hz]
-    radiation: str
-    read_kind: str  # ``damping.level.kind``
-    surfaces: tuple[str, ...]  # dampers with a surface of simulated cases
-    # dampers whose particles have no mass in the computation, and the key that changes it; None
-    # for a table for all patches
-    massless: Mapping[str | None, str] = field(default_factory=dict)
-    single_points: tuple[str, ...] = ()  # supports on whose mesh the frequencies depend
-
-    @property
-    def has_dampers(self) -> bool:
-        """Whether there is more than the bare panel."""
-        return bool(self.families or self.layouts)
-
-    @property
-    def is_coupled(self) -> bool:
-        """Whether panel and particles are integrated together."""
-        return COUPLED in self.readings
-
-    @cached_property
-    def names(self) -> dict[str, str]:
-        """Names of the scenarios by label, with the level where the study has several.
-
-        An explicit layout goes by its label, and so do two scenarios that would have one name.
-        """
-        several = len({scenario.oaspl_db for scenario in self.scenarios}) > 1
-        names = {}
-        for scenario in self.scenarios:
-            level = scenario.oaspl_db
-            suffix = f", {level:g} dB" if several and level is not None else ""
-            is_layout = scenario in self.layouts or len(scenario.fillings) > 1
-            names[scenario.label] = scenario.label if is_layout else scenario.name + suffix
-        used = list(names.values())
-        return {label: label if used.count(name) > 1 else name for label, name in names.items()}
 
 
 @dataclass(frozen=True)
@@ -193,7 +112,7 @@ class BaseResults:
 class PanelInputs:
     """What the page of a study with a panel is made from, under sound or on a shaker."""
 
-    study: ReportedStudy
+    study: Study
     stamp: Mapping[str, str]  # of the results
     modes: pd.DataFrame  # ``panel/modes.csv``
     basis: PanelBasis  # ``panel/modes.nc``
@@ -206,6 +125,11 @@ class PanelInputs:
     base: BaseResults | None = None  # None without base motion
     measurements: MeasurementResults | None = None  # None without the section ``measurements``
     proposal: ProposalResults | None = None  # None without the section ``optimise``
+
+    @property
+    def names(self) -> dict[str, str]:
+        """Names of the scenarios by label."""
+        return names_of(self.study)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,4 +147,4 @@ class Inputs(PanelInputs):
     @property
     def moving_points(self) -> list[str]:
         """The points that do not lie on a support."""
-        return moving_points(self.summary, self.study.panel.points)
+        return moving_points(self.summary, list(self.study.panel.points))

@@ -9,7 +9,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import style
 from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
 from pidpanel.report.inputs import Inputs
-from pidpanel.report.names import ReportedScenario
+from pidpanel.report.names import Scenario, layouts_of
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
 from pidpanel.report.rms import inside_of, log_error_of
 from pidpanel.report.text import READINGS
@@ -25,7 +25,7 @@ def layouts_section(inputs: Inputs) -> PageSection:
     for point in inputs.moving_points:
         psds = []
         for reading in study.readings:
-            drawn = [s for s in study.layouts if is_steady(inputs.psd, reading, s.label)]
+            drawn = [s for s in layouts_of(study) if is_steady(inputs.psd, reading, s.label)]
             for first in range(0, len(drawn), DRAWN_TOGETHER):
                 part = drawn[first : first + DRAWN_TOGETHER]
                 name = f"psd_layouts_{reading}_{first // DRAWN_TOGETHER + 1}_{point}"
@@ -44,14 +44,14 @@ def layouts_section(inputs: Inputs) -> PageSection:
 
 
 def _psd_picture(
-    inputs: Inputs, reading: str, scenarios: Sequence[ReportedScenario], point: str, name: str
+    inputs: Inputs, reading: str, scenarios: Sequence[Scenario], point: str, name: str
 ) -> Picture:
     """Return PSDs of the bare panel, of layouts and of their dead weights at a point."""
     selected = inputs.psd.sel(reading=reading, point=point)
     psd, dead_psd = (
         selected[f"{name}acceleration_psd"] / STANDARD_GRAVITY**2 for name in ("", "dead_weight_")
     )
-    bare = dict.fromkeys(s.bare_label for s in scenarios)
+    bare = dict.fromkeys(s.bare.label for s in scenarios)
     curves = [
         PageCurve(
             "bare panel" if len(bare) == 1 else label,
@@ -61,7 +61,7 @@ def _psd_picture(
         )
         for label in bare
     ]
-    labels = [layout.label for layout in inputs.study.layouts]
+    labels = [layout.label for layout in layouts_of(inputs.study)]
     colours = dict(zip(labels, itertools.cycle(style.PLACES), strict=False))
     dead, treated = [], []
     for index, scenario in enumerate(scenarios):

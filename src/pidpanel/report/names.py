@@ -2,80 +2,70 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import pandas as pd
 
-from pidpanel.paths import SECTION
+from pidpanel.sound.from_study import spectrum_of
+from pidpanel.study import Scenario as Scenario
+from pidpanel.study import Study as Study
+
+SAME_LEVEL = 0.05  # difference of two levels below which they are written alike [dB]
 
 
-@dataclass(frozen=True)
-class FilledPatch:
-    """A patch and its damper."""
+class ComparedScenarios(NamedTuple):
+    """Scenarios that differ in one key."""
 
-    patch: str
-    damper: str | None = None
-    fill_fraction: float | None = None
-
-    @property
-    def place(self) -> tuple[str, ...]:
-        """The patch, and the damper where it has a name of its own."""
-        return (self.patch,) if self.damper in (None, SECTION) else (self.patch, str(self.damper))
+    key: str
+    title: str
+    varied: str
+    scenarios: tuple[Scenario, ...]
 
 
-@dataclass(frozen=True)
-class ReportedScenario:
-    """A scenario of a page."""
+def family_of(study: Study, key: str) -> ComparedScenarios:
+    """Return a family of a study with its scenarios."""
+    family = study.families[key]
+    return ComparedScenarios(key, family.title, family.varied, study.family_scenarios(key))
 
-    label: str  # in the files of results
-    fillings: tuple[FilledPatch, ...] = ()
-    oaspl_db: float | None = None  # None for the level of the spectrum's table
-    bare_label: str = ""  # of the bare panel under the same sound
 
-    @property
-    def is_bare(self) -> bool:
-        """Whether no patch is filled."""
-        return not self.fillings
+def layouts_of(study: Study) -> list[Scenario]:
+    """Return the explicit layouts of a study."""
+    return [scenario for name in study.layouts for scenario in study.family_scenarios(name)]
 
-    @property
-    def patch(self) -> str:
-        """Names of the filled patches."""
-        return "+".join(filling.patch for filling in self.fillings)
 
-    @property
-    def fill_fraction(self) -> float:
-        """The fill of the only patch; NaN without one."""
-        fills = [filling.fill_fraction for filling in self.fillings]
-        return fills[0] if len(fills) == 1 and fills[0] is not None else math.nan
+def names_of(study: Study) -> dict[str, str]:
+    """Return the names of scenarios by label, with the level where the study has several.
 
-    @property
-    def layout_label(self) -> str:
-        """Its label without the sound level."""
-        level = self.oaspl_db
-        return self.label if level is None else self.label.removesuffix(f"_{level:g}dB")
+    An explicit layout goes by its label, and so do two scenarios that would have one name.
+    """
+    scenarios, layouts = study.all_scenarios(), layouts_of(study)
+    several = len({scenario.oaspl_db for scenario in scenarios}) > 1
+    names = {}
+    for scenario in scenarios:
+        level = scenario.oaspl_db
+        suffix = f", {level:g} dB" if several and level is not None else ""
+        is_layout = scenario in layouts or len(scenario.fillings) > 1
+        names[scenario.label] = scenario.label if is_layout else scenario.name + suffix
+    used = list(names.values())
+    return {label: label if used.count(name) > 1 else name for label, name in names.items()}
 
-    @property
-    def name(self) -> str:
-        """The scenario without its sound level as a reader knows it.
 
-        Examples
-        --------
-        >>> ReportedScenario("PID-1_r0.5", (FilledPatch("PID-1", fill_fraction=0.5),)).name
-        'PID-1, r = 0.5'
-        """
-        if self.is_bare:
-            return "bare panel"
-        text = self.filling_text
-        return text if len(self.fillings) == 1 else f"{self.label} ({text})"
+def main_level(study: Study) -> float | None:
+    """Return the level at which a study answers: its own if dampers are tried there.
 
-    @property
-    def filling_text(self) -> str:
-        """The filled patches with dampers and fills."""
-        parts = []
-        for filling in self.fillings:
-            fill = [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
-            parts.append(", ".join([*filling.place, *fill]))
-        return "; ".join(parts)
+    Otherwise that of most scenarios, the highest of several.
+    """
+    study_level = study.oaspl_db
+    levels = [s.oaspl_db for s in study.all_scenarios() if not s.is_bare] or [study_level]
+    if study_level in levels or study.sound is None:
+        return study_level
+    table = spectrum_of(study.sound).oaspl
+    for level in levels:
+        if level is not None and abs(level - table) < SAME_LEVEL:
+            return level
+    return max(
+        levels, key=lambda level: (levels.count(level), -math.inf if level is None else level)
+    )
 
 
 def with_names(frame: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:

@@ -10,8 +10,8 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import response_figures, style
 from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
-from pidpanel.report.inputs import Inputs, ReportedFamily
-from pidpanel.report.names import ReportedScenario
+from pidpanel.report.inputs import Inputs
+from pidpanel.report.names import ComparedScenarios, Scenario
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
 from pidpanel.report.rms import band_rms_of, inside_of
 from pidpanel.report.text import READINGS, number
@@ -24,7 +24,7 @@ READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated accelera
 ROW_NAMES = {"fill_fraction": "fill fraction r", "patch": "patch", "oaspl_db": "sound level, dB"}
 
 
-def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
+def response_section(inputs: Inputs, family: ComparedScenarios) -> PageSection:
     """Return one family of scenarios: PSDs at every point, reductions by band, the damping."""
     name, heading = f"response-{family.key}", family.title or f"Scenarios: {family.key}"
     readings = stable_readings(inputs, family)
@@ -62,7 +62,7 @@ def response_section(inputs: Inputs, family: ReportedFamily) -> PageSection:
     return PageSection(name, heading, [Fragment("response.html", values)])
 
 
-def stable_readings(inputs: Inputs, family: ReportedFamily) -> list[str]:
+def stable_readings(inputs: Inputs, family: ComparedScenarios) -> list[str]:
     """Return the readings in which every scenario of a family has a response."""
     labels = [s.label for s in family.scenarios]
     psd = inputs.psd["acceleration_psd"]
@@ -73,27 +73,27 @@ def stable_readings(inputs: Inputs, family: ReportedFamily) -> list[str]:
     ]
 
 
-def _known_as(
-    inputs: Inputs, family: ReportedFamily, scenario: ReportedScenario
-) -> tuple[str, str]:
+def _known_as(inputs: Inputs, family: ComparedScenarios, scenario: Scenario) -> tuple[str, str]:
     """Return the name of a scenario within its family, and its colour."""
     varied = family.varied
     if varied == "fill_fraction":
         return f"r = {scenario.fill_fraction:g}", style.fill_colour(scenario.fill_fraction)
     if varied == "patch":
         place = str(scenario.patch)
-        return place, style.place_colour(place, inputs.study.panel.patches)
+        return place, style.place_colour(place, list(inputs.study.panel.patches))
     levels = [s.oaspl_db or 0.0 for s in family.scenarios]
     level = scenario.oaspl_db or 0.0
     return f"{level:g} dB", style.level_colour(level, levels)
 
 
-def psd_curves(inputs: Inputs, family: ReportedFamily, reading: str, point: str) -> list[PageCurve]:
+def psd_curves(
+    inputs: Inputs, family: ComparedScenarios, reading: str, point: str
+) -> list[PageCurve]:
     """Return PSDs [g²/Hz] of the bare panel at each sound level, then of the scenarios."""
     scenarios = family.scenarios
     psd = inputs.psd["acceleration_psd"].sel(reading=reading, point=point) / STANDARD_GRAVITY**2
-    bare = list(dict.fromkeys(s.bare_label for s in scenarios))
-    levels = {s.bare_label: f"bare panel, {s.oaspl_db or 0.0:g} dB" for s in scenarios}
+    bare = list(dict.fromkeys(s.bare.label for s in scenarios))
+    levels = {s.bare.label: f"bare panel, {s.oaspl_db or 0.0:g} dB" for s in scenarios}
     curves = [
         PageCurve(levels[label] if len(bare) > 1 else "bare panel",
                   psd.sel(scenario=label).to_numpy(), style.BARE, width=0.8)
@@ -109,7 +109,7 @@ def psd_curves(inputs: Inputs, family: ReportedFamily, reading: str, point: str)
     return curves
 
 
-def reading_title(inputs: Inputs, family: ReportedFamily, reading: str) -> str:
+def reading_title(inputs: Inputs, family: ComparedScenarios, reading: str) -> str:
     """Return the name of a reading over its figures, with how often coupled runs refute it."""
     if inputs.coupled is None or inputs.coupled.verdict is None:
         return READINGS[reading]
@@ -120,7 +120,7 @@ def reading_title(inputs: Inputs, family: ReportedFamily, reading: str) -> str:
     return READINGS[reading] + (f" – refuted in {count} of {len(scenarios)}" if count else "")
 
 
-def acceleration_note(inputs: Inputs, family: ReportedFamily, reading: str) -> str:
+def acceleration_note(inputs: Inputs, family: ComparedScenarios, reading: str) -> str:
     """Return the line under the title of the axes: at which Γ the damping was read."""
     if reading == COUPLED:
         return "$C_e$ at the patch's own motion"
@@ -130,18 +130,20 @@ def acceleration_note(inputs: Inputs, family: ReportedFamily, reading: str) -> s
     if read_at.isna().all():
         return "$C_e$ independent of Γ"
     low, high = number(read_at.min()), number(read_at.max())
-    kind = READ_AT[inputs.study.read_kind]
+    kind = READ_AT[inputs.study.damping.level.kind]
     return f"$C_e$ at {kind}, Γ = {low}" + (f" to {high}" if high != low else "")
 
 
-def reduction_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, str]) -> Picture:
+def reduction_block(
+    inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str]
+) -> Picture:
     """Return third-octave reductions of a family as maps, by reading."""
     points = inputs.moving_points
     gained: dict[tuple[str, str], Array] = {}
     scenarios = family.scenarios
     for reading, title in titles.items():
         centre, treated = band_rms_of(inputs.psd, reading, [s.label for s in scenarios], points)
-        _, bare = band_rms_of(inputs.psd, reading, [s.bare_label for s in scenarios], points)
+        _, bare = band_rms_of(inputs.psd, reading, [s.bare.label for s in scenarios], points)
         values = reduction(bare, treated)
         gained |= {(point, title): values[..., index] for index, point in enumerate(points)}
     rows = [
@@ -156,7 +158,7 @@ def reduction_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str,
     return Picture(f"reduction_{family.key}", figure, tables=tables)
 
 
-def damping_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, str]) -> Picture:
+def damping_block(inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str]) -> Picture:
     """Return C_e and m_a with which a family was computed, by reading."""
 
     def charts(quantity: str, unit: str, *, is_log: bool = True) -> list[Chart]:
@@ -179,7 +181,7 @@ def damping_block(inputs: Inputs, family: ReportedFamily, titles: Mapping[str, s
 
 
 def _damping_curve(
-    inputs: Inputs, family: ReportedFamily, reading: str, scenario: ReportedScenario, quantity: str
+    inputs: Inputs, family: ComparedScenarios, reading: str, scenario: Scenario, quantity: str
 ) -> PageCurve:
     selection = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
     values = inputs.psd[quantity].sel(selection).to_numpy()

@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import style
 from pidpanel.report.answer_figures import panel_figure
 from pidpanel.report.base_section import base_section
@@ -27,11 +28,12 @@ SAME_DB = 0.05  # reduction below which there is none
 
 def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
     """Return the whole page."""
-    study, base = inputs.study, inputs.base
+    study, base, names = inputs.study, inputs.base, inputs.names
+    points = list(study.panel.points)
     if base is None:
         raise ValueError(f"{study.name}: a page without sound and base motion")
-    on_shaker = base_section(base, study.names, study.panel.points, study.panel.thickness_mm)
-    answer, *summary = _findings(base, study.names)
+    on_shaker = base_section(base, names, points, study.panel.section.thickness_mm)
+    answer, *summary = _findings(base, names)
     proposed, designs = [], []
     if inputs.proposal is not None:
         answer, summary = proposal_headline(inputs.proposal), [answer, *summary]
@@ -42,17 +44,19 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
     # the drawing and the first curves make a row
     cut = [isinstance(block, Picture) for block in on_shaker.blocks].index(True)
     drawing = Picture(
-        "panel", style.Drawing(panel_figure, inputs.basis, study.panel, None), "The panel."
+        "panel",
+        style.Drawing(panel_figure, inputs.basis, StudiedPanel(study.panel), None),
+        "The panel.",
     )
     head, tail = on_shaker.blocks[:cut], on_shaker.blocks[cut:]
     sections = [on_panel, *coupon_sections(inputs)]
     if inputs.coupled is not None:
-        sections.append(coupled_section(inputs.coupled, study.names, study.panel.points))
+        sections.append(coupled_section(inputs.coupled, names, points))
     if inputs.measurements is not None:
         curves = {"base": curves_of(base)}
-        sections.insert(0, measurement_section(inputs.measurements, curves, study.names))
+        sections.insert(0, measurement_section(inputs.measurements, curves, names))
     return Page(
-        title=study.title,
+        title=study.title or study.name,
         answer=answer,
         first=[*designs, *head, drawing, tail[0]],
         caveats=warnings[:CAVEATS],
@@ -110,6 +114,7 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
     study = inputs.study
     values: dict[str, Any] = {
         "study": study,
+        "names": inputs.names,
         "outside": 0.0,
         "unstable": [],
         "panel_mesh": None,
@@ -121,8 +126,8 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
         values |= {
             "outside": base.summary["outside_run_points_share"].max(),
             "unstable": records(unstable.drop_duplicates(["reading", "scenario"])),
-            "panel_mesh": coarse_mesh(study.names, base.summary),
+            "panel_mesh": coarse_mesh(inputs.names, base.summary),
             "has_tones": not study.is_coupled
-            and (study.has_dampers or inputs.proposal is not None),
+            and (bool(study.scenarios) or inputs.proposal is not None),
         }
     return lines("shaker_warnings.html", values)

@@ -22,7 +22,7 @@ from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.measurement_section import curves_of, measurement_section
-from pidpanel.report.names import with_names
+from pidpanel.report.names import family_of, with_names
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.response_section import response_section
@@ -32,6 +32,7 @@ from pidpanel.report.stress_section import stress_section
 from pidpanel.report.summary_section import summary_section
 from pidpanel.report.verdict_section import verdict_section
 from pidpanel.report.warnings import study_warnings
+from pidpanel.sound.from_study import spectrum_of
 
 
 def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
@@ -49,7 +50,7 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         beside = blocks if answer is not None and answer.candidates else []
         blocks = [proposal_choice(proposal, inputs.basis), *beside]
     return Page(
-        title=study.title,
+        title=study.title or study.name,
         answer=text,
         first=blocks,
         caveats=warnings[:CAVEATS],
@@ -92,34 +93,38 @@ def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSec
 
 def _sections(inputs: Inputs) -> list[PageSection]:
     """Return the parts of the page in order, those left out of which there is nothing to show."""
-    study, points, names = inputs.study, inputs.study.panel.points, inputs.study.names
+    study, names = inputs.study, inputs.names
+    points, frequency = list(study.panel.points), study.response.frequency_hz
+    sound = study.acoustics
     # the paper states levels and no spectrum
-    assumed = is_papers_panel(inputs.modes, inputs.printed) and study.sound_level is not None
+    assumed = is_papers_panel(inputs.modes, inputs.printed) and study.oaspl_db is not None
     sections = [
         panel_section(inputs.basis, inputs.modes, inputs.printed),
         sound_section(
-            inputs.bands, study.spectrum, study.spectrum_rows, study.frequency, assumed=assumed
+            inputs.bands, sound.spectrum.name, spectrum_of(sound).rows, frequency, assumed=assumed
         ),
     ]
     law = paper_corrected if "paper_corrected" in study.readings else None
     sections += coupon_sections(inputs, law)
     if inputs.atlas is not None:
-        sections.append(atlas_section(inputs.atlas, inputs.layouts, names, study.frequency))
+        sections.append(atlas_section(inputs.atlas, inputs.layouts, names, frequency))
     if inputs.coupled is not None:
         sections.append(coupled_section(inputs.coupled, names, inputs.moving_points))
     if study.layouts:
         sections.append(layouts_section(inputs))
-    families = tracked(list(study.families.values()), "families of scenarios of the page")
-    sections += [response_section(inputs, family) for family in families]
+    families = tracked(list(study.families), "families of scenarios of the page")
+    sections += [response_section(inputs, family_of(study, name)) for name in families]
     if inputs.coupled is not None and inputs.coupled.verdict is not None:
         verdict = with_names(inputs.coupled.verdict, names)
         sections.append(verdict_section(verdict, points, inputs.psd, inputs.coupled.psd))
-    layouts = {scenario.layout_label: scenario.name for scenario in study.scenarios}
+    layouts = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
     if inputs.measurements is not None:
         curves = {"sound": inputs.psd, "base": curves_of(inputs.base)}
         sections.append(measurement_section(inputs.measurements, curves, {**layouts, **names}))
     if inputs.base is not None:
-        sections.append(base_section(inputs.base, layouts, points, study.panel.thickness_mm))
+        sections.append(
+            base_section(inputs.base, layouts, points, study.panel.section.thickness_mm)
+        )
     if inputs.maps is not None:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))
     sections.append(summary_section(study, inputs.summary))

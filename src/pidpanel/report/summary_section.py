@@ -6,17 +6,19 @@ import pandas as pd
 
 from pidpanel.report import text
 from pidpanel.report.html import Fragment, PageSection
-from pidpanel.report.inputs import ReportedStudy
+from pidpanel.report.names import Study, names_of
 
 
-def summary_section(study: ReportedStudy, summary: pd.DataFrame) -> PageSection:
+def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
     """Return mass, rms values and reductions of all scenarios."""
     by_key = {(row["scenario"], row["reading"], row["point"]): row for row in text.records(summary)}
-    rows = []
-    for scenario, reading, point in product(study.scenarios, study.readings, study.panel.points):
+    rows, names = [], names_of(study)
+    for scenario, reading, point in product(
+        study.all_scenarios(), study.readings, study.panel.points
+    ):
         if scenario.is_bare and reading != study.readings[0]:
             continue  # the same with every damping model
-        name = study.names[scenario.label]
+        name = names[scenario.label]
         if name == scenario.label and not scenario.is_bare:
             name += f" ({scenario.filling_text})"
         row = by_key[scenario.label, reading, point]

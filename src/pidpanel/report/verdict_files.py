@@ -9,12 +9,12 @@ import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.report.inputs import ReportedStudy
-from pidpanel.report.names import ReportedScenario
+from pidpanel.report.names import Scenario, Study
 from pidpanel.report.verdict import CoupledRun, distance
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.lines import root_mean_square
+from pidpanel.sound.from_study import spectrum_of
 
 # Beside the readings: no damper, and its mass alone.
 BARE, DEAD_WEIGHT = "bare panel", "dead weight"
@@ -29,7 +29,7 @@ COLUMNS = (
 
 
 def write_verdict(
-    study: ReportedStudy, psd_nc: Path, summary_csv: Path, bands_csv: Path, verdict_csv: Path
+    study: Study, psd_nc: Path, summary_csv: Path, bands_csv: Path, verdict_csv: Path
 ) -> None:
     """Write how far each reading is from the coupled run, by scenario and point.
 
@@ -48,9 +48,11 @@ def write_verdict(
     summary, bands = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, bands_csv))
     psd = read_psd(psd_nc)
     frequency = psd["frequency"].to_numpy()
-    _, edge = whole_third_octaves(*study.frequency)  # as in the tables of the coupled runs
+    _, edge = whole_third_octaves(
+        *study.response.frequency_hz
+    )  # as in the tables of the coupled runs
     rows = []
-    for scenario in study.scenarios:
+    for scenario in study.all_scenarios():
         of_run = summary[summary["scenario"] == scenario.label]
         if of_run.empty:
             continue
@@ -68,7 +70,7 @@ def write_verdict(
                 rows.append(
                     {
                         "scenario": scenario.label,
-                        "oaspl_db": scenario.oaspl_db or study.table_level,
+                        "oaspl_db": scenario.oaspl_db or spectrum_of(study.acoustics).oaspl,
                         "reading": reading,
                         "point": point,
                         "g_rms": coupled.rms * (1 + offset.rms),
@@ -85,11 +87,11 @@ def write_verdict(
 
 
 def _readings(
-    study: ReportedStudy, psd: xr.Dataset, scenario: ReportedScenario
+    study: Study, psd: xr.Dataset, scenario: Scenario
 ) -> Iterator[tuple[str, xr.DataArray]]:
     """Yield acceleration PSDs of a scenario by name: bare, dead weight and every reading."""
     first = study.readings[0]
-    yield BARE, psd["acceleration_psd"].sel(reading=first, scenario=scenario.bare_label)
+    yield BARE, psd["acceleration_psd"].sel(reading=first, scenario=scenario.bare.label)
     readings = [reading for reading in study.readings if reading != COUPLED]
     for reading in readings:
         dead = psd["dead_weight_acceleration_psd"].sel(reading=reading, scenario=scenario.label)

@@ -15,7 +15,8 @@ from pidpanel.panel.resolution import ORDER
 from pidpanel.paths import SECTION
 from pidpanel.report.answer import StudyAnswer, main_reading
 from pidpanel.report.answer_text import worst_map
-from pidpanel.report.inputs import CouponResults, Inputs, ReportedStudy
+from pidpanel.report.inputs import CouponResults, Inputs
+from pidpanel.report.names import Study, names_of
 from pidpanel.report.templates import lines
 from pidpanel.report.text import READINGS, capitalised, records
 from pidpanel.response import trust
@@ -41,7 +42,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     of_atlas = inputs.layouts["reading"] == ATLAS
     base_mesh = None
     if base is not None and base.summary is not None:
-        names = {scenario.layout_label: scenario.name for scenario in study.scenarios}
+        names = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
         base_mesh = coarse_mesh(names, base.summary)
     values = {
         "trust": trust,
@@ -52,7 +53,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         "elsewhere": answer and _elsewhere(inputs, answer),
         "has_masses": answer and all(math.isfinite(c.mass) for c in answer.candidates),
         "base_mesh": base_mesh,
-        "panel_mesh": coarse_mesh(study.names, summary),
+        "panel_mesh": coarse_mesh(inputs.names, summary),
         "has_tones": bool(study.surfaces)
         or inputs.layouts.loc[~of_atlas, "damping_read_at_g"].notna().any(),
         "has_atlas": of_atlas.any(),
@@ -62,14 +63,14 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     return lines("warnings.html", values)
 
 
-def _doubts(study: ReportedStudy, summary: pd.DataFrame, reading: str) -> Iterator[dict[str, Any]]:
+def _doubts(study: Study, summary: pd.DataFrame, reading: str) -> Iterator[dict[str, Any]]:
     """Yield what is doubted in a reading, and in which scenarios."""
     rows = summary[summary["reading"] == reading]
-    count = rows["scenario"].nunique()
+    count, scenario_names = rows["scenario"].nunique(), names_of(study)
 
     def names(doubted: pd.DataFrame) -> str:
         labels = list(dict.fromkeys(doubted["scenario"]))
-        named = [study.names[label] for label in labels[:NAMED]]
+        named = [scenario_names[label] for label in labels[:NAMED]]
         named += [f"{len(labels) - NAMED} more"] * (len(labels) > NAMED)
         text = "all scenarios" if 1 < count == len(labels) else "; ".join(named)
         if len(study.readings) > 1:

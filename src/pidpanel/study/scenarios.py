@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from pidpanel.paths import SECTION
 from pidpanel.study.base import Fill, Level, SectionModel, Text
 from pidpanel.study.mistakes import Keys, Mistake
 
@@ -110,6 +111,11 @@ class Filling(SectionModel):
     damper: str | None  # None where laws and tables for any patch are the only dampers
     fill_fraction: float | None  # None where the damper needs none
 
+    @property
+    def place(self) -> tuple[str, ...]:
+        """The patch, and the damper where it has a name of its own."""
+        return (self.patch,) if self.damper in (None, SECTION) else (self.patch, str(self.damper))
+
 
 class Scenario(SectionModel):
     """One response: a layout of filled patches, or the bare panel, at one level.
@@ -167,6 +173,35 @@ class Scenario(SectionModel):
             return 0.0
         fills = [filling.fill_fraction for filling in self.fillings]
         return fills[0] if len(fills) == 1 and fills[0] is not None else math.nan
+
+    @property
+    def layout_label(self) -> str:
+        """Its label without the sound level."""
+        return self.label.removesuffix(level_suffix(self.oaspl_db))
+
+    @property
+    def name(self) -> str:
+        """The scenario without its sound level as a reader knows it.
+
+        Examples
+        --------
+        >>> half = Filling(patch="PID-1", damper=None, fill_fraction=0.5)
+        >>> Scenario(label="PID-1_r0.5", fillings=(half,), oaspl_db=None).name
+        'PID-1, r = 0.5'
+        """
+        if self.is_bare:
+            return "bare panel"
+        text = self.filling_text
+        return text if len(self.fillings) == 1 else f"{self.label} ({text})"
+
+    @property
+    def filling_text(self) -> str:
+        """The filled patches with dampers and fills."""
+        parts = []
+        for filling in self.fillings:
+            fill = [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
+            parts.append(", ".join([*filling.place, *fill]))
+        return "; ".join(parts)
 
 
 def level_suffix(oaspl_db: float | None) -> str:
