@@ -99,12 +99,11 @@ def losses_section(cases: pd.DataFrame) -> PageSection:
 def coupon_text(results: CouponResults) -> str:
     """Return a coupon in words, which accuracy was asked for, and which was reached."""
     good = results.cases[results.cases["status"] == "ok"]
-    text = f"{results.words} {results.accuracy}"
     if not len(good):
-        return f"{text}; no case is ok."
+        return f"{results.words}; no case is ok."
     relative = (good["equivalent_damping_error_n_s_m3"] / good["equivalent_damping_n_s_m3"]).abs()
     return (
-        f"{text}. Reached: {percent(relative.median(), 1)} in the median, "
+        f"{results.words}. Reached: {percent(relative.median(), 1)} in the median, "
         f"{percent(relative.max(), 1)} at most, in {len(good)} of "
         f"{counted(len(results.cases), 'case')}."
     )

@@ -1,6 +1,6 @@
 """The door of the report for studies: what a page tells of its study, and from where it reads."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
@@ -20,12 +20,9 @@ from pidpanel.report.html import Page
 from pidpanel.report.shaker_page import shaker_page
 from pidpanel.report.study_page import study_page
 from pidpanel.report.templates import sentence
-from pidpanel.report.text import counted, percent
 from pidpanel.report.write import write_page
 from pidpanel.study import CouponStudy, Study, StudyError, load_any_study, load_study
 from pidpanel.study.coupon import Coupon
-
-DIRECTIONS = {(0.0, 0.0, -1.0): "along −z (the motion is along z)"}
 
 
 def write_study_page(study_file: Path, folder: Path, file: Path, figures: Path) -> None:
@@ -148,13 +145,15 @@ def read_coupon(study: CouponStudy, damper: str, table: Path) -> inputs.CouponRe
         raise StudyError(
             f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"
         )
-    words, accuracy = coupon_words(study.coupons[damper])
-    shot = read_film(cases, table.with_name("film.nc"))
     coupon = study.coupons[damper]
-    is_design = coupon.cases is not None
-    measured = None if coupon.measured is None else measured_beside(coupon, rows)
-    varied = varied_keys(study)
-    return inputs.CouponResults(rows, words, accuracy, varied, shot, is_design, measured)
+    return inputs.CouponResults(
+        rows,
+        coupon_words(coupon),
+        varied_keys(study),
+        read_film(cases, table.with_name("film.nc")),
+        is_design=coupon.cases is not None,
+        measured=None if coupon.measured is None else measured_beside(coupon, rows),
+    )
 
 
 def varied_keys(study: CouponStudy) -> list[str]:
@@ -183,30 +182,12 @@ def partly_known(study: Study) -> list[str]:
     ]
 
 
-def coupon_words(coupon: Coupon) -> tuple[str, str]:
-    """Return material, e, μ, cell and gravity of a coupon, and the accuracy requested, in words."""
-    cell, accuracy, varied = coupon.cell, coupon.accuracy, coupon.varied_values
-    sizes = sorted(1e3 * d for d in coupon.diameters)
-    along = coupon.gravity_direction
+def coupon_words(coupon: Coupon) -> str:
+    """Return material, e, μ, cell, gravity and the requested accuracy of a coupon in words."""
     values = {
         "coupon": coupon,
-        "varied": varied,
-        "values_text": _values_text,
-        "size": _values_text(varied.get("particles.diameter_mm", sizes), " and ", 2),
-        "shape": SHAPES[cell.shape].word,
-        "width": _values_text(varied.get("cell.across_flats_mm", [cell.across_flats_mm])),
-        "depth": _values_text(varied.get("cell.depth_mm", [cell.depth_mm])),
-        "direction": DIRECTIONS.get(along, f"along {along}"),
+        "varied": coupon.varied_values,
+        "sizes": sorted(1e3 * d for d in coupon.diameters),
+        "shape": SHAPES[coupon.cell.shape].word,
     }
-    return (
-        sentence("particles.html", values),
-        f"{counted(accuracy.seeds, 'packing')} per case, run until the standard error of C_e is "
-        f"{percent(accuracy.relative_error)} or for {accuracy.max_cycles} cycles",
-    )
-
-
-def _values_text(values: Sequence[float], separator: str = ", ", most: int = 6) -> str:
-    """Return a few values, or the range of many."""
-    if len(values) > most:
-        return f"{min(values):g} to {max(values):g}"
-    return separator.join(f"{value:g}" for value in values)
+    return sentence("particles.html", values)

@@ -19,8 +19,7 @@ class CouponResults:
     """What the coupon stage left."""
 
     cases: pd.DataFrame  # ``coupon/cases.csv``
-    words: str = ""  # particles, cell, gravity
-    accuracy: str = ""  # the requested one, in words
+    words: str = ""  # particles, cell, gravity, requested accuracy
     varied: Sequence[str] = ()  # columns in which cases differ besides fill, frequency and Γ
     shot: Shot | None = None  # one run over some cycles; None where that was not possible
     is_design: bool = False  # whether the cases are those of a table, each at a point of its own
