@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,9 +18,9 @@ from pidpanel.identify.posterior import Posterior
 from pidpanel.report import style
 from pidpanel.report.html import Fragment, Page, PageSection, Picture, render
 from pidpanel.report.layout import frequency_axis
-from pidpanel.report.text import number, records
+from pidpanel.report.templates import lines
+from pidpanel.report.text import records
 
-SYMBOLS = {"restitution": "e", "friction": "μ", "fill_fraction": "r"}
 NAMES = {
     "restitution": "restitution e",
     "friction": "friction μ",
@@ -29,65 +30,40 @@ REGIONS = (0.9, 0.5)  # shares of the posterior within the drawn regions
 PROPOSED = 8  # further tones in the table
 
 
+class Answer(NamedTuple):
+    """What a measurement says, in sentences."""
+
+    particles: list[str]  # e, μ and r with their intervals
+    fit: str
+    limitations: list[str]
+    next_tone: str  # that narrows the answer most
+
+
+def answer_of(result: IdentificationResult) -> Answer:
+    """Return the answer of an identification."""
+    tones = _further(result)
+    values = {
+        "result": result,
+        "rows": records(summary(result.posterior)),
+        "further": tones[result.further.best] if tones else None,
+    }
+    e, friction, fill, fit, *limitations, tone = lines("identify_answer.html", values)
+    return Answer([e, friction, fill], fit, limitations, tone)
+
+
 def answer_lines(result: IdentificationResult) -> list[str]:
-    """Return the answer in lines, the particles first."""
-    fit, particles = _fit(result), _particles(result)
-    lines = [*particles, fit] if result.posterior.is_explained else [fit, *particles]
-    return [*lines, *warnings(result), next_line(result)]
+    """Return the answer in lines, the particles first if they explain the measurement."""
+    particles, fit, limitations, tone = answer_of(result)
+    first = [*particles, fit] if result.posterior.is_explained else [fit, *particles]
+    return [*first, *limitations, tone]
 
 
-def _fit(result: IdentificationResult) -> str:
-    posterior = result.posterior
-    fit = f"χ² = {number(posterior.least_chi_square)} of {posterior.count} values"
-    if posterior.is_explained:
-        return f"These particles explain the measurement: {fit}."
-    return f"No particles of the atlas explain the measurement: {fit}."
-
-
-def _particles(result: IdentificationResult) -> list[str]:
-    rows = records(summary(result.posterior))
-    return [f"{SYMBOLS[row['parameter']]} = {_interval(row)}" for row in rows]
-
-
-def _interval(row: dict[str, float]) -> str:
-    return f"{row['value']:#.3g} (90 %: {row['low_90']:#.3g} to {row['high_90']:#.3g})"
-
-
-def warnings(result: IdentificationResult) -> list[str]:
-    """Return what limits the answer."""
-    lines = []
-    for row in records(summary(result.posterior)):
-        ends = [text for end, text in (("low", "lower"), ("high", "upper")) if row[f"cut_{end}"]]
-        if ends:
-            lines.append(
-                f"The interval of {SYMBOLS[row['parameter']]} is cut at the {' and '.join(ends)} "
-                "limit of the atlas."
-            )
-    if result.outside:
-        lines.append(f"{result.outside} of {len(result.predictions)} tones lie outside the atlas.")
-    if result.measured.tones.is_broadband.any():
-        lines.append(
-            "The test is random: C_e of the atlas is corrected for it, with a further error of "
-            "25 % that all frequencies share."
-        )
-    return lines
-
-
-def next_line(result: IdentificationResult) -> str:
-    """Return the further tone that narrows the answer most."""
-    further, (e, friction, _) = result.further, records(summary(result.posterior))
-    if not len(further.frequency):
-        return "The shaker cannot run a further tone: widen its limits (shaker)."
-    best = further.best
-    f, gamma = further.frequency[best], further.acceleration_g[best]
-    return (
-        f"A further tone at {number(f)} Hz and {number(gamma)} g ({number(_stroke(f, gamma), 2)} "
-        "mm) would narrow "
-        f"the answer most: standard deviation of e from {e['error']:.2g} to "
-        f"{further.restitution_error[best]:.2g}, of μ from "
-        f"{100 * friction['error'] / friction['value']:.0f} to "
-        f"{100 * further.friction_error[best]:.0f} %."
-    )
+def _further(result: IdentificationResult) -> list[dict[str, Any]]:
+    """Return the further tones, each with its stroke [mm]."""
+    return [
+        {**row, "stroke": _stroke(row["frequency"], row["acceleration_g"])}
+        for row in records(pd.DataFrame(result.further._asdict()))
+    ]
 
 
 def _stroke(frequency: float, gamma: float) -> float:
@@ -102,7 +78,7 @@ def write_identification(result: IdentificationResult, file: Path) -> None:
 
 def identification_page(result: IdentificationResult) -> Page:
     """Return the page."""
-    identification, posterior, further = result.identification, result.posterior, result.further
+    identification, posterior, answer = result.identification, result.posterior, answer_of(result)
     cell, particles = identification.coupon.cell, identification.coupon.particles
     rows = [{**row, "name": NAMES[row["parameter"]]} for row in records(summary(posterior))]
     first = {
@@ -111,18 +87,15 @@ def identification_page(result: IdentificationResult) -> Page:
         "posterior": Picture("posterior", style.Drawing(posterior_figure, posterior)),
         "measured": Picture("measured", style.Drawing(measured_figure, result.predictions)),
     }
-    tones = [
-        {**row, "stroke": _stroke(row["frequency"], row["acceleration_g"])}
-        for row in records(pd.DataFrame(further._asdict()).nlargest(PROPOSED, "information"))
-    ]
-    proposed = Fragment("identify_next.html", {"line": next_line(result), "tones": tones})
+    tones = sorted(_further(result), key=lambda row: -row["information"])[:PROPOSED]
+    proposed = Fragment("identify_next.html", {"line": answer.next_tone, "tones": tones})
     values = Fragment("identify_values.html", {"tones": records(result.predictions)})
     size = f"{particles.diameter_mm:g} mm, {particles.density_kg_m3:g} kg/m³"
     return Page(
         title=identification.title or f"Particles of {identification.name}",
-        answer=f"{', '.join(_particles(result))}. {_fit(result)}",
+        answer=f"{', '.join(answer.particles)}. {answer.fit}",
         first=[Fragment("identify_first.html", first)],
-        caveats=warnings(result),
+        caveats=answer.limitations,
         facts=[
             ("measurement", identification.measured.file.name),
             ("cell", f"hexagon, {cell.across_flats_mm:g} mm × {cell.depth_mm:g} mm"),
