@@ -27,7 +27,7 @@ def test_names_in_templates_are_shown_as_typed():
 def test_sentences_are_plain_text_for_a_page_that_escapes_them():
     # red: fill in place of striptags: escaped twice, or not at all
     values = {"name": NAME, "key": "dampers.x"}
-    study = {"massless": {NAME: "dampers.x"}, "names": {}, "single_points": ()}
+    study = {"massless_dampers": {NAME: "dampers.x"}, "panel": {"single_points": ()}}
     (massless, vacuum) = templates.lines(
         "shaker_warnings.html",
         {"study": study, "outside": 0, "unstable": [], "panel_mesh": None, "has_tones": False,

@@ -12,22 +12,20 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
+from pidpanel.report.style import BARE, RESOLUTION, Drawing
 from pidpanel.report.templates import PAGES, environment
 
 # uPlot as its authors ship it.
 LIBRARIES = tuple(PAGES / "uplot" / name for name in ("uPlot.iife.min.js", "uPlot.min.css"))
 
-# Dots per inch of the PNG files, and pixels per inch at which a page shows them.
-RESOLUTION, SHOWN_PER_INCH = 180, 100
+SHOWN_PER_INCH = 100  # pixels per inch at which a page shows PNG files
 
 BROAD = 640  # width from which a picture takes that of the page [pixel]
-
-BARE = "#000000"  # colour of the bare panel
 
 PIXELS = 1.6  # width of a curve on a screen over that in a figure [pixel/pt]
 
@@ -117,21 +115,12 @@ class ColourTable:
     cells: Sequence[Sequence[tuple[str, str, bool]]]
 
 
-class Drawn(Protocol):
-    """A figure that is drawn when it is asked for; see `style.Drawing`."""
-
-    @property
-    def png(self) -> bytes:
-        """Return the figure as PNG."""
-        ...
-
-
 @dataclass(frozen=True)
 class Picture:
     """An image with its caption, or what stands for it in the page."""
 
     name: str  # anchor in the page and stem of the file
-    drawn: bytes | Drawn
+    drawn: bytes | Drawing
     # Also the text for readers who cannot see the image; empty where a template has it
     caption: str = ""
     # The same as numbers, in the place of the image

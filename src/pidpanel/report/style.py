@@ -24,8 +24,9 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 from PIL import Image
 
-from pidpanel.report.html import BARE as BARE
-from pidpanel.report.html import RESOLUTION
+RESOLUTION = 180  # dots per inch of the PNG files
+
+BARE = "#000000"  # colour of the bare panel
 
 # Mathematics that figures write themselves; a dollar of any other text is a dollar.
 _OURS = re.compile(r"(\$(?:[CEm]_[ade]|m A\^2 \\omega\^2|\\mathdefault\{.*?\})\$)")
