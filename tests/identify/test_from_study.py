@@ -129,12 +129,18 @@ def test_columns_become_damping_and_mass_per_area():
     np.testing.assert_allclose(loss.damping_error, 1e-3 * f * omega)
     assert np.isnan(loss.mass).all()
     complex_one = measured_table(
-        {"frequency_hz": f, "impedance_real_n_s_m3": np.array([0.0, 300.0]),
+        {"frequency_hz": f, "impedance_real_n_s_m3": np.array([-1.0, 300.0]),
          "impedance_imag_n_s_m3": 3 * omega}, tones, 0.05, 10.0,
     )  # fmt: skip
     assert np.isnan(complex_one.damping[0]) and complex_one.damping_error[1] == 15.0
     np.testing.assert_allclose(complex_one.mass, 3.0)
     np.testing.assert_allclose(complex_one.mass_error, 0.5)
+
+
+def test_a_weak_damper_counts_and_one_without_damping_does_not():
+    tones = Tones(np.full(2, 80.0), np.full(2, 5.0), np.zeros(2, bool))
+    columns = {"frequency_hz": tones.frequency, "equivalent_damping_n_s_m3": np.array([0.5, 0.0])}
+    np.testing.assert_array_equal(measured_table(columns, tones, 0.1, 1.0).damping, [0.5, np.nan])
 
 
 def test_amplitudes_of_any_kind_are_accelerations(laboratory):

@@ -8,7 +8,14 @@ import pytest
 from random_panels import RandomPanel, exhaustive, problems
 
 from pidpanel.optimise.bound import PriceOfMass, weights_of_points
-from pidpanel.optimise.search import Sampling, branch_and_bound, greedy, sample_property
+from pidpanel.optimise.search import (
+    Problem,
+    Proof,
+    Sampling,
+    branch_and_bound,
+    greedy,
+    sample_property,
+)
 
 PANELS = 20
 HOLDS = Sampling(100, 0, 0.0, 1.0, 0.0)
@@ -179,3 +186,140 @@ def test_one_heavy_damper_is_compared_with_several_light_ones(heavy, best):
     # red: range(2, …) or problem.most - 1 in `greedy`; budget * count; >= value
     stated = {(0,): heavy, (1,): 6.0, (2,): 7.0, (1, 2): 3.0}
     assert greedy(StatedProblem([2.0, 1.0, 1.0, 1.0], 2.0, stated)) == best
+
+
+class StatedPanel:
+    """A panel from which each option removes a stated mean square, and pairs some more."""
+
+    def __init__(self, removed, together):
+        removed = np.asarray(removed, float)
+        self.removed, self.together = removed.reshape(len(removed), -1), together
+        self.points = self.removed.shape[1]
+        self.bare = np.full(self.points, 10.0)
+
+    def mean_square(self, _, loaded, __, further):
+        alone = self.removed[loaded].sum(axis=0) + self.removed[further]
+        pairs = len(loaded) * (len(loaded) + 1) / 2
+        return self.bare - alone - self.together * pairs
+
+
+def stated_problem(removed, most=2, mass=None, budget=10.0, together=0.0):
+    """A problem with an option on each of some places."""
+    number = np.arange(len(removed))
+    mass = np.ones(len(removed)) if mass is None else np.array(mass)
+    options = SimpleNamespace(place=number, stiffness=number, mass=mass)
+    places = SimpleNamespace(overlap=np.eye(len(removed), dtype=bool), group=number)
+    return Problem(StatedPanel(removed, together), options, places, budget, most)
+
+
+def test_what_adds_up_violates_nothing():
+    # three dampers of four at two points: 3 and 2 further ones are compared, in five chains
+    problem = stated_problem([[1, 2], [3, 1], [2, 2], [0.5, 4]], most=3)
+    sampling = sample_property(problem)
+    assert (sampling.checks, sampling.violations, sampling.excess) == (50, 0, 0.0)
+    assert sampling.ratio == pytest.approx(1) and sampling.largest == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("alone", "together", "most", "expected"),
+    [
+        # 2.3 in place of 2; a second removes 1.3, of which 1.15 are allowed for
+        ([1.0] * 3, 0.3, 2, (10, 10, 0.03, 1.15, 0.015)),
+        # 1 + 1.3 + 1.6 in place of 3; the second and the third 2.9 in place of 1.3 · 2
+        ([1.0] * 4, 0.3, 3, (25, 25, 0.03, 1.3, 0.03)),
+        # too little for a ratio: 0.34 in place of 0.04 all counts
+        ([0.04] * 3, 0.3, 2, (10, 10, 0.03, 1.0, 0.03)),
+        # below single precision
+        ([1.0] * 3, 8e-4, 2, (10, 0, 8e-5, 1.0004, 0.0)),
+    ],
+)  # fmt: skip
+def test_dampers_that_remove_more_together_are_counted(alone, together, most, expected):
+    # red: the state before in place of that after; the ratio of the last damper alone
+    sampling = sample_property(stated_problem(alone, most, together=together))
+    values = [getattr(sampling, name) for name in ("checks", "violations", "largest", "ratio")]
+    assert [*values, sampling.excess] == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+def test_the_gap_is_that_of_the_bound_in_decibels():
+    gaps = [Proof((), 10.0, bound, 1).gap_db for bound in (5.0, 1.0, 0.5, 12.0, 0.0)]
+    np.testing.assert_allclose(gaps, [3.0103, 10, 13.0103, 0, np.inf], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "violations", "expected"),
+    [
+        # single dampers alone: the first and the second may leave 10 − 4 − 3
+        (1, 0, ((0,), 6.0, 3.0, 1, False)),
+        # the second branch, 7 − 2, is closed by its bound
+        (2, 0, ((0, 1), 3.0, 3.0, 2, False)),
+        (9, 0, ((0, 1), 3.0, 3.0, 2, False)),
+        # no bound counts: every branch with two dampers is looked at
+        (9, 1, ((0, 1), 3.0, 3.0, 4, True)),
+        (3, 1, ((0, 1), 3.0, 3.0, 3, False)),
+    ],
+)  # fmt: skip
+def test_branches_are_searched_by_their_bounds(nodes, violations, expected):
+    # red: the largest bound first; branches that are left not in the bound
+    problem = stated_problem([4.0, 3.0, 2.0, 1.0])
+    proof = branch_and_bound(problem, (3,), Sampling(100, violations, 0.0, 1.0, 0.0), nodes)
+    assert (proof.layout, proof.value, proof.bound, proof.nodes, proof.is_exhaustive) == expected
+
+
+def test_the_bound_allows_for_what_the_samples_violate():
+    # 10 − 4 − 1.5 · 3 − 0.02 · 10
+    problem = stated_problem([4.0, 3.0, 2.0, 1.0])
+    proof = branch_and_bound(problem, (), Sampling(100, 0, 0.0, 1.5, 0.02), 1)
+    assert proof.bound == pytest.approx(1.3)
+
+
+@pytest.mark.parametrize(("further", "nodes", "value"), [(1.02, 1, 6.0), (1.04, 2, 5.96)])
+def test_branches_that_gain_less_than_half_a_percent_are_left_in_the_bound(further, nodes, value):
+    # one heavy damper leaves 6; two light ones 7 − 1.02, or 7 − 1.04 = 0.993 · 6
+    problem = stated_problem([4.0, 3.0, further], mass=[2.0, 1.0, 1.0], budget=2.0)
+    proof = branch_and_bound(problem, (), HOLDS, 9)
+    assert (proof.nodes, proof.value) == (nodes, pytest.approx(value))
+    assert proof.bound == pytest.approx(7 - further)
+
+
+def test_only_what_fits_beside_a_damper_is_in_its_bound():
+    # red: the whole budget for further dampers
+    problem = stated_problem([2.0, 1.0, 5.0], mass=[1.0, 1.0, 3.0], budget=3.0)
+    proof = branch_and_bound(problem, (), HOLDS, 1)
+    assert (proof.layout, proof.value, proof.bound) == ((2,), 5.0, 5.0)
+
+
+def test_at_several_points_the_largest_bound_of_their_means_counts():
+    removed = np.array([[4.0, 1.0], [1.0, 5.0], [2.0, 2.0]])
+    problem = stated_problem(removed)
+    left = 10 - removed
+    order = np.argsort(left.max(axis=1))
+    bounds = [
+        max(share @ left[option] - max(share @ removed[k] for k in order[place + 1 :])
+            for share in np.array([[1, 0], [3, 1], [2, 2], [1, 3], [0, 4]]) / [[1], [4], [4], [4], [4]])
+        for place, option in enumerate(order[:-1])
+    ]  # fmt: skip
+    proof = branch_and_bound(problem, (), HOLDS, 1)
+    assert proof.bound == pytest.approx(min(bounds)) and proof.bound < proof.value - 1
+
+
+def test_a_problem_on_some_places_has_the_same_layouts():
+    problem = RandomPanel(7).problem()
+    pairs = itertools.combinations(range(problem.options.mass.size), 2)
+    layout = next(pair for pair in pairs if problem.feasible(pair[:1])[pair[1]] and pair[0] > 2)
+    used = np.unique(problem.options.place[list(layout)])
+    fewer, (same,) = problem.on_places(used, [layout])
+    # the panel is reduced to the same places by its caller
+    assert fewer.options.mass.size == problem.options.mass.size * len(used) / len(
+        problem.places.lower
+    )
+    assert not fewer.evaluated
+    places = fewer.places.lower[fewer.options.place[list(same)]]
+    expected = problem.places.lower[problem.options.place[list(layout)]]
+    np.testing.assert_array_equal(places, expected)
+    assert fewer.mass(same) == problem.mass(layout)
+
+
+def test_the_empty_layout_has_the_bare_mean_square():
+    problem = stated_problem([4.0, 3.0])
+    np.testing.assert_array_equal(problem.mean_square(()), [10.0])
+    np.testing.assert_array_equal(problem.mean_square((0, 1)), [3.0])
