@@ -37,14 +37,14 @@ def test_a_longer_design_begins_with_the_shorter():
     assert list(points(700))[:100] == list(points(100))
 
 
-def test_the_table_of_the_atlas_begins_with_the_rows_of_the_design():
+def test_the_table_of_the_atlas_is_that_of_the_design():
     # red: any number of the design: the atlas could not be made again from its table
     table = PROJECT / "workflow" / "studies" / "atlas_cases.csv"
     lines = table.read_text().splitlines()
     chosen = (groups for groups in points(1024) if not exclusion(groups, BEAD))
     rows = [row_of(groups, BEAD) for groups in chosen]
-    assert lines[0] == ",".join(rows[0]) and len(rows) > 400
-    assert lines[1 : 1 + len(rows)] == [",".join(map(str, row.values())) for row in rows]
+    assert lines[0] == ",".join(rows[0])
+    assert lines[1:] == [",".join(map(str, row.values())) for row in rows]
 
 
 @pytest.mark.parametrize("count", [64, 128, 256])
