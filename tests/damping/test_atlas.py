@@ -44,14 +44,15 @@ def test_coordinates_are_the_groups():
     np.testing.assert_allclose(np.exp(bed.log_stroke(points)), stroke)
     np.testing.assert_allclose(np.exp(points[:, STROKE]), 20 * stroke)
     np.testing.assert_allclose(points[0, :2], [0.5, np.log(20)])
-    loss = np.log(7.5 * (1 - 0.6**2))
-    np.testing.assert_allclose(points[0, 3:], [loss, np.log(0.2), np.log(4), np.log(7.5), 0])
+    loss, walls = np.log(7.5 * (1 - 0.6**2)), np.log(0.2 * 30 / 8)
+    shape = [loss, walls, np.log(4), np.log(7.5), 0, np.log(20) - loss]
+    np.testing.assert_allclose(points[0, 3:], shape)
 
 
 def test_a_bed_crosses_only_where_its_flight_reaches_the_lid():
     # 1.8 g throws a body 0.98 amplitudes high, 4.6 g 3.41; across gravity it always crosses
     # red: ballistic height alone, Γ/2
-    points = np.zeros((4, 8))
+    points = np.zeros((4, 9))
     points[:, 1] = np.log([1.8, 1.8, 4.6, 4.6])
     stroke = np.log(1 / np.array([0.95, 1.05, 3.3, 3.5]))
     points[:, STROKE] = stroke + points[:, 1]

@@ -51,12 +51,13 @@ Direction = Literal["flat", "upright"]  # of gravity: along the motion, or acros
 REGIMES = (0.1, 0.5)
 
 # Of the coordinates of `AtlasBed.points` over the ranges of the atlas.
-SPREAD = np.array([0.26, 1.8, 3.5, 1.2, 0.8, 0.46, 1.0, 0.5])
+SPREAD = np.array([0.26, 1.8, 3.5, 1.2, 1.0, 0.46, 1.0, 0.5, 2.1])
 
-LOSS, DEPTH = 3, 6  # columns of the coordinates with the loss and the depth of the bed
+# Columns of the coordinates with the loss, the friction, the width and the depth of the bed.
+LOSS, FRICTION, BREADTH, DEPTH = 3, 4, 5, 6
 
-# Of r, ln Γ and the shape, for the jump.
-JUMP_LENGTHS = np.array([0.3, 3.0, 4.0, 4.0, 3.0, 3.0, 1.0])
+# Of the coordinates without the stroke, for the jump.
+JUMP_LENGTHS = np.array([0.3, 3.0, 4.0, 4.0, 3.0, 3.0, 1.0, np.inf])
 
 # Of a case, in dimensionless form.
 COLUMNS = (
@@ -80,16 +81,16 @@ class AtlasBed(SurfaceBed):
         return super().least_spread if self.trend is None else 0.5
 
     def riding(self, points: Array) -> Array | float:
-        """Trend of ln C_e/(r f h) of beds that ride, at `points` (n, 8)."""
+        """Trend of ln C_e/(r f h) of beds that ride, at `points` (n, 9)."""
         return 0.0 if self.trend is None else riding_trend(self.trend, points)
 
     def points(self, fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
-        """Coordinates (n, 8) of the processes: r, ln Γ, ln(Γ W/L), then the shape.
+        """Coordinates (n, 9) of the processes: r, ln Γ, ln(Γ W/L), the shape, ln Γ/(N(1 − e²)).
 
         Γ W/L is twice the height of a bed thrown at ωW over the gap. In place of the depth of the
         cell stands that of the bed, N = r depth/d, and with e what a pulse loses on its way through
         it, N(1 − e²): on it depends the agitation of a bed (Kumaran, *Phys. Rev. E* 57, 5660
-        (1998)).
+        (1998)). With μ stands what the walls of a cell can carry, μ depth/width (Janssen).
         """
         points = super().points(fill_fraction, frequency, acceleration_g)
         points[:, 1] -= np.log(self.gravity)
@@ -97,16 +98,17 @@ class AtlasBed(SurfaceBed):
         shape = np.broadcast_to(self.shape, (len(points), self.shape.shape[1]))
         points[:, STROKE] += points[:, 1]
         points = np.hstack([points, shape])
+        points[:, FRICTION] += points[:, DEPTH] - points[:, BREADTH]
         points[:, DEPTH] += np.log(fill_fraction)
         points[:, LOSS] += points[:, DEPTH]
-        return points
+        return np.column_stack([points, points[:, 1] - points[:, LOSS]])
 
     def log_stroke(self, points: Array) -> Array:
-        """ln(W/L) (n,) of `points` (n, 8)."""
+        """ln(W/L) (n,) of `points` (n, 9)."""
         return np.asarray(points[:, STROKE] - points[:, 1])
 
     def reached(self, points: Array) -> Array:
-        """ln(W/L) (n,) at `points` (n, 8), −∞ where a body that is thrown misses the lid."""
+        """ln(W/L) (n,) at `points` (n, 9), −∞ where a body that is thrown misses the lid."""
         log_stroke, is_held = self.log_stroke(points), np.asarray(self.onset_g) > 0
         height = np.where(is_held, thrown_height(np.exp(np.maximum(points[:, 1], 0.0))), np.inf)
         return np.where(height > np.exp(-log_stroke), log_stroke, -np.inf)

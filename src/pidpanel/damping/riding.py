@@ -25,14 +25,15 @@ CLOSE = 0.25  # error of the trend about which cases are compared: few are outli
 
 
 def riding_trend(constants: Array, points: Array) -> Array:
-    """Return ln 2πη (n,) of beds that ride, at `atlas.AtlasBed.points` (n, 8).
+    """Return ln 2πη (n,) of beds that ride, at `atlas.AtlasBed.points` (n, 9).
 
     Parameters
     ----------
     constants
         (11,) of `fit_riding`.
     """
-    fill, gamma, throw, loss, friction, _, layers, upright = points.T
+    fill, gamma, throw, loss, friction, width, layers, upright, _ = points.T
+    friction = friction + width - layers + np.log(fill)  # ln μ
     a, p, q, k, across, k_across, b, s, t, v, w = constants
     thrown = a + p * layers - q * gamma + k * friction + upright * (across + k_across * friction)
     stroke = throw - gamma  # ln(W/L)
@@ -48,7 +49,7 @@ def fit_riding(points: Array, log_loss: Array, error: Array) -> Array:
     Parameters
     ----------
     points, log_loss, error
-        (n, 8), ln 2πη (n,) and its standard errors.
+        (n, 9), ln 2πη (n,) and its standard errors.
     """
     scale = np.hypot(error, CLOSE)
 
