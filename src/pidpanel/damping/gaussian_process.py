@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
 from pidpanel.arrays import Array
@@ -62,11 +63,8 @@ class GaussianProcess:
 
     def _kernel(self, x: Array, y: Array) -> Array:
         mean = self._mean_sd
-        # |x − y|² by the binomial formula: one product in place of a cube of differences
-        a, b = x / self.lengths, y / self.lengths
-        square = (a**2).sum(-1)[..., :, None] + (b**2).sum(-1)[..., None, :]
-        square -= 2 * a @ b.swapaxes(-1, -2)
-        return mean**2 + self.size**2 * matern(np.maximum(square, 0.0))
+        square = _squares(x / self.lengths, y / self.lengths)
+        return mean**2 + self.size**2 * matern(square)
 
     def mean(self, points: Array) -> Array:
         """Return the expected value (k,) at ``points`` (k, d)."""
@@ -123,6 +121,12 @@ def matern(square: Array) -> Array:
     return result
 
 
+def _squares(a: Array, b: Array) -> Array:
+    """|a − b|² (..., n, m): one product in place of a cube of differences."""
+    square = (a**2).sum(-1)[..., :, None] + (b**2).sum(-1)[..., None, :]
+    return np.maximum(square - 2 * a @ b.swapaxes(-1, -2), 0.0)
+
+
 def _spread(values: Array) -> float:
     """Return the standard deviation, or 1 where there is none."""
     spread = float(np.std(values))
@@ -164,27 +168,25 @@ def fit(
         return GaussianProcess(points, values, error, lengths, size, scatter, scale[1], scale[0])
     y = (values - (values.mean() if centre is None else centre)) / unit
     variance = (error / unit) ** 2
-    difference = ((points[:, None] - points[None]) / axis) ** 2
+    x = (points - points.mean(axis=0)) / axis
     median = np.log([*[PRIOR_MEDIAN_LENGTH] * len(axis), PRIOR_MEDIAN_SIZE, PRIOR_MEDIAN_SCATTER])
     sd = np.array([*[PRIOR_SD_LENGTH] * len(axis), PRIOR_SD_SIZE, PRIOR_SD_SCATTER])
 
     def cost(logs: Array) -> tuple[float, Array]:
         """−ln posterior and its gradient in ln l, ln s, ln t."""
-        weight = np.exp(-2 * logs[:-2])
-        size, scatter = np.exp(2 * logs[-2]), np.exp(2 * logs[-1])
-        square = difference @ weight
-        signal = size * matern(square)
-        covariance = MEAN_SD**2 + signal + np.diag(variance + scatter)
-        factor = cholesky(covariance, lower=True)
-        inverse = cho_solve((factor, True), np.eye(len(y)))
+        scaled, size, scatter = x * np.exp(-logs[:-2]), np.exp(2 * logs[-2]), np.exp(2 * logs[-1])
+        a = np.sqrt(5 * _squares(scaled, scaled))
+        decay = np.exp(-a)
+        signal = size * (1 + a + a**2 / 3) * decay
+        factor = cholesky(MEAN_SD**2 + signal + np.diag(variance + scatter), lower=True)
+        lower, _ = dpotri(factor, lower=True)
+        inverse = lower + np.tril(lower, -1).T
         alpha = inverse @ y
-        a = np.sqrt(5 * square)
-        slope = size * 5 / 3 * (1 + a) * np.exp(-a)
         pull = np.outer(alpha, alpha) - inverse
-        gradient = np.array(
-            [np.sum(pull * slope * difference[..., j]) * weight[j] for j in range(len(axis))]
-            + [2 * np.sum(pull * signal), 2 * scatter * np.trace(pull)]
-        )
+        slope = pull * (size * 5 / 3 * (1 + a) * decay)
+        # Σ slope_ij (x_i − x_j)² of each axis
+        along = 2 * (slope.sum(axis=1) @ scaled**2 - (scaled * (slope @ scaled)).sum(axis=0))
+        gradient = np.array([*along, 2 * np.sum(pull * signal), 2 * scatter * np.trace(pull)])
         away = (logs - median) / sd
         value = 0.5 * y @ alpha + np.log(np.diag(factor)).sum() + 0.5 * away @ away
         return float(value), -0.5 * gradient + away / sd
