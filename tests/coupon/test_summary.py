@@ -73,6 +73,17 @@ def test_a_row_is_what_the_recorded_momentum_says(tmp_path):
     assert row["closure"] == 0.001
 
 
+def test_an_apparent_mass_without_an_error_is_known_to_the_mass_of_the_particles(tmp_path):
+    # red: infinity, which no fit can weigh
+    (case,) = recorded_case()
+    record(case, tmp_path)
+    ((seed,), problems) = summary.read_seeds(case, case.outcomes(tmp_path))
+    unknown = replace(seed, apparent_mass=replace(seed.apparent_mass, error=math.inf))
+    row = summary.summarise(case, [unknown], problems)
+    area = math.sqrt(3) / 2 * 6.35e-3**2
+    assert row["apparent_mass_error_kg_m2"] == pytest.approx(MASS / area)
+
+
 def test_the_columns_keep_their_order(tmp_path):
     # what reads cases.csv goes by name, people by place; red: two columns exchanged
     (case,) = recorded_case()

@@ -141,6 +141,8 @@ def summarise(
     c, m = mean.damping, mean.apparent_mass
     per_area = mean.mass_kg / packing.area
     w, f = drive.amplitude, drive.frequency
+    # where cycles do not tell its error, m_a is known to within the mass of the particles
+    m_error = mean.apparent_mass_error if mean.apparent_mass_error < math.inf else per_area
     bound = cycles.inelastic_bound(per_area, f)
     bias = case.bias
     total_error = math.hypot(mean.damping_error, bias * c, cell_states.damping_error)
@@ -164,7 +166,7 @@ def summarise(
         "state_share": _listed(cell_states.share),
         "state_error_n_s_m3": cell_states.damping_error,
         "apparent_mass_kg_m2": m,
-        "apparent_mass_error_kg_m2": mean.apparent_mass_error,
+        "apparent_mass_error_kg_m2": m_error,
         "loss_factor": cycles.loss_factor(c, per_area, f),
         "loss_factor_error": cycles.loss_factor(total_error, per_area, f),
         "bound_n_s_m3": bound,
