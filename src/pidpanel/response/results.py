@@ -303,8 +303,8 @@ def _refuse_outside(frequency: Array, case: SolvedCase, response: LayoutResponse
         worst = frequency[~inside]
         raise OutsideSimulatedRange(
             f"{case.model}, {case.scenario.label}: C_e is read at {gamma:.3g} g, "
-            f"{worst.min():.4g} to {worst.max():.4g} Hz, outside the simulated range of "
-            f"{damper.source}; widen its sweep or set damping.level.outside: mark"
+            f"{worst.min():.4g} to {worst.max():.4g} Hz, outside the range of the data "
+            f"of {damper.source}; widen its sweep or table, or set damping.level.outside: mark"
         )
 
 

@@ -99,7 +99,7 @@ class OnPatches:
     # (n_patches, nf) C_e [N s/m³] and m_a [kg/m²]; 0 where the patch is not filled
     equivalent_damping: Array
     apparent_mass: Array
-    inside: Array  # (n_patches, nf) whether the damping is within the simulated range
+    inside: Array  # (n_patches, nf) whether the damping is within the range of its data
 
 
 def psd_dataset(
@@ -128,7 +128,7 @@ def psd_dataset(
     for name, units, meaning in (
         ("equivalent_damping", "N s m-3", "C_e of the patch, 0 if not filled"),
         ("apparent_mass", "kg m-2", "m_a of the patch, 0 if not filled"),
-        ("inside", "1", "1 where the damping is within the simulated range"),
+        ("inside", "1", "1 where the damping is within the range of its data"),
     ):
         values = {key: getattr(part, name) for key, part in responses.items()}
         table = by_case(values, readings, labels, patch_shape)

@@ -20,7 +20,7 @@ from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.search import LinearisationError, find_motions, starts_between
 from pidpanel.solve.solvers import PanelSolver, Request, damper_key
 
-# (frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the simulated range
+# (frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the range of its data
 # (nf,).
 DampingOfMotion = Callable[[Array, float], tuple[Array, Array, Flags]]
 
@@ -88,7 +88,7 @@ class LayoutResponse:
     # (n_loads, nf) C_e [N s/m³] and m_a [kg/m²]
     equivalent_damping: Array
     apparent_mass: Array
-    inside: Flags  # (n_loads, nf) whether the damping is within the simulated range
+    inside: Flags  # (n_loads, nf) whether the damping is within the range of its data
     # Number of distinct sets of Γ found that reproduce themselves; 0 on the bare panel
     fixed_points: int
     residual: float = 0.0  # largest |ln(Γ_out/Γ)| at the one taken; 0 where no Γ is searched

@@ -34,7 +34,7 @@ class Level(SectionModel):
     by: Literal["patch", "element"] = "patch"
     """``patch``: the mean motion of the patch; ``element``: that of each mesh element in it."""
     outside: Literal["mark", "refuse"] = "mark"
-    """Treatment of values outside the simulated range."""
+    """Treatment of values outside the range of the cases or the table."""
 
     def mistakes(self) -> Iterator[Mistake]:
         if self.kind == "stated" and self.by == "element":
