@@ -16,5 +16,6 @@ rule optimise:
         job=job(**RULES["optimise"].params),
     message:
         "Layouts within the mass budget"
+    # Snakemake gives BLAS the threads of a rule, which changes bits; the search has its own
     shell:
-        "python -m scripts.optimise {params.job:q} 2> {log}"
+        "OMP_NUM_THREADS=1 python -m scripts.optimise {params.job:q} 2> {log}"
