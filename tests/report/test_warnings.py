@@ -11,6 +11,7 @@ from pidpanel.report.text import READINGS
 from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import judged
 from pidpanel.study import Study
+from pidpanel.study.coupon import Coupon
 
 POINTS = ["middle", "corner"]
 
@@ -164,6 +165,7 @@ def test_damping_from_single_tones_comes_with_the_warning_that_it_is_overstated(
     assert overstated in " ".join(said(summary, layouts=layouts))
     assert overstated not in " ".join(said(respond({})[0]))
     monkeypatch.setattr(Study, "surfaces", ("coupon",))
+    monkeypatch.setattr(Study, "coupons", {"coupon": Coupon.model_validate({})})
     assert overstated in " ".join(said(summary))
 
 
