@@ -47,7 +47,7 @@ def test_every_kind_is_one(kind):
         ({"table": "a.csv", M: 3}, M, "only allowed with equivalent_damping_n_s_m3 or loss_factor"),
         ({"table": "a.csv", "interpolation": "cubic"}, "interpolation", "must be 'log' or 'linear'"),
         ({"tabel": "a.csv"}, "tabel", "unknown key; did you mean table?"),
-        ({C: -1}, C, "must be from 0 to 1e+06"),
+        ({C: -1}, C, "must be from 0 to 1e+08"),
         ({C: float("nan")}, C, "must be a finite number"),
         ({C: "much"}, C, "must be a number"),
         ({C: 5, M: -1}, M, "must be from 0 to 1000"),

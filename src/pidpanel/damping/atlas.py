@@ -54,7 +54,7 @@ REGIMES = (0.1, 0.5)
 SPREAD = np.array([0.26, 1.8, 3.5, 1.2, 1.0, 0.46, 1.0, 0.5, 2.1])
 
 # Columns of the coordinates with the loss, the friction, the width and the depth of the bed.
-LOSS, FRICTION, BREADTH, DEPTH = 3, 4, 5, 6
+LOSS, FRICTION, WIDTH, DEPTH = 3, 4, 5, 6
 
 # Of the coordinates without the stroke, for the jump.
 JUMP_LENGTHS = np.array([0.3, 3.0, 4.0, 4.0, 3.0, 3.0, 1.0, np.inf])
@@ -98,7 +98,7 @@ class AtlasBed(SurfaceBed):
         shape = np.broadcast_to(self.shape, (len(points), self.shape.shape[1]))
         points[:, STROKE] += points[:, 1]
         points = np.hstack([points, shape])
-        points[:, FRICTION] += points[:, DEPTH] - points[:, BREADTH]
+        points[:, FRICTION] += points[:, DEPTH] - points[:, WIDTH]
         points[:, DEPTH] += np.log(fill_fraction)
         points[:, LOSS] += points[:, DEPTH]
         return np.column_stack([points, points[:, 1] - points[:, LOSS]])

@@ -48,9 +48,8 @@ def write_verdict(
     summary, bands = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, bands_csv))
     psd = read_psd(psd_nc)
     frequency = psd["frequency"].to_numpy()
-    _, edge = whole_third_octaves(
-        *study.response.frequency_hz
-    )  # as in the tables of the coupled runs
+    # as in the tables of the coupled runs
+    _, edge = whole_third_octaves(*study.response.frequency_hz)
     rows = []
     for scenario in study.all_scenarios():
         of_run = summary[summary["scenario"] == scenario.label]

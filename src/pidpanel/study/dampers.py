@@ -16,8 +16,7 @@ from pidpanel.study.quantity import MASS_PER_AREA, PERCENT, Quantity
 
 Law = Literal["paper_corrected", "paper_printed"]
 Interpolation = Literal["log", "linear"]
-# C_e [N s/m³]; at 80 Hz an inelastic bed of 1000 kg/m² has 6·10⁵
-EquivalentDamping = Annotated[float, Quantity(0, 1e6)]
+EquivalentDamping = Annotated[float, Quantity(0, 1e8)]  # C_e [N s/m³]
 ApparentMass = Annotated[float, Quantity(0, 1000, units=MASS_PER_AREA)]  # m_a [kg/m²]
 MassPerArea = Annotated[float, Quantity(1e-3, 1000, units=MASS_PER_AREA)]  # m″ [kg/m²]
 # η; what is above is taken for percent.
