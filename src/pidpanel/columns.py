@@ -8,10 +8,12 @@ import csv
 import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
 from pidpanel.text_files import TextFileError, lines_of, read_text
@@ -42,6 +44,8 @@ class Allowed(NamedTuple):
     low_itself: bool = True
     high: float = np.inf
     hint: str = ""  # said of what is above ``high``
+    may_be_missing: bool = False  # of the whole column
+    may_be_empty: bool = False  # of cells, which are NaN then
 
     def refuses(self, value: float) -> str:
         """Return what is allowed in place of a value; empty if it is."""
@@ -57,6 +61,30 @@ class Allowed(NamedTuple):
         return f"must be {' and '.join(words)}{hint}"
 
 
+class LineFaults:
+    """What is wrong in which line of a file."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.hints: dict[int, str] = {}  # said after the faults of a line
+        self._alike: dict[str, list[tuple[int, str]]] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._alike)
+
+    def add(self, line: int, says: str, kind: str = "") -> None:
+        """Add a fault; of many of a kind the first is reported, with the lines of all."""
+        self._alike.setdefault(kind or f"{line}: {says}", []).append((line, says))
+
+    def texts(self) -> list[str]:
+        """Return all faults with their places, in the order of the lines."""
+        faults = [fault for alike in self._alike.values() for fault in _alike_once(alike)]
+        return [
+            f"{self.path}, line {line}: {says}{self.hints.get(line, '')}"
+            for line, says in sorted(faults, key=lambda fault: fault[0])
+        ]
+
+
 class TableRows(NamedTuple):
     """A table as text."""
 
@@ -65,6 +93,11 @@ class TableRows(NamedTuple):
     header: list[str]  # names of the columns
     line: int  # of the header
     rows: list[tuple[int, list[str]]]  # number and cells of each line with values
+
+    @property
+    def source(self) -> str:
+        """The comments."""
+        return "\n".join(comment for _, comment in self.comments)
 
 
 def read_rows(path: Path) -> TableRows:
@@ -108,8 +141,12 @@ def read_rows(path: Path) -> TableRows:
     return TableRows(path, comments, header, line, rows)
 
 
-def faults_of_names(header: Sequence[str], allowed: Sequence[str]) -> Iterator[str]:
+def faults_of_names(
+    header: Sequence[str], allowed: Sequence[str], elsewhere: Mapping[str, str] | None = None
+) -> Iterator[str]:
     """Yield the names of columns that are unknown or given twice; all of them if they are numbers.
+
+    ``elsewhere`` has what is said of columns of other tables.
 
     Examples
     --------
@@ -121,33 +158,9 @@ def faults_of_names(header: Sequence[str], allowed: Sequence[str]) -> Iterator[s
         return
     for place, name in enumerate(header):
         if name not in allowed:
-            yield unknown(name, place, nearest(name, allowed), allowed)
+            yield (elsewhere or {}).get(name) or _unknown(name, place, allowed)
         elif name in header[:place]:
             yield f"column {name}: given twice"
-
-
-Fault = tuple[int, str]  # line, and what is wrong there
-
-
-def faults_of_header(
-    table: TableRows, allowed: Sequence[str], required: Sequence[str] | None = None
-) -> list[Fault]:
-    """Return columns that are unknown or given twice; if there are none, what is missing.
-
-    All that are allowed are required by default.
-    """
-    faults = list(faults_of_names(table.header, allowed))
-    if not faults:
-        missing = (name for name in required or allowed if name not in table.header)
-        faults = [f"column {name}: missing" for name in missing]
-    return [(table.line, says) for says in faults]
-
-
-def refuse(path: Path, faults: Sequence[Fault]) -> None:
-    """Raise a `ColumnsError` with the faults in the order of their lines, if there are any."""
-    if faults:
-        ordered = sorted(faults, key=lambda fault: fault[0])
-        raise ColumnsError([f"{path}, line {line}: {says}" for line, says in ordered])
 
 
 def are_numbers(header: Sequence[str]) -> bool:
@@ -157,54 +170,98 @@ def are_numbers(header: Sequence[str]) -> bool:
 
 def nearest(name: str, allowed: Sequence[str]) -> str:
     """Return the column that is meant; empty if none is near."""
-    if not name:
-        return ""
+    if not name or name in allowed:
+        return name
     key = name.lower()
     near = [c for c in allowed if key.startswith(c) or c.startswith(key)]
     near += difflib.get_close_matches(key, allowed, n=1, cutoff=0.6)
     return near[0] if near else ""
 
 
-def unknown(name: str, place: int, near: str, allowed: Sequence[str]) -> str:
+def _unknown(name: str, place: int, allowed: Sequence[str]) -> str:
     """Return what to say of a column that is not known."""
     if not name:
         return f"column {place + 1} has no name"
+    near = nearest(name, allowed)
     says = f"did you mean {near}?" if near else f"allowed are {', '.join(allowed)}"
     return f"column {name!r}: unknown; {says}"
 
 
+@dataclass(frozen=True)
+class UserTable:
+    """The numbers of a table, and what is wrong in which line."""
+
+    text: TableRows
+    lines: list[int]  # of the rows
+    columns: dict[str, Array]  # (n_rows,) each
+    faults: LineFaults
+
+    def __getitem__(self, name: str) -> Array:
+        return self.columns[name]
+
+    def note(self, wrong: ArrayLike, says: str, *, first: bool = False, **values: Array) -> None:
+        """Note a fault in the rows, or the first, in which something is wrong.
+
+        Parameters
+        ----------
+        wrong
+            (n_rows,) bool.
+        says
+            A format of columns and of further values (n_rows,), such as ``"{frequency_hz:g} Hz"``.
+        """
+        for row in np.flatnonzero(wrong)[: 1 if first else None].tolist():
+            named = {name: column[row] for name, column in {**self.columns, **values}.items()}
+            self.faults.add(self.lines[row], says.format(**named))
+
+    def refuse(self, fewest: int = 0, too_few: str = "") -> None:
+        """Raise a `ColumnsError` with all faults, if there are any or there are too few rows."""
+        faults = self.faults.texts()
+        if len(self.lines) < fewest and not (faults and self.text.rows):
+            faults.append(f"{self.text.path}: {too_few}")
+        if faults:
+            raise ColumnsError(faults)
+
+
 def numbers(
-    table: TableRows, columns: Mapping[str, Allowed]
-) -> tuple[list[int], dict[str, Array], list[tuple[int, str]]]:
-    """Return lines and columns of the rows, and what is wrong in which line."""
-    header = table.header
-    faults: dict[str, list[tuple[int, str]]] = {}
-    lines: list[int] = []
-    table_values: list[list[float]] = []
-    for line, cells in table.rows:
+    text: TableRows, columns: Mapping[str, Allowed], of_header: Sequence[str] | None = None
+) -> UserTable:
+    """Return the numbers of a table.
+
+    Parameters
+    ----------
+    columns
+        What each column may be.
+    of_header
+        Faults of the header; by default names that are unknown or given twice; if there are none,
+        columns that are missing.
+    """
+    header, faults = text.header, LineFaults(text.path)
+    if of_header is None:
+        of_header = list(faults_of_names(header, tuple(columns))) or [
+            f"column {name}: missing"
+            for name, allowed in columns.items()
+            if not allowed.may_be_missing and name not in header
+        ]
+    for says in of_header:
+        faults.add(text.line, says)
+    lines, rows = [], []
+    for line, cells in text.rows:
         if len(cells) != len(header):
             commas = " (decimal commas?)" if len(cells) > len(header) else ""
             says = f"has {len(cells)} values, must have {len(header)} as the header{commas}"
-            faults.setdefault(says, []).append((line, says))
+            faults.add(line, says, says)
             continue
-        values = []
-        for name, cell in zip(header, cells, strict=True):
-            value = float(cell) if NUMBER.fullmatch(cell) else np.nan
-            if name in columns:
-                says = _fault_of_cell(cell, value, columns[name])
-                if says:
-                    # one line stands for all mistakes of a kind
-                    kind = f"{name}: {says.rpartition(': ')[2]}"
-                    faults.setdefault(kind, []).append((line, f"{name} = {says}"))
-            values.append(value)
         lines.append(line)
-        table_values.append(values)
-    array = np.array(table_values).reshape(len(lines), len(header))
-    messages = [fault for alike in faults.values() for fault in alike_once(alike)]
-    return lines, dict(zip(header, array.T, strict=True)), sorted(messages, key=lambda f: f[0])
+        rows.append([float(cell) if NUMBER.fullmatch(cell) else np.nan for cell in cells])
+        for name, cell, value in zip(header, cells, rows[-1], strict=True):
+            if name in columns and (says := _fault_of_cell(cell, value, columns[name])):
+                # one line stands for all mistakes of a kind
+                faults.add(line, f"{name} = {says}", f"{name}: {says.rpartition(': ')[2]}")
+    array = np.array(rows).reshape(len(lines), len(header))
+    return UserTable(text, lines, dict(zip(header, array.T, strict=True)), faults)
 
 
-def alike_once(alike: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
+def _alike_once(alike: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
     """Return faults of a kind, each a line and a text: of many the first, with the lines of all."""
     if len(alike) <= MOST_ALIKE:
         return alike
@@ -218,6 +275,8 @@ def alike_once(alike: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
 
 def _fault_of_cell(cell: str, value: float, allowed: Allowed) -> str:
     """Return the cell and what is allowed in its place; empty if there is nothing wrong."""
+    if not cell and allowed.may_be_empty:
+        return ""
     if not np.isfinite(value):
         text = repr(cell if len(cell) <= 40 else f"{cell[:40]}…")
         comma = " with a decimal point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""

@@ -8,13 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, faults_of_header, numbers, read_rows, refuse
-
-HEADER = ("frequency_hz", "damping_ratio")
+from pidpanel.columns import Allowed, numbers, read_rows
 
 COLUMNS = {
-    HEADER[0]: Allowed(0.0, low_itself=False),
-    HEADER[1]: Allowed(0.0, low_itself=False, high=0.5, hint="in %?"),
+    "frequency_hz": Allowed(0.0, low_itself=False),
+    "damping_ratio": Allowed(0.0, low_itself=False, high=0.5, hint="in %?"),
 }
 
 
@@ -79,15 +77,11 @@ def read_damping_ratio(path: Path) -> DampingRatio:
     ColumnsError
         With all faults of the file.
     """
-    table = read_rows(path)
-    lines, columns, of_cells = numbers(table, COLUMNS)
-    faults = faults_of_header(table, HEADER) + of_cells
-    if not faults and not lines:
-        raise ColumnsError([f"{path}: no rows; at least one is needed"])
-    if not faults:
-        frequency = columns[HEADER[0]]
-        for row in np.flatnonzero(np.diff(frequency) <= 0) + 1:
-            says = f"frequency_hz = {frequency[row]:g} must be above that of the row before"
-            faults.append((lines[row], says))
-    refuse(path, faults)
-    return DampingRatio(tuple(columns[HEADER[1]].tolist()), tuple(frequency.tolist()))
+    table = numbers(read_rows(path), COLUMNS)
+    table.refuse(fewest=1, too_few="no rows; at least one is needed")
+    falls = np.diff(table["frequency_hz"], prepend=-np.inf) <= 0
+    table.note(falls, "frequency_hz = {frequency_hz:g} must be above that of the row before")
+    table.refuse()
+    return DampingRatio(
+        *(tuple(table[name].tolist()) for name in ("damping_ratio", "frequency_hz"))
+    )

@@ -42,7 +42,7 @@ def compare(told, says):
 
 @pytest.mark.parametrize("case", FILES, ids=lambda case: f"{case[1]}: {case[3][-40:]!r}")
 def test_what_an_engineer_confuses_in_a_file_is_told(written, folder, bases, files, case):
-    # red: _of_overall without its condition; `_told_once` that returns all
+    # red: _overall_hints without its condition; `_told_once` that returns all
     base, name, content, *says = case
     path = folder / name
     try:

@@ -283,7 +283,7 @@ def test_the_examples_of_the_page_are_a_table_and_dampers(tmp_path):
 
 
 def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(tmp_path):
-    # red: no bound in `_faults_of_mass`, so that 357 times was accepted
+    # red: no bound in `_note_masses`, so that 357 times was accepted
     path = tmp_path / "steel.csv"
     head = f"{F},{C},apparent_mass_kg_m2,particle_mass_per_area_kg_m2\n"
     path.write_text(head + "100,500,357,1\n")

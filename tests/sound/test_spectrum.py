@@ -247,7 +247,7 @@ def test_columns_in_another_order_are_read(tmp_path):
 
 
 def test_a_comment_that_states_another_kind_of_band_is_refused(tmp_path):
-    # red: no `_faults_of_comments`
+    # red: no `_note_comments`
     path = tmp_path / "spl.csv"
     path.write_text("# band: 1/1 octave\ncenter_hz,spl_db\n100,90\n125,90\n", encoding="utf-8")
     with pytest.raises(ColumnsError, match="line 1: the comment states octave bands"):

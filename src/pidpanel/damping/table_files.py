@@ -7,20 +7,20 @@ one value: ``equivalent_damping_n_s_m3``, ``loss_factor`` with ``particle_mass_p
 separated by commas; ``#`` starts a comment. A text in UTF-8, with or without its mark.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index
 from pidpanel.columns import (
     Allowed,
-    ColumnsError,
+    UserTable,
     are_numbers,
+    faults_of_names,
     nearest,
     numbers,
     read_rows,
-    unknown,
 )
 from pidpanel.constants import (
     LARGEST_GAMMA,
@@ -90,40 +90,42 @@ def read_columns(
     ColumnsError
         With all faults of the file, up to `MOST_FAULTS`.
     """
-    table = read_rows(path)
-    line, header = table.line, table.header
+    text = read_rows(path)
     allowed = IMPEDANCE if impedance else tuple(COLUMNS)
-    faults = [f"{path}, line {line}: {says}" for says in _faults_of_header(header, allowed)]
-    if not table.rows:
-        faults.append(f"{path}: no rows; line {line} names the columns")
-    lines, columns, of_cells = numbers(table, COLUMNS)
-    faults += [f"{path}, line {number}: {says}" for number, says in of_cells]
-    if not faults:
-        wrong = _faults_of_rows(columns, lines, scattered=scattered)
-        faults = [f"{path}, {says}" for says in wrong]
-    if faults:
-        raise ColumnsError(faults)
-    return columns
+    table = numbers(text, COLUMNS, list(_faults_of_header(text.header, allowed)))
+    table.refuse(fewest=1, too_few=f"no rows; line {text.line} names the columns")
+    _note_repeats(table)
+    if not table.faults and not scattered:
+        _note_scatter(table)
+    _note_errors(table)
+    _note_amplitudes(table)
+    _note_masses(table)
+    _note_losses(table)
+    table.refuse()
+    return table.columns
 
 
 def _faults_of_header(header: Sequence[str], allowed: Sequence[str]) -> Iterator[str]:
     """Yield names that are unknown or given twice, and what is missing among them."""
+    elsewhere = {
+        name: f"column {name}: not allowed in an impedance, which holds for all; use a table"
+        for name in COLUMNS
+        if name not in allowed
+    }
+    yield from faults_of_names(header, allowed, elsewhere)
     if are_numbers(header):
-        yield f"must name the columns, found the numbers {', '.join(header)}"
         return
-    columns = list(header)
-    for place, name in enumerate(header):
-        if name not in allowed:
-            columns[place] = _nearest(name, allowed)
-            yield _unknown(name, place, columns[place], allowed)
-        elif name in header[:place]:
-            yield f"column {name}: given twice"
-    if FREQUENCY not in columns:
+    # a misspelt column is not missing
+    meant = {nearest(name, allowed) for name in header if name not in elsewhere}
+    choices = {"amplitude": AMPLITUDES, "value": VALUES}
+    if FREQUENCY not in meant:
         yield f"column {FREQUENCY}: missing"
-    yield from _faults_of_choice([name for name in AMPLITUDES if name in header], "amplitude")
-    if not set(VALUES) & set(columns):
+    if not set(VALUES) & meant:
         yield f"column {' or '.join(name for name in VALUES if name in allowed)}: missing"
-    yield from _faults_of_choice([name for name in VALUES if name in header], "value")
+    for kind, names in choices.items():
+        given = [name for name in names if name in header]
+        if len(given) > 1:
+            yield f"columns {' and '.join(given)}: only one {kind} is allowed"
     for name, needed in (
         (LOSS_FACTOR, PARTICLE_MASS),
         (REAL, IMAGINARY),
@@ -131,118 +133,101 @@ def _faults_of_header(header: Sequence[str], allowed: Sequence[str]) -> Iterator
         *((error, value) for value, error in ERRORS.items()),
         *([(DAMPING, MASS)] if LOSS_FACTOR not in allowed else []),
     ):
-        if name in header and name in allowed and needed not in columns:
+        if name in header and name in allowed and needed not in meant:
             yield f"column {needed}: missing; needed beside {name}"
     if REAL in header and MASS in header:
         yield f"column {MASS}: not allowed beside {IMAGINARY}, which is ω times it"
 
 
-def _faults_of_choice(names: Sequence[str], kind: str) -> Iterator[str]:
-    if len(names) > 1:
-        yield f"columns {' and '.join(names)}: only one {kind} is allowed"
+def _note_repeats(table: UserTable) -> None:
+    """Note rows at the point of a row before."""
+    axes = [name for name in (FILL, FREQUENCY, *AMPLITUDES) if name in table.columns]
+    first = _first_rows(zip(*(table[name].tolist() for name in axes), strict=True))
+    says = ", ".join(f"{name} = {{{name}:g}}" for name in axes) + ": duplicate of line {line}"
+    table.note(first < np.arange(first.size), says, line=np.array(table.lines)[first])
 
 
-def _nearest(name: str, allowed: Sequence[str]) -> str:
-    """Return the column that is meant; empty if none is near, or it is that of another table."""
-    return "" if name in COLUMNS else nearest(name, allowed)
+def _first_rows(keys: Iterable[Hashable]) -> Index:
+    """Return the first row with the key of each."""
+    rows: dict[Hashable, int] = {}
+    return np.array([rows.setdefault(key, row) for row, key in enumerate(keys)])
 
 
-def _unknown(name: str, place: int, near: str, allowed: Sequence[str]) -> str:
-    """Return what to say of a column that is not allowed."""
-    if name in COLUMNS:
-        return f"column {name}: not allowed in an impedance, which holds for all; use a table"
-    return unknown(name, place, near, allowed)
-
-
-def _faults_of_rows(
-    columns: Mapping[str, Array], lines: Sequence[int], *, scattered: bool
-) -> Iterator[str]:
-    """Yield what rows, each good on its own, are not together."""
-    axes = [name for name in (FILL, FREQUENCY, *AMPLITUDES) if name in columns]
-    first_lines: dict[tuple[float, ...], int] = {}
-    for line, point in zip(lines, zip(*(columns[name] for name in axes), strict=True), strict=True):
-        if first_lines.setdefault(point, line) != line:
-            coordinates = ", ".join(f"{name} = {x:g}" for name, x in zip(axes, point, strict=True))
-            yield f"line {line}: {coordinates}: duplicate of line {first_lines[point]}"
+def _note_errors(table: UserTable) -> None:
+    """Note errors of values that are 0."""
     for value in VALUES:
         error = ERRORS[value]
-        if value in columns and error in columns:
-            for row in map(int, np.flatnonzero((columns[value] == 0) & (columns[error] > 0))):
-                yield (
-                    f"line {lines[row]}: {error} = {columns[error][row]:g}: "
-                    f"must be 0 where {value} is 0: errors are relative to it"
-                )
-    yield from _faults_of_amplitude(columns, lines)
-    yield from _faults_of_mass(columns, lines)
-    yield from _faults_of_loss(columns, lines)
-    if len(first_lines) == len(lines) and not scattered:
-        yield from _faults_of_scatter(columns, lines)
-
-
-def _faults_of_amplitude(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
-    """Yield the first displacement or velocity with an acceleration that no shaker has."""
-    omega = 2 * np.pi * columns[FREQUENCY]
-    for name, scale in (("displacement_mm", 1e-3 * omega**2), ("velocity_m_s", omega)):
-        gamma = columns.get(name, np.zeros_like(omega)) * scale / STANDARD_GRAVITY
-        for row in np.flatnonzero(gamma > LARGEST_GAMMA)[:1].tolist():
-            yield (
-                f"line {lines[row]}: {name} = {columns[name][row]:g} at"
-                f" {columns[FREQUENCY][row]:g} Hz is {gamma[row]:.3g} g; at most {LARGEST_GAMMA:g}"
-                f" g (in {'µm' if name == 'displacement_mm' else 'mm/s'}?)"
+        if value in table.columns and error in table.columns:
+            says = (
+                f"{error} = {{{error}:g}}: must be 0 where {value} is 0: errors are relative to it"
             )
+            table.note((table[value] == 0) & (table[error] > 0), says)
 
 
-def _faults_of_mass(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
-    """Yield masses of particles that differ though the fill does not, and m_a far above them."""
-    if PARTICLE_MASS not in columns:
+def _note_amplitudes(table: UserTable) -> None:
+    """Note the first displacement or velocity with an acceleration that no shaker has."""
+    omega = 2 * np.pi * table[FREQUENCY]
+    for name, scale, unit in (
+        ("displacement_mm", 1e-3 * omega**2, "µm"), ("velocity_m_s", omega, "mm/s"),
+    ):  # fmt: skip
+        if name in table.columns:
+            gamma = table[name] * scale / STANDARD_GRAVITY
+            says = f"{name} = {{{name}:g}} at {{frequency_hz:g}} Hz is {{gamma:.3g}} g; at most"
+            says += f" {LARGEST_GAMMA:g} g (in {unit}?)"
+            table.note(gamma > LARGEST_GAMMA, says, first=True, gamma=gamma)
+
+
+def _note_masses(table: UserTable) -> None:
+    """Note masses of particles that differ though the fill does not, and m_a far above them."""
+    if PARTICLE_MASS not in table.columns:
         return
-    mass, fill = columns[PARTICLE_MASS], fill_of(columns)
-    for row, (m, r) in enumerate(zip(mass, fill, strict=True)):
-        first = int(np.argmax(fill == r))
-        # what rounding to four digits leaves
-        if abs(m / mass[first] - 1) > 1e-3:
-            yield (
-                f"line {lines[row]}: {PARTICLE_MASS} = {m:g}: must be the same in all rows of "
-                f"a fill; line {lines[first]} has {mass[first]:g}"
-            )
-    apparent = columns.get(MASS, np.zeros_like(mass))
-    if IMAGINARY in columns:
-        apparent = columns[IMAGINARY] / (2 * np.pi * columns[FREQUENCY])
-    for row in np.flatnonzero(apparent > MOST_OF_MASS * mass)[:1].tolist():
-        yield (
-            f"line {lines[row]}: an apparent mass of {apparent[row]:g} kg/m²: at most"
-            f" {MOST_OF_MASS:g} times {PARTICLE_MASS} = {mass[row]:g}; in g/m²?"
-        )
+    mass, fill = table[PARTICLE_MASS], fill_of(table.columns)
+    first = _first_rows(fill.tolist())
+    says = f"{PARTICLE_MASS} = {{mass:g}}: must be the same in all rows of a fill; "
+    # what rounding to four digits leaves
+    table.note(
+        np.abs(mass / mass[first] - 1) > 1e-3,
+        says + "line {line} has {same:g}",
+        mass=mass,
+        same=mass[first],
+        line=np.array(table.lines)[first],
+    )
+    apparent = table.columns.get(MASS, np.zeros_like(mass))
+    if IMAGINARY in table.columns:
+        apparent = table[IMAGINARY] / (2 * np.pi * table[FREQUENCY])
+    says = f"an apparent mass of {{apparent:g}} kg/m²: at most {MOST_OF_MASS:g} times "
+    says += f"{PARTICLE_MASS} = {{mass:g}}; in g/m²?"
+    table.note(apparent > MOST_OF_MASS * mass, says, first=True, apparent=apparent, mass=mass)
 
 
-def _faults_of_loss(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
-    """Yield the first C_e that is beyond what particles of a mass can dissipate."""
-    omega = 2 * np.pi * columns[FREQUENCY]
-    if PARTICLE_MASS in columns:
-        mass, most = columns[PARTICLE_MASS], MOST_LOSS_OF_REBOUND
-    else:
-        mass, most = np.full_like(omega, MOST_MASS), MOST_LOSS_FACTOR
+def _note_losses(table: UserTable) -> None:
+    """Note the first C_e that is beyond what particles of a mass can dissipate."""
+    omega = 2 * np.pi * table[FREQUENCY]
+    mass, eta = np.full_like(omega, MOST_MASS), MOST_LOSS_FACTOR
+    if PARTICLE_MASS in table.columns:
+        mass, eta = table[PARTICLE_MASS], MOST_LOSS_OF_REBOUND
+    most = eta * mass * omega
     for name in (DAMPING, REAL):
-        loss_factor = columns.get(name, np.zeros_like(omega)) / (mass * omega)
+        if name not in table.columns:
+            continue
         # below 1 Hz the frequency is wrong, which is reported where the response is known
-        excess = (loss_factor > most) & (columns[FREQUENCY] >= 1.0)
-        for row in np.flatnonzero(excess)[:1].tolist():
-            yield (
-                f"line {lines[row]}: {name} = {columns[name][row]:g}: must be at most"
-                f" {most * mass[row] * omega[row]:.3g} at {columns[FREQUENCY][row]:g} Hz:"
-                f" {mass[row]:g} kg/m² of particles cannot dissipate more (η = {most:g})"
-            )
+        excess = (table[name] > most) & (table[FREQUENCY] >= 1.0)
+        says = f"{name} = {{{name}:g}}: must be at most {{most:.3g}} at {{frequency_hz:g}} Hz: "
+        says += f"{{mass:g}} kg/m² of particles cannot dissipate more (η = {eta:g})"
+        table.note(excess, says, first=True, most=most, mass=mass)
 
 
-def _faults_of_scatter(columns: Mapping[str, Array], lines: Sequence[int]) -> Iterator[str]:
-    """Yield a table in which most rows are alone, so that there is nothing between them."""
-    fill, amplitude = fill_of(columns), amplitude_of(columns)[1]
-    lone = lone_rows(fill, amplitude, columns[FREQUENCY])
-    if 2 * len(lone) > len(lines):
-        yield (
-            f"line {lines[lone[0]]}: {len(lone)} of {len(lines)} rows share neither amplitude "
+def _note_scatter(table: UserTable) -> None:
+    """Note a table in which most rows are alone, so that there is nothing between them."""
+    amplitude = amplitude_of(table.columns)[1]
+    lone = lone_rows(fill_of(table.columns), amplitude, table[FREQUENCY])
+    count = len(table.lines)
+    if 2 * len(lone) > count:
+        table.faults.add(
+            table.lines[lone[0]],
+            f"{len(lone)} of {count} rows share neither amplitude "
             "nor frequency with another of their fill: several frequencies at one amplitude are "
-            "needed, or several amplitudes at one frequency (exactly the same numbers)"
+            "needed, or several amplitudes at one frequency (exactly the same numbers)",
         )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pyuff
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, faults_of_header, numbers, read_rows, refuse
+from pidpanel.columns import Allowed, ColumnsError, numbers, read_rows
 from pidpanel.constants import STANDARD_GRAVITY
 
 COLUMNS = {
@@ -53,12 +53,12 @@ def read_measured(path: Path, record: int | None = None) -> MeasuredPsd:
     """
     if path.suffix.lower() in UNIVERSAL:
         return _checked(path, *_universal(path, record))
-    table = read_rows(path)
-    over_base = RATIO_COLUMN in table.header
-    names = [FREQUENCY_COLUMN, RATIO_COLUMN if over_base else PSD_COLUMN]
-    _, columns, of_cells = numbers(table, {name: COLUMNS[name] for name in names})
-    refuse(path, faults_of_header(table, names) + of_cells)
-    frequency, values = (columns[name] for name in names)
+    text = read_rows(path)
+    over_base = RATIO_COLUMN in text.header
+    names = (FREQUENCY_COLUMN, RATIO_COLUMN if over_base else PSD_COLUMN)
+    table = numbers(text, {name: COLUMNS[name] for name in names})
+    table.refuse()
+    frequency, values = (table[name] for name in names)
     return _checked(path, frequency, values, over_base)
 
 

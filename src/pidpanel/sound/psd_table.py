@@ -4,32 +4,19 @@ Beside tables of band levels (`table`) there are those with the columns ``freque
 ``psd_pa2_hz``, straight between the rows on logarithmic axes. Two rows at one frequency are a step.
 """
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from pidpanel.arrays import Array
-from pidpanel.columns import (
-    Allowed,
-    ColumnsError,
-    Fault,
-    TableRows,
-    faults_of_header,
-    numbers,
-    read_rows,
-    refuse,
-)
+from pidpanel.columns import Allowed, UserTable, numbers, read_rows
 from pidpanel.sound.spectrum import Spectrum
 from pidpanel.sound.table import read_spl_table
 from pidpanel.spectra.break_points import BreakPoints
 
-HEADER = ("frequency_hz", "psd_pa2_hz")
-
 COLUMNS = {
-    HEADER[0]: Allowed(0.0, low_itself=False),
+    "frequency_hz": Allowed(0.0, low_itself=False),
     # 200 dB in a band of 1 Hz
-    HEADER[1]: Allowed(0.0, low_itself=False, high=4e10),
+    "psd_pa2_hz": Allowed(0.0, low_itself=False, high=4e10),
 }
 
 
@@ -41,31 +28,26 @@ def read_spectrum(path: str | Path) -> Spectrum:
     ColumnsError
         With all faults of the file.
     """
-    table = read_rows(Path(path))
-    if any(name.lower().startswith("psd") for name in table.header):
-        return _psd_spectrum(table)
-    return read_spl_table(path)
+    text = read_rows(Path(path))
+    if not any(name.lower().startswith("psd") for name in text.header):
+        return read_spl_table(path)
+    table = numbers(text, COLUMNS)
+    table.refuse(fewest=2, too_few=f"must have at least 2 rows, not {len(table.lines)}")
+    _note_order(table)
+    table.refuse()
+    return Spectrum(BreakPoints(*(table[name] for name in COLUMNS)), text.source)
 
 
-def _psd_spectrum(table: TableRows) -> Spectrum:
-    lines, columns, of_cells = numbers(table, COLUMNS)
-    faults = faults_of_header(table, HEADER) + of_cells
-    if not faults and len(lines) < 2:
-        raise ColumnsError([f"{table.path}: must have at least 2 rows, not {len(lines)}"])
-    if not faults:
-        faults += _faults_of_order(lines, columns[HEADER[0]])
-    refuse(table.path, faults)
-    source = "\n".join(comment for _, comment in table.comments)
-    return Spectrum(BreakPoints(columns[HEADER[0]], columns[HEADER[1]]), source)
-
-
-def _faults_of_order(lines: Sequence[int], frequency: Array) -> Iterator[Fault]:
-    """Yield rows that fall, and steps that are none."""
-    rise = np.diff(frequency)
-    for row in (np.flatnonzero(rise < 0) + 1).tolist():
-        yield lines[row], f"frequency_hz = {frequency[row]:g} follows a higher one"
-    for row in (np.flatnonzero(rise == 0) + 1).tolist():
-        ends = row in (1, len(frequency) - 1)
-        if ends or frequency[row + 1] == frequency[row]:
-            where = "a step at an end" if ends else "more than two rows at one frequency"
-            yield lines[row], f"frequency_hz = {frequency[row]:g}: {where} is not allowed"
+def _note_order(table: UserTable) -> None:
+    """Note rows that fall, and steps that are none."""
+    rise = np.diff(table["frequency_hz"], prepend=-np.inf)
+    table.note(rise < 0, "frequency_hz = {frequency_hz:g} follows a higher one")
+    is_step = rise == 0
+    at_end = is_step.copy()
+    at_end[2:-1] = False
+    of_three = is_step & ~at_end & np.append(is_step[1:], False)
+    for wrong, step in (
+        (at_end, "a step at an end"),
+        (of_three, "more than two rows at one frequency"),
+    ):
+        table.note(wrong, f"frequency_hz = {{frequency_hz:g}}: {step} is not allowed")

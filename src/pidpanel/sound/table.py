@@ -5,28 +5,16 @@ A table has comment lines that begin with `#` (title, source), a line with the n
 what is allowed.
 """
 
-import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from pidpanel.arrays import Array
-from pidpanel.columns import (
-    Allowed,
-    ColumnsError,
-    Fault,
-    TableRows,
-    faults_of_header,
-    numbers,
-    read_rows,
-    refuse,
-)
+from pidpanel.arrays import Index
+from pidpanel.columns import Allowed, TableRows, UserTable, numbers, read_rows
 from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum
 from pidpanel.spectra.third_octaves import center_frequency
-
-HEADER = ("center_hz", "spl_db")
 
 # Relative distance allowed between a stated centre and the exact one.
 #
@@ -42,8 +30,8 @@ LEVEL_RANGE = (-100.0, 200.0)
 DEEPEST_DIP_DB = 40.0
 
 COLUMNS = {
-    HEADER[0]: Allowed(0.0, low_itself=False),
-    HEADER[1]: Allowed(LEVEL_RANGE[0], high=LEVEL_RANGE[1], hint="in Pa?"),
+    "center_hz": Allowed(0.0, low_itself=False),
+    "spl_db": Allowed(LEVEL_RANGE[0], high=LEVEL_RANGE[1], hint="in Pa?"),
 }
 
 
@@ -65,105 +53,78 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
         there are none of these, where centres are unsorted, double or leave a gap, there are fewer
         than two bands, or a comment states another kind.
     """
-    table = read_rows(Path(path))
-    lines, columns, of_cells = numbers(table, COLUMNS)
-    faults = faults_of_header(table, HEADER)
-    faults += [(line, f"{says}{_of_overall(table, line)}") for line, says in of_cells]
-    band_number: list[int] = []
-    if not set(HEADER) - set(table.header):
-        band_number, of_centers = _band_numbers(lines, columns[HEADER[0]])
-        faults += of_centers
-    if not faults and len(lines) < 2:
-        bands = "1 band" if lines else "no bands"
-        says = f"{bands}; at least two are needed to tell octaves from thirds"
-        raise ColumnsError([f"{path}: {says}"])
-    if not faults:
-        kind, faults = _band_kind(lines, columns[HEADER[0]], band_number)
-        faults += _faults_of_comments(table, kind)
-        faults += _faults_of_dips(lines, columns[HEADER[1]])
-    refuse(Path(path), faults)
-    source = "\n".join(comment for _, comment in table.comments)
-    return BandSpectrum.of_levels(kind, np.array(band_number), columns[HEADER[1]], source)
+    table = numbers(read_rows(Path(path)), COLUMNS)
+    table.faults.hints.update(_overall_hints(table.text))
+    band_number = _band_numbers(table)
+    bands = f"{len(table.lines) or 'no'} band{'s' * (not table.lines)}"
+    few = f"{bands}; at least two are needed to tell octaves from thirds"
+    table.refuse(fewest=2, too_few=few)
+    kind = _band_kind(table, band_number)
+    _note_comments(table, kind)
+    _note_dips(table)
+    table.refuse()
+    return BandSpectrum.of_levels(kind, band_number, table["spl_db"], table.text.source)
 
 
-def _of_overall(table: TableRows, line: int) -> str:
-    """Return what to do with a row that is no band but the level of all; nothing for others."""
-    cells = dict(table.rows)[line]
-    named = any(re.match(r"(?i)oa|over|total|sum|all|lin", cell) for cell in cells)
-    is_last = line == table.rows[-1][0] and "0" in cells
-    if not named and not is_last:
-        return ""
-    return (
-        "; omit the row of the overall level; oaspl_db of the section sound shifts to an "
-        "overall level"
-    )
-
-
-def _faults_of_dips(lines: Sequence[int], level: Array) -> Iterator[Fault]:
-    """Yield bands far below both neighbours, as with a digit missing."""
-    for row in range(1, len(level) - 1):
-        below, above = level[row - 1], level[row + 1]
-        if level[row] < min(below, above) - DEEPEST_DIP_DB:
+def _overall_hints(text: TableRows) -> Iterator[tuple[int, str]]:
+    """Yield what to do with rows that are no band but the level of all."""
+    for line, cells in text.rows:
+        named = any(re.match(r"(?i)oa|over|total|sum|all|lin", cell) for cell in cells)
+        if named or (cells is text.rows[-1][1] and "0" in cells):
             yield (
-                lines[row],
-                f"spl_db = {level[row]:g}: more than {DEEPEST_DIP_DB:g} dB below both neighbours,"
-                f" {below:g} and {above:g} dB",
+                line,
+                "; omit the row of the overall level; oaspl_db of the section sound shifts to an "
+                "overall level",
             )
 
 
-def _faults_of_comments(table: TableRows, kind: BandKind) -> Iterator[Fault]:
-    """Yield comments that state another kind of band than the centres have."""
-    for line, comment in table.comments:
+def _note_dips(table: UserTable) -> None:
+    """Note bands far below both neighbours, as with a digit missing."""
+    level = table["spl_db"]
+    below, above = np.roll(level, 1), np.roll(level, -1)
+    is_dip = level < np.minimum(below, above) - DEEPEST_DIP_DB
+    is_dip[[0, -1]] = False
+    says = f"spl_db = {{spl_db:g}}: more than {DEEPEST_DIP_DB:g} dB below both neighbours,"
+    table.note(is_dip, says + " {below:g} and {above:g} dB", below=below, above=above)
+
+
+def _note_comments(table: UserTable, kind: BandKind) -> None:
+    """Note comments that state another kind of band than the centres have."""
+    for line, comment in table.text.comments:
         for words, stated in BAND_WORDS.items():
             if comment.startswith(f"band: {words}") and stated != kind:
-                yield (
-                    line,
-                    f"the comment states {stated} bands, the centres are those of {kind} bands",
-                )
+                says = f"the comment states {stated} bands, the centres are those of {kind} bands"
+                table.faults.add(line, says)
 
 
-def _band_numbers(lines: Sequence[int], center: Array) -> tuple[list[int], list[Fault]]:
-    """Return N of the nearest exact centre 10^(N/10) for each stated centre, and what has none."""
-    band_numbers, faults = [], []
-    for line, stated in zip(lines, center, strict=True):
-        if not stated > 0:  # reported already
-            continue
-        number = round(10 * math.log10(stated))
-        exact = float(center_frequency(number))
-        if abs(stated / exact - 1) > CENTER_TOLERANCE:
-            faults.append(
-                (line, f"center_hz = {stated:g} is not a preferred centre; the nearest is "
-                       f"{exact:.4g} Hz (within {CENTER_TOLERANCE:.0%})")
-            )  # fmt: skip
-        band_numbers.append(number)
-    return band_numbers, faults
+def _band_numbers(table: UserTable) -> Index:
+    """Return N (n,) of the nearest exact centre 10^(N/10); note centres that have none."""
+    center = table.columns.get("center_hz", np.empty(0))
+    # what is not above 0 is noted already
+    number = np.round(10 * np.log10(np.where(center > 0, center, 1.0))).astype(int)
+    exact = center_frequency(number)
+    says = "center_hz = {center_hz:g} is not a preferred centre; the nearest is {exact:.4g} Hz"
+    is_far = (center > 0) & (np.abs(center / exact - 1) > CENTER_TOLERANCE)
+    table.note(is_far, f"{says} (within {CENTER_TOLERANCE:.0%})", exact=exact)
+    return number
 
 
-def _band_kind(
-    lines: Sequence[int], center: Array, band_number: Sequence[int]
-) -> tuple[BandKind, list[Fault]]:
-    """Return the kind of band from the steps between neighbours, and what does not adjoin."""
+def _band_kind(table: UserTable, band_number: Index) -> BandKind:
+    """Return the kind of band from the steps between neighbours; note what does not adjoin."""
     steps = np.diff(band_number)
-    faults = []
-    for row, step in enumerate(steps, start=1):
-        if step <= 0:
-            fault = "appears twice" if step == 0 else "follows a higher centre"
-            says = f"center_hz = {center[row]:g} {fault}; centres must increase"
-            faults.append((lines[row], says))
-    if faults:
-        return "third octave", faults
-    kind: BandKind = "third octave" if steps.min() < BAND_WIDTH["octave"] else "octave"
-    for row, step in enumerate(steps, start=1):
-        if step != BAND_WIDTH[kind]:
-            says = (
-                f"between {center[row - 1]:g} and {center[row]:g} Hz there is a gap; {kind} bands "
-                "must adjoin"
-            )
-            faults.append((lines[row], says))
-    if kind == "octave" and band_number[0] % 3:
-        says = (
-            f"center_hz = {center[0]:g} is not an octave centre "
-            "(31.5, 63, 125, 250, 500, 1000 … Hz)"
+    for wrong, fault in ((steps == 0, "appears twice"), (steps < 0, "follows a higher centre")):
+        table.note(
+            np.append(False, wrong), f"center_hz = {{center_hz:g}} {fault}; centres must increase"
         )
-        faults.append((lines[0], says))
-    return kind, faults
+    if table.faults:
+        return "third octave"
+    kind: BandKind = "third octave" if steps.min() < BAND_WIDTH["octave"] else "octave"
+    gaps = np.append(False, steps != BAND_WIDTH[kind])
+    says = "between {below:g} and {center_hz:g} Hz there is a gap; "
+    below = np.roll(table["center_hz"], 1)
+    table.note(gaps, f"{says}{kind} bands must adjoin", below=below)
+    if kind == "octave" and band_number[0] % 3:
+        is_first = np.arange(band_number.size) == 0
+        says = "center_hz = {center_hz:g} is not an octave centre "
+        table.note(is_first, says + "(31.5, 63, 125, 250, 500, 1000 … Hz)")
+    return kind

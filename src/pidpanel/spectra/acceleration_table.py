@@ -4,30 +4,20 @@ The columns are `frequency_hz`, `acceleration_psd_g2_hz` and, where wanted, `slo
 slope from a row to the next. A level may be left empty where a slope gives it.
 """
 
-import math
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.columns import (
-    Allowed,
-    ColumnsError,
-    Fault,
-    faults_of_header,
-    numbers,
-    read_rows,
-    refuse,
-)
+from pidpanel.columns import Allowed, UserTable, numbers, read_rows
 from pidpanel.spectra.break_points import BreakPoints
 
-FREQUENCY, LEVEL, SLOPE = COLUMNS = ("frequency_hz", "acceleration_psd_g2_hz", "slope_db_octave")
+FREQUENCY, LEVEL, SLOPE = ("frequency_hz", "acceleration_psd_g2_hz", "slope_db_octave")
 
-ALLOWED = {
+COLUMNS = {
     FREQUENCY: Allowed(0.5, high=20000.0),
-    LEVEL: Allowed(0.0, low_itself=False, high=10.0, hint="in (m/s²)²/Hz?"),
-    SLOPE: Allowed(-100.0, high=100.0),
+    LEVEL: Allowed(0.0, low_itself=False, high=10.0, hint="in (m/s²)²/Hz?", may_be_empty=True),
+    SLOPE: Allowed(-100.0, high=100.0, may_be_missing=True, may_be_empty=True),
 }
 
 # Difference of levels and slope allowed [dB]: levels are stated to two digits.
@@ -44,44 +34,18 @@ def read_base_table(path: Path) -> BreakPoints:
         range, frequencies that do not increase, levels that neither a value nor a slope gives,
         slopes that contradict the levels.
     """
-    table = read_rows(path)
-    faults = faults_of_header(table, COLUMNS, required=COLUMNS[:2])
-    # an empty level or slope is not stated
-    stand_in = {LEVEL: "1", SLOPE: "0"}
-    heads = [stand_in.get(name, "") for name in table.header]
-    rows = [
-        (line, [cell or head for cell, head in zip(cells, heads, strict=True)])
-        if len(cells) == len(heads)
-        else (line, cells)
-        for line, cells in table.rows
-    ]
-    lines, columns, of_cells = numbers(table._replace(rows=rows), ALLOWED)
-    faults += of_cells
-    if not faults and len(lines) < 2:
-        raise ColumnsError([f"{path}: must have at least two break points"])
-    if not faults:
-        stated = {
-            name: np.array([bool(cells[table.header.index(name)]) for _, cells in table.rows])
-            for name in table.header
-        }
-        level = np.where(stated[LEVEL], columns[LEVEL], np.nan)
-        slope = np.full(len(lines), np.nan)
-        if SLOPE in columns:
-            slope = np.where(stated[SLOPE], columns[SLOPE], np.nan)
-        faults = _faults_of_order(lines, columns[FREQUENCY])
-        if not faults:
-            psd = _filled(columns[FREQUENCY], level, slope)
-            faults = _faults_of_levels(lines, columns[FREQUENCY], psd, slope)
-    refuse(path, faults)
-    return BreakPoints(columns[FREQUENCY], psd)
-
-
-def _faults_of_order(lines: Sequence[int], frequency: Array) -> list[Fault]:
-    return [
-        (line, f"frequency_hz = {f:g} follows {before:g}; frequencies must increase")
-        for line, f, before in zip(lines[1:], frequency[1:], frequency[:-1], strict=True)
-        if f <= before
-    ]
+    table = numbers(read_rows(path), COLUMNS)
+    table.refuse(fewest=2, too_few="must have at least two break points")
+    frequency, before = table[FREQUENCY], np.roll(table[FREQUENCY], 1)
+    falls = np.diff(frequency, prepend=-np.inf) <= 0
+    says = "frequency_hz = {frequency_hz:g} follows {before:g}; frequencies must increase"
+    table.note(falls, says, before=before)
+    table.refuse()
+    slope = table.columns.get(SLOPE, np.full(frequency.shape, np.nan))
+    psd = _filled(frequency, table[LEVEL], slope)
+    _note_levels(table, psd, slope)
+    table.refuse()
+    return BreakPoints(frequency, psd)
 
 
 def _filled(frequency: Array, level: Array, slope: Array) -> Array:
@@ -97,22 +61,15 @@ def _filled(frequency: Array, level: Array, slope: Array) -> Array:
     return psd
 
 
-def _faults_of_levels(
-    lines: Sequence[int], frequency: Array, psd: Array, slope: Array
-) -> list[Fault]:
-    """Return levels that nothing gives, and slopes that lead elsewhere."""
-    faults = [
-        (line, f"a gap: {LEVEL} is empty at {f:g} Hz, and no slope leads there")
-        for line, f, value in zip(lines, frequency, psd, strict=True)
-        if np.isnan(value)
-    ]
-    if np.isfinite(slope[-1]):
-        says = f"{SLOPE} = {slope[-1]:g} at the last row leads nowhere; omit it"
-        faults.append((lines[-1], says))
-    for row, wide in enumerate(np.diff(np.log2(frequency))):
-        rise = 10 * math.log10(psd[row + 1] / psd[row])
-        if abs(slope[row] * wide - rise) > SLOPE_TOLERANCE:
-            says = f"{SLOPE} = {slope[row]:g} between {frequency[row]:g} and "
-            says += f"{frequency[row + 1]:g} Hz, where the levels give {rise / wide:+.2f}"
-            faults.append((lines[row], says))
-    return faults
+def _note_levels(table: UserTable, psd: Array, slope: Array) -> None:
+    """Note levels that nothing gives, and slopes that lead elsewhere."""
+    says = f"a gap: {LEVEL} is empty at {{frequency_hz:g}} Hz, and no slope leads there"
+    table.note(np.isnan(psd), says)
+    is_last = np.arange(psd.size) == psd.size - 1
+    says = f"{SLOPE} = {{slope_db_octave:g}} at the last row leads nowhere; omit it"
+    table.note(is_last & np.isfinite(slope), says)
+    octaves, rise = np.diff(np.log2(table[FREQUENCY])), np.diff(10 * np.log10(psd))
+    leads_elsewhere = np.abs(slope[:-1] * octaves - rise) > SLOPE_TOLERANCE
+    says = f"{SLOPE} = {{slope_db_octave:g}} between {{frequency_hz:g}} and {{to:g}} Hz, "
+    says += "where the levels give {levels:+.2f}"
+    table.note(leads_elsewhere, says, to=table[FREQUENCY][1:], levels=rise / octaves)

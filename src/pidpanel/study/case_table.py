@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pidpanel.columns import NUMBER, ColumnsError, alike_once, faults_of_names, read_rows
+from pidpanel.columns import NUMBER, ColumnsError, LineFaults, faults_of_names, read_rows
 from pidpanel.study.sweep import Sweep
 
 POINT = ("sweep.fill_fraction", "sweep.frequency_hz")
@@ -34,16 +34,18 @@ def read_cases(file: Path) -> list[CaseRow]:
         A line for each column that is missing, and for each empty cell or repeated row.
     """
     table = read_rows(file)
-    header, start = table.header, f"{file}, line {table.line}"
-    faults = [f"{start}: {fault}" for fault in faults_of_names(header, header)]
-    faults += [f"{start}: missing column {name}" for name in POINT if name not in header]
+    header, faults = table.header, LineFaults(file)
+    for says in (
+        *faults_of_names(header, header),
+        *(f"missing column {name}" for name in POINT if name not in header),
+    ):
+        faults.add(table.line, says)
     if len(set(AMPLITUDES) & set(header)) != 1:
-        faults.append(f"{start}: must have either column {' or '.join(AMPLITUDES)}")
+        faults.add(table.line, f"must have either column {' or '.join(AMPLITUDES)}")
     if faults:
-        raise ColumnsError(faults)
+        raise ColumnsError(faults.texts())
     rows: list[CaseRow] = []
     lines: dict[tuple[str, ...], int] = {}
-    wrong: dict[str, list[tuple[int, str]]] = {}
     for line, cells in table.rows:
         says = ""
         if len(cells) != len(header):
@@ -53,21 +55,15 @@ def read_cases(file: Path) -> list[CaseRow]:
         elif tuple(cells) in lines:
             says = f"duplicate of line {lines[tuple(cells)]}"
         if says:
-            wrong.setdefault(says, []).append((line, says))
+            faults.add(line, says, says)
             continue
         lines[tuple(cells)] = line
         rows.append(CaseRow(line, dict(zip(header, map(_value, cells), strict=True))))
-    if wrong:
-        raise faults_of_rows(file, wrong)
+    if faults:
+        raise ColumnsError(faults.texts())
     if not rows:
         raise ColumnsError([f"{file}: must have at least one row"])
     return rows
-
-
-def faults_of_rows(file: Path, wrong: Mapping[str, Sequence[tuple[int, str]]]) -> ColumnsError:
-    """Return the error of faults in rows, those of a kind as one: kind → line and text of each."""
-    faults = sorted(fault for alike in wrong.values() for fault in alike_once(alike))
-    return ColumnsError([f"{file}, line {line}: {says}" for line, says in faults])
 
 
 def sweep_of(rows: Sequence[CaseRow]) -> Sweep:

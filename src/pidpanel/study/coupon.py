@@ -16,12 +16,12 @@ from pydantic import (
     model_validator,
 )
 
-from pidpanel.columns import ColumnsError
+from pidpanel.columns import ColumnsError, LineFaults
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.cells import ShapeName
 from pidpanel.paths import TEMPLATES
 from pidpanel.study.base import Fraction, RelativeError, SectionModel
-from pidpanel.study.case_table import faults_of_rows, read_cases, sweep_of
+from pidpanel.study.case_table import read_cases, sweep_of
 from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.files import file_in, found_file
 from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, unknown_key
@@ -298,7 +298,7 @@ class Coupon(SectionModel):
             yield Mistake(("cases",), f"column {key}: {_unknown_in(key, allowed)}")
         if unknown:
             return
-        wrong: dict[str, list[tuple[int, str]]] = {}
+        wrong = LineFaults(file)
         for line, values in rows:
             try:
                 self._variant(values)
@@ -306,11 +306,10 @@ class Coupon(SectionModel):
                 for keys, says, _ in mistakes_of(error, Coupon):
                     key = dotted(tuple(part for part in keys if isinstance(part, str)))
                     setting = f"{key} = {values[key]}" if key in values else key
-                    kind = f"{key}: {says.partition(';')[0]}"
-                    wrong.setdefault(kind, []).append((line, f"{setting}: {says}"))
+                    wrong.add(line, f"{setting}: {says}", f"{key}: {says.partition(';')[0]}")
         if wrong:
-            for fault in faults_of_rows(file, wrong).faults:
-                yield Mistake(("cases",), fault)
+            faults = ColumnsError(wrong.texts()).faults
+            yield from (Mistake(("cases",), fault) for fault in faults)
 
     def _in_vary(self, mistake: Mistake, chosen: Mapping[str, Any]) -> Mistake:
         """Return the mistake of a variant at the value of ``vary`` that causes it."""
