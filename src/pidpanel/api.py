@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from pidpanel.arrays import variable
 from pidpanel.check import checked_study
 from pidpanel.cli.snakemake import command
 from pidpanel.constants import BY_DAMPER, STANDARD_GRAVITY
@@ -203,21 +204,20 @@ class Model:
                 error[i, :, k] = values.equivalent_damping_error
                 mass[i, :, k] = values.apparent_mass
                 inside[i, :, k] = values.inside
-        dims = ("fill_fraction", "frequency", "acceleration")
+        dims = "fill_fraction frequency acceleration"
         return xr.Dataset(
             {
-                name: (dims, values, {"units": units, "long_name": long_name})
-                for name, values, units, long_name in (
-                    ("equivalent_damping", damping, "N s m-3", "C_e"),
-                    ("equivalent_damping_error", error, "N s m-3", "standard error of C_e"),
-                    ("apparent_mass", mass, "kg m-2", "m_a"),
-                    ("inside", inside, "1", "1 where the value is not extrapolated"),
-                )
+                "equivalent_damping": variable(dims, damping, "N s m-3", "C_e"),
+                "equivalent_damping_error": variable(
+                    dims, error, "N s m-3", "standard error of C_e"
+                ),
+                "apparent_mass": variable(dims, mass, "kg m-2", "m_a"),
+                "inside": variable(dims, inside, "1", "1 where the value is not extrapolated"),
             },
             {
-                "fill_fraction": ("fill_fraction", fills, {"units": "1"}),
-                "frequency": ("frequency", frequency, {"units": "Hz"}),
-                "acceleration": ("acceleration", gammas, {"units": "g", "long_name": "Γ"}),
+                "fill_fraction": variable("fill_fraction", fills, "1"),
+                "frequency": variable("frequency", frequency, "Hz"),
+                "acceleration": variable("acceleration", gammas, "g", "Γ"),
             },
             stamp(self.study),
         )
@@ -249,10 +249,10 @@ class Model:
         }
         return xr.Dataset(
             {
-                name: ("frequency", bands[column], {"units": unit})
+                name: variable("frequency", bands[column], unit)
                 for name, (column, unit) in units.items()
             },
-            {"frequency": ("frequency", bands["center_hz"], {"units": "Hz"})},
+            {"frequency": variable("frequency", bands["center_hz"], "Hz")},
         )
 
     def response(self) -> xr.Dataset:

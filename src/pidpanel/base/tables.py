@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, variable
 from pidpanel.base.notching import Limit
 from pidpanel.base.random import RandomCase
 from pidpanel.constants import STANDARD_GRAVITY
@@ -16,37 +16,30 @@ from pidpanel.solve.supports import Inertia
 
 INPUTS, DIRECTIONS = ("stated", "notched"), ("up", "down")
 
-# Unit and long name of each variable
+# Dimensions, unit and long name of each variable of a case
 VARIABLES = {
-    "input_psd": ("m2 s-4 Hz-1", "one-sided PSD of the acceleration of the supports"),
-    "absolute_acceleration_psd": ("m2 s-4 Hz-1", "one-sided PSD of the absolute acceleration"),
-    "relative_displacement_psd": ("m2 Hz-1", "one-sided PSD relative to the supports"),
-    "interface_force_psd": ("N2 Hz-1", "one-sided PSD of the force of all supports"),
-    "log_error": ("1", "standard error of ln of the absolute acceleration PSD"),
-    "log_rms_error": ("1", "standard error of ln of the rms absolute acceleration"),
-    "force_log_error": ("1", "standard error of ln of the PSD of the force"),
-    "force_log_rms_error": ("1", "standard error of ln of the rms force"),
-    "outside_share": ("1", "share of the lines at which the damping is outside its data"),
-    "acceleration": ("m s-2", "amplitude of the absolute acceleration"),
-    "relative_displacement": ("m", "amplitude of the deflection relative to the supports"),
-    "interface_force": ("N", "amplitude of the force of all supports"),
-    "acceleration_log_error": ("1", "standard error of ln of that amplitude"),
-    "interface_force_log_error": ("1", "standard error of ln of that amplitude"),
-    "motion_residual": ("1", "largest residual of the consistent motion of any line"),
-    "mesh_error": ("1", "largest relative error of the PSD of any line due to the mesh"),
-    "mesh_error_rms": ("1", "relative error of the rms acceleration due to the mesh"),
-}
-
-BY_POINT = {name for name in VARIABLES if name.startswith(("absolute", "relative", "log"))}
-BY_POINT |= {"acceleration", "acceleration_log_error", "mesh_error", "mesh_error_rms"}
-BY_LINE = set(VARIABLES) - {
-    "log_rms_error",
-    "force_log_rms_error",
-    "outside_share",
-    "motion_residual",
-    "mesh_error",
-    "mesh_error_rms",
-}
+    "input_psd": ("frequency", "m2 s-4 Hz-1", "one-sided PSD of the acceleration of the supports"),
+    "absolute_acceleration_psd": (
+        "frequency point", "m2 s-4 Hz-1", "one-sided PSD of the absolute acceleration"),
+    "relative_displacement_psd": (
+        "frequency point", "m2 Hz-1", "one-sided PSD relative to the supports"),
+    "interface_force_psd": ("frequency", "N2 Hz-1", "one-sided PSD of the force of all supports"),
+    "log_error": (
+        "frequency point", "1", "standard error of ln of the absolute acceleration PSD"),
+    "log_rms_error": ("point", "1", "standard error of ln of the rms absolute acceleration"),
+    "force_log_error": ("frequency", "1", "standard error of ln of the PSD of the force"),
+    "force_log_rms_error": ("", "1", "standard error of ln of the rms force"),
+    "outside_share": ("", "1", "share of the lines at which the damping is outside its data"),
+    "acceleration": ("frequency point", "m s-2", "amplitude of the absolute acceleration"),
+    "relative_displacement": (
+        "frequency point", "m", "amplitude of the deflection relative to the supports"),
+    "interface_force": ("frequency", "N", "amplitude of the force of all supports"),
+    "acceleration_log_error": ("frequency point", "1", "standard error of ln of that amplitude"),
+    "interface_force_log_error": ("frequency", "1", "standard error of ln of that amplitude"),
+    "motion_residual": ("", "1", "largest residual of the consistent motion of any line"),
+    "mesh_error": ("point", "1", "largest relative error of the PSD of any line due to the mesh"),
+    "mesh_error_rms": ("point", "1", "relative error of the rms acceleration due to the mesh"),
+}  # fmt: skip
 
 
 def mode_rows(basis: PanelBasis, inertia: Inertia) -> pd.DataFrame:
@@ -73,12 +66,11 @@ def case_dataset(
     place: Mapping[str, str],
 ) -> xr.Dataset:
     """Return the results of one case at its place among all, by names of `VARIABLES`."""
-    axis = ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})
     variables = {}
     for name, value in values.items():
-        dims = ["frequency"] * (name in BY_LINE) + ["point"] * (name in BY_POINT)
-        unit, text = VARIABLES[name]
-        variables[name] = (dims, value, {"units": unit, "long_name": text})
+        dims, unit, long_name = VARIABLES[name]
+        variables[name] = variable(dims, value, unit, long_name)
+    axis = variable("frequency", frequency, "Hz", "frequency")
     dataset = xr.Dataset(variables, coords={"frequency": axis, "point": list(points)})
     return dataset.expand_dims({name: [value] for name, value in place.items()})
 

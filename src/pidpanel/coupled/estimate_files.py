@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, variable
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.estimate import ScenarioEstimate
 from pidpanel.provenance import durable
@@ -38,8 +38,8 @@ def write_estimate(
     dataset = xr.Dataset(
         {**_patch_variables(estimate, beds), **_point_variables(estimate)},
         coords={
-            "band": ("band", estimate.centre, {"units": "Hz"}),
-            "frequency": ("frequency", estimate.frequency, {"units": "Hz"}),
+            "band": variable("band", estimate.centre, "Hz"),
+            "frequency": variable("frequency", estimate.frequency, "Hz"),
             "patch": ("patch", [bed.patch for bed in beds]),
             "point": ("point", list(points)),
         },
@@ -72,22 +72,22 @@ def _patch_variables(estimate: ScenarioEstimate, beds: Sequence[SimulatedBed]) -
     variables = {}
     for name, (_, units) in rows[0].items():
         values = np.array([row[name][0] for row in rows], dtype=np.float64)
-        variables[name] = (("patch", "band")[: values.ndim], values, {"units": units})
+        variables[name] = variable("patch band" if values.ndim == 2 else "patch", values, units)
     return variables
 
 
 def _point_variables(estimate: ScenarioEstimate) -> dict[str, Any]:
     """Values by point, and by line or band where there is one for each."""
-    by_line, by_band, by_point = ("frequency", "point"), ("band", "point"), ("point",)
+    lines, bands = "frequency point", "band point"
     return {
-        "displacement_psd": (by_line, estimate.psd, {"units": "m2 Hz-1"}),
-        "linear_displacement_psd": (by_line, estimate.linear_psd, {"units": "m2 Hz-1"}),
-        "displacement_psd_log_error": (by_line, estimate.log_psd_error, {"units": "1"}),
-        "band_log_error": (by_band, estimate.log_band_error, {"units": "1"}),
-        "band_residual": (by_band, estimate.band_residual, {"units": "1"}),
-        "log_error": (by_point, estimate.log_error, {"units": "1"}),
-        "residual": (by_point, estimate.residual, {"units": "1"}),
-        "recorded": (by_point, estimate.recorded, {"units": "m2 s-4"}),
+        "displacement_psd": variable(lines, estimate.psd, "m2 Hz-1"),
+        "linear_displacement_psd": variable(lines, estimate.linear_psd, "m2 Hz-1"),
+        "displacement_psd_log_error": variable(lines, estimate.log_psd_error, "1"),
+        "band_log_error": variable(bands, estimate.log_band_error, "1"),
+        "band_residual": variable(bands, estimate.band_residual, "1"),
+        "log_error": variable("point", estimate.log_error, "1"),
+        "residual": variable("point", estimate.residual, "1"),
+        "recorded": variable("point", estimate.recorded, "m2 s-4"),
     }
 
 

@@ -1,12 +1,10 @@
 """The surface as ``damping/surface.nc``: on a grid to look at, with what it is made of."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import variable
 from pidpanel.damping.readings import DampingError
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import (
@@ -21,6 +19,12 @@ from pidpanel.damping.surface_cases import (
     training_data,
 )
 
+# Columns of the cases that are stored
+CASE_UNITS = dict(
+    zip((*AXES, VALUE, ERROR, MASS, MASS_ERROR),
+        ("1", "Hz", "g", "N s m-3", "N s m-3", "kg m-2", "kg m-2"), strict=True)
+)  # fmt: skip
+
 
 def to_dataset(surface: DampingSurface) -> xr.Dataset:
     """Return the surface on a grid to look at, with its cases and constants."""
@@ -31,42 +35,34 @@ def to_dataset(surface: DampingSurface) -> xr.Dataset:
     values = surface.evaluate(*(g.ravel() for g in grid))
     shape = grid[0].shape
     C_e, m_a = "equivalent viscous damping per area, C_e", "apparent mass per area, m_a"
-    variables: list[tuple[str, Sequence[str], Array, str, str]] = [
-        ("equivalent_damping", AXES, values.equivalent_damping.reshape(shape), "N s m-3", C_e),
-        ("equivalent_damping_error", AXES, values.equivalent_damping_error.reshape(shape),
-         "N s m-3", f"standard error of {C_e}"),
-        ("apparent_mass", AXES, values.apparent_mass.reshape(shape), "kg m-2", m_a),
-        ("inside", AXES, values.inside.reshape(shape).astype(np.int8), "1",
-         "1 within the convex hull of the cases"),
-    ]  # fmt: skip
-    units = dict(zip((*AXES, VALUE, ERROR, MASS, MASS_ERROR),
-                     ("1", "Hz", "g", "N s m-3", "N s m-3", "kg m-2", "kg m-2"),
-                     strict=True))  # fmt: skip
-    variables += [
-        (f"case_{name}", ("case",), surface.cases[name].to_numpy(float), unit, f"{name} of a case")
-        for name, unit in units.items()
-    ]
+    axes = " ".join(AXES)
+    inside = values.inside.reshape(shape).astype(np.int8)
+    variables = {
+        name: variable(axes, getattr(values, name).reshape(shape), units, long_name)
+        for name, units, long_name in (
+            ("equivalent_damping", "N s m-3", C_e),
+            ("equivalent_damping_error", "N s m-3", f"standard error of {C_e}"),
+            ("apparent_mass", "kg m-2", m_a),
+        )
+    }
+    variables["inside"] = variable(axes, inside, "1", "1 within the convex hull of the cases")
+    for name, unit in CASE_UNITS.items():
+        case_values = surface.cases[name].to_numpy(float)
+        variables[f"case_{name}"] = variable("case", case_values, unit, f"{name} of a case")
+    meaning = "lengths of r, ln Γ and ln W/L, size and scatter of the process of beds"
     for name, processes in (("damping", surface.damping), ("mass", surface.mass)):
         for side, process in {} if processes is None else vars(processes).items():
             if process is not None:
-                constants = np.array([*process.lengths, process.size, process.scatter])
-                meaning = "lengths of r, ln Γ and ln W/L, size and scatter of the process"
-                variables.append(
-                    (f"{name}_{side}", ("constant",), constants, "1", f"{meaning} of beds {side}")
-                )
+                constants = [*process.lengths, process.size, process.scatter]
+                long_name = f"{meaning} {side}"
+                variables[f"{name}_{side}"] = variable("constant", constants, "1", long_name)
+    meanings = ("fill fraction r", "frequency", "acceleration amplitude Γ")
     return xr.Dataset(
-        {
-            name: (list(dims), data, {"units": unit, "long_name": long_name})
-            for name, dims, data, unit, long_name in variables
-        },
+        variables,
         coords={
-            axis: (axis, data, {"units": unit, "long_name": long_name})
-            for axis, data, unit, long_name in zip(
-                AXES,
-                (fills, frequency, gamma),
-                ("1", "Hz", "g"),
-                ("fill fraction r", "frequency", "acceleration amplitude Γ"),
-                strict=True,
+            axis: variable(axis, coordinate, CASE_UNITS[axis], long_name)
+            for axis, coordinate, long_name in zip(
+                AXES, (fills, frequency, gamma), meanings, strict=True
             )
         },
         attrs={
@@ -79,8 +75,7 @@ def to_dataset(surface: DampingSurface) -> xr.Dataset:
 
 def from_dataset(dataset: xr.Dataset) -> DampingSurface:
     """Inverse of `to_dataset`."""
-    names = (*AXES, VALUE, ERROR, MASS, MASS_ERROR)
-    cases = pd.DataFrame({name: dataset[f"case_{name}"].to_numpy() for name in names})
+    cases = pd.DataFrame({name: dataset[f"case_{name}"].to_numpy() for name in CASE_UNITS})
     attrs = ("onset_g", "mass_per_fill_kg_m2", "depth_m")
     try:
         bed = SurfaceBed(*(float(dataset.attrs[name]) for name in attrs))

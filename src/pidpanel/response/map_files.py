@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import xarray as xr
 
-from pidpanel.arrays import Array, Index
+from pidpanel.arrays import Array, Index, variable
 from pidpanel.solve.stress import QUANTITIES
 
 # Unit of each map; strains and stresses have one for each layer.
@@ -31,20 +31,16 @@ def map_dataset(
     for name in next(iter(maps.values())):
         unit = UNITS.get(name, "Pa")
         values = np.array([maps[name] for maps in maps.values()])
-        dims = ("case", "layer", "vertex") if values.ndim == 3 else ("case", "vertex")
-        variables[f"{name}_rms"] = (dims, values, {"units": unit, "long_name": f"rms of {name}"})
-    position = {"units": "m", "long_name": "vertices of the mesh"}
+        dims = "case layer vertex" if values.ndim == 3 else "case vertex"
+        variables[f"{name}_rms"] = variable(dims, values, unit, f"rms of {name}")
+    errors = np.array(relative_error, dtype=np.float64)
+    meaning = "largest standard error of the points' g rms"
+    variables["relative_error"] = variable("case", errors, "1", meaning)
+    position = variable("vertex axis", vertex_position, "m", "vertices of the mesh")
+    variables["vertex_position"] = position
+    variables["cells"] = variable("cell corner", cells, "1", "vertex numbers")
     return xr.Dataset(
-        variables
-        | {
-            "relative_error": (
-                "case",
-                np.array(relative_error, dtype=np.float64),
-                {"units": "1", "long_name": "largest standard error of the points' g rms"},
-            ),
-            "vertex_position": (("vertex", "axis"), vertex_position, position),
-            "cells": (("cell", "corner"), cells, {"units": "1", "long_name": "vertex numbers"}),
-        },
+        variables,
         coords={
             "reading": ("case", [reading for reading, _ in maps]),
             "scenario": ("case", [label for _, label in maps]),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, variable
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.broadband import EXACT, BroadbandError
 from pidpanel.response import model_error
@@ -102,6 +102,23 @@ class OnPatches:
     inside: Array  # (n_patches, nf) whether the damping is within the range of its data
 
 
+# Dimensions, unit and long name of each variable of a case
+PSD_VARIABLES = {
+    "acceleration_psd": ("frequency point", "m2 s-4 Hz-1", "one-sided acceleration PSD"),
+    "velocity_psd": ("frequency point", "m2 s-2 Hz-1", "one-sided velocity PSD"),
+    "displacement_psd": ("frequency point", "m2 Hz-1", "one-sided displacement PSD"),
+    "dead_weight_acceleration_psd": (
+        "frequency point", "m2 s-4 Hz-1",
+        "one-sided acceleration PSD with the same masses and no damping",
+    ),
+    "equivalent_damping": ("patch frequency", "N s m-3", "C_e of the patch, 0 if not filled"),
+    "apparent_mass": ("patch frequency", "kg m-2", "m_a of the patch, 0 if not filled"),
+    "inside": (
+        "patch frequency", "1", "1 where the damping is within the range of its data"
+    ),
+}  # fmt: skip
+
+
 def psd_dataset(
     responses: Mapping[tuple[str, str], OnPatches],
     dead_weight: Mapping[tuple[str, str], Array],
@@ -112,38 +129,21 @@ def psd_dataset(
     patches: Sequence[str],
 ) -> xr.Dataset:
     """PSDs, C_e and m_a of all scenarios; NaN where a scenario has no response."""
-    shape, by_point = (len(frequency), len(points)), ("frequency", "point")
-    patch_shape, by_patch = (len(patches), len(frequency)), ("patch", "frequency")
-    psds = {key: part.response for key, part in responses.items()}
-    variables: list[tuple[str, tuple[str, ...], Array, str, str]] = []
-    for name, units in (
-        ("acceleration", "m2 s-4 Hz-1"), ("velocity", "m2 s-2 Hz-1"), ("displacement", "m2 Hz-1"),
-    ):  # fmt: skip
-        values = {key: getattr(psd, f"{name}_psd") for key, psd in psds.items()}
-        table = by_case(values, readings, labels, shape)
-        variables.append((f"{name}_psd", by_point, table, units, f"one-sided {name} PSD"))
-    dead = by_case(dead_weight, readings, labels, shape)
-    meaning = "one-sided acceleration PSD with the same masses and no damping"
-    variables.append(("dead_weight_acceleration_psd", by_point, dead, "m2 s-4 Hz-1", meaning))
-    for name, units, meaning in (
-        ("equivalent_damping", "N s m-3", "C_e of the patch, 0 if not filled"),
-        ("apparent_mass", "kg m-2", "m_a of the patch, 0 if not filled"),
-        ("inside", "1", "1 where the damping is within the range of its data"),
-    ):
-        values = {key: getattr(part, name) for key, part in responses.items()}
-        table = by_case(values, readings, labels, patch_shape)
-        # a NetCDF 3 file has no dimension of length 0
-        variables += [(name, by_patch, table, units, meaning)] if patches else []
-    return xr.Dataset(
-        {
-            name: (("reading", "scenario", *dims), table, {"units": units, "long_name": long_name})
-            for name, dims, table, units, long_name in variables
-        },
-        coords={
-            **case_coordinates(frequency, readings, labels, points),
-            **({"patch": list(patches)} if patches else {}),
-        },
-    )
+    sizes = {"frequency": len(frequency), "point": len(points), "patch": len(patches)}
+    variables = {}
+    for name, (dims, units, long_name) in PSD_VARIABLES.items():
+        shape = tuple(sizes[dim] for dim in dims.split())
+        values = dead_weight
+        if not name.startswith("dead_weight"):
+            values = {
+                key: getattr(part.response if name.endswith("_psd") else part, name)
+                for key, part in responses.items()
+            }
+        if all(shape):  # a NetCDF 3 file has no dimension of length 0
+            table = by_case(values, readings, labels, shape)
+            variables[name] = variable(f"reading scenario {dims}", table, units, long_name)
+    coordinates = case_coordinates(frequency, readings, labels, points)
+    return xr.Dataset(variables, {**coordinates, **({"patch": list(patches)} if patches else {})})
 
 
 def by_case(
@@ -165,7 +165,7 @@ def case_coordinates(
 ) -> dict[str, Any]:
     """Return the coordinates of all datasets of cases."""
     return {
-        "frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"}),
+        "frequency": variable("frequency", frequency, "Hz", "frequency"),
         "reading": list(readings),
         "scenario": list(labels),
         "point": list(points),
@@ -222,11 +222,10 @@ def stress_dataset(
     """PSDs of strain and stress in single precision; NaN where a scenario has no response."""
     shape = (len(frequency), len(points), len(layers), len(quantities))
     values = by_case(psds, readings, labels, shape, np.float32)
-    dims = ("reading", "scenario", "frequency", "point", "layer")
     variables = {}
     for index, (name, unit) in enumerate(quantities.items()):
         units = "Hz-1" if unit == "1" else f"{unit}2 Hz-1"
-        attributes = {"units": units, "long_name": f"one-sided PSD of {name}"}
-        variables[f"{name}_psd"] = (dims, values[..., index], attributes)
+        dims, long_name = "reading scenario frequency point layer", f"one-sided PSD of {name}"
+        variables[f"{name}_psd"] = variable(dims, values[..., index], units, long_name)
     coordinates = case_coordinates(frequency, readings, labels, points)
     return xr.Dataset(variables, coords={**coordinates, "layer": list(layers)})

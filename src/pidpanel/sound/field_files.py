@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, variable
 from pidpanel.sound.wavenumber_table import WavenumberTable
 
 MODAL_FORCE = "modal_force"  # G of the field that drives the panel [m⁴]
@@ -34,27 +34,19 @@ def write_tables(
     """
     import xarray as xr  # slow to import, and reading does without
 
-    variables: dict[str, tuple[tuple[str, ...], Array, dict[str, object]]] = {}
+    variables = {}
     for name, table in tables.items():
         axis = f"{name}_wavenumber"
         units, long_name = KINDS[name]
-        dims = (axis, "shape", "other_shape")
-        variables[name] = (
-            dims,
-            table.even,
-            {"units": units, "long_name": long_name, "wavenumber_max_rad_m": table.wavenumber_max},
-        )
+        dims = f"{axis} shape other_shape"
+        variables[name] = variable(dims, table.even, units, long_name)
+        variables[name].attrs["wavenumber_max_rad_m"] = table.wavenumber_max
         if table.odd_over_wavenumber is not None:
-            variables[f"{name}_odd"] = (
-                dims,
-                table.odd_over_wavenumber,
-                {"units": f"{units} m rad-1", "long_name": f"{long_name}: imaginary part over k"},
-            )
-        variables[axis] = (
-            (axis,),
-            table.wavenumber,
-            {"units": "rad m-1", "long_name": "acoustic wavenumber, Chebyshev nodes"},
-        )
+            meaning = f"{long_name}: imaginary part over k"
+            odd = variable(dims, table.odd_over_wavenumber, f"{units} m rad-1", meaning)
+            variables[f"{name}_odd"] = odd
+        meaning = "acoustic wavenumber, Chebyshev nodes"
+        variables[axis] = variable(axis, table.wavenumber, "rad m-1", meaning)
     xr.Dataset(variables, attrs=dict(attributes)).to_netcdf(path, engine="scipy")
 
 
