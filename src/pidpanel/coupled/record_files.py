@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from pidpanel.arrays import variable
 from pidpanel.coupled.checkpoints import identity_of
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.provenance import durable
@@ -19,17 +20,18 @@ def write_record(
     path: Path, record: SettledRecord, attributes: Mapping[str, str | float | list[float]]
 ) -> None:
     """Write a record with its sound in single precision, which rounds to 1e-7 of the largest."""
-    single, metres = np.float32, {"units": "m"}
+    single = np.float32
     real, imaginary = record.amplitude.real.astype(single), record.amplitude.imag.astype(single)
-    of_walls = {"units": "N s/m2", "long_name": "of the walls on the particles, per area"}
+    at_cells, at_points = record.at_cells.astype(single), record.at_points.astype(single)
+    meaning = "of the walls on the particles, per area"
     dataset = xr.Dataset(
         {
-            "frequency": (("tone",), record.frequency, {"units": "Hz"}),
-            "modal_force_real": (("tone", "shape"), real, {"units": "N"}),
-            "modal_force_imag": (("tone", "shape"), imaginary, {"units": "N"}),
-            "displacement_at_cells": (("row", "cell"), record.at_cells.astype(single), metres),
-            "displacement_at_points": (("row", "point"), record.at_points.astype(single), metres),
-            "impulse": (("row", "cell"), record.impulse, of_walls),
+            "frequency": variable("tone", record.frequency, "Hz"),
+            "modal_force_real": variable("tone shape", real, "N"),
+            "modal_force_imag": variable("tone shape", imaginary, "N"),
+            "displacement_at_cells": variable("row cell", at_cells, "m"),
+            "displacement_at_points": variable("row point", at_points, "m"),
+            "impulse": variable("row cell", record.impulse, "N s/m2", meaning),
         },
         attrs=dict(attributes),
     )

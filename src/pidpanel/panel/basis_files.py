@@ -8,6 +8,7 @@ import meshio
 import numpy as np
 import xarray as xr
 
+from pidpanel.arrays import variable
 from pidpanel.panel.basis import PanelBasis
 
 # variable: dimensions, unit, long name
@@ -63,18 +64,15 @@ def write_basis(path: Path, basis: PanelBasis, attributes: Mapping[str, str]) ->
         value = getattr(basis, name)
         if isinstance(value, tuple):
             value = np.array(value, dtype=object)
-        attributes_of = {"units": unit, "long_name": long_name}
         if name in SINGLE:
             value = np.asarray(value, dtype=np.float32)
         if name in PACKED:
             largest = np.abs(value).max(axis=(0, 1), initial=0.0)
             step = np.where(largest > 0, largest, 1.0) / FULL
             value = np.round(value / step).astype(np.int16)
-            attributes_of["units"] = f"{name}_step"
-            variables[f"{name}_step"] = xr.Variable(
-                ("shape",), step, {"units": unit, "long_name": f"unit of {name}"}
-            )
-        variables[name] = xr.Variable(dimensions.split(), value, attributes_of)
+            variables[f"{name}_step"] = variable("shape", step, unit, f"unit of {name}")
+            unit = f"{name}_step"
+        variables[name] = variable(dimensions, value, unit, long_name)
     xr.Dataset(variables, attrs=dict(attributes)).to_netcdf(path, engine="scipy")
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 import xarray as xr
 
+from pidpanel.arrays import variable
 from pidpanel.panel.matrices import StoredPlate
 
 SYMMETRIC = ("stiffness", "mass")  # matrices of which the upper triangle is stored
@@ -20,14 +21,10 @@ def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -
     """Write the matrices of a plate and the shapes of its basis."""
     long_name = "shapes of the basis in the free coordinates"
     variables: dict[str, Any] = {
-        "quadrature_position": (("quadrature", "axis"), plate.quadrature_position, {"units": "m"}),
-        "quadrature_weight": (("quadrature",), plate.quadrature_weight, {"units": "m2"}),
-        "inertia": (("coordinate",), plate.inertia, {"units": "kg"}),
-        "shapes": (
-            ("coordinate", "shape"),
-            plate.shapes.astype(np.float32),
-            {"units": "1", "long_name": long_name},
-        ),
+        "quadrature_position": variable("quadrature axis", plate.quadrature_position, "m"),
+        "quadrature_weight": variable("quadrature", plate.quadrature_weight, "m2"),
+        "inertia": variable("coordinate", plate.inertia, "kg"),
+        "shapes": variable("coordinate shape", plate.shapes.astype(np.float32), "1", long_name),
     }
     for name in SYMMETRIC:
         variables |= _as_variables(name, sp.csr_array(sp.triu(getattr(plate, name))))

@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 from PIL import Image
 
+from pidpanel.arrays import variable
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.film import Film, watch
@@ -78,13 +79,13 @@ def write_film(
     if film is None:  # NetCDF 3 has no empty dimensions: the file has nothing but its name
         xr.Dataset(attrs={**stamp, "case": ""}).to_netcdf(file, engine="scipy")
         return
-    axes = ("frame", "sphere", "axis")
+    axes = "frame sphere axis"
     xr.Dataset(
         {
-            "time": ("frame", film.time, {"units": "s"}),
-            "position": (axes, film.position.astype(np.float32), {"units": "m"}),
-            "velocity": (axes, film.velocity.astype(np.float32), {"units": "m/s"}),
-            "diameter": ("sphere", film.diameters, {"units": "m"}),
+            "time": variable("frame", film.time, "s"),
+            "position": variable(axes, film.position.astype(np.float32), "m"),
+            "velocity": variable(axes, film.velocity.astype(np.float32), "m/s"),
+            "diameter": variable("sphere", film.diameters, "m"),
         },
         attrs={**stamp, "case": label},
     ).to_netcdf(file, engine="scipy")
