@@ -299,11 +299,11 @@ def test_completion_knows_every_command(capsys, shell):
     [
         (["--size", "2.1x1.2", "--bead", "steel", "--oaspl", "145"], {"coupon.particles.density_kg_m3": 7850, "damping.readings": ["atlas"], "sound.oaspl_db": 145, "panel.section.kind": "sandwich"}),
         (["--section", "thin", "--bead", "none", "--mass-kg-m2", "5.25"], {"panel.section.mass_per_area_kg_m2": 5.25, "damping.readings": ["paper_corrected"]}),
-        (["--section", "solid", "--table", "acrylic_2mm.csv", "--supports", "clamped"], {"damping.table": "acrylic_2mm.csv", "panel.supports": "clamped"}),
+        (["--section", "solid", "--size", "0.7x0.5", "--table", "acrylic_2mm.csv", "--supports", "clamped"], {"damping.table": "acrylic_2mm.csv", "panel.supports": "clamped"}),
         (["--hold-down", "0.3,0.2", "--hold-down", "1.2,0.8", "--hole", "0.9,0.3,0.1", "--point", "1.4,0.9", "--bead", "none", "--shaker", "gevs_acceptance.csv"], {"panel.supports.outline": "free", "panel.supports.points.H2.at_m": [1.2, 0.8], "panel.holes.hole 1.diameter_m": 0.1, "panel.points.P3": [1.4, 0.9], "base.random.spectrum": "gevs_acceptance.csv"}),
         (["--section", "thin", "--table", "acrylic_2mm.csv", "--budget-kg", "0.5", "--shaker", "gevs_acceptance.csv"], {"optimise.mass_kg": 0.5, "dampers.lab.table": "acrylic_2mm.csv", "damping.readings": ["stated"]}),
         (["--bead", "acrylic", "--budget-kg", "0.5"], {"optimise.mass_kg": 0.5, "damping.readings": ["atlas"]}),
-        (["--section", "solid", "--thickness-mm", "6"], {"damping.coupled.relative_error": 0.03}),
+        (["--section", "solid", "--size", "0.7x0.5", "--thickness-mm", "6"], {"damping.coupled.relative_error": 0.03}),
         (["--bead", "acrylic", "--shaker", "gevs_acceptance.csv"], {"damping.readings": ["atlas"]}),
         (["--title", 'a "b" {0/90}s $x$ : # größe'], {"title": 'a "b" {0/90}s $x$ : # größe'}),
     ],

@@ -31,6 +31,12 @@ def model(ratio, folder=None):
     }, folder)  # fmt: skip
 
 
+@pytest.fixture(scope="module")
+def with_table():
+    """The panel whose damping ratio is a table."""
+    return model(TABLE)
+
+
 def psd_of(found, scenario="bare"):
     return found.response()["acceleration_psd"].sel(scenario=scenario, point="A").squeeze()
 
@@ -49,9 +55,9 @@ def navier(frequency, ratio):
     return np.abs(H.sum(axis=1)) ** 2 * omega[:, 0] ** 4
 
 
-def test_a_table_over_frequency_is_that_of_the_closed_form():
+def test_a_table_over_frequency_is_that_of_the_closed_form(with_table):
     # red: ζ(f_c) for all modes; interpolation over f in place of ln f; axes exchanged
-    psd, sharper = psd_of(model(TABLE)), psd_of(model(0.01))
+    psd, sharper = psd_of(with_table), psd_of(model(0.01))
     f = psd["frequency"].to_numpy()
     pressure = pressure_psd(read_spl_table(SPECTRUM), f)
 
@@ -64,19 +70,18 @@ def test_a_table_over_frequency_is_that_of_the_closed_form():
     assert psd[np.argmin(np.abs(f - 64.9))] < 0.11 * sharper.max()
 
 
-def test_a_list_by_mode_is_the_table_at_the_frequencies_of_the_modes(tmp_path):
+def test_a_list_by_mode_is_the_table_at_the_frequencies_of_the_modes(with_table, tmp_path):
     # red: modes counted from 1; the mean for modes beyond the list; rigid modes counted
-    table = model(TABLE)
-    natural = table.modes()["natural_frequency"].to_numpy()
+    natural = with_table.modes()["natural_frequency"].to_numpy()
     table_ratio = DampingRatio(*zip(*[(z, f) for f, z in TABLE], strict=True)).of_modes(natural)
     by_mode = model([float(z) for z in table_ratio])
     for scenario in ("bare", "s"):
-        one, other = (psd_of(found, scenario) for found in (table, by_mode))
+        one, other = (psd_of(found, scenario) for found in (with_table, by_mode))
         np.testing.assert_allclose(one, other, rtol=1e-6)
     assert by_mode.summary()["basis_error"].max() < 0.005
     (tmp_path / "zeta.csv").write_text("frequency_hz,damping_ratio\n50,0.04\n200,0.01\n")
     from_file = model("zeta.csv", tmp_path)
-    np.testing.assert_array_equal(psd_of(from_file, "s"), psd_of(table, "s"))
+    np.testing.assert_array_equal(psd_of(from_file, "s"), psd_of(with_table, "s"))
 
 
 def test_the_smallest_ratio_of_a_range_is_that_of_its_modes():

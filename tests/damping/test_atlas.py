@@ -166,12 +166,13 @@ def test_a_case_with_two_states_teaches_both():
 
 @pytest.mark.slow
 def test_cases_left_out_lie_within_the_stated_errors_as_often_as_stated():
-    # every case predicted by the parts of the table without it, with the calibrated errors
+    # every case predicted by the parts of the table without it, with the calibrated errors; half as
+    # many parts as the calibration has, so each is predicted by fewer cases than it was there
     # red: calibration of ones in processes.json
     atlas = read_atlas()
     regime = np.digitize(atlas.cases["stroke_per_gap"], REGIMES)
     packing = packings_of(atlas.cases)
-    predicted = predict_parts(atlas.cases, packing % PARTS)
+    predicted = predict_parts(atlas.cases, packing % (PARTS // 2))
     scores = np.abs(predicted.scores()) / atlas.calibration[:, regime]
     weight = 1 / np.bincount(packing)[packing]
     for number in range(3):

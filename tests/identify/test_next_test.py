@@ -15,6 +15,8 @@ TRUE = np.array([[0.7, np.log(0.2), 0.5]])
 RANGES = (0.3, 0.95), (np.log(0.05), np.log(0.8))
 KNOWN = FillPrior(0.5, 0.5)
 ERROR = 0.03
+FIRST = (60.0, 5.0), (800.0, 40.0)
+FURTHER = candidates((20.0, 2000.0), 50.0, 10e-3, 1.0)
 
 
 def measured(*tones):
@@ -37,44 +39,44 @@ def test_the_shaker_limits_the_tones():
     assert len(candidates((1.0, 2.0), 50.0, 1e-6, 1.0).frequency) == 0
 
 
-def test_the_proposed_tone_narrows_more_than_others():
+@pytest.fixture(scope="module")
+def posterior():
+    """What the tones `FIRST` leave."""
+    return identify(ATLAS, SPECIMEN, measured(*FIRST), KNOWN, RANGES)
+
+
+@pytest.fixture(scope="module")
+def expected(posterior):
+    """What further tones are expected to tell."""
+    return next_tones(ATLAS, SPECIMEN, measured(*FIRST), posterior, FURTHER, ERROR)
+
+
+def test_the_proposed_tone_narrows_more_than_others(posterior, expected):
     # red: the prediction without what was measured; noise left out; argmin
-    known = [(60.0, 5.0), (800.0, 40.0)]
-    first = measured(*known)
-    posterior = identify(ATLAS, SPECIMEN, first, KNOWN, RANGES)
-    tones = candidates((20.0, 2000.0), 50.0, 10e-3, 1.0)
-    expected = next_tones(ATLAS, SPECIMEN, first, posterior, tones, ERROR)
     assert (expected.information > -1e-9).all()
     assert (expected.restitution_error <= posterior.estimate(0).error * 1.1).all()
-    before, best, *others = (
-        area(measured(*known, *further))
-        for further in (
-            [],
-            *([tone_of(tones, i)] for i in (expected.best, *range(0, len(tones.frequency), 8))),
-        )
+    best, *others = (
+        area(identify(ATLAS, SPECIMEN, measured(*FIRST, tone_of(FURTHER, i)), KNOWN, RANGES))
+        for i in (expected.best, *range(0, len(FURTHER.frequency), 8))
     )
-    assert best < 0.7 * before and best < 0.85 * np.median(others)
+    assert best < 0.7 * area(posterior) and best < 0.85 * np.median(others)
 
 
 def tone_of(tones, number):
     return tones.frequency[number], tones.acceleration_g[number]
 
 
-def area(tested):
-    """Joint standard error of e and ln μ after tests."""
-    posterior = identify(ATLAS, SPECIMEN, tested, KNOWN, RANGES)
+def area(posterior):
+    """Joint standard error of e and ln μ."""
     errors = [posterior.estimate(axis).error for axis in (0, 1)]
     return np.prod(errors) * np.sqrt(1 - posterior.correlation[0, 1] ** 2)
 
 
-def test_a_tone_that_was_measured_tells_less_than_the_best():
+def test_a_tone_that_was_measured_tells_less_than_the_best(posterior, expected):
     # red: errors of the atlas taken as independent between tests
-    first = measured((60.0, 5.0), (800.0, 40.0))
-    posterior = identify(ATLAS, SPECIMEN, first, KNOWN, RANGES)
-    tones = candidates((20.0, 2000.0), 50.0, 10e-3, 1.0)
-    best = next_tones(ATLAS, SPECIMEN, first, posterior, tones, ERROR).information.max()
+    first = measured(*FIRST)
     again = next_tones(ATLAS, SPECIMEN, first, posterior, first.tones, ERROR).information
-    assert again.max() < 0.7 * best
+    assert again.max() < 0.7 * expected.information.max()
 
 
 def test_particles_are_drawn_as_often_as_their_weights_say():
