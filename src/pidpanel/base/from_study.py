@@ -81,10 +81,7 @@ def base_labels(study: Study) -> dict[str, str]:
 
 
 def _layout_of(scenario: Scenario) -> tuple[PatchFilling, ...]:
-    return tuple(
-        PatchFilling(filling.patch, filling.damper, filling.fill_fraction)
-        for filling in scenario.fillings
-    )
+    return tuple(PatchFilling(**dict(filling)) for filling in scenario.fillings)
 
 
 def limits_of(motion: BaseMotion, points: Sequence[str]) -> list[Limit]:

@@ -126,10 +126,7 @@ def scenarios_of(study: Study) -> list[ResponseScenario]:
             bare_label=scenario.bare.label,
             oaspl_db=scenario.oaspl_db or bands.oaspl,
             factor=1.0 if scenario.oaspl_db is None else bands.pressure_factor(scenario.oaspl_db),
-            fillings=tuple(
-                PatchFilling(filling.patch, filling.damper, filling.fill_fraction)
-                for filling in scenario.fillings
-            ),
+            fillings=tuple(PatchFilling(**dict(filling)) for filling in scenario.fillings),
             patch=scenario.patch,
             fill_fraction=scenario.fill_fraction,
             is_coupled=scenario.label in coupled,
