@@ -152,39 +152,28 @@ def frames(scenario: str, stored: xr.Dataset) -> Frames:
     )
 
 
-# Names in the file of an estimate by the columns of the table.
+# Columns of the table by the names in the file of an estimate.
 IMPEDANCE_COLUMNS = {
-    "frequency_hz": "impedance_frequency",
-    "equivalent_damping_n_s_m3": "equivalent_damping",
-    "equivalent_damping_error_n_s_m3": "equivalent_damping_error",
-    "apparent_mass_kg_m2": "apparent_mass",
-    "apparent_mass_error_kg_m2": "apparent_mass_error",
-    "own_force_psd_pa2_hz": "own_force_psd",
+    "band": "band_hz",
+    "impedance_frequency": "frequency_hz",
+    "equivalent_damping": "equivalent_damping_n_s_m3",
+    "equivalent_damping_error": "equivalent_damping_error_n_s_m3",
+    "apparent_mass": "apparent_mass_kg_m2",
+    "apparent_mass_error": "apparent_mass_error_kg_m2",
+    "own_force_psd": "own_force_psd_pa2_hz",
     "own_force_coherence": "own_force_coherence",
     "own_force_error": "own_force_error",
-    "own_force_length_m_hz": "own_force_length",
-    "cell_area_m2": "cell_area",
+    "own_force_length": "own_force_length_m_hz",
+    "cell_area": "cell_area_m2",
     "common_error": "common_error",
-    "particle_mass_per_area_kg_m2": "mass_per_area",
-    "youngs_modulus_mpa": "youngs_modulus",
+    "mass_per_area": "particle_mass_per_area_kg_m2",
+    "youngs_modulus": "youngs_modulus_mpa",
 }
 
 
 def _impedance(scenario: str, stored: xr.Dataset) -> pd.DataFrame:
-    parts = []
-    for patch in stored["patch"].to_numpy():
-        of_patch = stored.sel(patch=patch)
-        values = {column: of_patch[name].to_numpy() for column, name in IMPEDANCE_COLUMNS.items()}
-        values["youngs_modulus_mpa"] = values["youngs_modulus_mpa"] / 1e6
-        parts.append(
-            pd.DataFrame(
-                {
-                    "scenario": scenario,
-                    "patch": str(patch),
-                    "band_hz": stored["band"].to_numpy(),
-                    **values,
-                    "carried_from": "",
-                }
-            )
-        )
-    return pd.concat(parts)
+    values = stored[list(IMPEDANCE_COLUMNS)]
+    rows = values.to_dataframe(["patch", "band"]).reset_index().rename(columns=IMPEDANCE_COLUMNS)
+    rows["youngs_modulus_mpa"] /= 1e6
+    rows.insert(0, "scenario", scenario)
+    return rows.assign(carried_from="")
