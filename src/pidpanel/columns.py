@@ -74,7 +74,10 @@ class LineFaults:
 
     def add(self, line: int, says: str, kind: str = "") -> None:
         """Add a fault; of many of a kind the first is reported, with the lines of all."""
-        self._alike.setdefault(kind or f"{line}: {says}", []).append((line, says))
+        if kind:
+            self._alike.setdefault(kind, []).append((line, says))
+        else:
+            self._alike[f"{line}: {says}"] = [(line, says)]
 
     def texts(self) -> list[str]:
         """Return all faults with their places, in the order of the lines."""

@@ -206,15 +206,15 @@ def _note_losses(table: UserTable) -> None:
     mass, eta = np.full_like(omega, MOST_MASS), MOST_LOSS_FACTOR
     if PARTICLE_MASS in table.columns:
         mass, eta = table[PARTICLE_MASS], MOST_LOSS_OF_REBOUND
-    most = eta * mass * omega
+    largest = eta * mass * omega
     for name in (DAMPING, REAL):
         if name not in table.columns:
             continue
         # below 1 Hz the frequency is wrong, which is reported where the response is known
-        excess = (table[name] > most) & (table[FREQUENCY] >= 1.0)
-        says = f"{name} = {{{name}:g}}: must be at most {{most:.3g}} at {{frequency_hz:g}} Hz: "
+        excess = (table[name] > largest) & (table[FREQUENCY] >= 1.0)
+        says = f"{name} = {{{name}:g}}: must be at most {{largest:.3g}} at {{frequency_hz:g}} Hz: "
         says += f"{{mass:g}} kg/m² of particles cannot dissipate more (η = {eta:g})"
-        table.note(excess, says, first=True, most=most, mass=mass)
+        table.note(excess, says, first=True, largest=largest, mass=mass)
 
 
 def _note_scatter(table: UserTable) -> None:

@@ -81,11 +81,11 @@ def _overall_hints(text: TableRows) -> Iterator[tuple[int, str]]:
 def _note_dips(table: UserTable) -> None:
     """Note bands far below both neighbours, as with a digit missing."""
     level = table["spl_db"]
-    below, above = np.roll(level, 1), np.roll(level, -1)
-    is_dip = level < np.minimum(below, above) - DEEPEST_DIP_DB
+    lower, upper = np.roll(level, 1), np.roll(level, -1)
+    is_dip = level < np.minimum(lower, upper) - DEEPEST_DIP_DB
     is_dip[[0, -1]] = False
     says = f"spl_db = {{spl_db:g}}: more than {DEEPEST_DIP_DB:g} dB below both neighbours,"
-    table.note(is_dip, says + " {below:g} and {above:g} dB", below=below, above=above)
+    table.note(is_dip, says + " {lower:g} and {upper:g} dB", lower=lower, upper=upper)
 
 
 def _note_comments(table: UserTable, kind: BandKind) -> None:
@@ -120,9 +120,9 @@ def _band_kind(table: UserTable, band_number: Index) -> BandKind:
         return "third octave"
     kind: BandKind = "third octave" if steps.min() < BAND_WIDTH["octave"] else "octave"
     gaps = np.append(False, steps != BAND_WIDTH[kind])
-    says = "between {below:g} and {center_hz:g} Hz there is a gap; "
-    below = np.roll(table["center_hz"], 1)
-    table.note(gaps, f"{says}{kind} bands must adjoin", below=below)
+    says = "between {lower:g} and {center_hz:g} Hz there is a gap; "
+    lower = np.roll(table["center_hz"], 1)
+    table.note(gaps, f"{says}{kind} bands must adjoin", lower=lower)
     if kind == "octave" and band_number[0] % 3:
         is_first = np.arange(band_number.size) == 0
         says = "center_hz = {center_hz:g} is not an octave centre "

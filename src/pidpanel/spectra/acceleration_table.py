@@ -36,10 +36,10 @@ def read_base_table(path: Path) -> BreakPoints:
     """
     table = numbers(read_rows(path), COLUMNS)
     table.refuse(fewest=2, too_few="must have at least two break points")
-    frequency, before = table[FREQUENCY], np.roll(table[FREQUENCY], 1)
+    frequency, previous = table[FREQUENCY], np.roll(table[FREQUENCY], 1)
     falls = np.diff(frequency, prepend=-np.inf) <= 0
-    says = "frequency_hz = {frequency_hz:g} follows {before:g}; frequencies must increase"
-    table.note(falls, says, before=before)
+    says = "frequency_hz = {frequency_hz:g} follows {previous:g}; frequencies must increase"
+    table.note(falls, says, previous=previous)
     table.refuse()
     slope = table.columns.get(SLOPE, np.full(frequency.shape, np.nan))
     psd = _filled(frequency, table[LEVEL], slope)
