@@ -2,9 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
+import yaml
 
-from pidpanel.atlas.groups import Bead, Groups, frequency, speed, stroke
+from pidpanel.atlas.groups import GRAVITY, Bead, Groups, frequency, speed, stroke
+from pidpanel.paths import PROJECT
 
 GROUPS = Groups(0.6, 30.0, 0.2, 0.8, 0.3, 3.0, 10.0, "flat")
 
@@ -22,3 +25,21 @@ def test_a_particle_four_times_as_large_has_half_the_frequency():
     # √(g/d) is the only frequency of hard particles under gravity
     small, large = (frequency(GROUPS, Bead(diameter=d)) for d in (1e-3, 4e-3))
     assert large == pytest.approx(small / 2, rel=1e-12)
+
+
+def test_the_particles_that_give_a_scale_are_those_of_the_study_of_the_atlas():
+    # red: another modulus: a row of the design would not be the case that runs
+    study = yaml.safe_load((PROJECT / "workflow" / "studies" / "atlas.yaml").read_text())
+    bead, particles = Bead(), study["coupon"]["particles"]
+    assert bead.diameter == pytest.approx(1e-3 * particles["diameter_mm"], rel=1e-12)
+    assert bead.density == particles["density_kg_m3"]
+    assert bead.youngs_modulus == pytest.approx(1e6 * particles["youngs_modulus_mpa"], rel=1e-12)
+    assert bead.poissons_ratio == particles["poissons_ratio"]
+
+
+def test_gravity_lies_along_the_motion_across_it_or_is_none():
+    # the motion is along z. red: gravity of 1 g for none
+    gravity = {name: size * np.array(way.split(), float) for name, (size, way) in GRAVITY.items()}
+    np.testing.assert_array_equal(gravity["flat"], [0, 0, -1])
+    assert gravity["upright"][2] == 0 and np.linalg.norm(gravity["upright"]) == 1
+    np.testing.assert_array_equal(gravity["none"], [0, 0, 0])

@@ -88,6 +88,20 @@ def test_the_case_at_a_measured_point_is_the_one_that_counts_within_one_per_cent
     assert found[f"atlas_{C}"].isna().all()
 
 
+@pytest.mark.parametrize("axis", ["fill_fraction", "frequency_hz", "acceleration_g"])
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_case_counts_within_one_per_cent_on_either_side(tmp_path, axis, side):
+    # red: differences with their sign; 2 %
+    points = points_of(tmp_path, POINTS).head(1)
+    at_point = case(0.5, 100, 5, 1000)
+    for away, expected in ((0.0095, 1000), (0.0105, np.nan)):
+        moved = at_point[axis] * math.exp(side * away)
+        if axis == "fill_fraction":
+            moved = at_point[axis] + side * away
+        found = compared(points, pd.DataFrame([at_point | {axis: moved}]), None)
+        np.testing.assert_array_equal(found[f"simulated_{C}"], [expected])
+
+
 def test_the_atlas_is_read_under_a_tone_where_it_holds(tmp_path):
     # red: C_e under sound; values outside the atlas
     (tmp_path / "lab.csv").write_text(f"{POINTS}0.5,100,1900,1,0.1\n")
@@ -95,9 +109,12 @@ def test_the_atlas_is_read_under_a_tone_where_it_holds(tmp_path):
         {"measured": "lab.csv", "cell": {"depth_mm": 25}}, context={"folder": tmp_path}
     )
     found = measured_beside(coupon, pd.DataFrame([case(0.5, 100, 5, 1000)]))
-    tone = reading_from_atlas(coupon, is_broadband=False)(np.array([300.0]), 0.5, 20.0)
+    reading = reading_from_atlas(coupon, is_broadband=False)
+    tone = reading(np.array([300.0]), 0.5, 20.0)
     assert found[f"atlas_{C}"].iloc[1] == pytest.approx(tone.equivalent_damping[0])
     assert found[f"atlas_{C}_error"].iloc[1] == pytest.approx(tone.equivalent_damping_error[0])
+    variance = reading.covariance(np.array([300.0]), 0.5, 20.0)[1, 1]
+    assert found[f"atlas_{M}_error"].iloc[1] ** 2 == pytest.approx(variance)
     assert np.isnan(found[f"atlas_{C}"].iloc[3])
     squares = coupon.model_copy(update={"cell": coupon.cell.model_copy(update={"shape": "square"})})
     assert measured_beside(squares, pd.DataFrame([case(0.5, 100, 5, 1)]))[f"atlas_{C}"].isna().all()

@@ -1,7 +1,9 @@
 """The trend of beds that ride."""
 
 import numpy as np
+import pytest
 
+from pidpanel.damping.inelastic import slug
 from pidpanel.damping.riding import START, fit_riding, riding_trend
 
 # ln A … w that no search starts from
@@ -58,3 +60,26 @@ def test_a_search_finds_the_constants_in_spite_of_outliers():
     alone = fit_riding(where[where[:, 7] == 0], riding_trend(CONSTANTS, where[where[:, 7] == 0]),
                        np.full((where[:, 7] == 0).sum(), 0.05))  # fmt: skip
     np.testing.assert_allclose(alone[4:6], START[4:6], atol=1e-6)
+
+
+@pytest.mark.parametrize("upright", [0, 1])
+@pytest.mark.parametrize("constants", [CONSTANTS, 0.4 - CONSTANTS])
+def test_the_loss_is_that_of_the_thrown_bed_and_of_the_gas(constants, upright):
+    # the formula with powers in place of logarithms; red: a sign of any exponent
+    fill, gamma, gap, elastic, friction, width, layers = 0.3, 4.0, 3.0, 0.7, 0.2, 5.0, 2.6
+    log_a, p, q, k, across, k_across, log_b, s, t, v, w = constants
+    thrown = np.exp(log_a) * layers**p * gamma**-q * friction**k
+    thrown *= (np.exp(across) * friction**k_across) ** upright
+    gas = np.exp(log_b + w * fill) * gap**-s * (layers * elastic) ** t * layers**v
+    gas = 1 / (1 / gas + np.pi / slug(np.array([gap]))[0])
+    groups = [fill, *np.log([gamma, gamma / gap, layers * elastic, friction, width, layers])]
+    values = riding_trend(constants, coordinates(np.array([[*groups, upright]])))
+    np.testing.assert_allclose(values, np.log(2 * np.pi * (thrown + gas)), rtol=1e-12)
+
+
+def test_without_cases_a_thrown_bed_loses_by_its_drive_and_a_gas_by_its_collisions():
+    # η = Γ^−0.9, across √μ of it, and N(1 − e²) of the gas; red: another start of the search
+    constants = fit_riding(np.empty((0, 9)), np.empty(0), np.empty(0))
+    np.testing.assert_allclose(constants[[2, 5, 7]], [0.9, 0.5, 1.0], atol=1e-6)
+    others = np.delete(constants, [2, 5, 7])
+    np.testing.assert_allclose(others, 0.0, atol=1e-6)
