@@ -75,6 +75,13 @@ def test_particles_that_were_not_weighed_have_the_mass_of_their_fill():
     np.testing.assert_allclose(free.covariance[1] - weighed.covariance[1], further, atol=1e-12)
 
 
+def test_particles_on_a_floor_ride_along_up_to_gravity():
+    # a bed that gravity presses on a side wall moves from the least acceleration on
+    # red: 1 g whatever the direction
+    assert STEEL.onset_g == 1.0 and replace(STEEL, gravity=0.2).onset_g == 0.2
+    assert UPRIGHT.onset_g == 0.0
+
+
 def test_many_particles_are_predicted_in_blocks(monkeypatch):
     # red: a block that begins where the one before began
     whole = predict(ATLAS, STEEL, PARTICLES, TONES)
