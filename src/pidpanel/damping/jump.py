@@ -17,6 +17,7 @@ and the posterior of τ follows by expectation propagation (Rasmussen and Willia
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular
 from scipy.special import log_ndtr, ndtr
 
 from pidpanel.arrays import Array
@@ -74,17 +75,16 @@ class Jump:
         inner = np.eye(len(root)) + root[:, None] * prior * root
         # τ − ln x₀ is normal with the mean k·weights
         weights = information - root * np.linalg.solve(inner, root * (prior @ information))
-        for name, value in (("_telling", case[tells]), ("_root", root), ("_inner", inner),
-                            ("_weights", weights)):  # fmt: skip
+        half = solve_triangular(cholesky(inner, lower=True), np.diag(root), lower=True)
+        for name, value in (("_telling", case[tells]), ("_half", half), ("_weights", weights)):
             object.__setattr__(self, name, value)
 
     def probability(self, points: Array, reached: Array) -> Array:
         """Return the probability (m,) that the bed crosses at points (m, k) and u (m,)."""
         cross = self._kernel(points, self.points[self._telling])  # type: ignore[attr-defined]
         mean = cross @ self._weights  # type: ignore[attr-defined]
-        scaled = cross * self._root  # type: ignore[attr-defined]
-        explained = (scaled * np.linalg.solve(self._inner, scaled.T).T).sum(axis=1)  # type: ignore[attr-defined]
-        variance = np.maximum(SIZE**2 - explained, 0.0)
+        explained = cross @ self._half.T  # type: ignore[attr-defined]
+        variance = np.maximum(SIZE**2 - (explained**2).sum(axis=1), 0.0)
         return np.asarray(ndtr((reached - CENTRE - mean) / np.sqrt(WIDTH**2 + variance)))
 
     def leave_one_out(self) -> Array:
