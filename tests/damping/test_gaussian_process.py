@@ -1,5 +1,7 @@
 """Gaussian process regression against the formulas it rests on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy
@@ -133,3 +135,51 @@ def test_values_in_another_unit_have_the_same_smoothness():
     np.testing.assert_allclose(other.lengths, one.lengths * [2.0, 0.1], rtol=1e-3)
     assert other.size == pytest.approx(50 * one.size, rel=1e-3)
     assert other.scatter == pytest.approx(50 * one.scatter, rel=1e-3)
+
+
+def bumpy(error=0.05):
+    """A process through a sine with a value at x = 3 that is 2 too large."""
+    x = np.linspace(0, 6, 13)[:, None]
+    values = np.sin(x[:, 0])
+    values[6] += 2.0
+    lengths = np.array([1.5])
+    return GaussianProcess(x, values, np.full(13, error), lengths, 1.0, 0.02)
+
+
+def test_an_outlier_lies_at_the_limit_of_what_the_others_predict():
+    # red: `away` in place of away / OUTLIER; `+ size**2`; e + further in place of its square
+    process = bumpy()
+    others = np.arange(13) != 6
+    alone = replace(process, points=process.points[others], values=process.values[others],
+                    error=process.error[others], centre=float(np.mean(process.values)),
+                    unit=float(np.std(process.values)))  # fmt: skip
+    away = alone.mean(process.points[[6]])[0] - process.values[6]
+    weaker = process.with_weaker_outliers(np.arange(13) == 6)
+    spread = alone.standard_error(process.points[[6]])[0]
+    expected = np.sqrt((away / 2) ** 2 - spread**2 - 0.02**2)
+    assert weaker.error[6] == pytest.approx(expected, rel=1e-6)
+    assert np.array_equal(weaker.error[others], process.error[others])
+    # the sine at x = 3 is nearer to what is predicted there
+    near = [abs(p.mean(np.array([[3.0]]))[0] - np.sin(3.0)) for p in (weaker, process)]
+    assert near[0] < 0.2 * near[1]
+
+
+def test_values_that_are_known_well_are_no_outliers():
+    # red: `among` left out; no errors that stay as they are where further < 0
+    process = bumpy()
+    assert process.with_weaker_outliers(np.zeros(13, bool)) is process
+    smooth = replace(process, values=np.sin(process.points[:, 0]))
+    assert np.array_equal(smooth.with_weaker_outliers(np.ones(13, bool)).error, process.error)
+
+
+def test_a_fit_near_another_ends_where_both_starts_end():
+    # red: lengths not over the axes; size and scatter not over the unit
+    rng = np.random.default_rng(3)
+    x = rng.uniform(0, 6, (40, 2)) * [1, 10]
+    values = 5 * np.sin(x[:, 0]) + rng.normal(0, 0.2, 40)
+    error = np.full(40, 0.1)
+    first = fit(x, values, error)
+    start = replace(first, lengths=first.lengths * [1.3, 0.8], scatter=0.7 * first.scatter)
+    again = fit(x, values, error, near=start)
+    assert again.constants == pytest.approx(first.constants, rel=2e-3)
+    assert first.constants.tolist() == [*first.lengths, first.size, first.scatter]

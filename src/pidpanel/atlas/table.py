@@ -50,8 +50,8 @@ def faults_of(texts: pd.DataFrame, columns: list[Mapping[str, Any]]) -> Iterator
         return
     for column in columns:
         values = texts[str(column["name"])]
-        for index, value in values.items():
-            if says := _refusal(str(value), str(column["type"]), column.get("constraints", {})):
+        for index, value in enumerate(values.tolist()):
+            if says := _refusal(value, str(column["type"]), column.get("constraints", {})):
                 yield f"row {index}: {column['name']} = {value!r}: {says}"
         if column.get("constraints", {}).get("unique") and values.duplicated().any():
             yield f"{column['name']}: duplicate value {values[values.duplicated()].iloc[0]!r}"

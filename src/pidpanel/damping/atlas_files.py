@@ -51,6 +51,7 @@ def extended_atlas(bed: AtlasBed, cases: pd.DataFrame, mass_per_fill: float) -> 
         depth_per_diameter=np.exp(log_depth),
         direction="upright" if is_upright else "flat",
         state_loss_factors="",
+        is_of_atlas=False,
     )
     return _atlas(pd.concat([read_rows(ATLAS_CASES), rows], ignore_index=True), ATLAS_CONSTANTS)
 
@@ -89,7 +90,7 @@ def read_rows(path: Path) -> pd.DataFrame:
         & ((gamma > 1) | (frame["direction"] != "flat"))
     )
     stroke = frame["stroke_per_gap"] * (1 - fill) / clear_gap(fill.to_numpy(float))
-    return frame.assign(stroke_per_gap=stroke)[counts].reset_index(drop=True)
+    return frame.assign(stroke_per_gap=stroke, is_of_atlas=True)[counts].reset_index(drop=True)
 
 
 def by_state(cases: pd.DataFrame) -> pd.DataFrame:
@@ -115,7 +116,8 @@ def atlas_data(cases: pd.DataFrame, trend: Array | None = None) -> TrainingData:
     restitution, friction, width, depth = cases[names].to_numpy(float).T
     bed = bed_of(restitution, friction, width, depth, 1.0, cases["direction"].tolist())
     bed = replace(bed, trend=trend)
-    return replace(training_data(cases_in(cases, depth), bed), spread=SPREAD)
+    outliers = cases["is_of_atlas"].to_numpy(bool)
+    return replace(training_data(cases_in(cases, depth), bed), spread=SPREAD, outliers=outliers)
 
 
 def stored_sides(stored: Any) -> Constants:

@@ -147,9 +147,8 @@ def fit_bulk(cases: pd.DataFrame) -> Array:
 
 def constants_of(sides: Sides) -> Constants:
     """Return lengths, size and scatter of the processes of both sides."""
-    processes = [process for process in (sides.riding, sides.crossing) if process is not None]
-    riding, crossing = (np.array([*p.lengths, p.size, p.scatter]) for p in processes)
-    return riding, crossing
+    crossing = sides.crossing
+    return sides.riding.constants, None if crossing is None else crossing.constants
 
 
 def _rounded(constants: Array | None) -> list[float]:

@@ -10,16 +10,18 @@ posterior probability under log-normal priors that are wide (a factor e, one sta
 against what data say, and that keep a fit of few points sane.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Flags
 
 MEAN_SD = 3.0  # m, in standard deviations of the values
+
+OUTLIER = 2.0  # standard errors from what the others predict, beyond which a value is an outlier
 
 PRIOR_MEDIAN_SIZE, PRIOR_SD_SIZE = 1.5, 0.7
 PRIOR_MEDIAN_LENGTH, PRIOR_SD_LENGTH = 1.5, 1.0
@@ -113,6 +115,29 @@ class GaussianProcess:
         diagonal = np.diag(inverse)
         return -self._weights / diagonal, 1 / np.sqrt(diagonal)  # type: ignore[attr-defined]
 
+    @property
+    def constants(self) -> Array:
+        """(d + 2,) lengths, size and scatter."""
+        return np.array([*self.lengths, self.size, self.scatter])
+
+    def with_weaker_outliers(self, among: Flags) -> "GaussianProcess":
+        """Return the process with larger errors of values that the others predict badly.
+
+        Each is as large as puts its value `OUTLIER` standard errors from what the others predict,
+        so that it pulls no harder than one that lies there (Huber, *Ann. Math. Stat.* 35, 73
+        (1964)).
+
+        Parameters
+        ----------
+        among
+            (n,) the values that may be outliers.
+        """
+        if not among.any():
+            return self
+        away, size = self.leave_one_out()
+        further = np.where(among, np.maximum((away / OUTLIER) ** 2 - size**2, 0.0), 0.0)
+        return replace(self, error=np.sqrt(self.error**2 + further))
+
 
 def matern(square: Array) -> Array:
     """(1 + √5 d + 5 d²/3) e^(−√5 d) of squared distances d²."""
@@ -146,11 +171,13 @@ def fit(
     axes: Array | None = None,
     centre: float | None = None,
     unit: float | None = None,
+    near: GaussianProcess | None = None,
 ) -> GaussianProcess:
     """Fit the process of largest posterior probability to values (n,) at points (n, d) with errors.
 
     An axis without spread plays no part. ``axes`` (d,) are of `spreads`, where the points are a
-    part of those by which lengths are measured.
+    part of those by which lengths are measured. ``near`` is a fit to the same values with nearly
+    the same errors, from which the search starts.
 
     Examples
     --------
@@ -193,6 +220,8 @@ def fit(
 
     bounds = list(zip(median - 3 * sd, median + 3 * sd, strict=True))
     starts = [median, median + sd * np.array([-0.7] * len(axis) + [0, 1])]
+    if near is not None:
+        starts = [np.log(near.constants / [*axis, unit, unit])]
     best = min(
         (minimize(cost, s, jac=True, method="L-BFGS-B", bounds=bounds) for s in starts),
         key=lambda optimum: optimum.fun,

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg.blas import dger
 from scipy.special import log_ndtr, ndtr
 
 from pidpanel.arrays import Array
@@ -109,7 +110,7 @@ class Jump:
 
 def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
     """Precision and information (n,) of the normal factors that stand for Φ(±(away − δ)/w)."""
-    covariance, mean = prior.copy(), np.zeros(len(sign))
+    covariance, mean = prior.copy(order="F"), np.zeros(len(sign))
     precision, information = np.zeros((2, len(sign)))
     for _ in range(SWEEPS):
         previous = mean.copy()
@@ -125,10 +126,15 @@ def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
             narrowed = 1 / cavity - ratio * (z + ratio) / (spread * cavity) ** 2
             gained = max(1 / narrowed - cavity, 0.0) - precision[i]  # rounding
             precision[i] += gained
-            information[i] = moved / narrowed - centre * cavity
+            changed = moved / narrowed - centre * cavity
             column = covariance[:, i].copy()
-            covariance -= np.outer(column, column) * (gained / (1 + gained * column[i]))
-            mean = covariance @ information
+            share = gained / (1 + gained * column[i])
+            # covariance − share column columnᵀ, in place, and its product with the information
+            covariance = dger(-share, column, column, a=covariance, overwrite_a=True)
+            more = changed - information[i]
+            information[i] = changed
+            mean += (more - share * (mean[i] + more * column[i])) * column
+        mean = covariance @ information
         if np.abs(mean - previous).max(initial=0.0) < CONVERGED:
             break
     return precision, information

@@ -1,6 +1,6 @@
 """The cases that a surface is made of: which count, and what they teach its processes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -58,6 +58,10 @@ LEAST_SPREAD, LEAST_MASS_SPREAD = 1.0, 0.05
 # Of the priors of what beds that cross differ by from the inelastic body, in ln C_e and in m_a
 # over m₁: 8 % where the gap above them is well known, up to a factor of two in nearly full cells.
 UNIT = 0.2
+
+# Refits of a process with less weight on outliers: at most so many, until no constant changes by a
+# larger share.
+REFITS, SETTLED = 20, 0.01
 
 # Of a quantity lengths, size and scatter (d + 2,) of the process of each side.
 Constants = tuple[Array, Array | None]
@@ -164,6 +168,8 @@ class TrainingData:
     mass: Array
     mass_error: Array
     spread: Array | None = None  # (d,) that measures the lengths; None for that of the points
+    # (n,) cases that count less where others predict them badly; None for none
+    outliers: Flags | None = None
 
     def jump(self, lengths: Array | None = None) -> Jump | None:
         """Return the jump that separates the cases; None where nothing is known of it."""
@@ -207,14 +213,30 @@ class TrainingData:
         def process(
             rows: Flags, values: Array, prior: tuple[float, float] | None, side: int
         ) -> GaussianProcess:
-            data = (self.points[rows], values[rows], errors[side][rows])
+            points, known, error = self.points[rows], values[rows], errors[side][rows]
             centre, size = prior or (None, None)
-            if constants is None:
-                return gaussian_process.fit(*data, axes=axes, centre=centre, unit=size)
-            *lengths, scale, scatter = np.asarray(constants[side])
-            return GaussianProcess(
-                *data, np.array(lengths), float(scale), float(scatter), centre, size
-            )
+            among = np.zeros(len(known), bool) if self.outliers is None else self.outliers[rows]
+
+            def fitted(error: Array, near: GaussianProcess | None = None) -> GaussianProcess:
+                return gaussian_process.fit(
+                    points, known, error, axes=axes, centre=centre, unit=size, near=near
+                )
+
+            if constants is not None:
+                *lengths, scale, scatter = np.asarray(constants[side])
+                process = GaussianProcess(
+                    points, known, error, np.array(lengths), float(scale), float(scatter), centre,
+                    size,
+                )  # fmt: skip
+                return process.with_weaker_outliers(among)
+            process = fitted(error)
+            for _ in range(REFITS if among.any() else 0):
+                last = process
+                weaker = fitted(last.with_weaker_outliers(among).error, last)
+                process = replace(weaker, error=error)
+                if np.abs(np.log(process.constants / last.constants)).max() < SETTLED:
+                    break
+            return process.with_weaker_outliers(among)
 
         rides = self.side == 0
         if expected is None:
