@@ -43,7 +43,7 @@ def test_the_table_of_the_atlas_is_that_of_the_design():
     # red: any number of the design: the atlas could not be made again from its table
     table = PROJECT / "workflow" / "studies" / "atlas_cases.csv"
     lines = table.read_text().splitlines()
-    chosen = (groups for groups in points(1024) if not exclusion(groups, BEAD))
+    chosen = (groups for groups in points(1280) if not exclusion(groups, BEAD))
     rows = [row_of(groups, BEAD) for groups in chosen]
     assert lines[0] == ",".join(rows[0])
     assert lines[1:] == [",".join(map(str, row.values())) for row in rows]
