@@ -5,9 +5,9 @@ with its covariance, and N the errors of the measurement,
 
     ln L(θ) = −½ (ν + n) ln(1 + χ²/ν) − ½ ln det Σ,   χ² = dᵀ Σ⁻¹ d,   d = y − p(θ),
 
-with n values and Σ = σ²S + N: errors of the atlas have the tails of Student's t with `TAILS` degrees
-of freedom, and σ is such that 95 % of them lie within 1.96 standard errors, as calibrated. Against a
-normal distribution with the same 95 %, most errors are half as large, and a few far larger.
+with n values and Σ = σ²S + N: errors of the atlas have the tails of Student's t with `TAILS`
+degrees of freedom, and σ is such that 95 % of them lie within 1.96 standard errors, as calibrated.
+Against a normal distribution with the same 95 %, most errors are smaller, and a few far larger.
 
 The prior is even in e and ln μ over the range of the atlas, and in r even or normal. A coarse grid
 finds where the posterior is, a fine one over that box has the answer.
@@ -32,8 +32,8 @@ COARSE, FINE = (14, 8, 7), (23, 15, 9)  # points of the grids along e, ln μ and
 NEGLIGIBLE = 1e-3  # share of the largest marginal density below which the fine grid ends
 WITHIN = 0.9  # of an interval
 # ν: of the cases that benchmarks/atlas.py holds out, half lie within 0.2 to 0.3 of the error that
-# 95 % lie within, and 90 % within 0.65 to 0.8; normal errors have 0.34 and 0.84, t with three degrees
-# of freedom 0.24 and 0.74.
+# 95 % lie within, and 90 % within 0.65 to 0.8; normal errors have 0.34 and 0.84, t with three
+# degrees of freedom 0.24 and 0.74.
 TAILS = 3.0
 CORE = float(norm.ppf(0.975) / t.ppf(0.975, TAILS))  # σ
 UNLIKELY = 0.01  # probability of χ² below which no particles explain a measurement
