@@ -24,8 +24,9 @@ validation: ready
 
 # a file, or a folder whose tests share results, stays in one process (tests/conftest.py)
 # a process that dies ends the run: xdist would wait for its group for ever
+# one process more than cores: each waits a fifth of its time for processes that it has started
 test: ready
-	pytest -n $(CORES) --max-worker-restart 0 --dist loadgroup --no-loadscope-reorder
+	pytest -n $$(($(CORES) + 1)) --max-worker-restart 0 --dist loadgroup --no-loadscope-reorder
 
 # a minute: the stages without solver, workflow and pages
 quick: ready
