@@ -121,16 +121,10 @@ class GaussianProcess:
         return np.array([*self.lengths, self.size, self.scatter])
 
     def with_weaker_outliers(self, among: Flags) -> "GaussianProcess":
-        """Return the process with larger errors of values that the others predict badly.
+        """Return the process with larger errors of values, among some (n,), predicted badly.
 
-        Each is as large as puts its value `OUTLIER` standard errors from what the others predict,
-        so that it pulls no harder than one that lies there (Huber, *Ann. Math. Stat.* 35, 73
-        (1964)).
-
-        Parameters
-        ----------
-        among
-            (n,) the values that may be outliers.
+        Each is as large as puts its value `OUTLIER` standard errors from what the others predict:
+        it pulls no harder than one that lies there (Huber, *Ann. Math. Stat.* 35, 73 (1964)).
         """
         if not among.any():
             return self

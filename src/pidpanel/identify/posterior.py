@@ -7,7 +7,6 @@ with its covariance, and N the errors of the measurement,
 
 with n values and Σ = σ²S + N: errors of the atlas have the tails of Student's t with `TAILS`
 degrees of freedom, and σ is such that 95 % of them lie within 1.96 standard errors, as calibrated.
-Against a normal distribution with the same 95 %, most errors are smaller, and a few far larger.
 
 The prior is even in e and ln μ over the range of the atlas, and in r even or normal. A coarse grid
 finds where the posterior is, a fine one over that box has the answer.
