@@ -60,7 +60,7 @@ def test_errors_between_tones_of_one_amplitude_are_those_of_the_atlas():
     for row, (e, log_friction, fill) in enumerate(PARTICLES):
         model = reading(STEEL, e, log_friction, is_broadband=False)
         expected = model.covariance(F, fill, 20.0)
-        # terms of order ten cancel in both, in another order, of a kernel with a condition of 1e7
+        # terms of order ten cancel in both, in another order; the condition of the kernel is 3e8
         np.testing.assert_allclose(predicted.covariance[row], expected, rtol=1e-9, atol=1e-9)
     spread = np.sqrt(np.diag(predicted.covariance[0]))
     correlation = predicted.covariance[0] / np.outer(spread, spread)

@@ -74,9 +74,9 @@ class Jump:
         precision, information = _propagated(prior, away[tells], sign[tells])
         root = np.sqrt(precision)
         inner = np.eye(len(root)) + root[:, None] * prior * root
-        # τ − ln x₀ is normal with the mean k·weights
-        weights = information - root * np.linalg.solve(inner, root * (prior @ information))
         half = solve_triangular(cholesky(inner, lower=True), np.diag(root), lower=True)
+        # τ − ln x₀ is normal with the mean k·weights
+        weights = information - half.T @ (half @ (prior @ information))
         for name, value in (("_telling", case[tells]), ("_half", half), ("_weights", weights)):
             object.__setattr__(self, name, value)
 

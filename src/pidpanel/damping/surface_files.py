@@ -53,9 +53,10 @@ def to_dataset(surface: DampingSurface) -> xr.Dataset:
     for name, processes in (("damping", surface.damping), ("mass", surface.mass)):
         for side, process in {} if processes is None else vars(processes).items():
             if process is not None:
-                constants = [*process.lengths, process.size, process.scatter]
                 long_name = f"{meaning} {side}"
-                variables[f"{name}_{side}"] = variable("constant", constants, "1", long_name)
+                variables[f"{name}_{side}"] = variable(
+                    "constant", process.constants, "1", long_name
+                )
     meanings = ("fill fraction r", "frequency", "acceleration amplitude Γ")
     return xr.Dataset(
         variables,
