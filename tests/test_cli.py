@@ -171,39 +171,12 @@ def test_ctrl_c_while_snakemake_reads_the_workflow_leaves_no_traceback(tmp_path)
     assert "Traceback" not in done.stdout + done.stderr
 
 
-def test_an_estimate_of_what_is_complete_needs_no_liggghts(capsys, tmp_path, monkeypatch):
-    # red: `if True` in place of `if not left`
-    study = STUDIES / "coupon_friction.yaml"
-    for case in cases_of(load_any_study(study).coupon):
-        for path in case.outcomes(tmp_path / "results" / "coupon"):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.touch()
-    monkeypatch.setenv("PATH", str(tmp_path))
-    code, out, _ = answer(capsys, "estimate", study, "-d", tmp_path)
-    assert code == 0
-    assert "coupon_friction: no LIGGGHTS runs left, 12 coupon cases are complete" in out
-
-
-def test_an_estimate_has_the_stages_of_the_panel(capsys, tmp_path):
-    # red: `_panel_costs` without its last stage
-    code, out, _ = answer(capsys, "estimate", "l_panel.yaml", "-d", tmp_path)
-    assert code == 0
-    stages = out.splitlines()[1].split(": ")[-1].split("; ")
-    assert [one.split()[0] for one in stages] == ["panel", "sound", "response", "report"]
-
-
-def test_an_estimate_of_coupled_runs_needs_no_liggghts(capsys, tmp_path, monkeypatch):
-    # red: "no LIGGGHTS runs left" of a study that has no coupon cases; / 60 left out
-    from pidpanel.coupled.from_study import estimated_cpu_seconds
-
-    monkeypatch.setenv("PATH", str(tmp_path))
-    code, out, _ = answer(capsys, "estimate", "layouts.yaml", "-d", tmp_path)
-    minutes = estimated_cpu_seconds(load_any_study(STUDIES / "layouts.yaml")) / 60
-    assert code == 0
-    assert out.splitlines()[0] == (
-        f"layouts: panel and particles together in 4 scenarios, {minutes:.0f} min of CPU time or "
-        "more"
-    )
+def test_a_command_that_was_removed_says_what_takes_its_place(capsys):
+    # red: the sentence left out
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["estimate", "l_panel.yaml"])
+    assert ended.value.code == 2
+    assert "check prints the time" in capsys.readouterr().err
 
 
 def test_check_names_the_study(capsys):

@@ -11,7 +11,7 @@ from pidpanel.paths import study_path
 
 # In the order in which a study needs them; each is a module of this package.
 COMMANDS = (
-    "new", "check", "estimate", "run", "optimise", "identify", "status", "report", "compare",
+    "new", "check", "run", "optimise", "identify", "status", "report", "compare",
     "export", "deck", "schema", "completion",
 )  # fmt: skip
 
@@ -24,8 +24,7 @@ DESCRIPTION = """\
 From a study file to the acceleration PSDs of a panel with particle dampers.
 
   pidpanel new wing.yaml           write a commented study, then edit it
-  pidpanel check wing.yaml         report mistakes, masses, natural frequencies and levels
-  pidpanel estimate wing.yaml      estimate the computing time
+  pidpanel check wing.yaml         report mistakes, masses, natural frequencies, levels, time
   pidpanel run wing.yaml           compute it and write results/wing/report.html
   pidpanel status wing.yaml        show what is done, running, failed and left
 """
@@ -81,6 +80,8 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the arguments of a command; `further` is what follows ``--``, for Snakemake."""
     end = list(arguments).index("--") if "--" in arguments else len(arguments)
     whole = parser()
+    if arguments[:1] == ["estimate"]:
+        whole.error("estimate was removed: check prints the time of the LIGGGHTS runs")
     args = whole.parse_args(arguments[:end])
     args.further = list(arguments[end + 1 :])
     if args.further and args.command != "run":

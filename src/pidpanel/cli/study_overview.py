@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidpanel.cli.stage_costs import Cost, base_cost, panel_costs, search_cost, shape_count
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
 from pidpanel.coupon.from_study import distinct_cases
@@ -45,50 +44,25 @@ class PanelEstimate:
 def overview(study: CouponStudy, results: Path = Path("results")) -> str:
     """Return what a study is and takes, a line for each thing that is checked first."""
     lines = [summary(study)]
-    costs = [*_coupon_cost(study, results)]
     if isinstance(study, Study):
-        estimate = solve(study.panel)
-        lines += _of_panel(study, estimate)
-        costs += _panel_costs(study, estimate)
-    if costs:
-        total = _duration(sum(cost.seconds for cost in costs))
-        stages = "; ".join(_of_cost(cost) for cost in costs)
-        lines.append(_line("time", f"{stages}; in all about {total} of CPU time"))
+        lines += _of_panel(study, solve(study.panel))
+    if times := list(_of_runs(study, results)):
+        lines.append(_line("time", f"{'; '.join(times)} of CPU time in LIGGGHTS"))
     return "\n".join(lines)
 
 
-def estimate(study: CouponStudy, results: Path, jobs: int) -> str:
-    """Return how many cases of a study are still to be run, and how long each stage takes."""
-    runs = f"{study.name}: {'; '.join(_of_runs(study, results, jobs))}"
-    if not isinstance(study, Study):
-        return runs
-    costs = "; ".join(_of_cost(cost) for cost in _panel_costs(study, solve(study.panel)))
-    return f"{runs}\n{study.name}: about this CPU time and memory: {costs}"
-
-
-def _of_runs(study: CouponStudy, results: Path, jobs: int) -> Iterator[str]:
-    """Yield how many LIGGGHTS runs are left, and how long they take."""
-    count, left = len(all_cases(study)), _cases_left(study, results)
-    is_coupled = isinstance(study, Study) and study.is_coupled
+def _of_runs(study: CouponStudy, results: Path) -> Iterator[str]:
+    """Yield how long the LIGGGHTS runs take that are not in a folder ``results``."""
+    cases, folder = all_cases(study), results / "coupon"
+    left = [case for case in cases if not all(p.exists() for p in case.outcomes(folder))]
     if left:
-        seconds = PLAN + cpu_seconds(left, USUAL_COSTS, results / "coupon")
-        yield (
-            f"{len(left)} of {count} coupon cases to run, about {seconds / 60:.1f} min of CPU "
-            f"time, {seconds / jobs / 3600:.2f} h on {jobs} free cores"
-        )
-    elif not is_coupled:
-        yield f"no LIGGGHTS runs left, {count} coupon cases are complete"
-    elif count:
-        yield f"{count} coupon cases are complete"
+        time = _duration(PLAN + cpu_seconds(left, USUAL_COSTS, folder))
+        yield f"{len(left)} of {len(cases)} coupon cases {time}"
     if isinstance(study, Study) and study.is_coupled:
         # two seconds of imports that other studies do not need
         from pidpanel.coupled.from_study import estimated_cpu_seconds
 
-        minutes = estimated_cpu_seconds(study) / 60
-        yield (
-            f"panel and particles together in {coupled_count(study)} scenarios, {minutes:.0f} min "
-            "of CPU time or more"
-        )
+        yield f"coupled runs {_duration(estimated_cpu_seconds(study))} or more"
 
 
 def summary(study: CouponStudy) -> str:
@@ -310,59 +284,6 @@ def _of_base(base: BaseMotion) -> Iterator[str]:
 def all_cases(study: CouponStudy) -> list[Case]:
     """Return every case of all coupons of a study once."""
     return [case for cases in distinct_cases(study).values() for case in cases]
-
-
-def _cases_left(study: CouponStudy, results: Path) -> list[Case]:
-    folder = results / "coupon"
-    return [case for case in all_cases(study) if not all(p.exists() for p in case.outcomes(folder))]
-
-
-def _coupon_cost(study: CouponStudy, results: Path) -> Iterator[Cost]:
-    if left := _cases_left(study, results):
-        yield Cost("coupon", cpu_seconds(left, USUAL_COSTS, results / "coupon"), 200e6)
-    if isinstance(study, Study) and study.is_coupled:
-        from pidpanel.coupled.from_study import estimated_cpu_seconds
-
-        yield Cost("coupled", estimated_cpu_seconds(study), 500e6)
-
-
-def _panel_costs(study: Study, estimate: PanelEstimate) -> list[Cost]:
-    from pidpanel.geometry.plane_mesh import cell_areas
-    from pidpanel.panel.from_study import section_of
-    from pidpanel.panel.resolution import half_wave
-    from pidpanel.panel.shapes import MODES_BEYOND
-    from pidpanel.solve.lines import line_count
-
-    low, high = study.response.frequency_hz
-    half = half_wave(section_of(study.panel), MODES_BEYOND * high)
-    area = float(abs(cell_areas(estimate.mesh.vertices, estimate.mesh.cells)).sum())
-    shapes = min(estimate.coordinates, shape_count(area, half, len(study.panel.patches)))
-    # every layout once more as dead weight
-    solves = len(study.all_scenarios()) * len(study.readings) * 2
-
-    def lines(low: float, high: float) -> int:
-        return line_count(low, high, study.panel.modal_damping.least(low, high))
-
-    costs = panel_costs(
-        estimate.coordinates, shapes, lines(low, high), solves if study.sound else 0
-    )
-    if study.base is not None:
-        base = study.base
-        random = lines(low, high) if base.random else 0
-        sweep = lines(*base.sine.frequency_hz) if base.sine else 0
-        layouts = {scenario.fillings for scenario in study.all_scenarios()}
-        cases, notched = len(layouts) * len(study.readings), base.limits is not None
-        costs.insert(-1, base_cost(shapes, random, sweep, cases, notched=notched))
-    if study.optimise is not None:
-        from pidpanel.optimise.from_study import counted_excitations
-
-        excitations = len(counted_excitations(study))
-        costs.insert(-1, search_cost(shapes, lines(low, high), excitations))
-    return costs
-
-
-def _of_cost(cost: Cost) -> str:
-    return f"{cost.stage} {_duration(cost.seconds)}, {cost.memory / 1e9:.1f} GB"
 
 
 def _duration(seconds: float) -> str:
