@@ -344,46 +344,6 @@ def test_an_own_spectrum_is_named_relative_to_the_new_study(capsys, tmp_path, mo
     assert 89 < low < 90 and 281 < high < 281.84  # edges: 100 · 10^-0.05, 251.19 · 10^0.05
 
 
-def test_questions_ask_only_for_what_matters_and_again_after_a_mistake(capsys):
-    # red: OF_SECTION left out; `found[name] = default` after an error
-    answers = iter(
-        [
-            "2x",
-            "2x1",
-            "0.2,0.1; 1.8,0.9",
-            "",
-            "brick",
-            "solid",
-            "4",
-            "1,0.3",
-            "",
-            "",
-            "",
-            "none",
-            "",
-        ]
-    )
-    asked = []
-
-    def ask(question):
-        asked.append(question)
-        return next(answers)
-
-    found = draft.questions({"bead_mm": 3.0}, ask)
-    assert (
-        found["size"] == (2.0, 1.0) and found["section"] == "solid" and found["thickness_mm"] == 4
-    )
-    assert found["hold_downs"] == [(0.2, 0.1), (1.8, 0.9)] and found["supports"] == "free"
-    assert found["bead"] == "none" and not any("budget" in one for one in asked)
-    assert not any("core" in one or "cell" in one for one in asked)
-    said = capsys.readouterr().out
-    assert (
-        "must be x,y,diameter in m" in said
-        and "must be a number above 0" in said
-        and "'brick': must be one of sandwich" in said
-    )
-
-
 # --------------------------------------------------------------------------------- status
 
 

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
@@ -93,37 +93,6 @@ class Draft:
         if self.budget_kg is not None:
             return "stated"
         return "table" if self.table else "dem" if self.shaker else "coupled"
-
-
-def questions(answers: Mapping[str, Any], ask: Callable[[str], str]) -> dict[str, Any]:
-    """Ask for what is not known; an empty answer takes what stands in brackets."""
-    values = dict(answers)
-    for value in new.INPUTS:
-        name, draft = value.name, Draft(**values)
-        no_bead = name in ("bead", "bead_mm", "cell_mm") and not draft.is_simulated
-        no_budget = name == "budget_kg" and draft.reading == "paper_corrected"
-        of_other = draft.section not in value.sections
-        if name in values or not value.is_asked or of_other or no_bead or no_budget:
-            continue
-        of_others = {"thickness_mm": draft.thickness, "supports": draft.edges}
-        default = of_others.get(name, getattr(draft, name))
-        default_text = f"{draft.size[0]}x{draft.size[1]}" if name == "size" else default or "none"
-        question = value.words.partition(" (")[0]
-        if value.choices or value.is_list:
-            question += f" ({', '.join(value.choices or [f'{value.form}; {value.form} …'])})"
-        while name not in values:
-            answer = ask(f"{question} [{default_text}]: ").strip()
-            parts = answer.split(";") if value.is_list else [answer]
-            try:
-                read = [value.read(part) for part in parts] if answer else [default]
-            except Exception as error:
-                print(error)
-                continue
-            if value.choices and read[0] not in value.choices:
-                print(f"{read[0]!r}: must be one of {', '.join(value.choices)}")
-                continue
-            values[name] = read if value.is_list and answer else read[0]
-    return values
 
 
 def write(draft: Draft, file: Path, *, force: bool = False) -> None:
