@@ -5,6 +5,7 @@ import json
 from pidpanel.cli import progress
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.paths import STUDIES
+from pidpanel.provenance import locks
 from pidpanel.study import load_any_study
 
 
@@ -42,7 +43,16 @@ def test_status_tells_stages_and_what_failed_last(tmp_path):
     (logs / "new.log").write_text("".join(blocks))
     found = progress.failed(tmp_path, "l_panel", {"maps": 1})
     assert found == ["failed: maps, results/l_panel/maps.log: no space left"]
-    assert progress.running(tmp_path) == []
+
+
+def test_a_run_in_progress_is_told_from_one_that_has_ended(tmp_path):
+    # red: `lock is not None`
+    assert not progress.is_running(tmp_path / "none")
+    lock = locks.hold(tmp_path)
+    assert progress.is_running(tmp_path)
+    lock.close()
+    assert not progress.is_running(tmp_path)
+    assert not progress.is_running(tmp_path)
 
 
 def test_status_has_coupled_runs_before_the_response_and_their_packings():

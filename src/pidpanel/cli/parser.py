@@ -26,7 +26,7 @@ From a study file to the acceleration PSDs of a panel with particle dampers.
   pidpanel new wing.yaml           write a commented study, then edit it
   pidpanel check wing.yaml         report mistakes, masses, natural frequencies, levels, time
   pidpanel run wing.yaml           compute it and write results/wing/report.html
-  pidpanel status wing.yaml        show what is done, running, failed and left
+  pidpanel status wing.yaml        show what is done, failed and left
 """
 
 EPILOG = """\

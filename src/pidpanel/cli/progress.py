@@ -1,19 +1,15 @@
-"""How far a run has come: its cases, its stages, the jobs that run, those that failed."""
+"""How far a run has come: its cases, its stages, the jobs that failed."""
 
 import json
 import re
-import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from datetime import timedelta
 from pathlib import Path
 
-import psutil
-
-from pidpanel.cli.snakemake import PROCESS
 from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.coupon.liggghts.failures import BY_INPUTS
+from pidpanel.provenance.locks import hold
 from pidpanel.study import CouponStudy, Study
 
 # Stage of a rule, where it is not the rule's own name.
@@ -91,50 +87,15 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
         yield f"  {name:<9} {'left: ' + ', '.join(by_stage[name]) if name in by_stage else 'done'}"
 
 
-def running(folder: Path) -> list[str]:
-    """Return a line for each job of a run in a folder; none where nothing runs."""
-    lines = []
-    for process in psutil.process_iter(["cmdline", "cwd"]):
-        words = process.info["cmdline"] or []
-        if process.info["cwd"] != str(folder.absolute()) or "--dry-run" in words:
-            continue
-        jobs = [line for child in _children(process) if (line := _job(child, folder))]
-        if any(Path(word).name in ("snakemake", PROCESS) for word in words[:4]):
-            lines += [f"running: Snakemake, process {process.pid}", *jobs]
-        elif is_forking(words) and jobs:
-            lines += [f"running: pidpanel, process {process.pid}", *jobs]
-    return lines
-
-
-def is_forking(words: Sequence[str]) -> bool:
-    """Whether a command is one whose jobs are forks of it, and look like it."""
-    return "run" in words[:3] and any(Path(word).name == "pidpanel" for word in words[:2])
-
-
-def _children(process: psutil.Process) -> list[psutil.Process]:
-    try:
-        return process.children(recursive=True)
-    except psutil.Error:
-        return []
-
-
-def _job(process: psutil.Process, folder: Path) -> str:
-    """Return a line on a process that runs a script of the workflow; none for any other."""
-    try:
-        words = process.cmdline()
-        since = time.time() - process.create_time()
-        log = Path(f"/proc/{process.pid}/fd/2").readlink()
-    except (psutil.Error, OSError):
-        return ""
-    script = next((word for word in words if word.startswith("scripts.")), "")
-    if is_forking(words) and log.suffix == ".log":
-        script = log.stem
-    if not script or words[0].endswith("sh"):
-        return ""
-    place = log.relative_to(folder.absolute()) if log.is_relative_to(folder.absolute()) else log
-    name, spent = script.removeprefix("scripts."), timedelta(seconds=round(since))
-    message = last_line(log)
-    return f"running: {name} for {spent}, {place}" + (f": {message}" if message else "")
+def is_running(results: Path) -> bool:
+    """Whether a process runs the workflow on a folder of results."""
+    if not results.is_dir():
+        return False
+    lock = hold(results)
+    if lock is None:
+        return True
+    lock.close()
+    return False
 
 
 def last_line(log: Path) -> str:

@@ -1,4 +1,4 @@
-"""Show what is done, running, failed and left, stage by stage.
+"""Show what is done, failed and left, stage by stage.
 
 It also works while the study runs, from any shell.
 """
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pidpanel.cli.parser import add_directory, add_study
 
-HELP = "Show what is done, running, failed and left."
+HELP = "Show what is done, failed and left."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,15 +30,15 @@ def call(args: argparse.Namespace) -> int:
         return 1
     check_owner(study, args.study, results)
     left = jobs_left(args.study, folder)
-    running = progress.running(folder)
-    failed = progress.failed(folder, study.name, left) if not running else []
+    is_running = progress.is_running(results / study.name)
+    failed = progress.failed(folder, study.name, left) if not is_running else []
     cases = progress.cases_of(study, results / "coupon")
-    state = "running" if running else "complete" if not left else "not complete"
+    state = "running" if is_running else "complete" if not left else "not complete"
     print(f"{study.name}: {state}; {(results / study.name).absolute()}")
     if cases.total:
         print(f"cases: {cases}")
     for stage in progress.stages(study, left):
         print(stage)
-    for line in [*running, *failed]:
+    for line in failed:
         print(line)
     return 1 if left or failed else 0

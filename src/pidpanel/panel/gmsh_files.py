@@ -113,10 +113,9 @@ def _elements(path: Path) -> tuple[list[int], list[list[int]], list[str]]:
 @contextmanager
 def _bounded_memory(size: int) -> Iterator[None]:
     """Let allocations fail that take the process more than a size [bytes] beyond its present."""
-    import psutil  # slow to import, for files alone
-
     before = resource.getrlimit(resource.RLIMIT_AS)
-    limit = psutil.Process().memory_info().vms + size
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    limit = pages * resource.getpagesize() + size
     allowed = [limit] + [old for old in before if old != resource.RLIM_INFINITY]
     resource.setrlimit(resource.RLIMIT_AS, (min(allowed), before[1]))
     try:
