@@ -27,12 +27,6 @@ from pidpanel.provenance.job import arguments_of, run
 from pidpanel.workflow.plan import Plan
 from pidpanel.workflow.rules import Rule
 
-# As Snakemake writes it; what the system does not count is NA.
-BENCHMARK = (
-    "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\tcpu_time\n"
-    "{s:.2f}\t{hms}\t{rss:.2f}\tNA\tNA\tNA\tNA\tNA\t{load:.2f}\t{cpu:.2f}\n"
-)
-
 
 def run_rules(plan: Plan, rules: Mapping[str, Rule], jobs: int) -> bool:
     """Run the rules of a study that have to run, in the working folder.
@@ -140,19 +134,12 @@ class _Calls:
 
     def wait(self, log: Path) -> None:
         """Wait until a job ends; what a failed one made is removed, what waits for it given up."""
-        process, status, usage = os.wait4(-1, 0)
+        process, status = os.waitpid(-1, 0)
         name, begun = self.running.pop(process)
         if status:
             self._fail(name, log)
             return
-        seconds, cpu = time.monotonic() - begun, usage.ru_utime + usage.ru_stime
-        hms = time.strftime("%H:%M:%S", time.gmtime(seconds)).removeprefix("0")
-        text = BENCHMARK.format(
-            s=seconds, hms=hms, rss=usage.ru_maxrss / 1024, load=100 * cpu / seconds, cpu=cpu
-        )
-        file = Path(self.plan.results(f"benchmark/{name}.tsv"))
-        file.parent.mkdir(exist_ok=True)
-        file.write_text(text, encoding="utf-8")
+        seconds = time.monotonic() - begun
         left = len(self.waiting) + len(self.running)
         done = len(self.rules) - len(self.failed) - left
         print(f"{done} of {len(self.rules)} jobs: {name}, {seconds:.0f} s", file=sys.stderr)
