@@ -1,10 +1,6 @@
 """The panel on the page: Table 1 of the paper beside what was computed."""
 
-import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-from pidpanel.report import panel_section, style
-from pidpanel.report.panel_section import shapes_figure
+from pidpanel.report import panel_section
 from tests.page_reader import blocks_of
 
 
@@ -35,22 +31,3 @@ def test_another_panel_is_not_taken_for_the_papers(modes, printed):
     stiffer = modes.assign(navier_hz=1.01 * modes["navier_hz"])
     assert not panel_section.is_papers_panel(stiffer, printed)
     assert not panel_section.is_papers_panel(modes[modes["mode"] < 30], printed)
-
-
-def test_each_mode_has_its_own_picture_with_hills_and_valleys(basis):
-    # red: the first shape drawn for all
-    with style.context():
-        figure = shapes_figure(basis, ["1", "2"])
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-    drawn = np.asarray(canvas.buffer_rgba())
-    images = [
-        drawn[len(drawn) - int(box.y1) : len(drawn) - int(box.y0), int(box.x0) : int(box.x1)]
-        for box in (axes.get_window_extent() for axes in figure.axes[:2])
-    ]
-    red, blue = (
-        np.array([np.mean(i[..., a].astype(int) - i[..., b] > 60) for i in images])
-        for a, b in ((0, 2), (2, 0))
-    )
-    assert (red > 0.05).all()
-    assert blue[0] < 0.01 < 0.05 < blue[1]  # (1, 1) has no valley, (2, 1) has one

@@ -1,0 +1,98 @@
+"""Rendered scenes show what they should: coloured spheres in their cells, warped modes."""
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from pidpanel.coupon import geometry
+from pidpanel.geometry.cells import SHAPES
+from pidpanel.report import films, pictures, style
+from pidpanel.report.panel_section import shapes_figure
+
+
+def saturated(image):
+    """Share of the pixels that are clearly coloured, neither grey nor white."""
+    channels = image.astype(int)
+    return float(np.mean(np.ptp(channels, axis=-1) > 60))
+
+
+def scene(values, count=2):
+    centres = geometry.cell_centres(6e-3, count)
+    positions = np.array(
+        [[x, y, height] for x, y in centres for height in (2e-3, 5e-3, 8e-3)], dtype=float
+    )
+    row = pictures.CellRow(SHAPES["hexagon"].outline(6e-3), 6e-3, 12e-3, count)
+    _, shift = row.take(positions, count)
+    colours = np.resize(values, (1, len(positions)))
+    (image,) = pictures.spheres_film(
+        [positions + shift], np.full(len(positions), 3e-3), colours, (0.0, 1.0), row,
+        lift=np.zeros(1), pixels=240,
+    )  # fmt: skip
+    return image
+
+
+def test_spheres_are_seen_and_coloured_by_their_value():
+    # red: positions left out of the scene; a fixed colour
+    image = scene([0.0])
+    assert image.std() > 10
+    assert saturated(image) > 0.05
+    slow, fast = scene([0.1]), scene([0.9])
+    coloured = np.ptp(slow.astype(int), axis=-1) > 60
+    difference = fast[coloured].astype(int).mean(axis=0) - slow[coloured].astype(int).mean(axis=0)
+    assert difference[0] > 30  # plasma runs from blue to yellow
+    assert difference[2] < -30
+
+
+def test_a_cell_that_moves_up_is_higher_in_its_own_frame():
+    # red: a frame drawn before the eye moves, with the height of the frame before
+    row = pictures.CellRow(SHAPES["hexagon"].outline(6e-3), 6e-3, 12e-3, 1)
+    images = pictures.spheres_film(
+        [np.array([[0.0, 0.0, 5e-3]])] * 4, np.array([3e-3]), np.zeros((4, 1)), (0.0, 1.0), row,
+        lift=np.array([0.0, 2e-3, 2e-3, -2e-3]), pixels=120,
+    )  # fmt: skip
+    rows = [np.flatnonzero((np.ptp(i.astype(int), axis=-1) > 60).any(axis=1)) for i in images]
+    heights = [-each.mean() for each in rows]
+    assert heights[1] == heights[2] > heights[0] + 5
+    assert heights[0] - heights[3] == pytest.approx(heights[1] - heights[0], abs=1)
+
+
+def test_cells_are_in_a_row_with_their_own_spheres():
+    # red: every sphere moved like the first cell
+    width, count, drawn = 6e-3, 5, 4
+    centres = np.pad(geometry.cell_centres(width, count), ((0, 0), (0, 1)))
+    offset = np.array([1e-3, -2e-3, 4e-3])
+    row = pictures.CellRow(np.zeros((6, 2)), width, 12e-3, drawn)
+    inside, shift = row.take(centres + offset, count)
+    assert inside.tolist() == [True] * drawn + [False]
+    moved = (centres + offset)[inside] + shift
+    assert moved - row.centres == pytest.approx(np.tile(offset, (drawn, 1)))
+    assert np.diff(row.centres[:, 0]) == pytest.approx(np.full(3, pictures.ROW_PITCH * width))
+    assert not row.centres[:, 1:].any()
+
+
+def test_each_mode_has_its_own_picture_with_hills_and_valleys(basis):
+    # red: the first shape drawn for all
+    with style.context():
+        figure = shapes_figure(basis, ["1", "2"])
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+    drawn = np.asarray(canvas.buffer_rgba())
+    images = [
+        drawn[len(drawn) - int(box.y1) : len(drawn) - int(box.y0), int(box.x0) : int(box.x1)]
+        for box in (axes.get_window_extent() for axes in figure.axes[:2])
+    ]
+    red, blue = (
+        np.array([np.mean(i[..., a].astype(int) - i[..., b] > 60) for i in images])
+        for a, b in ((0, 2), (2, 0))
+    )
+    assert (red > 0.05).all()
+    assert blue[0] < 0.01 < 0.05 < blue[1]  # (1, 1) has no valley, (2, 1) has one
+
+
+def test_the_case_of_the_film_succeeded_and_is_nearest_to_half_fill(cases):
+    # red: the status not looked at
+    cases["fill_fraction"] += 0.1
+    nearest = films.nearest_case(cases)
+    assert nearest == "r0.3_f100Hz_a12g"  # now of r = 0.4
+    cases.loc[cases["case"] == nearest, "status"] = "NotSteady"
+    assert films.nearest_case(cases) != nearest
