@@ -84,7 +84,7 @@ def test_a_negative_damping_is_not_drawn_and_there_are_few_curves(coupled):
 
 
 def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
-    # red: `is not None` left out of the verdict's section
+    # red: `is not None` left out of the verdict's section; the family of one level in claims
     one_level = coupled_study.scenarios["level"].model_copy(update={"oaspl_db": (150.0,)})
     scenarios = {**coupled_study.scenarios, "level": one_level}
     study = coupled_study.model_copy(update={"scenarios": scenarios})
@@ -95,6 +95,8 @@ def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
     assert "10 runs of 5 scenarios" in text
     assert "the motion of each patch in the coupled runs" in text
     assert "LIGGGHTS 3" in text
+    said = [row[0] for row in blocks_of(page.claims)[0].rows if row[0]]
+    assert said and not any("shifts linearly" in claim for claim in said)
 
 
 def test_the_section_explains_the_split_and_has_its_figure(coupled):

@@ -8,6 +8,7 @@ import jinja2
 import pytest
 
 from pidpanel.report import html
+from pidpanel.report.claims import Finding, Verdict, verdict_table
 
 PNG = b"\x89PNG\r\n\x1a\n made up"
 
@@ -19,6 +20,7 @@ def page(*blocks, **changes):
         "assumptions": ["assumed"],
         "summary": ["r = 0.1 is best"],
         "warnings": ["beware"],
+        "claims": verdict_table([Verdict("all is well", "dem", Finding(False, "by 1 dB"))]),
         "sections": [html.PageSection("first", "First", blocks)],
         "steps": [("Run", "make run")],
     }
@@ -72,15 +74,16 @@ def test_text_is_shown_as_it_is_written():
 def test_all_that_the_page_is_given_is_on_it():
     # red: each loop of the template left out
     text = html.render(page(html.Picture("one", PNG, "a picture")))
-    for words in ("150 dB", "assumed", "r = 0.1 is best", "beware", "make run", "a picture"):
+    for words in ("150 dB", "assumed", "r = 0.1 is best", "beware", "does not hold", "make run",
+                  "all is well", "a picture"):  # fmt: skip
         assert words in text, words
 
 
-def test_a_page_without_overview_or_warnings_has_no_empty_boxes():
+def test_a_page_without_claims_or_warnings_has_no_empty_boxes():
     # red: `if page.warnings or page.assumptions` left out
-    text = html.render(page(overview=None, warnings=[], assumptions=[]))
+    text = html.render(page(claims=None, warnings=[], assumptions=[]))
     assert 'class="warnings"' not in text
-    assert 'class="wide overview"' not in text
+    assert 'class="wide claims"' not in text
 
 
 def test_a_template_that_asks_for_what_is_not_there_is_refused(tmp_path):

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.report import (
+    claims,
     layouts_section,
     response_figures,
     style,
@@ -122,9 +123,17 @@ def test_a_damper_beyond_its_data_and_dead_weight_do_not_look_alike_on_the_scree
     assert colours["two: dead weight"] == style.pale(colours["two"]) != colours["two"]
 
 
-def test_of_a_point_on_a_support_nothing_is_drawn(told):
+def test_of_a_point_on_a_support_nothing_is_claimed_and_nothing_drawn(told):
     # red: moving_points that returns all points
     on_support = held(told, "corner")
-    assert moving_points(on_support.summary, ["middle", "corner"]) == ["middle"]
+    summary, study = on_support.summary, on_support.study
+    assert moving_points(summary, ["middle", "corner"]) == ["middle"]
+    distance = claims.patch_distance(on_support.basis)
+    evidence = [
+        verdict.finding.evidence
+        for verdict in claims.verdicts(study, summary, on_support.psd, distance)
+        if verdict.finding
+    ]
+    assert evidence and not any("corner" in text for text in evidence)
     section = layouts_section.layouts_section(on_support)
     assert not any("corner" in picture.name for picture in section.pictures)

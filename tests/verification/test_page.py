@@ -59,7 +59,7 @@ def told(rows):
 
 def worst(page):
     """The last row of the cases with their worst numbers."""
-    return blocks_of(page.overview)[0].rows[-1]
+    return blocks_of(page.claims)[0].rows[-1]
 
 
 def test_a_case_has_its_rows_with_units(rows):

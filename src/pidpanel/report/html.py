@@ -237,7 +237,7 @@ class Page:
     assumptions: Sequence[str] = ()  # where the source states nothing
     summary: Sequence[str] = ()  # further results in sentences
     warnings: Sequence[str] = ()  # limitations of the numbers in sentences
-    overview: Fragment | None = None  # table of all results
+    claims: Fragment | None = None  # with their verdicts
     steps: Sequence[tuple[str, str]] = field(default=())  # (text, command) to reproduce the results
     answer: str = ""  # the result in a sentence or two, with its errors
     first: Sequence[Block] = ()  # shown below it: the table, the drawing, the curves that decide

@@ -12,11 +12,12 @@ from pidpanel.report.answer_section import answer_fragment
 from pidpanel.report.answer_text import NOTHING_MOVES, headline
 from pidpanel.report.atlas_section import atlas_section
 from pidpanel.report.base_section import base_section
+from pidpanel.report.claims import patch_distance, verdict_table, verdicts
 from pidpanel.report.coupled_section import coupled_section
 from pidpanel.report.coupon_section import Law, coupon_section, coupon_text, losses_section
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import study_facts
-from pidpanel.report.html import CAVEATS, Page, PageSection
+from pidpanel.report.html import CAVEATS, Fragment, Page, PageSection
 from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.layouts_section import layouts_section
 from pidpanel.report.maps_section import maps_section
@@ -56,9 +57,18 @@ def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
         facts=study_facts(inputs),
         assumptions=study.assumptions,
         warnings=warnings[CAVEATS:],
+        claims=_claims(inputs),
         sections=[*proposed, *(replace(section, folded=True) for section in _sections(inputs))],
         steps=steps,
     )
+
+
+def _claims(inputs: Inputs) -> Fragment | None:
+    """Return the paper's claims tested, where the panel is the paper's; else None."""
+    if not is_papers_panel(inputs.modes, inputs.printed):
+        return None
+    distance = patch_distance(inputs.basis)
+    return verdict_table(verdicts(inputs.study, inputs.summary, inputs.psd, distance))
 
 
 def _of_coupon(inputs: PanelInputs, name: str, law: Law | None) -> list[PageSection]:

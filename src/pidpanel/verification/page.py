@@ -93,7 +93,7 @@ def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> 
             f"{percent(row, row.tolerance)}."
             for row in missed
         ],
-        overview=Fragment("verification.html", {"cases": overview, "percent": percent}),
+        claims=Fragment("verification.html", {"cases": overview, "percent": percent}),
         sections=_sections("verification_case.html", cases),
         steps=steps,
     )
