@@ -95,8 +95,9 @@ def test_a_change_makes_what_snakemake_would_make(forked, values, write_study):
     assert jobs(snakemake(forked, study, "-n")) == {}
 
 
-def test_snakemake_forgets_what_it_knew_of_files_made_anew(peer, values, write_study):
-    # red: `_forget` left out: with the air the set of inputs is another than Snakemake noted
+def test_snakemake_accepts_other_inputs_than_it_noted(peer, values, write_study):
+    # red: `rerun-triggers: [mtime, input]`: with the air the set of inputs is another; the
+    # benchmark file of before
     changed = values | {"response": values["response"] | {"radiation": "one_side"}}
     study = write_study(peer, "small", changed)
     assert ran(pidpanel(peer, "run", study)) == AFTER_SOUND

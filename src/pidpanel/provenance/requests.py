@@ -23,8 +23,6 @@ ATTEMPT = "attempt"
 
 LONG_AGO = 1.0  # time stamp of the request of a job that need not run [s since 1970]
 
-MAKER = "PIDPANEL_MAKER"  # variable with the module that runs jobs in place of Snakemake
-
 CHUNK = 1 << 20  # bytes that are read at a time
 
 
@@ -107,8 +105,6 @@ def read_request(request: Path) -> dict[str, Any]:
 def write_record(request: Path, content: Mapping[str, Any], outputs: Iterable[str | Path]) -> None:
     """Note what a job that has ended made, and from what."""
     record = {"content": _digest(content), "files": file_digests(outputs)}
-    if MAKER in os.environ:
-        record["maker"] = os.environ[MAKER]
     durable.write_text(request.with_suffix(RECORD), json.dumps(record, indent=1) + "\n")
 
 

@@ -3,17 +3,14 @@
 Snakemake takes seconds before its first job, and each of its jobs imports the same libraries. Here
 a job is a fork of a process that has imported them. What runs is decided as Snakemake decides it,
 by the requests and the time stamps; jobs, files and failures are the same, and each accepts what
-the other made. Of Snakemake's own records none is written, and those of files made again are
-removed (`_forget`), since they tell of older ones.
+the other made. Of Snakemake's own records none is written.
 """
 
 import contextlib
 import importlib
 import os
 import signal
-import subprocess
 import sys
-import tempfile
 import time
 import traceback
 from collections.abc import Iterator, Mapping
@@ -22,7 +19,7 @@ from typing import NoReturn
 
 from pidpanel.paths import WORKFLOW
 from pidpanel.progress import CORES
-from pidpanel.provenance import durable, requests
+from pidpanel.provenance import durable
 from pidpanel.provenance.job import arguments_of, run
 from pidpanel.workflow.plan import Plan
 from pidpanel.workflow.rules import Rule
@@ -51,8 +48,6 @@ def run_rules(plan: Plan, rules: Mapping[str, Rule], jobs: int) -> bool:
     if not due:
         print("Nothing to be done: all files are present and up to date.", file=sys.stderr)
         return True
-    _forget([file for name in due for file in rules[name].output.values()
-             if not _is_ours(Path(files[name]))])  # fmt: skip
     sys.path.insert(0, str(WORKFLOW))
     calls = _Calls(plan, {name: rules[name] for name in due}, files)
     try:
@@ -118,7 +113,8 @@ class _Calls:
         importlib.import_module(f"scripts.{name}")
         for file in (*rule.output.values(), rule.log):
             Path(file).parent.mkdir(parents=True, exist_ok=True)
-        for file in rule.output.values():
+        # by the age of its benchmark file Snakemake would find a job too old
+        for file in (*rule.output.values(), self.plan.results(f"benchmark/{name}.tsv")):
             durable.discard(Path(file))
         sys.stdout.flush()
         sys.stderr.flush()
@@ -179,7 +175,7 @@ def _work(name: str, rule: Rule, request: str, cores: int) -> NoReturn:
     try:
         log = os.open(rule.log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
         os.dup2(log, sys.stderr.fileno())
-        os.environ |= {requests.MAKER: __name__, CORES: str(cores)}
+        os.environ[CORES] = str(cores)
         files = {"input": {**rule.input, "request": request}, "output": rule.output}
         sys.argv = [f"{name}.py", *arguments_of(**files, params=rule.params)]
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
@@ -193,20 +189,3 @@ def _work(name: str, rule: Rule, request: str, cores: int) -> NoReturn:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)
-
-
-def _is_ours(request: Path) -> bool:
-    """Whether the last job was run here; of one without a record Snakemake may know."""
-    return (requests.read_record(request) or {}).get("maker") == __name__
-
-
-def _forget(files: list[str]) -> None:
-    """Remove Snakemake's records of files that are made again."""
-    if not files or not Path(".snakemake").is_dir():
-        return
-    from pidpanel.cli.snakemake import PROCESS
-
-    with tempfile.NamedTemporaryFile("w", suffix=".smk") as snakefile:
-        command = [sys.executable, "-P", "-m", PROCESS, "--cleanup-metadata", *files]
-        command += ["--snakefile", snakefile.name, "--nolock", "--workflow-profile", "none"]
-        subprocess.run(command, capture_output=True, check=False)
