@@ -125,14 +125,13 @@ class Picture:
     caption: str = ""
     # The same as numbers, in the place of the image
     charts: Sequence[Chart] = ()
-    tables: Sequence[ColourTable] = ()
     format: Literal["png", "webp"] = "png"
     kind: Literal["picture"] = "picture"
 
     @property
     def is_image(self) -> bool:
         """Whether the page has an image of it."""
-        return not (self.charts or self.tables)
+        return not self.charts
 
     @property
     def image(self) -> bytes:
@@ -147,7 +146,7 @@ class Picture:
     @property
     def is_broad(self) -> bool:
         """Whether the picture takes the width of the page."""
-        return not self.charts and (bool(self.tables) or (self.width or 0) > BROAD)
+        return self.is_image and (self.width or 0) > BROAD
 
     @property
     def width(self) -> int | None:

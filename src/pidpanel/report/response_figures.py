@@ -1,11 +1,10 @@
-"""Figures of responses: PSDs, reductions in third octaves, the damping behind them.
+"""Figures of responses: PSDs, the damping behind them; reductions in third octaves as tables.
 
 Functions return a `matplotlib.figure.Figure` that belongs to no window; call them within
 `style.context`.
 """
 
 import math
-import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,7 +12,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib import ticker
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -21,7 +19,7 @@ from matplotlib.lines import Line2D
 from pidpanel.arrays import Array
 from pidpanel.report import style
 from pidpanel.report.html import Chart, ColourTable, Picture
-from pidpanel.report.layout import DASHES, LINES, WIDTH, draw_curve, draw_map, frequency_axis
+from pidpanel.report.layout import DASHES, LINES, WIDTH, draw_curve, frequency_axis
 
 PSD_UNIT = "acceleration PSD, g²/Hz"
 
@@ -29,8 +27,6 @@ DECADES = 9  # decades of PSD shown below the highest peak at most: a node has n
 
 
 ACROSS = 2  # axes side by side at most: more of them leave no room for titles and numbers
-
-TITLE = 62  # characters of a title over one of two axes side by side
 
 # Width of the uppermost of several curves, that of the widest, and what each below adds [pt].
 WIDTHS = (0.9, 3.3, 0.6)
@@ -116,59 +112,11 @@ def chart_picture(name: str, charts: Sequence[Chart], caption: str = "", **size:
     return Picture(name, style.Drawing(charts_figure, charts, **size), caption, charts)
 
 
-def _side_by_side(figure: Figure, count: int, across: int = ACROSS) -> list[Axes]:
-    """Return axes on one scale, so many in a row; those at the left and the bottom have labels."""
-    across = min(across, count)
-    shape = math.ceil(count / across), across
-    grid = figure.subplots(*shape, sharex=True, sharey=True, squeeze=False)
-    axes: list[Axes] = grid.ravel().tolist()
-    for unused in axes[count:]:
-        unused.remove()
-    for upper in axes[max(count - across, 0) : count]:
-        upper.xaxis.set_tick_params(labelbottom=True)
-    return axes[:count]
-
-
-def reduction_figure(
-    centre: Array,
-    rows: Sequence[str],
-    gained: Mapping[tuple[str, str], Array],
-    points: Sequence[str],
-    readings: Sequence[str],
-    row_name: str,
-) -> Figure:
-    """Draw third-octave reductions (n_rows, n_bands) [dB] by (point, reading) as maps."""
-    maps = [(point, reading) for point in points for reading in readings]
-    across = min(ACROSS, len(readings))
-    down = math.ceil(len(maps) / across)
-    figure = Figure(figsize=(WIDTH, 1.5 + down * (0.55 + 0.2 * len(rows))), layout="constrained")
-    grid = _side_by_side(figure, len(maps), across)
-    limit = _limit(gained)
-    norm = Normalize(-limit, limit)
-    scale = ScalarMappable(norm, mpl.colormaps["RdBu"])
-    for number, (point, reading) in enumerate(maps):
-        axes, values = grid[number], gained[point, reading]
-        draw_map(axes, values, norm, "RdBu", _short, lambda value: abs(value) > 0.6 * limit)
-        title = f"point {point} · {reading}"
-        axes.set_title(textwrap.fill(title, TITLE) if across > 1 else title, loc="left")
-        axes.set_yticks(range(len(rows)), [style.as_typed(row) for row in rows])
-        axes.set_xticks(range(len(centre)), [_nominal(c) for c in centre], rotation=90)
-        if number % across == 0:
-            axes.set_ylabel(row_name)
-        if number >= len(maps) - across:
-            axes.set_xlabel("third octave, Hz")
-    figure.colorbar(
-        scale, ax=grid, label="reduction of rms acceleration, dB", location="top", aspect=60,
-        shrink=0.5, pad=0.02,
-    )  # fmt: skip
-    return figure
-
-
 def reduction_tables(
     centre: Array, rows: Sequence[str], gained: Mapping[tuple[str, str], Array], row_name: str
 ) -> list[ColourTable]:
-    """Return the maps of `reduction_figure` as tables."""
-    limit = _limit(gained)
+    """Return third-octave reductions (n_rows, n_bands) [dB] by (point, reading) as tables."""
+    limit = max(1.0, max(float(np.abs(values).max()) for values in gained.values()))
     colours, norm = mpl.colormaps["RdBu"], Normalize(-limit, limit)
     bands = [f"{row_name} / Hz", *map(_nominal, centre)]
     return [
@@ -183,11 +131,6 @@ def reduction_tables(
         )
         for (point, reading), values in gained.items()
     ]
-
-
-def _limit(gained: Mapping[tuple[str, str], Array]) -> float:
-    """Return the end of the colours [dB]."""
-    return max(1.0, max(float(np.abs(map_).max()) for map_ in gained.values()))
 
 
 def _short(value: float) -> str:

@@ -9,7 +9,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import response_figures, style
-from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
+from pidpanel.report.html import Chart, ColourTable, Fragment, PageCurve, PageSection, Picture
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ComparedScenarios, Scenario
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
@@ -55,7 +55,8 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> PageSection:
         )
     values = {
         "unstable": [reading for reading in inputs.study.readings if reading not in readings],
-        "reductions": reduction_block(inputs, family, titles) if points else None,
+        "reductions": reductions_of(inputs, family, titles) if points else [],
+        "key": family.key,
         "psds": psds,
         "damping": damping_block(inputs, family, titles),
     }
@@ -134,10 +135,10 @@ def acceleration_note(inputs: Inputs, family: ComparedScenarios, reading: str) -
     return f"$C_e$ at {kind}, Γ = {low}" + (f" to {high}" if high != low else "")
 
 
-def reduction_block(
+def reductions_of(
     inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str]
-) -> Picture:
-    """Return third-octave reductions of a family as maps, by reading."""
+) -> list[ColourTable]:
+    """Return third-octave reductions of a family, by point and reading."""
     points = inputs.moving_points
     gained: dict[tuple[str, str], Array] = {}
     scenarios = family.scenarios
@@ -149,13 +150,7 @@ def reduction_block(
     rows = [
         _known_as(inputs, family, s)[0].removeprefix("r = ").removesuffix(" dB") for s in scenarios
     ]
-    row_name = ROW_NAMES[family.varied]
-    figure = style.Drawing(
-        response_figures.reduction_figure,
-        centre, rows, gained, points, list(titles.values()), row_name,
-    )  # fmt: skip
-    tables = response_figures.reduction_tables(centre, rows, gained, row_name)
-    return Picture(f"reduction_{family.key}", figure, tables=tables)
+    return response_figures.reduction_tables(centre, rows, gained, ROW_NAMES[family.varied])
 
 
 def damping_block(inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str]) -> Picture:
