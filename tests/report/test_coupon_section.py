@@ -52,11 +52,21 @@ def test_nothing_is_drawn_over_what_has_one_value(coupon, alone, drawn, axis):
     assert all(axis in block.caption for block in blocks_of(section)[:-1])
 
 
-def test_a_coupon_page_shows_the_loss_factor_before_any_section(coupon):
-    # red: the figure behind the fold; C_e in place of η
+def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon):
+    # red: the map behind the fold; the map without a case; η of one fill for all
+    cases = coupon.cases
+    cases["loss_factor"] = cases["fill_fraction"] + cases["frequency_hz"] / 1e4
     page = coupon_page("A coupon", [], STAMP, coupon, [])
-    assert page.pictures[0].name == "loss_factor"
-    assert "loss_factor" not in [p.name for s in page.sections for p in s.pictures]
+    assert page.pictures[0].name == "loss_factor_map"
+    assert "loss_factor_map" not in [p.name for s in page.sections for p in s.pictures]
+    good = cases[cases["status"] == "ok"]
+    figure = coupon_figures.loss_factor_map(good)
+    maps = [axes for axes in figure.axes if axes.images]
+    assert [axes.get_title("left") for axes in maps] == [
+        f"r = {fill:g}" for fill in sorted(good["fill_fraction"].unique())
+    ]
+    values = np.concatenate([np.ravel(axes.images[0].get_array().filled(np.nan)) for axes in maps])
+    assert sorted(values[np.isfinite(values)]) == pytest.approx(sorted(good["loss_factor"]))
 
 
 def test_a_law_is_named_where_it_is_drawn(coupon):

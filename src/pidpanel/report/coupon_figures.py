@@ -6,10 +6,13 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib import ticker
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -123,6 +126,51 @@ def sweep_figure(
             [], [], color=layout.GREY, ls=":", lw=0.8
         )
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=7)
+    return figure
+
+
+CELLS_WITH_TEXT = 12  # most frequencies of a map whose values are written into it
+
+
+def loss_factor_map(cases: pd.DataFrame) -> Figure:
+    """Draw η over frequency and Γ, a map for each fill fraction.
+
+    Several cases of a cell count by their mean.
+    """
+    frequencies, amplitudes = (
+        np.unique(cases[FREQUENCY.column]),
+        np.unique(cases[ACCELERATION.column]),
+    )
+    fills = sorted(cases["fill_fraction"].unique())
+    columns = min(3, len(fills))
+    rows = -(-len(fills) // columns)
+    width = columns * min(3.0, 1.2 + 0.4 * len(frequencies)) + 1.0
+    height = rows * (0.5 + 0.25 * len(amplitudes)) + 0.9
+    figure = Figure(figsize=(width, height), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    top = float(cases[LOSS_FACTOR.column].max())
+    norm = Normalize(0.0, top)
+    few = len(frequencies) <= CELLS_WITH_TEXT
+    for axes, fill in zip(grid.flat, fills, strict=False):
+        table = cases[cases["fill_fraction"] == fill].pivot_table(
+            index=ACCELERATION.column, columns=FREQUENCY.column, values=LOSS_FACTOR.column
+        )
+        values = table.reindex(index=amplitudes, columns=frequencies).to_numpy(float)
+        layout.draw_map(
+            axes, values, norm, "viridis", lambda value: f"{value:.2g}" if few else "",
+            lambda value: value < 0.6 * top, origin="lower",
+        )  # fmt: skip
+        axes.set_title(f"r = {fill:g}", loc="left")
+        for axis, ticks in ((axes.xaxis, frequencies), (axes.yaxis, amplitudes)):
+            places = layout.pick(np.arange(float(len(ticks))), CELLS_WITH_TEXT).astype(int)
+            axis.set_ticks(places, [f"{value:g}" for value in ticks[places]])
+        axes.tick_params(axis="x", rotation=90)
+    for axes in grid.flat[len(fills) :]:
+        axes.set_visible(False)
+    figure.supxlabel(FREQUENCY.label, fontsize=8)
+    figure.supylabel("acceleration amplitude Γ, –", fontsize=8)
+    scale = ScalarMappable(norm, mpl.colormaps["viridis"])
+    figure.colorbar(scale, ax=grid, label="η, –", pad=0.02, aspect=30)
     return figure
 
 

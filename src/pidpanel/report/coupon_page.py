@@ -6,13 +6,7 @@ from typing import Any
 
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.report import coupon_section, style
-from pidpanel.report.coupon_figures import (
-    ACCELERATION,
-    FREQUENCY,
-    LOSS_FACTOR,
-    design_figure,
-    sweep_figure,
-)
+from pidpanel.report.coupon_figures import design_figure, loss_factor_map
 from pidpanel.report.facts import cases_text, software_text
 from pidpanel.report.films import film_picture
 from pidpanel.report.html import CAVEATS, Block, Fragment, Page, Picture
@@ -36,14 +30,12 @@ def coupon_page(
     one_by_one = [] if coupon.is_design else keys
     findings = varied_findings(good, one_by_one) or [coupon_section.coupon_finding(good)]
     varied = varied_section(good, one_by_one) if one_by_one else None
-    values: dict[str, Any] = {"design": None, "sweep": None}
+    values: dict[str, Any] = {"design": None, "map": None}
     if coupon.is_design:
         figure = style.Drawing(design_figure, good, keys)
         values["design"] = Picture("loss_factor_design", figure)
     elif varied is None and len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
-        panel, x = sorted((FREQUENCY, ACCELERATION), key=lambda axis: good[axis.column].nunique())
-        figure = style.Drawing(sweep_figure, good, x, LOSS_FACTOR, panel)
-        values["sweep"] = Picture("loss_factor", figure)
+        values["map"] = Picture("loss_factor_map", style.Drawing(loss_factor_map, good))
     values["text"] = coupon_section.coupon_text(coupon)
     first: list[Block] = [Fragment("coupon_first.html", values)]
     if varied is not None:
