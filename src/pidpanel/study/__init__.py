@@ -16,8 +16,8 @@ file, the line, the key, the value and what is allowed (`StudyError`).
     Files that a study names.
 `document`
     The YAML file, and the lines of its keys.
-`mistakes`, `explaining`, `schema`
-    Mistakes at keys; those of pydantic in a reader's words; what the models allow at a place.
+`mistakes`, `explaining`, `choice`
+    Mistakes at keys; those of pydantic in a reader's words; keys with alternatives.
 `reading`
     From the file to the study.
 """

@@ -3,8 +3,16 @@
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
 
+from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.mistakes import Mistake, Mistakes
 from pidpanel.study.quantity import DENSITY, METRES, PASCAL, PERCENT, Quantity
 
@@ -21,25 +29,25 @@ class SectionModel(BaseModel):
 
     removed_keys: ClassVar[Mapping[str, str]] = {}  # keys of earlier versions, what to say of each
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _refuse_removed(cls, values: Any) -> Any:
-        if isinstance(values, Mapping):
-            old = [Mistake((key,), says) for key, says in cls.removed_keys.items() if key in values]
-            if old:
-                raise Mistakes(old)
-        return values
+    def _refuse(cls, values: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Return the section, or refuse it with all its mistakes."""
+        present = values if isinstance(values, Mapping) else {}
+        mistakes = [Mistake((key,), w) for key, w in cls.removed_keys.items() if key in present]
+        if not mistakes:
+            try:
+                section = handler(values)
+                mistakes = list(section.mistakes())
+            except ValidationError as error:
+                mistakes = list(mistakes_of(error, cls))
+        if mistakes:
+            raise Mistakes(mistakes, cls)
+        return section
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what of the keys does not fit together; each is good on its own."""
         yield from ()
-
-    @model_validator(mode="after")
-    def _refuse(self) -> Self:
-        mistakes = tuple(self.mistakes())
-        if mistakes:
-            raise Mistakes(mistakes)
-        return self
 
 
 def _as_written(value: Any) -> Any:

@@ -10,9 +10,10 @@ from pydantic_core import PydanticCustomError
 
 from pidpanel.columns import ColumnsError
 from pidpanel.damping_ratio import DampingRatio, read_damping_ratio
+from pidpanel.study.choice import Choice
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import KILOHERTZ, PERCENT, Quantity
+from pidpanel.study.quantity import KILOHERTZ, PERCENT, Quantity, text_hint
 
 Ratio = Annotated[float, Quantity(0, 0.5, low_itself=False, high_itself=False, units=PERCENT)]
 NaturalFrequency = Annotated[float, Quantity(0, 1e5, low_itself=False, units=KILOHERTZ)]
@@ -20,7 +21,8 @@ NaturalFrequency = Annotated[float, Quantity(0, 1e5, low_itself=False, units=KIL
 
 def _table_of_ratios(value: Any) -> Any:
     if not str(value).endswith(".csv"):
-        raise PydanticCustomError("csv_type", "must be a CSV file")
+        hint = text_hint(value) or " or a list or a CSV file"
+        raise PydanticCustomError("csv_type", "must be a number{hint}", {"hint": hint})
     return value
 
 
@@ -30,12 +32,13 @@ RatioFile = Annotated[
     file_in(),
     WithJsonSchema({"type": "string", "format": "path", "pattern": r"\.csv$"}),
 ]
-DampingRatios = (
+DampingRatios = Annotated[
     Ratio
     | Annotated[tuple[Ratio, ...], Field(min_length=1)]
     | Annotated[tuple[tuple[NaturalFrequency, Ratio], ...], Field(min_length=1)]
-    | RatioFile
-)
+    | RatioFile,
+    Choice(),
+]
 
 
 def damping_ratio_of(value: Any) -> DampingRatio:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 Keys = tuple[str | int, ...]  # way to a place of a study: names of keys, and indices in lists
 
@@ -27,8 +30,8 @@ class Mistake(NamedTuple):
 class Mistakes(ValueError):
     """All mistakes that a model, or a check of a whole study, has found."""
 
-    def __init__(self, mistakes: Iterable[Mistake]) -> None:
-        self.mistakes = tuple(mistakes)
+    def __init__(self, mistakes: Iterable[Mistake], model: type[BaseModel] | None = None) -> None:
+        self.mistakes, self.model = tuple(mistakes), model  # the model that has found them
         lines = (f"{dotted(keys)}: {says}" if keys else says for keys, says, _ in self.mistakes)
         super().__init__("; ".join(lines))
 

@@ -20,6 +20,7 @@ from pidpanel.geometry.polygon import (
     signed_area,
 )
 from pidpanel.study.base import SectionModel, Size, Text
+from pidpanel.study.choice import Choice
 from pidpanel.study.damping_ratio import DampingRatios, damping_ratio_of, mistakes_of_damping_ratio
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
@@ -167,7 +168,10 @@ class Panel(SectionModel):
     """The panel, its patches, and the points at which its response is computed."""
 
     outline_m: (
-        tuple[Length, Length] | Annotated[tuple[Position, ...], Field(min_length=3)] | None
+        Annotated[
+            tuple[Length, Length] | Annotated[tuple[Position, ...], Field(min_length=3)], Choice()
+        ]
+        | None
     ) = None
     """Lengths along x and y of a rectangle, or the corners of a polygon [m]."""
     corner_radius_m: Radius = 0.0
@@ -176,7 +180,7 @@ class Panel(SectionModel):
     """Cut-outs, by name."""
     section: Section
     """Mass and stiffness through the thickness."""
-    supports: EdgeKind | SupportsInput = "simply_supported"
+    supports: Annotated[EdgeKind | SupportsInput, Choice()] = "simply_supported"
     """Support of the whole outline, or supports of its parts. ``simply_supported``: w = 0 and
     no rotation along the edge; ``simply_supported_soft``: w = 0; ``clamped``: w = 0 and no
     slope; ``free``."""
@@ -191,7 +195,7 @@ class Panel(SectionModel):
     """Finite elements of the panel."""
     patches: Mapping[str, Patch] = {}
     """Areas whose cells may be filled, by name."""
-    points: Annotated[Mapping[str, Position | Node], Field(min_length=1)]
+    points: Annotated[Mapping[str, Annotated[Position | Node, Choice()]], Field(min_length=1)]
     """Points at which the response is computed, by name: (x, y) [m], or a node of a mesh file."""
 
     @property

@@ -120,7 +120,7 @@ class Quantity:
             if isinstance(value, str) and value.lower().strip("+-.") in ("nan", "inf", "infinity"):
                 raise PydanticCustomError("finite_number", "must be a finite number")
             says = "must be a whole number" if self.whole else "must be a number"
-            raise PydanticCustomError(f"{kind}_type", "{says}", {"says": says + _text_hint(value)})
+            raise PydanticCustomError(f"{kind}_type", "{says}", {"says": says + text_hint(value)})
         try:
             number = float(value)
         except OverflowError:
@@ -167,7 +167,7 @@ def _has_leading_zeros(text: str) -> bool:
     return re.match(r"[+-]?0\d", text) is not None
 
 
-def _text_hint(value: Any) -> str:
+def text_hint(value: Any) -> str:
     """Return what to say of a text that is nearly a number."""
     if not isinstance(value, str):
         return ""

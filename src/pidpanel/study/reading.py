@@ -57,14 +57,18 @@ def study_in(document: Document) -> Study | CouponStudy:
         study = model.model_validate(values, context={"folder": document.path.parent})
     except ValidationError as error:
         mistakes = mistakes_of(error, Study)
-        raise document.error(_of_file_name(mistake, document) for mistake in mistakes) from None
+        raise document.error(_in_file(mistake, document) for mistake in mistakes) from None
     if document.mistakes:
         raise document.error([])
     return study
 
 
-def _of_file_name(mistake: Mistake, document: Document) -> Mistake:
-    """Return a mistake of the name with where it comes from, if that is the file."""
+def _in_file(mistake: Mistake, document: Document) -> Mistake:
+    """Return a mistake with its cause: an indented section, or the name of the file."""
+    *around, key = mistake.keys or ("",)
+    if around and key in Study.model_fields and mistake.says.startswith("unknown key"):
+        says = f"unknown key; {key} is a top-level section; do not indent its line"
+        return mistake._replace(says=says)
     if mistake.keys != ("name",) or "name" in document.data:
         return mistake
     stem = document.path.stem

@@ -10,6 +10,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from pidpanel.paths import SECTION
 from pidpanel.study.base import Fill, Level, SectionModel, Text
+from pidpanel.study.choice import TAG, Choice
 from pidpanel.study.mistakes import Keys, Mistake
 
 MOST_SCENARIOS = 1000  # scenarios that a family may have
@@ -19,13 +20,13 @@ Varied = Literal["patch", "fill_fraction", "oaspl_db"]
 class Family(SectionModel):
     """One comparison, with a list for patch, fill_fraction or oaspl_db; or a single scenario."""
 
-    patch: Text | tuple[Text, ...]
+    patch: Annotated[Text | tuple[Text, ...], Choice()]
     """Filled patch, by its name under ``panel.patches``; a list compares patches."""
     damper: Text | None = None
     """Name under ``dampers``; may be left out where there is only one."""
-    fill_fraction: Fill | tuple[Fill, ...] | None = None
+    fill_fraction: Annotated[Fill | tuple[Fill, ...], Choice()] | None = None
     """Required unless the damper needs none, such as constants."""
-    oaspl_db: Level | tuple[Level, ...] | None = None
+    oaspl_db: Annotated[Level | tuple[Level, ...], Choice()] | None = None
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
     title: Text = ""
     """Title of the comparison in the report."""
@@ -91,16 +92,19 @@ class Layout(SectionModel):
             yield ("layout", patch), filled
 
 
+FAMILY, LAYOUT = f"{TAG}family", f"{TAG}layout"
+
+
 def _kind(values: Any) -> str:
     """Return which of the two an entry of ``scenarios`` is: a layout has the key ``layout``."""
     if isinstance(values, Layout) or (isinstance(values, Mapping) and "layout" in values):
-        return "Layout"
-    return "Family"
+        return LAYOUT
+    return FAMILY
 
 
 # An entry of ``scenarios``.
 Compared = Annotated[
-    Annotated[Family, Tag("Family")] | Annotated[Layout, Tag("Layout")], Discriminator(_kind)
+    Annotated[Family, Tag(FAMILY)] | Annotated[Layout, Tag(LAYOUT)], Discriminator(_kind)
 ]
 
 

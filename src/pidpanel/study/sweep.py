@@ -9,6 +9,7 @@ from pydantic import Field
 
 from pidpanel.constants import LARGEST_GAMMA, STANDARD_GRAVITY
 from pidpanel.study.base import Fill, SectionModel
+from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Diameter
 from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, MILLIMETRES, VELOCITY, Quantity
@@ -63,7 +64,7 @@ class Sweep(SectionModel):
 
     fill_fraction: Annotated[tuple[Fill, ...], Field(min_length=1)] = (0.1, 0.3, 0.5, 0.7, 0.9)
     """Fill fractions r: number of particles over that of a full cell."""
-    frequency_hz: Range | Annotated[tuple[Frequency, ...], Field(min_length=1)]
+    frequency_hz: Annotated[Range | Annotated[tuple[Frequency, ...], Field(min_length=1)], Choice()]
     """Frequencies of the drive [Hz], as a list or as a range."""
     acceleration_g: tuple[Gamma, ...] = ()
     """Amplitude Γ of the acceleration, in units of standard gravity."""

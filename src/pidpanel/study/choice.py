@@ -1,0 +1,86 @@
+"""A key with alternatives, such as a number or a list: the form of its value chooses one of them.
+
+Pydantic alone would try all of them, and report the mistakes of each.
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, get_args, get_origin
+
+from pydantic import BaseModel, GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from pidpanel.columns import NUMBER
+
+TAG = "\0"  # how alternatives begin in the locations of pydantic, as no key of a file does
+
+
+def keys_of(model: type[BaseModel]) -> list[str]:
+    """Return the keys of a model as a study writes them."""
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def kinds_of(model: type[BaseModel] | None) -> tuple[str, ...]:
+    """Return the values of ``kind`` that a model stands for."""
+    field = model.model_fields.get("kind") if model else None
+    return get_args(field.annotation) if field else ()
+
+
+class Choice:
+    """For the annotation of a key: ``Annotated[float | tuple[float, ...], Choice()]``.
+
+    A path is the alternative of texts that are no numbers; a tuple of tuples is that of nested
+    lists.
+    """
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Return the schema by which pydantic chooses."""
+        options = {f"{TAG}{number}": option for number, option in enumerate(get_args(source))}
+        tags = {form: tag for tag, option in options.items() for form in _forms(_bare(option))}
+
+        def tag_of(value: Any) -> str | None:
+            return tags.get(_form_of(value))
+
+        words = (_words(_bare(option)) for option in options.values())
+        return core_schema.tagged_union_schema(
+            {tag: handler(option) for tag, option in options.items()},
+            tag_of,
+            custom_error_type="choice",
+            custom_error_message=f"must be {' or '.join(words)}",
+        )
+
+
+def _form_of(value: Any) -> str:
+    if isinstance(value, Mapping | BaseModel):
+        return "mapping"
+    if isinstance(value, list | tuple):
+        return "nested list" if value and isinstance(value[0], list | tuple) else "list"
+    return "text" if isinstance(value, str) and not NUMBER.fullmatch(value) else "number"
+
+
+def _forms(option: Any) -> Iterator[str]:
+    """Yield the forms of values that an alternative takes."""
+    if get_origin(option) is tuple:
+        is_nested = get_origin(_bare(get_args(option)[0])) is tuple
+        yield "nested list" if is_nested else "list"
+    elif isinstance(option, type) and issubclass(option, BaseModel):
+        yield "mapping"
+    else:
+        yield "text"
+        if option is not Path:
+            yield "number"
+
+
+def _words(option: Any) -> str:
+    if get_origin(option) is tuple:
+        return "a list"
+    if isinstance(option, type) and issubclass(option, BaseModel):
+        return f"a mapping with keys {', '.join(keys_of(option))}"
+    return {str: "text", Path: "a path"}.get(option, "a number")
+
+
+def _bare(annotation: Any) -> Any:
+    """Return a type without its metadata."""
+    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
