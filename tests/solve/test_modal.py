@@ -226,17 +226,6 @@ def test_a_force_in_few_columns_answers_as_the_whole(panel, lines, in_air, phase
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(other).max())
 
 
-def test_fewer_columns_are_those_that_the_search_takes(panel, lines):
-    # red: in with_fewer, value > overlap_cutoff * value.min()
-    one = bare_of(panel, lines, one_patch(panel))
-    few = bare_of(panel, lines, one_patch(panel), overlap_cutoff=1e-4)
-    cut = one.with_fewer(1e-4)
-    assert cut.receptance.shape == few.receptance.shape < one.receptance.shape
-    np.testing.assert_allclose(cut.patch_psd, few.patch_psd, rtol=1e-12)
-    np.testing.assert_allclose(cut.receptance, few.receptance, rtol=1e-12)
-    np.testing.assert_array_equal(cut.coordinates.columns, few.coordinates.columns)
-
-
 def test_the_bare_patches_move_as_their_reduced_motions_say(panel, lines):
     # red: in patch_motions_in_vacuum, square / patches.area[patch] without the pressure
     found = patch_motions_in_vacuum(

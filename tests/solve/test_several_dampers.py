@@ -348,16 +348,6 @@ def test_the_bare_panel_knows_the_motion_of_every_patch(panel, places, is_diagon
     assert found.acceleration_g.size == found.fixed_points == 0
 
 
-def test_the_bare_panel_is_that_of_patches_that_are_held(panel):
-    # red: `point_psd=2 * self.point_psd` in without_patches
-    patches = patches_at(panel, SMALL)
-    held, fresh = solver_of(panel, patches), solver_of(panel, patches)
-    held.prepare([(1,)])
-    assert any(key == (1,) for key, _ in held._kept)
-    after, alone = solve_bare(held, FACTOR), solve_bare(fresh, FACTOR)
-    np.testing.assert_allclose(psd(after), psd(alone), rtol=1e-12)
-
-
 # ------------------------------------------------------------------ by element
 
 
@@ -407,24 +397,20 @@ def test_every_cell_with_a_motion_of_its_own(panel):
 # ------------------------------------------------------------------ the run over the lines
 
 
-def test_what_is_not_kept_is_solved_anew_to_the_same(panel, places, monkeypatch):
-    # red: self._kept[key, number] = one → self._kept[key, 0] = one
-    frequency = np.geomspace(30.0, 1500.0, 300)  # three chunks of lines
+def test_layouts_together_are_those_alone(panel, places):
+    # red: self.carrier(key) → self.carrier(keys[0]) in `_on_lines`
+    frequency = np.geomspace(30.0, 1500.0, 300)  # ten chunks of lines
     patches = patches_at(panel, places)
     layouts = [
         DamperLayout([Load(p, constant(900.0, 6.0), False) for p in loaded], 1.0, with_slope=True)
         for loaded in ((0, 1), (0,), (), (1,))
     ]
-    kept = solver_of(panel, patches, frequency=frequency)
-    first, again = (solve_layouts(kept, layouts) for _ in range(2))
-    monkeypatch.setattr(solvers, "KEPT_BYTES", 0)
-    anew = solver_of(panel, patches, frequency=frequency)
-    alone = [solve_layouts(anew, [layout])[0] for layout in layouts]
-    assert len(kept._kept) > 0 == len(anew._kept)
-    for one, two, three in zip(first, again, alone, strict=True):
-        np.testing.assert_array_equal(psd(one), psd(two))
-        np.testing.assert_allclose(psd(three), psd(one), rtol=1e-12)
-        np.testing.assert_allclose(three.response.slope, one.response.slope, rtol=1e-9)
+    together = solve_layouts(solver_of(panel, patches, frequency=frequency), layouts)
+    solver = solver_of(panel, patches, frequency=frequency)
+    for layout, one in zip(layouts, together, strict=True):
+        (alone,) = solve_layouts(solver, [layout])
+        np.testing.assert_allclose(psd(alone), psd(one), rtol=1e-12)
+        np.testing.assert_allclose(alone.response.slope, one.response.slope, rtol=1e-9)
 
 
 def test_a_layout_that_feeds_the_panel_is_told_in_its_place(panel, places):

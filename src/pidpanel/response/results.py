@@ -34,7 +34,7 @@ from pidpanel.solve import stress, uncertainty
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.mesh_error import MeshError
 from pidpanel.solve.model import PanelResponse, ResponseError, UnstableDamping
-from pidpanel.solve.solvers import PanelSolver, Request
+from pidpanel.solve.solvers import Request
 
 CORE = "core"  # name of the core among the layers of ``stress.csv``
 
@@ -135,9 +135,7 @@ class _Rows:
         self._panel = panel = checked.panel
         self._tabulation = tabulation
         self._balance = BalanceCheck(panel)
-        # the error of the paper's diagonal form is shown with it
-        is_diagonal = panel.settings.is_diagonal
-        self._full: PanelSolver | None = panel.solver(full=True) if is_diagonal else None
+        self._full = _full_responses(checked)
         basis = panel.basis
         self.layers = stress.distinct_layers(
             basis.layer_names, basis.layer_strain, basis.layer_stress
@@ -206,12 +204,7 @@ class _Rows:
         self, case: SolvedCase, response: LayoutResponse, error: uncertainty.StandardErrors | None
     ) -> list[dict[str, Any]]:
         """Rows of ``summary.csv``, a point each."""
-        panel, full = self._panel, response.response
-        if self._full is not None:
-            request = Request(
-                case.layout.patches, response.equivalent_damping, response.apparent_mass
-            )
-            full = self._full.responses([request])[0].scaled(case.layout.factor)
+        panel = self._panel
         read_at, motion = only_motion(panel, case, response, self._tabulation.scenarios)
         values = summary_rows(
             response,
@@ -219,7 +212,7 @@ class _Rows:
             panel.basis.point_names,
             thickness=self._tabulation.thickness,
             power_balance_error=self._balance.error(response, case.layout.factor),
-            full=full,
+            full=self._full.get((case.model, case.scenario.label), response.response),
             read_at_g=read_at,
             patch_motion_g=motion,
         )
@@ -263,6 +256,22 @@ class _Rows:
         if np.any(core_stress):
             parts[CORE] = stress.core_psd(response, core_stress)
         return parts
+
+
+def _full_responses(checked: CheckedResponses) -> dict[tuple[str, str], PanelResponse]:
+    """Responses in which dampers couple the modes: they tell the error of the paper's form."""
+    if not checked.panel.settings.is_diagonal:
+        return {}
+    steady = [
+        (case, Request(case.layout.patches, answer.equivalent_damping, answer.apparent_mass))
+        for case in checked.cases
+        if not isinstance(answer := case.response, UnstableDamping)
+    ]
+    responses = checked.panel.solver(full=True).responses([request for _, request in steady])
+    return {
+        (case.model, case.scenario.label): response.scaled(case.layout.factor)
+        for (case, _), response in zip(steady, responses, strict=True)
+    }
 
 
 def _stress_error(

@@ -20,7 +20,7 @@ the shapes are better solved directly (`direct`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import cycle, pairwise
 
 import numpy as np
@@ -69,46 +69,6 @@ class BarePanel:
     # (n_patches,) largest eigenvalue of C⁻¹ᐟ² D_p C⁻¹ᐟ² [m³/(N s)]: what a negative C_e takes from
     # the panel's own damping
     damping_norm: Array
-
-    def without_patches(self, none: Patches) -> "BarePanel":
-        """Return the same with its points alone, to carry no damper."""
-        width = self.receptance.shape[2]
-        return replace(
-            self,
-            patches=none,
-            coordinates=none.coordinates(OVERLAP_CUTOFF),
-            receptance=self.receptance[:, width:, :0],
-            patch_psd=self.patch_psd[:, width:, :0],
-            damping_norm=self.damping_norm[:0],
-        )
-
-    def with_fewer(self, overlap_cutoff: float) -> "BarePanel":
-        """Return the same without the columns of E below a share of the largest eigenvalue of D."""
-        columns = self.coordinates.columns
-        value = np.sum(columns**2, axis=0)
-        large = np.flatnonzero(value > overlap_cutoff * value.max(initial=0.0))
-        rows = np.concatenate([large, np.arange(columns.shape[1], self.receptance.shape[1])])
-        return replace(
-            self,
-            coordinates=PatchCoordinates(
-                columns[:, large],
-                self.coordinates.weight[:, large[:, None], large],
-                self.coordinates.inverse[large],
-            ),
-            receptance=self.receptance[:, rows[:, None], large],
-            patch_psd=self.patch_psd[:, rows[:, None], large],
-        )
-
-
-def joined(parts: Sequence[BarePanel]) -> BarePanel:
-    """Return one panel of parts on lines that follow one another."""
-    return replace(
-        parts[0],
-        frequency=np.concatenate([part.frequency for part in parts]),
-        receptance=np.concatenate([part.receptance for part in parts]),
-        patch_psd=np.concatenate([part.patch_psd for part in parts]),
-        point_psd=np.concatenate([part.point_psd for part in parts]),
-    )
 
 
 def bare_panels(

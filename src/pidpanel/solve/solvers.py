@@ -1,7 +1,7 @@
 """The panel of a study ready to carry any layout of dampers on its patches.
 
 The lines are run through in chunks, for all layouts of a call together, so that memory does not
-grow with their number; what fits into `KEPT_BYTES` is kept between calls.
+grow with their number, and no chunk is kept: a call is one run.
 """
 
 from __future__ import annotations
@@ -22,15 +22,13 @@ from pidpanel.solve.excitation import Excitation
 from pidpanel.solve.lines import root_mean_square
 from pidpanel.solve.modal import (
     OVERLAP_CUTOFF,
-    BarePanel,
     bare_panels,
     chunks_of_lines,
-    joined,
     patch_motions_in_vacuum,
 )
 from pidpanel.solve.model import PanelResponse, Patches
 from pidpanel.solve.motions import Motions, ReducedMotions
-from pidpanel.solve.moved import MatrixInput, matrices_at
+from pidpanel.solve.moved import Matrices, matrices_at
 from pidpanel.solve.panel import ModalPanel
 
 SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3
@@ -39,8 +37,7 @@ SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of th
 # multiplies two matrices of its width beside the solve, four times the cost of the solve alone.
 DIRECT_SHARE = 0.6
 
-# Most memory for the bare panel on the lines of the result, and for the matrices of direct solves
-# on those of either the result or a search, each.
+# Most memory for the matrices of direct solves on the lines of a search.
 KEPT_BYTES = 400e6
 
 Loaded = tuple[int, ...]  # indices of the patches that carry dampers together
@@ -88,8 +85,6 @@ class PanelSolver:
         self.searched: dict[Hashable, Any] = {}
         self._carriers: dict[Loaded, Patches] = {}
         self._motions: dict[Loaded, Motions] = {}
-        self._kept: dict[tuple[Loaded, int], BarePanel] = {}
-        self._kept_bytes: dict[Loaded, float] = {}
 
     def with_lines(self, frequency: Array, points: Array) -> PanelSolver:
         """Return a solver of the same panel on other lines [Hz], with the search done so far."""
@@ -167,9 +162,6 @@ class PanelSolver:
         panel, lines = self.panel, self.panel.search_frequency
         keys = [key for key in dict.fromkeys(layouts) if key and key not in self._motions]
         reduced = [key for key in keys if not self._is_direct(key, SEARCH_CUTOFF)]
-        for key, bare in self._of_the_result(reduced).items():
-            self._motions[key] = ReducedMotions(bare)
-        reduced = [key for key in reduced if key not in self._motions]
         if reduced:
             no_points = np.zeros((0, 1, panel.patches.shapes))
             panels = bare_panels(
@@ -186,23 +178,6 @@ class PanelSolver:
                     self.excitation.spectrum(lines), self.excitation, panel.air_stiffness,
                 )  # fmt: skip
                 self._motions[key] = DirectMotions(direct, KEPT_BYTES)
-
-    def _of_the_result(self, keys: Sequence[Loaded]) -> dict[Loaded, BarePanel]:
-        """Return the bare panels of a search on the lines of the result, which then keeps them."""
-        keys = [key for key in keys if not self._is_direct(key, OVERLAP_CUTOFF)]
-        panel = self.panel
-        if panel.is_diagonal or not np.array_equal(panel.frequency, panel.search_frequency):
-            return {}
-        chunks = chunks_of_lines(panel.frequency.size, panel.patches.shapes)
-        for number, lines in enumerate(chunks if keys else ()):
-            self._on_lines(number, lines, keys)
-        return {
-            key: joined([self._kept[key, number] for number in range(len(chunks))]).with_fewer(
-                SEARCH_CUTOFF
-            )
-            for key in keys
-            if (key, 0) in self._kept
-        }
 
     def responses(self, requests: Sequence[Request]) -> list[PanelResponse]:
         """Return the response with each of several sets of dampers, in one run over the lines.
@@ -233,9 +208,8 @@ class PanelSolver:
         ]
         chunks = chunks_of_lines(count, self.panel.patches.shapes)
 
-        def part_of_range(number: int) -> list[PanelResponse]:
-            lines = chunks[number]
-            paths = self._on_lines(number, lines, [request.patches for request in requests])
+        def part_of_range(lines: slice) -> list[PanelResponse]:
+            paths = self._on_lines(lines, [request.patches for request in requests])
             return [
                 paths[request.patches].response(
                     request.equivalent_damping[:, lines],
@@ -245,7 +219,7 @@ class PanelSolver:
                 for request in requests
             ]
 
-        parts_of_range = computed(part_of_range, range(len(chunks)))
+        parts_of_range = computed(part_of_range, chunks)
         for lines, parts in zip(
             tracked(chunks, "parts of the frequency range"), parts_of_range, strict=True
         ):
@@ -255,79 +229,41 @@ class PanelSolver:
                     response.slope[:, lines] = part.slope
         return responses
 
-    def _on_lines(
-        self, number: int, lines: slice, sets: Sequence[Loaded]
-    ) -> dict[Loaded, SolutionPath]:
+    def _on_lines(self, lines: slice, sets: Sequence[Loaded]) -> dict[Loaded, SolutionPath]:
         """Return what carries each set of patches on a chunk of lines."""
-        panel, keys = self.panel, list(dict.fromkeys(sets))
+        panel, keys, frequency = self.panel, dict.fromkeys(sets), self.panel.frequency[lines]
         form = DiagonalPanel if panel.is_diagonal else DirectPanel
         direct = [key for key in keys if panel.is_diagonal or self._is_direct(key, OVERLAP_CUTOFF)]
-        missing = [key for key in keys if key not in direct and (key, number) not in self._kept]
-        fresh: dict[Loaded, BarePanel] = {}
-        stored = [key for key in self._kept_bytes if (key, number) in self._kept]
-        if () in missing and stored:
-            missing.remove(())
-            fresh[()] = self._kept[stored[0], number].without_patches(self.carrier(()))
-        force, air = self._matrices(lines, direct=bool(direct))
-        if missing:
-            bare = bare_panels(
-                panel.frequency[lines], panel.basis, [self.carrier(key) for key in missing],
-                panel.points, self._spectrum[lines], force, air,
-            )  # fmt: skip
-            fresh |= zip(missing, bare, strict=True)
-            for key, part in zip(missing, bare, strict=True):
-                if self._has_room(key, part):
-                    self._kept[key, number] = part
+        low_rank = [key for key in keys if key not in direct]
+        force, air = self._matrices(lines) if direct else (self.excitation, panel.air_stiffness)
+        spectrum = self._spectrum[lines]
         paths: dict[Loaded, SolutionPath] = {
-            key: LowRankPanel(fresh[key] if key in fresh else self._kept[key, number])
-            for key in keys
-            if key not in direct
-        }
-        return paths | {
-            key: form(
-                panel.frequency[lines], panel.basis, self.carrier(key), panel.points,
-                self._spectrum[lines], force, air,
-            )
+            key: form(frequency, panel.basis, self.carrier(key), panel.points, spectrum, force, air)
             for key in direct
-        }  # fmt: skip
+        }
+        if low_rank:
+            bare = bare_panels(
+                frequency, panel.basis, [self.carrier(key) for key in low_rank], panel.points,
+                spectrum, force, air,
+            )  # fmt: skip
+            paths |= zip(low_rank, map(LowRankPanel, bare), strict=True)
+        return paths
 
-    def _matrices(self, lines: slice, *, direct: bool) -> tuple[MatrixInput, MatrixInput | None]:
-        """Return G and the air on a chunk of lines; functions that may know a shorter form stay."""
-        if not direct:
-            return self.excitation, self.panel.air_stiffness
-        force, air = self._kept_matrices
-        frequency, n = self.panel.frequency, self.panel.patches.shapes
+    def _matrices(self, lines: slice) -> tuple[Matrices, Matrices | None]:
+        """Return G and the air on some lines; functions may know a shorter form."""
+        frequency, n, air = (
+            self.panel.frequency,
+            self.panel.patches.shapes,
+            self.panel.air_stiffness,
+        )
         return (
-            matrices_at(force, frequency, lines, n),
+            matrices_at(self.excitation, frequency, lines, n),
             None if air is None else matrices_at(air, frequency, lines, n),
         )
 
     @cached_property
     def _spectrum(self) -> Array:
         return self.excitation.spectrum(self.panel.frequency)
-
-    def _has_room(self, key: Loaded, bare: BarePanel) -> bool:
-        """Whether the bare panel with these patches is kept, on all lines or on none."""
-        if key not in self._kept_bytes:
-            a_line = sum(
-                part[0].nbytes for part in (bare.receptance, bare.patch_psd, bare.point_psd)
-            )
-            size = float(a_line * self.panel.frequency.size)
-            fits = sum(self._kept_bytes.values()) + size <= KEPT_BYTES
-            self._kept_bytes[key] = size if fits else 0.0
-        return self._kept_bytes[key] > 0
-
-    @cached_property
-    def _kept_matrices(self) -> tuple[MatrixInput, MatrixInput | None]:
-        """Return G and the air as arrays where there is room, else as they are given."""
-        panel, n, lines = self.panel, self.panel.patches.shapes, self.panel.frequency
-        if lines.size * n * n * (8 if panel.air_stiffness is None else 24) > KEPT_BYTES:
-            return self.excitation, panel.air_stiffness
-        whole, air = slice(None), panel.air_stiffness
-        return (
-            matrices_at(self.excitation, lines, whole, n),
-            None if air is None else matrices_at(air, lines, whole, n),
-        )
 
     def _is_direct(self, patches: Loaded, cutoff: float) -> bool:
         if not patches:
