@@ -11,12 +11,18 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import yaml
 
 from pidpanel.arrays import Array
 from pidpanel.coupon import contact
 from pidpanel.coupon.packing import Constants
+from pidpanel.paths import DATA
 from pidpanel.verification.coupon import contacts, shaken
 from pidpanel.verification.rows import Comparison, Row
+
+# What was measured, and what was not known of each case.
+PUBLISHED = yaml.safe_load((DATA / "reference" / "experiments.yaml").read_text(encoding="utf-8"))
+RESTITUTION, SPIN, COLLISION = (PUBLISHED[name] for name in ("restitution", "spin", "collision"))
 
 # ---- oblique impact of a sphere on a wall
 
@@ -24,14 +30,6 @@ KHARAZ = "Oblique impact of alumina on glass (Kharaz et al. 2001)"
 KHARAZ_SOURCE = (
     "Kharaz, Gorham & Salman, Powder Technology 120, 281 (2001), as digitised in MFIX and Lethe"
 )
-# Angles from the normal [°] and tangential restitution; angles and spin after the impact [rad/s].
-RESTITUTION = {
-    2.03: 0.7938, 3.93: 0.7450, 9.63: 0.6728, 20.08: 0.5964, 30.22: 0.6883, 39.30: 0.7719,
-    49.55: 0.8469, 59.84: 0.9019,
-}  # fmt: skip
-SPIN = {
-    6.00: 135.6, 10.98: 264.5, 21.19: 577.0, 31.09: 612.6, 39.03: 595.5, 50.22: 452.9, 60.25: 381.3,
-}  # fmt: skip
 SPEED, DIAMETER, DENSITY = 3.9, 5e-3, 4000.0  # [m/s], [m], [kg/m³]
 ALUMINA_GLASS = replace(
     Constants.alike(380e9, 0.23, 0.98, 0.092), wall_youngs_modulus=70e9, wall_poissons_ratio=0.25
@@ -95,15 +93,6 @@ def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, 
 # ---- code against code
 
 LAMMPS = "Head-on collision of two spheres in LAMMPS (examples/granular/in.restitution)"
-# Of log.4Feb25.restitution.g++.1: time [s] → distance of the centres [m], velocity [m/s] and force
-# [N] of the first sphere.
-COLLISION = {
-    0.25e-3: (0.003682262, 0.8137313, -0.17744066),
-    0.47e-3: (0.0034644437, 0.11337783, -0.31665837),
-    0.75e-3: (0.0036623172, -0.7071105, -0.1245966),
-    0.95e-3: (0.0039758475, -0.80241211, 0.015295834),
-    1.00e-3: (0.0040558808, -0.79999999, 0.0),
-}
 LAMMPS_SOURCE = "lammps/lammps, log of version 4 Feb 2025: Hertz, e = 0.8, 1 MPa, ν = 0.4, ±1 m/s"
 # LIGGGHTS takes no modulus of 1 MPa: it, and with it every force, is this many times larger here,
 # speeds are √ of that. Times scale inversely, distances do not.
@@ -292,20 +281,7 @@ CASES = {
     "periods": period_rows,
 }
 
-# What was not known of each case.
 UNKNOWN = {
-    KHARAZ: "Friction 0.092, normal restitution 0.98 and density are quoted from memory of the "
-    "paper. Near the normal the contact sticks, and micro-slip is not modelled.",
-    LAMMPS: "The motion is known to eight digits. Cases with friction (pouring, chute, drum) start "
-    "from random positions that are not stored, or use Hooke's law. The packer case of DynamO "
-    "(a box on a leaf spring) cannot be run: its source has neither the number of grains nor "
-    "their diameter, and the help speaks of radii where the code uses diameters.",
-    OPEN_BED: "The ranges of Γ, the particles and the depth of the bed are not in the abstract. "
-    "The apparent mass goes with Γ⁻² over moderate Γ and is negative at very high Γ there. Here "
-    "it falls through zero at Γ = 4, so that its exponent depends on the range; the values are "
-    "shown.",
-    BOX: "Particles, restitution and fill are not in the abstract; A = L/π is quoted from memory.",
-    PERIODS: "The abstract has the order of the periods (2, 4, chaos, 3, 6, chaos, 4, 8), not the "
-    "values of Γ. A period counts here where losses repeat 25 % better after it than from cycle to "
-    "cycle.",
+    title: PUBLISHED["unknown"][case]
+    for case, title in zip(CASES, (KHARAZ, LAMMPS, OPEN_BED, BOX, PERIODS), strict=True)
 }
