@@ -15,7 +15,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib import colors
+from matplotlib import colors, rc_params_from_file
 from matplotlib.artist import Artist
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -37,34 +37,7 @@ COLOURS = 256  # colours of a PNG file: a third of the bytes, and no difference 
 PLACES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")  # markers of lines beside their colours
 
-_RC: dict[Any, Any] = {
-    "backend": "agg",
-    "font.family": "DejaVu Sans",
-    "font.size": 8,
-    "axes.titlesize": 8.5,
-    "axes.labelsize": 8,
-    "axes.linewidth": 0.6,
-    "axes.grid": True,
-    # plain numbers on logarithmic axes, 20 and not 2 × 10¹
-    "axes.formatter.min_exponent": 5,
-    "axes.axisbelow": True,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.4,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.minor.width": 0.4,
-    "ytick.minor.width": 0.4,
-    "lines.linewidth": 0.9,
-    "lines.markersize": 3.5,
-    "legend.fontsize": 7.5,
-    "legend.frameon": False,
-    "figure.dpi": 100,
-    "figure.facecolor": "white",
-    "mathtext.fontset": "dejavusans",
-    "pdf.fonttype": 42,
-}
+_RC = rc_params_from_file(Path(__file__).with_name("pages") / "figures.mplstyle", True, False)
 
 
 def context() -> AbstractContextManager[None]:
