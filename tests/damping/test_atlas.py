@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.atlas import REGIMES, SPREAD, bed_of, cases_in, dimensionless
+from pidpanel.damping.atlas import REGIMES, SPREAD, TAILS, bed_of, cases_in, dimensionless
 from pidpanel.damping.atlas_files import by_state, extended_atlas, read_atlas
 from pidpanel.damping.atlas_fit import (
     PARTS,
@@ -16,6 +16,7 @@ from pidpanel.damping.atlas_fit import (
     calibration_of,
     packings_of,
     predict_parts,
+    student_scale_of,
 )
 from pidpanel.damping.surface_cases import (
     AXES,
@@ -125,6 +126,18 @@ def test_a_packing_of_many_cases_counts_as_one_of_few():
     predicted = Predicted(scores, ones, scores, ones)
     factors = calibration_of(predicted, np.full(960, 0.01), packing)
     np.testing.assert_allclose(factors[:, 0], 1 / WIDTH)
+
+
+def test_the_scale_is_that_of_students_t():
+    # scores drawn with a scale, and a packing of many cases that are nearly exact
+    # red: weights of cases; one degree of freedom more
+    rng = np.random.default_rng(2)
+    scores = np.concatenate([0.6 * rng.standard_t(TAILS, 20_000), rng.normal(0, 1e-3, 20_000)])
+    packing = np.concatenate([np.arange(20_000), np.full(20_000, 20_000)])
+    predicted = Predicted(scores, np.ones(40_000), 2 * scores, np.ones(40_000))
+    scales = student_scale_of(predicted, np.full(40_000, 2.0), packing)
+    np.testing.assert_allclose(scales[:, 2], [0.6, 1.2], rtol=0.015)
+    np.testing.assert_array_equal(scales[:, :2], 1.0)
 
 
 def test_cases_of_a_coupon_narrow_the_atlas_there():

@@ -66,6 +66,7 @@ def _atlas(frame: pd.DataFrame, constants: Path) -> Atlas:
         data.mass_sides(stored_sides(stored["mass"])),
         data.jump(JUMP_LENGTHS),
         np.array(stored["calibration"]),
+        np.array(stored["student_scale"]),
         np.array(stored["bulk"]),
         trend,
         stored["version"],

@@ -8,13 +8,15 @@ not have. In each of three ranges of W/L the standard errors are multiplied by t
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import minimize_scalar
 
 from pidpanel.arrays import Array, Index
-from pidpanel.damping.atlas import JUMP_LENGTHS, REGIMES
+from pidpanel.damping.atlas import JUMP_LENGTHS, REGIMES, TAILS
 from pidpanel.damping.atlas_files import atlas_data, by_state, package_version
 from pidpanel.damping.riding import fit_riding
 from pidpanel.damping.sides import Sides
@@ -100,19 +102,44 @@ def calibration_of(predicted: Predicted, stroke: Array, packing: Index) -> Array
     packing
         (n,) number of their packing. In sum the cases of each weigh alike.
     """
+    return _by_regime(predicted, stroke, packing, _conformal_factor)
+
+
+def student_scale_of(predicted: Predicted, stroke: Array, packing: Index) -> Array:
+    """Return the scales (2, 3) of Student's t in these errors; parameters of `calibration_of`."""
+    return _by_regime(predicted, stroke, packing, _student_scale)
+
+
+def _by_regime(
+    predicted: Predicted, stroke: Array, packing: Index, factor: Callable[[Array, Array], float]
+) -> Array:
+    """Return a factor of each quantity and regime, 1 without cases, of scores and weights (n,)."""
     regime, weight = np.digitize(stroke, REGIMES), 1 / np.bincount(packing)[packing]
     factors = np.ones((2, len(REGIMES) + 1))
-    for number in range(factors.shape[1]):
+    for number in np.unique(regime):
         part = regime == number
-        if not part.any():
-            continue
         for side, scores in enumerate(np.abs(predicted.scores()[:, part])):
-            order = np.argsort(scores)
-            share = np.cumsum(weight[part][order])
-            # the conformal quantile: a further case counts as the mean of these
-            rank = np.searchsorted(share, COVERAGE * share[-1] * (1 + 1 / len(share)) - 1e-9)
-            factors[side, number] = scores[order[min(int(rank), len(share) - 1)]] / WIDTH
+            factors[side, number] = factor(scores, weight[part])
     return factors
+
+
+def _conformal_factor(scores: Array, weight: Array) -> float:
+    order = np.argsort(scores)
+    share = np.cumsum(weight[order])
+    # the conformal quantile: a further case counts as the mean of these
+    rank = np.searchsorted(share, COVERAGE * share[-1] * (1 + 1 / len(share)) - 1e-9)
+    return float(scores[order[min(int(rank), len(share) - 1)]] / WIDTH)
+
+
+def _student_scale(scores: Array, weight: Array) -> float:
+    """Return the scale of largest likelihood of Student's t with `TAILS` degrees of freedom."""
+
+    def cost(log_scale: float) -> float:
+        log = 0.5 * (TAILS + 1) * np.log1p((scores / np.exp(log_scale)) ** 2 / TAILS)
+        return float(weight @ (log + log_scale))
+
+    ends = np.log(scores[scores > 0].min()), np.log(scores.max())
+    return float(np.exp(minimize_scalar(cost, bounds=ends, method="bounded").x))
 
 
 def fit_constants(cases: pd.DataFrame) -> dict[str, Any]:
@@ -124,6 +151,7 @@ def fit_constants(cases: pd.DataFrame) -> dict[str, Any]:
     packing = packings_of(cases)
     predicted = predict_parts(cases, packing % PARTS)
     factors = calibration_of(predicted, stroke, packing)
+    student_scale = student_scale_of(predicted, stroke, packing) / factors
     names = ("riding", "crossing")
     return {
         "version": package_version(),
@@ -133,6 +161,7 @@ def fit_constants(cases: pd.DataFrame) -> dict[str, Any]:
         "damping": {name: _rounded(c) for name, c in zip(names, damping, strict=True)},
         "mass": {name: _rounded(c) for name, c in zip(names, mass, strict=True)},
         "calibration": factors.round(3).tolist(),
+        "student_scale": student_scale.round(3).tolist(),
     }
 
 

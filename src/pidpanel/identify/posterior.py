@@ -5,8 +5,8 @@ with its covariance, and N the errors of the measurement,
 
     ln L(θ) = −½ (ν + n) ln(1 + χ²/ν) − ½ ln det Σ,   χ² = dᵀ Σ⁻¹ d,   d = y − p(θ),
 
-with n values and Σ = σ²S + N: errors of the atlas have the tails of Student's t with `TAILS`
-degrees of freedom, and σ is such that 95 % of them lie within 1.96 standard errors, as calibrated.
+with n values and Σ_ij = σ_i σ_j S_ij + N_ij: errors of the atlas are Student's t with ν = `TAILS`,
+and σ is their scale over the calibrated error (`Atlas.student_scale`).
 
 The prior is even in e and ln μ over the range of the atlas, and in r even or normal. A coarse grid
 finds where the posterior is, a fine one over that box has the answer.
@@ -21,20 +21,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.stats import f as f_distribution
-from scipy.stats import norm, t
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.damping.atlas import Atlas
+from pidpanel.damping.atlas import TAILS, Atlas
 from pidpanel.identify.prediction import Specimen, Tones, predict
 
 COARSE, FINE = (14, 8, 7), (23, 15, 9)  # points of the grids along e, ln μ and r
 NEGLIGIBLE = 1e-3  # share of the largest marginal density below which the fine grid ends
 WITHIN = 0.9  # of an interval
-# ν: of the riding cases that benchmarks/atlas.py holds out, half lie within 0.28 of the error of
-# C_e that 95 % lie within, and 90 % within 0.81; normal errors have 0.34 and 0.84, t with five
-# degrees of freedom 0.28 and 0.78. Crossing beds and m_a have longer tails.
-TAILS = 5.0
-CORE = float(norm.ppf(0.975) / t.ppf(0.975, TAILS))  # σ
 UNLIKELY = 0.01  # probability of χ² below which no particles explain a measurement
 AT_END = 0.2  # density at the end of a range, over the largest one, that an interval is cut by
 WIDEST = 3.0  # standard errors of r in the grid
@@ -191,7 +185,7 @@ def posterior_on(
     predicted = predict(atlas, specimen, particles, measured.tones)
     used = np.flatnonzero(np.isfinite(measured.values))
     noise = np.diag(measured.errors[used] ** 2)
-    covariance = CORE**2 * predicted.covariance[:, used[:, None], used] + noise
+    covariance = noise + predicted.student_covariance[:, used[:, None], used]
     factor = np.linalg.cholesky(covariance)
     away = measured.values[used] - predicted.mean[:, used]
     white = np.linalg.solve(factor, away[..., None])[..., 0]

@@ -60,6 +60,12 @@ class Prediction(NamedTuple):
 
     mean: Array  # (b, 2n)
     covariance: Array  # (b, 2n, 2n)
+    student_scale: Array  # (b, 2n) as `Atlas.student_scale`
+
+    @property
+    def student_covariance(self) -> Array:
+        """Scale matrix (b, 2n, 2n) of the errors as Student's t."""
+        return self.covariance * self.student_scale[:, :, None] * self.student_scale[:, None, :]
 
 
 def predict(atlas: Atlas, specimen: Specimen, particles: Array, tones: Tones) -> Prediction:
@@ -104,14 +110,18 @@ def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: To
     mean = np.hstack([log_damping.reshape(count, n), mass.reshape(count, n)])
     first, second = (_by_particles(mixture, n) for mixture in mixtures)
     covariance = joint_covariance((atlas.damping, atlas.mass), (first, second), (first, second))
-    scale = atlas.calibration[:, np.digitize(stroke, REGIMES)] * [np.ones_like(h), weight * h]
-    scale = np.hstack([part.reshape(count, n) for part in scale])
+    regime = np.digitize(stroke, REGIMES)
+    scale = atlas.calibration[:, regime] * [np.ones_like(h), weight * h]
+    scale, student = (
+        np.hstack([part.reshape(count, n) for part in parts])
+        for parts in (scale, atlas.student_scale[:, regime])
+    )
     covariance *= scale[:, :, None] * scale[:, None, :]
     rest = np.zeros((count, n))
     covariance += _common(CORRECTED_TONES.of_effect * np.hstack([is_broadband, rest]))
     if specimen.particle_mass is None:
         covariance += _common(BULK_ERROR * np.hstack([rest + 1, mean[:, n:]]))
-    return Prediction(mean, covariance)
+    return Prediction(mean, covariance, student)
 
 
 def _by_particles(mixture: Mixture, n: int) -> Mixture:
