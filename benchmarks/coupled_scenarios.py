@@ -25,9 +25,10 @@ import yaml
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.excited_panel import ExcitedPanel
-from pidpanel.coupled.from_study import CoupledFiles, coupled_scenarios, read_excited_panel
+from pidpanel.coupled.from_study import coupled_scenarios, read_excited_panel
 from pidpanel.coupled.scenario_runs import ScenarioRuns
 from pidpanel.paths import WORKFLOW
+from pidpanel.provenance.job import Files
 from pidpanel.study import Study, load_study
 
 ACRYLIC = [
@@ -85,7 +86,8 @@ def made_panel(folder: Path, name: str, values: dict[str, object]) -> tuple[Stud
     snakemake = str(Path(sys.executable).with_name("snakemake"))
     subprocess.run([snakemake, *targets, "-q", "all", "-j2", *workflow], check=True)
     study = load_study(str(path))
-    return study, read_excited_panel(study, CoupledFiles(*files, None))
+    named = dict(zip(("modes", "modal_force", "plate"), ([file] for file in files), strict=True))
+    return study, read_excited_panel(study, Files(named))
 
 
 def runs_of(folder: Path, label: str) -> ScenarioRuns:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from pidpanel.base.from_study import BaseInputs, write_base
+from pidpanel.base.from_study import write_base
 from pidpanel.base.sine import interface_force
 from pidpanel.base.transfer import Transfer
 from pidpanel.damping_ratio import DampingRatio
@@ -28,6 +28,7 @@ from pidpanel.solve.supports import (
     with_translation,
 )
 from pidpanel.study import load_study
+from tests.jobs import PANEL, files, within
 
 HERE = Path(__file__).parent
 SIZE, STIFFNESS, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02
@@ -90,11 +91,11 @@ def run_stages(study, folder):
     base.mkdir()
     names = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
     write_panel(study, *(panel / name for name in names))
-    files = BaseInputs(panel / "modes.nc", panel / "plate.nc", panel / "section.csv")
+    read = files(within(panel, PANEL))
     output = {
         "modes_table": "modes.csv", "summary": "summary.csv", "psd": "psd.nc",
         "psd_table": "psd.csv",
         "notched": "notched.csv", "sine_table": "sine.csv", "sine": "sine.nc",
     }  # fmt: skip
-    write_base(study, files, None, {name: base / file for name, file in output.items()})
+    write_base(study, read, None, {name: base / file for name, file in output.items()})
     return base

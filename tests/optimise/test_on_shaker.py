@@ -5,12 +5,13 @@ import pandas as pd
 import pytest
 import yaml
 
-from pidpanel.base.from_study import BaseInputs, write_base
-from pidpanel.optimise.from_study import ProposalFiles, ProposalInputs, write_proposal
+from pidpanel.base.from_study import write_base
+from pidpanel.optimise.from_study import write_proposal
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.sound.from_study import write_sound
 from pidpanel.study import load_study
+from tests.jobs import PANEL, files, within
 
 NAMES = ("layouts", "front", "summary", "search", "psd")
 STUDY = """
@@ -60,12 +61,9 @@ def designed(stages, folder, **keys):
         values = {key: part for key, part in values.items() if key != "sound"}
         force = None
     file.write_text(yaml.safe_dump(values))
-    inputs = ProposalInputs(
-        panel / "modes.nc", panel / "plate.nc", panel / "section.csv", force, None
-    )
-    write_proposal(
-        load_study(file), inputs, None, ProposalFiles(*(folder / f"{n}.csv" for n in NAMES))
-    )
+    read = files(within(panel, PANEL) | {"modal_force": force})
+    made = files({name: folder / f"{name}.csv" for name in NAMES})
+    write_proposal(load_study(file), read, None, made)
     return {name: pd.read_csv(folder / f"{name}.csv") for name in NAMES}
 
 
@@ -90,9 +88,13 @@ def test_the_best_layout_moves_as_the_base_stage_says(stages, tmp_path):
     values["panel"] = values["panel"] | {"patches": patches}
     values["scenarios"] = {"best": {"layout": layout}}
     study, on_panel = run(tmp_path, tmp_path / "best.yaml", **values)
-    files = BaseInputs(*(on_panel / name for name in ("modes.nc", "plate.nc", "section.csv")))
     outputs = {"modes_table": "m.csv", "summary": "s.csv", "psd": "p.nc", "psd_table": "p.csv"}
-    write_base(study, files, None, {name: tmp_path / file for name, file in outputs.items()})
+    write_base(
+        study,
+        files(within(on_panel, PANEL)),
+        None,
+        {name: tmp_path / file for name, file in outputs.items()},
+    )
     base = pd.read_csv(tmp_path / "s.csv").set_index(["scenario", "point"])
     summary = tables["summary"].query("layout == 1").set_index("point")
     for scenario, column in (("bare", "bare_rms_g"), ("best", "acceleration_rms_g")):

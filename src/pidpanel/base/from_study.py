@@ -4,7 +4,6 @@ import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -24,6 +23,7 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.panel.resolution import frequency_shift
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases
 from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
@@ -45,14 +45,6 @@ from pidpanel.study import Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
 from pidpanel.study.damping import COUPLED
 from pidpanel.study.scenarios import Scenario
-
-
-class BaseInputs(NamedTuple):
-    """Files of the stages upstream."""
-
-    modes: Path
-    plate: Path
-    section: Path
 
 
 def base_scenarios(study: Study) -> list[ResponseScenario]:
@@ -105,7 +97,7 @@ def limits_of(motion: BaseMotion, points: Sequence[str]) -> list[Limit]:
 
 def write_base(
     study: Study,
-    files: BaseInputs,
+    files: Files,
     damping: Path | None,
     output: Mapping[str, Path],
     coupled: Path | None = None,

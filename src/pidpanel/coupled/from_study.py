@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,6 +24,7 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.solve.supports import BaseExcitation, supported_panel, with_translation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import excitation_of, read_air, spectrum_of
@@ -31,24 +32,6 @@ from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
 from pidpanel.study import Filling, Scenario, Study, StudyError
 from pidpanel.study.damping import NEIGHBOURS_DB
-
-
-class CoupledFiles(NamedTuple):
-    """Files of the stages upstream."""
-
-    modes: Path
-    plate: Path
-    modal_force: Path | None  # None without sound
-    air: Path | None
-
-
-class CoupledTables(NamedTuple):
-    """Tables of the stage."""
-
-    summary: Path
-    third_octaves: Path
-    impedance: Path
-    psd: Path
 
 
 def _run_scenarios(study: Study) -> list[Scenario]:
@@ -127,7 +110,7 @@ def _random_motion(study: Study) -> BreakPoints:
     return replace(table, psd=STANDARD_GRAVITY**2 * table.psd)
 
 
-def read_excited_panel(study: Study, files: CoupledFiles) -> ExcitedPanel:
+def read_excited_panel(study: Study, files: Files) -> ExcitedPanel:
     """Read the files of the stages upstream."""
     keys, motion = study.damping.coupled, None if study.sound else _random_motion(study)
     span = study.response.frequency_hz
@@ -151,8 +134,6 @@ def read_excited_panel(study: Study, files: CoupledFiles) -> ExcitedPanel:
         moving = with_translation(supported.basis, supported.inertia)
         excitation = BaseExcitation.of_inertia(motion, supported.inertia)
         return ExcitedPanel(settings, moving, plate, supported.vectors, excitation, None)
-    if files.modal_force is None:
-        raise ValueError(f"{study.name}: no modal force of the sound")
     table = read_table(files.modal_force, MODAL_FORCE)
     return ExcitedPanel(
         settings,
@@ -160,12 +141,12 @@ def read_excited_panel(study: Study, files: CoupledFiles) -> ExcitedPanel:
         plate,
         plate.shapes.astype(np.float64),
         excitation_of(study.acoustics, table),
-        read_air(study, study.response.radiation, table, files.air),
+        read_air(study, study.response.radiation, table, files.get("air")),
     )
 
 
 def write_scenario(
-    study: Study, files: CoupledFiles, label: str, store: Path, folder: Path, output: Path
+    study: Study, files: Files, label: str, store: Path, folder: Path, output: Path
 ) -> None:
     """Integrate runs of a scenario until its rms accelerations are known, and write the estimate.
 
@@ -216,7 +197,7 @@ def estimated_cpu_seconds(study: Study) -> float:
     return seconds
 
 
-def write_coupled(study: Study, estimates: Sequence[Path], outputs: CoupledTables) -> None:
+def write_coupled(study: Study, estimates: Sequence[Path], outputs: Files) -> None:
     """Write the tables of all scenarios, from the estimates of `coupled_scenarios` in order."""
     scenarios = _run_scenarios(study)
     frames = [

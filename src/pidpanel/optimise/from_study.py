@@ -4,7 +4,6 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -42,6 +41,7 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import of_damper
+from pidpanel.provenance.job import Files
 from pidpanel.response.dampers import PatchDamper, PatchFilling
 from pidpanel.response.from_study import (
     PanelFiles,
@@ -64,26 +64,6 @@ LINES_PER_BANDWIDTH = 2.0  # of the search: g rms within 0.2 %
 RANK = 4  # motions of each place in the search: g rms within 0.2 %
 
 NODES = 200  # layouts whose further dampers branch and bound evaluates at most
-
-
-class ProposalInputs(NamedTuple):
-    """Files of the stages upstream."""
-
-    modes: Path
-    plate: Path
-    section: Path
-    modal_force: Path | None  # None without sound, as is the next
-    air: Path | None
-
-
-class ProposalFiles(NamedTuple):
-    """The files of the stage."""
-
-    layouts_csv: Path
-    front_csv: Path
-    summary_csv: Path
-    search_csv: Path
-    psd_csv: Path
 
 
 def section_of(study: Study) -> Optimise:
@@ -248,16 +228,14 @@ def counted_excitations(study: Study) -> list[str]:
     return [name for name in EXCITATIONS if has[name] and wanted in (None, name, "both")]
 
 
-def excited_panels(study: Study, files: ProposalInputs) -> dict[str, Excited]:
+def excited_panels(study: Study, files: Files) -> dict[str, Excited]:
     """Return the panel under each excitation that counts."""
     section = section_of(study)
     panels: dict[str, Excited] = {}
     with_strains = section.objective == "stress"
     for name in counted_excitations(study):
         if name == "sound":
-            if files.modal_force is None:
-                raise ValueError(f"{study.name}: no modal force of the sound")
-            sound = PanelFiles(files.modes, files.modal_force, files.air)
+            sound = PanelFiles(files.modes, files.modal_force, files.get("air"))
             start = read_response_panel(study, sound, study.response.radiation)
             start = replace(start, basis=_with_vertices(section, start.basis))
             panels[name] = UnderSound(start, StudySound(study), with_strains)
@@ -275,9 +253,7 @@ def _with_vertices(section: Optimise, basis: PanelBasis) -> PanelBasis:
     return with_points(basis, spread_vertices(basis.vertex_position))
 
 
-def write_proposal(
-    study: Study, files: ProposalInputs, damping: Path | None, output: ProposalFiles
-) -> None:
+def write_proposal(study: Study, files: Files, damping: Path | None, output: Files) -> None:
     """Write the proposed layouts of a study; ``damping`` is the folder of the surfaces."""
     section, places, models = section_of(study), places_of(study), models_of(study, damping)
     fillings, excited = fillings_of(study, models), excited_panels(study, files)
@@ -333,12 +309,10 @@ def _write_tables(
     front: pd.DataFrame,
     facts: pd.DataFrame,
     points: Sequence[str],
-    output: ProposalFiles,
+    output: Files,
 ) -> None:
-    proposals.psd_table(front, points).to_csv(output.psd_csv, index=False, float_format="%.5g")
-    proposals.patch_table(front).to_csv(output.layouts_csv, index=False, float_format="%.6g")
-    proposals.point_table(front, points).to_csv(
-        output.summary_csv, index=False, float_format="%.6g"
-    )
-    front.drop(columns="confirmed").to_csv(output.front_csv, index=False, float_format="%.6g")
-    facts.to_csv(output.search_csv, index=False, float_format="%.8g")
+    proposals.psd_table(front, points).to_csv(output.psd, index=False, float_format="%.5g")
+    proposals.patch_table(front).to_csv(output.layouts, index=False, float_format="%.6g")
+    proposals.point_table(front, points).to_csv(output.summary, index=False, float_format="%.6g")
+    front.drop(columns="confirmed").to_csv(output.front, index=False, float_format="%.6g")
+    facts.to_csv(output.search, index=False, float_format="%.8g")

@@ -1,14 +1,14 @@
 """Tables of a study's severity from its PSDs: the only module of the stage that reads it."""
 
 from collections.abc import Iterator
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pandas as pd
 import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.response.results import write_csv
 from pidpanel.severity.fatigue import FatigueLine
@@ -31,39 +31,15 @@ from pidpanel.study.severity import Fatigue, Strengths
 NAMES = {"reading": str, "scenario": str, "point": str}
 
 
-class SeverityFiles(NamedTuple):
-    """The files of the stage; tables have no rows where the study states no values.
-
-    ``maps_nc`` is None where the study states no strength.
-    """
-
-    oscillators_csv: Path
-    peaks_csv: Path
-    fatigue_csv: Path
-    strength_csv: Path
-    margins_csv: Path
-    maps_nc: Path | None = None
-
-
-class ResponseTables(NamedTuple):
-    """Files of the response that the stage reads."""
-
-    psd_nc: Path
-    summary_csv: Path
-    stress_nc: Path
-    stress_csv: Path
-    maps_nc: Path | None = None
-
-
-def write_severity(study: Study, files: ResponseTables, output: SeverityFiles) -> None:
+def write_severity(study: Study, files: Files, output: Files) -> None:
     """Write all tables of the stage; `StudyError` for a study without the section ``severity``."""
     severity = study.severity
     if severity is None:
         raise StudyError(f"{study.name}: severity: missing")
-    psd, stress = read_psd(files.psd_nc), read_psd(files.stress_nc)
+    psd, stress = read_psd(files.psd), read_psd(files.stress)
     summary, stress_rows = (
         pd.read_csv(path, dtype=NAMES).set_index([*NAMES, *more]).sort_index()
-        for path, more in ((files.summary_csv, []), (files.stress_csv, ["layer", "quantity"]))
+        for path, more in ((files.summary, []), (files.stress_table, ["layer", "quantity"]))
     )
     relative = summary["acceleration_rms_error_g"] / summary["acceleration_rms_g"]
     frequency = psd["frequency"].to_numpy()
@@ -100,15 +76,15 @@ def write_severity(study: Study, files: ResponseTables, output: SeverityFiles) -
             fatigue += fatigue_rows(
                 where, stress.sel(where), frequency, relative_error, line, severity.duration_s
             )
-    write_csv(output.oscillators_csv, pd.concat(oscillators))
-    write_csv(output.peaks_csv, pd.DataFrame(peaks))
-    write_csv(output.fatigue_csv, pd.DataFrame(fatigue, columns=list(FATIGUE_COLUMNS)))
-    write_csv(output.strength_csv, pd.DataFrame(strength, columns=list(STRENGTH_COLUMNS)))
-    write_csv(output.margins_csv, pd.DataFrame(margins, columns=list(MARGIN_COLUMNS)))
-    if output.maps_nc is not None and files.maps_nc is not None:
-        with xr.open_dataset(files.maps_nc, engine="scipy") as maps:
+    write_csv(output.oscillators, pd.concat(oscillators))
+    write_csv(output.peaks, pd.DataFrame(peaks))
+    write_csv(output.fatigue, pd.DataFrame(fatigue, columns=list(FATIGUE_COLUMNS)))
+    write_csv(output.strength, pd.DataFrame(strength, columns=list(STRENGTH_COLUMNS)))
+    write_csv(output.margins, pd.DataFrame(margins, columns=list(MARGIN_COLUMNS)))
+    if severity.strength is not None:
+        with xr.open_dataset(files.maps, engine="scipy") as maps:
             indices = index_maps(maps.load(), layers, core)
-        indices.assign_attrs(stamp(study)).to_netcdf(output.maps_nc, engine="scipy")
+        indices.assign_attrs(stamp(study)).to_netcdf(output.maps, engine="scipy")
 
 
 def fatigue_line(fatigue: Fatigue | None) -> FatigueLine | None:
