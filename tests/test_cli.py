@@ -14,6 +14,7 @@ import yaml
 
 from pidpanel import cli
 from pidpanel.cli import draft, snakemake
+from pidpanel.cli.new import Draft
 from pidpanel.cli.parser import COMMANDS, parser
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.panel.from_study import StudiedPanel
@@ -321,7 +322,7 @@ def test_a_new_study_has_fill_fractions_of_its_table(capsys, tmp_path, rows, fil
 @pytest.mark.parametrize("options", [{}, {"section": "solid"}, {"size": (3.0, 2.0)}])
 def test_the_mesh_of_a_new_study_shifts_no_resonance_by_a_fraction_of_its_width(tmp_path, options):
     # 0.15 ζ is 0.65 dB beside a resonance; red: SHARP = 1
-    draft.write(draft.Draft(**options), tmp_path / "a.yaml")
+    draft.write(Draft(**options), tmp_path / "a.yaml")
     study = load_study(tmp_path / "a.yaml")
     panel = StudiedPanel(study.panel)
     panel.check(study.response.frequency_hz[1])

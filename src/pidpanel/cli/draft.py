@@ -3,22 +3,20 @@
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import jinja2
 
-from pidpanel.cli import new
+from pidpanel.cli.new import Draft
 from pidpanel.columns import read_rows
-from pidpanel.constants import ATLAS
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.study import StudyError, load_study
-from pidpanel.study.atlas import DEPTH, WIDTH
 from pidpanel.study.dampers import is_massless_table
 from pidpanel.study.files import found_file
 
@@ -29,70 +27,6 @@ FILLS = (0.3, 0.5, 0.7, 0.9)  # of a response, where the spectrum goes that far 
 # times: resonances are too high by 1 %, then by 0.05 %, which is 0.2 dB beside one with ζ = 1 %.
 # Patches, whose elements follow their dampers, add about 0.4 dB.
 FINER, SHORTER, SHARP = 20, 0.8, 0.48
-
-
-@dataclass(frozen=True)
-class Draft:
-    """What is known of a study."""
-
-    title: str = ""
-    size: tuple[float, float] = (1.5, 1.0)
-    hold_downs: Sequence[tuple[float, ...]] = ()
-    supports: str = ""
-    holes: Sequence[tuple[float, ...]] = ()
-    points: Sequence[tuple[float, ...]] = ()
-    section: str = "sandwich"
-    face_mm: float = 0.3
-    core_mm: float = 20.0
-    core_grade: str = "3/16-5056-0.0007"
-    thickness_mm: float | None = None
-    mass_kg_m2: float = 4.0
-    stiffness_n_m: float = 3273.0
-    spectrum: str = new.SPECTRUM
-    oaspl: float | None = None
-    bead: str = "acrylic"
-    bead_mm: float = 2.0
-    cell_mm: float = 6.35
-    table: str = ""
-    budget_kg: float | None = None
-    shaker: str = ""
-
-    @property
-    def edges(self) -> str:
-        """Supports of the edges; free on hold-downs."""
-        return self.supports or ("free" if self.hold_downs else "simply_supported")
-
-    @property
-    def thickness(self) -> float:
-        """Of a solid or thin section [mm]."""
-        return self.thickness_mm or (5.0 if self.section == "solid" else 25.0)
-
-    @property
-    def depth_mm(self) -> float:
-        """Of the cells: that of the core, or of the panel."""
-        return self.core_mm if self.section == "sandwich" else self.thickness
-
-    @property
-    def is_simulated(self) -> bool:
-        """Whether patches are filled with particles."""
-        return not self.table and self.bead != "none"
-
-    @property
-    def is_in_atlas(self) -> bool:
-        """Whether the atlas has cells of this width and depth."""
-        sizes = {WIDTH: self.cell_mm, DEPTH: self.depth_mm}
-        return all(low <= mm / self.bead_mm <= high for (low, high), mm in sizes.items())
-
-    @property
-    def reading(self) -> str:
-        """Where the damping comes from; a search and base motion need that of single tones."""
-        if not self.table and not self.is_simulated:
-            return "paper_corrected"
-        if self.is_simulated and self.is_in_atlas:
-            return ATLAS
-        if self.budget_kg is not None:
-            return "stated"
-        return "table" if self.table else "dem" if self.shaker else "coupled"
 
 
 def write(draft: Draft, file: Path, *, force: bool = False) -> None:

@@ -6,8 +6,11 @@ Each option has a default; the study states its assumptions.
 import argparse
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
+
+from pidpanel.constants import ATLAS
 
 HELP = "Write a commented study, which is then edited."
 
@@ -22,22 +25,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, help="YAML file to write, such as wing.yaml")
     parser.add_argument("--force", action="store_true", help="overwrite an existing file")
     group = parser.add_argument_group("the study")
-    for value in INPUTS:
-        option = f"--{value.name.replace('_', '-')}"
-        group.add_argument(
-            option.removesuffix("s") if value.is_list else option,
-            dest=value.name,
-            action="append" if value.is_list else "store",
-            type=value.read,
-            choices=value.choices,
-            metavar=value.form,
-            help=f"{value.words}; repeatable" if value.is_list else value.words,
-        )
+    for value in fields(Draft):
+        is_list = value.metadata.get("action") == "append"
+        option = value.name.removesuffix("s") if is_list else value.name
+        group.add_argument(f"--{option.replace('_', '-')}", dest=value.name, **value.metadata)
 
 
 def call(args: argparse.Namespace) -> int:
     """Run the command; return its exit code."""
-    from pidpanel.cli.draft import Draft, write
+    from pidpanel.cli.draft import write
 
     values = {
         key: value
@@ -89,38 +85,88 @@ def above_zero(text: str) -> float:
     return number
 
 
-class Input(NamedTuple):
-    """A value of a draft, as an option of the command."""
-
-    name: str
-    words: str  # what it is, with its unit; a default follows in brackets
-    read: Callable[[str], Any] = str
-    form: str | None = None  # in which it is written
-    choices: Sequence[str] | None = None
-    is_list: bool = False
+def _option(default: Any, words: str, **settings: Any) -> Any:
+    """Return a value of a draft that is an option of the command; settings are argparse's."""
+    return field(default=default, metadata={"help": words, **settings})
 
 
-INPUTS = (
-    Input("title", "title of the report (default: the name of the file)"),
-    Input("size", "edges of the panel [m] (default: 1.5x1.0)", size, "AxB"),
-    Input("hold_downs", "hold-down, 2 cm in radius [m]; the edges are then free by default",
-          place, "X,Y", is_list=True),
-    Input("supports", "edges of the panel (default: simply_supported)", choices=SUPPORTS),
-    Input("section", "kind of the panel's section (default: sandwich)", choices=SECTIONS),
-    Input("face_mm", "sandwich: thickness of a face, aluminium [mm] (0.3)", above_zero),
-    Input("core_mm", "sandwich: thickness of the core [mm] (20)", above_zero),
-    Input("core_grade", "sandwich: grade of the core (3/16-5056-0.0007)"),
-    Input("thickness_mm", "solid or thin: thickness [mm] (5 or 25)", above_zero),
-    Input("mass_kg_m2", "thin: mass per area [kg/m²] (4)", above_zero),
-    Input("stiffness_n_m", "thin: bending stiffness [N m] (3273)", above_zero),
-    Input("holes", "round hole: centre and diameter [m]", hole, "X,Y,D", is_list=True),
-    Input("points", "further response point [m]", place, "X,Y", is_list=True),
-    Input("spectrum", f"CSV table of sound levels (default: {SPECTRUM})"),
-    Input("oaspl", "overall level [dB] (default: that of the table)", above_zero),
-    Input("bead", "particles; none: the paper's law (acrylic)", choices=BEADS),
-    Input("bead_mm", "diameter of the particles [mm] (2)", above_zero),
-    Input("cell_mm", "width of a honeycomb cell across flats [mm] (6.35)", above_zero),
-    Input("table", "CSV table of measured damping, instead of particles"),
-    Input("budget_kg", "search layouts of dampers within this mass [kg]", above_zero),
-    Input("shaker", "CSV table of base motion, such as gevs_qualification.csv", form="TABLE"),
-)  # fmt: skip
+def _positive(default: float | None, words: str) -> Any:
+    return _option(default, words, type=above_zero)
+
+
+def _list(words: str, read: Callable[[str], Any], form: str) -> Any:
+    return _option((), f"{words}; repeatable", type=read, metavar=form, action="append")
+
+
+@dataclass(frozen=True)
+class Draft:
+    """What is known of a study."""
+
+    title: str = _option("", "title of the report (default: the name of the file)")
+    size: tuple[float, float] = _option(
+        (1.5, 1.0), "edges of the panel [m] (default: 1.5x1.0)", type=size, metavar="AxB"
+    )
+    hold_downs: Sequence[tuple[float, ...]] = _list(
+        "hold-down, 2 cm in radius [m]; the edges are then free by default", place, "X,Y"
+    )
+    supports: str = _option("", "edges of the panel (default: simply_supported)", choices=SUPPORTS)
+    section: str = _option(
+        "sandwich", "kind of the panel's section (default: sandwich)", choices=SECTIONS
+    )
+    face_mm: float = _positive(0.3, "sandwich: thickness of a face, aluminium [mm] (0.3)")
+    core_mm: float = _positive(20.0, "sandwich: thickness of the core [mm] (20)")
+    core_grade: str = _option("3/16-5056-0.0007", "sandwich: grade of the core (3/16-5056-0.0007)")
+    thickness_mm: float | None = _positive(None, "solid or thin: thickness [mm] (5 or 25)")
+    mass_kg_m2: float = _positive(4.0, "thin: mass per area [kg/m²] (4)")
+    stiffness_n_m: float = _positive(3273.0, "thin: bending stiffness [N m] (3273)")
+    holes: Sequence[tuple[float, ...]] = _list("round hole: centre and diameter [m]", hole, "X,Y,D")
+    points: Sequence[tuple[float, ...]] = _list("further response point [m]", place, "X,Y")
+    spectrum: str = _option(SPECTRUM, f"CSV table of sound levels (default: {SPECTRUM})")
+    oaspl: float | None = _positive(None, "overall level [dB] (default: that of the table)")
+    bead: str = _option("acrylic", "particles; none: the paper's law (acrylic)", choices=BEADS)
+    bead_mm: float = _positive(2.0, "diameter of the particles [mm] (2)")
+    cell_mm: float = _positive(6.35, "width of a honeycomb cell across flats [mm] (6.35)")
+    table: str = _option("", "CSV table of measured damping, instead of particles")
+    budget_kg: float | None = _positive(None, "search layouts of dampers within this mass [kg]")
+    shaker: str = _option(
+        "", "CSV table of base motion, such as gevs_qualification.csv", metavar="TABLE"
+    )
+
+    @property
+    def edges(self) -> str:
+        """Supports of the edges; free on hold-downs."""
+        return self.supports or ("free" if self.hold_downs else "simply_supported")
+
+    @property
+    def thickness(self) -> float:
+        """Of a solid or thin section [mm]."""
+        return self.thickness_mm or (5.0 if self.section == "solid" else 25.0)
+
+    @property
+    def depth_mm(self) -> float:
+        """Of the cells: that of the core, or of the panel."""
+        return self.core_mm if self.section == "sandwich" else self.thickness
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether patches are filled with particles."""
+        return not self.table and self.bead != "none"
+
+    @property
+    def is_in_atlas(self) -> bool:
+        """Whether the atlas has cells of this width and depth."""
+        from pidpanel.study.atlas import DEPTH, WIDTH  # slow to import
+
+        sizes = {WIDTH: self.cell_mm, DEPTH: self.depth_mm}
+        return all(low <= mm / self.bead_mm <= high for (low, high), mm in sizes.items())
+
+    @property
+    def reading(self) -> str:
+        """Where the damping comes from; a search and base motion need that of single tones."""
+        if not self.table and not self.is_simulated:
+            return "paper_corrected"
+        if self.is_simulated and self.is_in_atlas:
+            return ATLAS
+        if self.budget_kg is not None:
+            return "stated"
+        return "table" if self.table else "dem" if self.shaker else "coupled"
