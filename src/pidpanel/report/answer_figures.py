@@ -203,8 +203,7 @@ def mass_figure(
         handles["± one standard error"] = Line2D([], [], color="#555555", marker="|", ms=8, ls="")
     axes.axhline(0.0, color="black", lw=0.8)
     axes.set_xlim(left=0.0, right=1.18 * max(candidate.mass for candidate in weighed))
-    axes.set_xlabel("mass of the dampers, kg")
-    axes.set_ylabel(f"reduction at point {answer.worst}, dB")
+    axes.set(xlabel="mass of the dampers, kg", ylabel=f"reduction at point {answer.worst}, dB")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3)
     separate(figure, names, drawn)
     return figure

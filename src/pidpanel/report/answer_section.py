@@ -5,18 +5,17 @@ import math
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import style
 from pidpanel.report.answer import Candidate, StudyAnswer, select_candidates
 from pidpanel.report.answer_figures import WIDTH as NARROW
 from pidpanel.report.answer_figures import group_of, mass_figure, panel_figure
 from pidpanel.report.answer_text import worst_map
-from pidpanel.report.html import Chart, Fragment, PageCurve, Picture
+from pidpanel.report.html import Chart, Fragment, Picture
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import main_level
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
-from pidpanel.report.rms import inside_of, log_error_of
+from pidpanel.report.rms import psd_curve
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, value_text
 
 POINTS_SHOWN = 4  # points with a column of their own in the first table, those of most motion
@@ -85,29 +84,16 @@ def _mapped_name(answer: StudyAnswer, label: str) -> str:
 def psd_picture_of(inputs: Inputs, answer: StudyAnswer) -> Picture:
     """Return the PSD at the worst point, bare against the best scenario with its band."""
     point, reading = answer.worst, answer.reading
-    psd = inputs.psd["acceleration_psd"].sel(reading=reading, point=point) / STANDARD_GRAVITY**2
-    frequency = inputs.psd["frequency"].to_numpy()
-    bare = answer.bare
-
-    def label(candidate: Candidate) -> str:
+    drawn = [(answer.bare, style.BARE, 0.7)]
+    drawn += [(best, style.PLACES[0], 1.8) for best in answer.candidates[:1]]
+    curves = []
+    for candidate, colour, width in drawn:
+        place = {"reading": reading, "scenario": candidate.scenario.label, "point": point}
         response = answer.response(candidate)
-        return f"{candidate.name}: {value_text(response.rms, response.rms_error)} g rms"
-
-    values = psd.sel(scenario=bare.scenario.label).to_numpy()
-    curves = [PageCurve(label(bare), values, style.BARE, width=0.7)]
-    for best in answer.candidates[:1]:
-        name = best.scenario.label
-        curves.append(
-            PageCurve(
-                label(best),
-                psd.sel(scenario=name).to_numpy(),
-                style.PLACES[0],
-                width=1.8,
-                log_error=log_error_of(inputs.psd, reading, name, point),
-                inside=inside_of(inputs.psd, reading, name),
-            )
-        )
-    chart = Chart("", frequency, PSD_UNIT, curves)
+        label = f"{candidate.name}: {value_text(response.rms, response.rms_error)} g rms"
+        has_band = candidate is not answer.bare
+        curves.append(psd_curve(inputs.psd, place, label, colour, width, has_band=has_band))
+    chart = Chart("", inputs.psd["frequency"].to_numpy(), PSD_UNIT, curves)
     return chart_picture("answer", [chart], width=NARROW, height=3.7)
 
 

@@ -113,8 +113,7 @@ def sweep_figure(
         else:
             axes.axhline(0, color="#888888", lw=0.6)
         _scale_x(axes, cases, x)
-        axes.set_xlabel(x.label)
-        axes.set_ylabel(y.label)
+        axes.set(xlabel=x.label, ylabel=y.label)
         axes.tick_params(labelbottom=True, labelleft=True)
     handles = layout.fill_handles(fills)
     if law:
@@ -187,8 +186,7 @@ def design_figure(cases: pd.DataFrame, varied: Sequence[str]) -> Figure:
         if values.min() > 0 and values.max() > 8 * values.min():
             axes.set_xscale("log")
             axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
-        axes.set_xlabel(label)
-        axes.set_ylabel(LOSS_FACTOR.label)
+        axes.set(xlabel=label, ylabel=LOSS_FACTOR.label)
     return figure
 
 
@@ -213,8 +211,7 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
         }
         left.plot(group[ACCELERATION.column], 100 * group["normal_share"], **look)
         right.plot(group[ACCELERATION.column], 100 * group["closure"], **look)
-    left.set_ylim(0, 100)
-    left.set_ylabel("normal loss, % of all losses")
+    left.set(ylim=(0, 100), ylabel="normal loss, % of all losses")
     right.set_ylabel("error of the energy balance,\n% of the work done")
     right.axhspan(-100 * CLOSURE_LIMIT, 100 * CLOSURE_LIMIT, color="#dddddd", zorder=0, lw=0)
     right.axhline(0, color="#888888", lw=0.6)
@@ -258,8 +255,7 @@ def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
                 label=f"r = {fill:g}, Γ = {acceleration:g}",
             )  # fmt: skip
         axes.set_title(f"f = {frequency:g} Hz", loc="left")
-        axes.set_xlabel(label)
-        axes.set_yscale("log")
+        axes.set(xlabel=label, yscale="log")
         axes.yaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
         axes.yaxis.set_major_formatter("{x:g}")
         axes.yaxis.set_minor_formatter(ticker.NullFormatter())

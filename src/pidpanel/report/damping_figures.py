@@ -119,8 +119,7 @@ def law_figure(surface: DampingSurface, law: Law) -> Figure:
             axes.plot(frequency, law(frequency, fill, gamma), color=colour, ls="--", lw=0.9)
             bound = 8 * surface.mass_per_fill * fill * frequency
             axes.plot(frequency, bound, color=colour, ls=":", lw=0.7)
-        axes.set_xscale("log")
-        axes.set_yscale("log")
+        axes.set(xscale="log", yscale="log")
         axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
         axes.set_title(TITLES[ACCELERATION].format(gamma), loc="left")
     low, high = surface.cases[VALUE].min(), surface.cases[VALUE].max()
@@ -166,8 +165,7 @@ def collapse_figure(
         drawn = axes.scatter(x, eta, c=colour, s=18 + 50 * points.fill_fraction, norm=norm,
                              cmap=colormap, edgecolor="black", linewidth=0.3)  # fmt: skip
         figure.colorbar(drawn, ax=axes, label=colour_label, pad=0.01)
-        axes.set_xscale("log")
-        axes.set_yscale("log")
+        axes.set(xscale="log", yscale="log")
         axes.axhline(4 / np.pi, color="black", ls=":", lw=0.9)
         axes.set_xlabel(label)
     grid[0].xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))

@@ -31,8 +31,7 @@ GREY = "#555555"  # colour of a legend's line where it stands for all colours
 
 def frequency_axis(axes: Axes, low: float, high: float) -> None:
     """Make x a logarithmic axis of frequency from ``low`` to ``high`` [Hz] with plain numbers."""
-    axes.set_xscale("log")
-    axes.set_xlim(low, high)
+    axes.set(xscale="log", xlim=(low, high))
     steps = (1, 2, 5) if high > 8 * low else (1, 1.5, 2, 3, 4, 5, 7)
     ticks = [
         decade * step
@@ -99,12 +98,9 @@ def panel_axes(axes: Axes, vertices: Array, margin: float) -> None:
     """Frame a panel with vertices (n, 2) [m] and a share of its length around it."""
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     room = margin * (high - low).max()
-    axes.set_aspect("equal")
-    axes.set_xlim(low[0] - room, high[0] + room)
-    axes.set_ylim(low[1] - room, high[1] + room)
+    x, y = np.column_stack([low - room, high + room])
+    axes.set(aspect="equal", xlim=x, ylim=y, xlabel="x, m", ylabel="y, m")
     axes.grid(False)
-    axes.set_xlabel("x, m")
-    axes.set_ylabel("y, m")
 
 
 def separate(figure: Figure, names: Sequence[Annotation], points: ArrayLike = ()) -> None:

@@ -11,7 +11,7 @@ from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Pictur
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import Scenario, layouts_of
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
-from pidpanel.report.rms import inside_of, log_error_of
+from pidpanel.report.rms import inside_of, psd_curve
 from pidpanel.report.text import READINGS
 from pidpanel.response.psd_files import is_steady
 
@@ -47,43 +47,28 @@ def _psd_picture(
     inputs: Inputs, reading: str, scenarios: Sequence[Scenario], point: str, name: str
 ) -> Picture:
     """Return PSDs of the bare panel, of layouts and of their dead weights at a point."""
-    selected = inputs.psd.sel(reading=reading, point=point)
-    psd, dead_psd = (
-        selected[f"{name}acceleration_psd"] / STANDARD_GRAVITY**2 for name in ("", "dead_weight_")
-    )
+    place = {"reading": reading, "point": point}
     bare = dict.fromkeys(s.bare.label for s in scenarios)
-    curves = [
-        PageCurve(
-            "bare panel" if len(bare) == 1 else label,
-            psd.sel(scenario=label).to_numpy(),
-            style.BARE,
-            width=0.8,
-        )
-        for label in bare
-    ]
+    curves = []
+    for label in bare:
+        name_of = "bare panel" if len(bare) == 1 else label
+        curves.append(psd_curve(inputs.psd, {**place, "scenario": label}, name_of, style.BARE, 0.8))
     labels = [layout.label for layout in layouts_of(inputs.study)]
     colours = dict(zip(labels, itertools.cycle(style.PLACES), strict=False))
     dead, treated = [], []
     for index, scenario in enumerate(scenarios):
         label, colour = scenario.label, colours[scenario.label]
-        weight = dead_psd.sel(scenario=label).to_numpy()
+        of_case = {**place, "scenario": label}
+        dead_psd = inputs.psd["dead_weight_acceleration_psd"].sel(of_case)
+        weight = dead_psd.to_numpy() / STANDARD_GRAVITY**2
         if np.isfinite(weight).all():
             dead.append(
                 PageCurve(f"{label}: dead weight", weight, style.pale(colour), "dotted", 1.0)
             )
-        treated.append(
-            PageCurve(
-                label,
-                psd.sel(scenario=label).to_numpy(),
-                colour,
-                width=nested_width(index, len(scenarios)),
-                # a band of one curve hides nothing; those of several would
-                log_error=log_error_of(inputs.psd, reading, label, point)
-                if len(scenarios) == 1
-                else None,
-                inside=inside_of(inputs.psd, reading, label),
-            )
-        )
+        width = nested_width(index, len(scenarios))
+        # a band of one curve hides nothing; those of several would
+        has_band = len(scenarios) == 1
+        treated.append(psd_curve(inputs.psd, of_case, label, colour, width, has_band=has_band))
     frequency = inputs.psd["frequency"].to_numpy()
     chart = Chart(READINGS[reading], frequency, PSD_UNIT, [*curves, *dead, *treated])
     return chart_picture(name, [chart])

@@ -12,6 +12,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 from pidpanel.report import style
 from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.layout import panel_axes
 from pidpanel.report.text import READINGS
 
 # Fields drawn: label with unit, factor from SI to that unit, colour map.
@@ -84,13 +85,9 @@ def map_figure(
             drawn.set_linewidth(0.2)
             ax.add_collection(drawn)
             ax.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
-            ax.set_aspect("equal")
-            ax.set_xlim(position[:, 0].min(), position[:, 0].max())
-            ax.set_ylim(position[:, 1].min(), position[:, 1].max())
-            ax.grid(False)
+            panel_axes(ax, position, 0.0)
+            ax.set(ylabel="y, m" if column == 0 else "", xlabel="x, m" if row == count - 1 else "")
             ax.set_title(titles[row])
-            ax.set_ylabel("y, m" if column == 0 else "")
-            ax.set_xlabel("x, m" if row == count - 1 else "")
         figure.colorbar(drawn, ax=axes[:, column].tolist(), label=label, shrink=0.8, extend="max")
     return figure
 

@@ -13,6 +13,7 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import html, style
 from pidpanel.report.front_drawing import ALTERNATIVES, front_drawing
 from pidpanel.report.inputs import ProposalResults
+from pidpanel.report.layout import panel_axes
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.templates import sentence
 from pidpanel.report.text import number, records, value_text
@@ -201,10 +202,5 @@ def layout_figure(proposal: ProposalResults, basis: PanelBasis, layout: int) -> 
     for name, (x, y) in zip(basis.point_names, basis.point_position, strict=True):
         axes.plot(x, y, "o", color="black", ms=4)
         axes.annotate(name, (x, y), xytext=(5, 12), textcoords="offset points", fontweight="bold")
-    axes.set_aspect("equal")
-    axes.autoscale_view()
-    axes.margins(0.03)
-    axes.grid(False)
-    axes.set_xlabel("x, m")
-    axes.set_ylabel("y, m")
+    panel_axes(axes, vertices, 0.03)
     return figure

@@ -7,6 +7,8 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array, Flags
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.report.html import PageCurve
 from pidpanel.solve.bands import band_rms, third_octaves
 
 
@@ -79,3 +81,20 @@ def log_error_of(psd: xr.Dataset, reading: str, scenario: str, point: str) -> Ar
     errors = psd["acceleration_psd_log_error"]
     error = errors.sel(reading=reading, scenario=scenario, point=point).to_numpy()
     return error if np.isfinite(error).all() else None
+
+
+def psd_curve(
+    psd: xr.Dataset,
+    place: Mapping[str, str],
+    label: str,
+    colour: str,
+    width: float,
+    *,
+    has_band: bool = False,
+) -> PageCurve:
+    """Return the acceleration PSD [g²/Hz] of a reading, scenario and point as a curve."""
+    values = psd["acceleration_psd"].sel(place).to_numpy() / STANDARD_GRAVITY**2
+    reading, scenario, point = (place[name] for name in ("reading", "scenario", "point"))
+    inside = inside_of(psd, reading, scenario)
+    error = log_error_of(psd, reading, scenario, point) if has_band else None
+    return PageCurve(label, values, colour, width=width, log_error=error, inside=inside)
