@@ -16,6 +16,7 @@ from pidpanel import cli
 from pidpanel.cli import draft, snakemake
 from pidpanel.cli.new import Draft
 from pidpanel.cli.parser import COMMANDS, parser
+from pidpanel.cli.workflow_process import run_snakemake
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.resolution import frequency_shift
@@ -170,6 +171,15 @@ def test_ctrl_c_while_snakemake_reads_the_workflow_leaves_no_traceback(tmp_path)
     )  # fmt: skip
     assert done.returncode == cli.INTERRUPTED
     assert "Traceback" not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(("options", "is_limited"), [((), False), (("-e", "slurm"), True)])
+def test_jobs_of_this_machine_start_at_any_rate(monkeypatch, options, is_limited):
+    # red: the limit kept; no limit for jobs of a cluster
+    called = []
+    monkeypatch.setattr("snakemake.cli.args_to_api", lambda args, _: called.append(args) or True)
+    assert run_snakemake(["-j1", *options]) == 0
+    assert (called[0].max_jobs_per_timespan is not None) is is_limited
 
 
 def test_a_command_that_was_removed_says_what_takes_its_place(capsys):

@@ -2,6 +2,10 @@
 
 Started as ``python -m pidpanel.cli.workflow_process`` with the arguments of ``snakemake``. While
 jobs run, Snakemake ends them first; that they failed then is no news.
+
+Jobs of this machine start without Snakemake's limit of their rate: with one, each job that has
+ended makes a look at the ready jobs more each second (snakemake/snakemake#3744), which takes as
+much as LIGGGHTS after a few hundred.
 """
 
 import logging
@@ -20,6 +24,21 @@ def interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
     raise KeyboardInterrupt
 
 
+def run_snakemake(arguments: list[str]) -> int:
+    """Return the exit code of ``snakemake`` with some arguments."""
+    from snakemake.cli import args_to_api, parse_args
+    from snakemake.exceptions import print_exception
+
+    try:
+        parser, parsed = parse_args(arguments)
+        if parsed.executor in (None, "local"):
+            parsed.max_jobs_per_timespan = None
+        return 0 if args_to_api(parsed, parser) else 1
+    except Exception as error:
+        print_exception(error)
+        return 1
+
+
 def main() -> None:
     """Run Snakemake; exit with its code, or with 130 after Ctrl-C."""
     # no job of a workflow that this process, or one above it, has planned
@@ -28,10 +47,8 @@ def main() -> None:
         # a process in the background ignores Ctrl-C, and so it stays
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             signal.signal(signal.SIGINT, interrupt)
-        from snakemake.cli import main as snakemake
-
         sys.argv[0] = "snakemake"
-        snakemake()
+        sys.exit(run_snakemake(sys.argv[1:]))
     except KeyboardInterrupt:
         sys.exit(130)
 
