@@ -8,7 +8,7 @@ from pidpanel.report.coupon_figures import varied_figure
 from pidpanel.report.from_study import varied_keys
 from pidpanel.report.varied_section import (
     comparison,
-    varied_findings,
+    findings,
     varied_section,
 )
 from pidpanel.study import CouponStudy
@@ -47,14 +47,14 @@ def test_the_bias_of_soft_contacts_counts_where_the_moduli_differ(varied):
 
 
 def test_the_finding_names_the_largest_change_with_its_point(varied):
-    (said,) = varied_findings(varied, ["particles.friction"])
+    (said,) = findings(varied, ["particles.friction"])
     assert said.startswith("Friction coefficient μ: from 0.1 to 0.9 C_e rises from 150 ± 20 to 450")
     assert "24 of 24 differences are beyond two standard errors" in said
 
 
 def test_what_does_not_matter_is_said_not_to(cases):
     twice = pd.concat([cases.assign(deck="a"), cases.assign(deck="b")], ignore_index=True)
-    (said,) = varied_findings(twice, ["deck"])
+    (said,) = findings(twice, ["deck"])
     assert said == "Deck: no difference in C_e exceeds two standard errors (12 differences)."
 
 

@@ -9,7 +9,8 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, is_gain
 from pidpanel.report.inputs import Inputs
-from pidpanel.report.text import common_decimals, number, value_text, with_error
+from pidpanel.report.templates import sentence
+from pidpanel.report.text import common_decimals, number, value_text
 from pidpanel.response.trust import KNOWN_TO, NO_ERROR
 
 NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
@@ -17,57 +18,37 @@ NOTHING_MOVES = "All response points lie on supports and do not move, so there i
 
 def headline(answer: StudyAnswer) -> str:
     """Return the result in a sentence or two: what, how heavy, from where to where, how sure."""
-    return _result(answer) + _untrusted(answer)
-
-
-def _untrusted(answer: StudyAnswer) -> str:
-    """Say why the result is not to be trusted, where none of its numbers is."""
-    candidates = answer.best or (answer.bare,)
+    shown = answer.best or (answer.bare,)
     # errors stand beside the numbers
-    doubts = [[d for d in c.doubts if not d.startswith((NO_ERROR, KNOWN_TO))] for c in candidates]
-    return f" Caution: {', '.join(doubts[0])}." if all(doubts) else ""
+    doubts = [[d for d in c.doubts if not d.startswith((NO_ERROR, KNOWN_TO))] for c in shown]
+    values = {
+        "answer": answer,
+        "bare": answer.bare.responses[answer.worst].rms,
+        "best": "",
+        "doubts": doubts[0] if all(doubts) else [],
+    }
+    if answer.candidates:
+        responses = [answer.response(candidate) for candidate in answer.best]
+        others = answer.candidates[1:2]
+        values |= {
+            "best": f"{list_scenarios(answer.best, answer.candidates)}{_mass(answer.best)}",
+            "rms": _range(responses),
+            "change": _decibels(responses),
+            "is_gain": any(map(is_gain, responses)),
+            "next": others
+            and f"{list_scenarios(others, answer.candidates)}{_mass(others)}, "
+            f"{_decibels([answer.response(others[0])])}",
+            "highest": _new_worst_point(answer, answer.best[0]),
+        }
+    return sentence("headline.html", values)
 
 
-def _result(answer: StudyAnswer) -> str:
-    bare = answer.bare.responses[answer.worst].rms
-    if not answer.candidates:
-        text = f"Bare panel: {number(bare)} g rms ({number(3 * bare)} g at 3σ) at point "
-        text += f"{answer.worst}, the worst response point, under {round(answer.oaspl, 1):g} dB."
-        if answer.lost:
-            text += " No damper of the study gives a steady response."
-        return text
-    best = answer.best
-    responses = [answer.response(c) for c in best]
-    change = f"{number(bare)} → {_range(responses)} g rms at point "
-    change += f"{answer.worst}, the worst response point ({_decibels(responses)})"
-    result = f"{list_scenarios(best, answer.candidates)}{_mass(best)}: {change}"
-    if not answer.has_errors:
-        return f"{result}. The damping has no stated error, so scenarios are not ranked."
-    gains = [is_gain(response) for response in responses]
-    if not any(gains):
-        return f"{result}: no reduction beyond its error."
-    if len(best) > 1:
-        result += "; the difference is within the uncertainty"
-    elif len(answer.candidates) > 1:
-        second = answer.candidates[1]
-        result += f". Next is {list_scenarios([second], answer.candidates)}{_mass([second])}, "
-        result += _decibels([answer.response(second)])
-    return f"{result}.{_new_worst_point(answer, best[0])}"
-
-
-def _new_worst_point(answer: StudyAnswer, candidate: Candidate) -> str:
-    """Say which point moves most with a damper, where it is another one, beyond errors."""
-    point = max(candidate.responses, key=lambda point: candidate.responses[point].rms)
-    if point == answer.worst:
-        return ""
-    high, response = candidate.responses[point], answer.response(candidate)
+def _new_worst_point(answer: StudyAnswer, candidate: Candidate) -> tuple[str, float, float] | None:
+    """Return the point that moves most with a damper, where it is another one, beyond errors."""
+    point, high = max(candidate.responses.items(), key=lambda item: item[1].rms)
+    response = answer.response(candidate)
     error = math.hypot(high.rms_error, response.rms_error)
-    if not high.rms - response.rms > 2 * error:
-        return ""
-    return (
-        f" The worst response point is then {point}, with "
-        f"{with_error(high.rms, high.rms_error)} g rms."
-    )
+    return (point, high.rms, high.rms_error) if high.rms - response.rms > 2 * error else None
 
 
 def _range(responses: Sequence[PointResponse]) -> str:

@@ -12,7 +12,7 @@ from pidpanel.report.films import film_picture
 from pidpanel.report.html import CAVEATS, Block, Fragment, Page, Picture
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.measured_section import measured_section
-from pidpanel.report.varied_section import varied_findings, varied_section
+from pidpanel.report.varied_section import findings, varied_section
 from pidpanel.report.warnings import coupon_warnings
 
 
@@ -28,7 +28,7 @@ def coupon_page(
     lost = coupon.cases[~coupon.cases["status"].isin(COUNTED)]
     keys = coupon.varied
     one_by_one = [] if coupon.is_design else keys
-    findings = varied_findings(good, one_by_one) or [coupon_section.coupon_finding(good)]
+    results = findings(good, one_by_one)
     varied = varied_section(good, one_by_one) if one_by_one else None
     values: dict[str, Any] = {"design": None, "map": None}
     if coupon.is_design:
@@ -49,12 +49,12 @@ def coupon_page(
         sections.append(coupon_section.losses_section(good))
     return Page(
         title=title,
-        answer=findings[0],
+        answer=results[0],
         first=first,
         caveats=warnings[:CAVEATS],
         facts=[("Coupon", cases_text(coupon.cases)), ("Software", software_text(stamp, dem=True))],
         assumptions=assumptions,
-        summary=findings[1:],
+        summary=results[1:],
         warnings=[
             *warnings[CAVEATS:],
             *(f"{row['case']}: {row['status']}: {row['message']}" for _, row in lost.iterrows()),

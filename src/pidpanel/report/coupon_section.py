@@ -21,7 +21,7 @@ from pidpanel.report.facts import cases_text
 from pidpanel.report.films import film_picture
 from pidpanel.report.html import Fragment, PageSection, Picture
 from pidpanel.report.inputs import CouponResults
-from pidpanel.report.text import counted, number, percent, records, value_text
+from pidpanel.report.text import counted, number, percent, records
 
 # C_e [N s/m³] of frequency [Hz], shape ``(n,)``, and fill fraction.
 Law = Callable[[Array, float], Array]
@@ -106,23 +106,4 @@ def coupon_text(results: CouponResults) -> str:
         f"{results.words}. Reached: {percent(relative.median(), 1)} in the median, "
         f"{percent(relative.max(), 1)} at most, in {len(good)} of "
         f"{counted(len(results.cases), 'case')}."
-    )
-
-
-def coupon_finding(cases: pd.DataFrame) -> str:
-    """Return the range of C_e and where the particles dissipate most, with errors."""
-    if not len(cases):
-        return "No case is ok, so there is no result for this coupon."
-    peak = cases.iloc[int(cases["loss_factor"].to_numpy().argmax())]
-    low, high = cases["equivalent_damping_n_s_m3"].min(), cases["equivalent_damping_n_s_m3"].max()
-    span = (
-        f"{number(low)} to {number(high)} N s/m³"
-        if len(cases) > 1
-        else value_text(low, float(cases["equivalent_damping_error_n_s_m3"].iloc[0])) + " N s/m³"
-    )
-    return (
-        f"C_e is {span}; the largest loss factor is "
-        f"{value_text(peak['loss_factor'], peak['loss_factor_error'])} (the bound of an inelastic "
-        f"bed is 1.27), at r = {peak['fill_fraction']:g}, {peak['frequency_hz']:g} Hz, "
-        f"Γ = {peak['acceleration_g']:.4g}."
     )

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +11,8 @@ from pidpanel.report import style
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
 from pidpanel.report.html import Fragment, Picture
-from pidpanel.report.text import capitalised, counted, records, value_text
+from pidpanel.report.templates import lines
+from pidpanel.report.text import records, value_text
 
 # Names of varied keys with units; any other key is shown as it is written.
 LABELS = {
@@ -63,32 +65,23 @@ def varied_rows(cases: pd.DataFrame, key: str, keys: Sequence[str]) -> list[list
     return rows
 
 
-def varied_findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
-    """Return the main results, one sentence for each key."""
-    sentences = []
+def findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:
+    """Return the main results: a sentence for each key, or the range of C_e and the peak of η."""
+    values: dict[str, Any] = {"findings": [], "peak": None, "count": len(cases)}
     for key in keys:
         changes = comparison(cases, key)
         if changes.empty:
             continue
-        largest = changes.iloc[int(np.log(changes["ratio"]).abs().argmax())]
+        largest = dict(changes.iloc[int(np.log(changes["ratio"]).abs().argmax())])
         far = int((changes["deviation"].abs() > SIGNIFICANCE).sum())
-        if not far:
-            sentences.append(
-                f"{capitalised(_name(key))}: no difference in C_e exceeds two standard errors "
-                f"({counted(len(changes), 'difference')})."
-            )
-            continue
-        first = value_text(largest["first"], largest["first_error"])
-        last = value_text(largest["last"], largest["last_error"])
-        verb = "falls" if largest["ratio"] < 1 else "rises"
-        sentences.append(
-            f"{capitalised(_name(key))}: from {_text(largest['from'])} to {_text(largest['to'])} "
-            f"C_e {verb} from {first} to {last} N s/m³ at r = {largest['fill_fraction']:g}, "
-            f"{largest['frequency_hz']:g} Hz, Γ = {largest['acceleration_g']:g}, the largest "
-            f"change. {far} of {counted(len(changes), 'difference')} {'is' if far < 2 else 'are'} "
-            "beyond two standard errors (one in twenty by chance)."
-        )
-    return sentences
+        ends = {name: _text(largest[name]) for name in ("from", "to")}
+        about = {"name": _name(key), "far": far, "count": len(changes)}
+        values["findings"].append({**largest, **ends, **about})
+    if len(cases):
+        values["peak"] = cases.iloc[int(cases["loss_factor"].to_numpy().argmax())]
+        values |= {"low": cases[VALUE].min(), "high": cases[VALUE].max()}
+        values["error"] = float(cases[ERROR].iloc[0])
+    return lines("coupon_findings.html", values)
 
 
 def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
