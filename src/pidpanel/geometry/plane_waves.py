@@ -88,6 +88,10 @@ def condensed(
         for count, (node, _), (whole_node, whole_weight) in zip(boxes, local, whole, strict=True)
     ]
     place = np.minimum(((position - low) / step).astype(int), boxes - 1)
+    box = place @ [boxes[1], 1]
+    members = np.split(
+        np.argsort(box, kind="stable"), np.cumsum(np.bincount(box, minlength=boxes.prod()))[:-1]
+    )
     inside = 2 * ((position - low) / step - place) - 1
     along_x, along_y = (
         lagrange(inside[:, axis], *local[axis]) for axis in range(2)
@@ -99,9 +103,9 @@ def condensed(
     for column in range(boxes[0]):
         strip = np.zeros((along_x.shape[1], n_y, count))
         for row in range(boxes[1]):
-            members = np.flatnonzero((place == (column, row)).all(axis=1))
-            if members.size:
-                strip += _gathered(members, along_x, along_y, load, spread[1][row])
+            inside_box = members[column * boxes[1] + row]
+            if inside_box.size:
+                strip += _gathered(inside_box, along_x, along_y, load, spread[1][row])
         total += spread[0][column].T @ strip.reshape(len(strip), -1)
 
     x, y = (

@@ -147,8 +147,7 @@ def bare_panels(
             patch, width = slice(start, stop), stop - start
             patch_psd[index][lines, :width] = level * psd(patch, patch)
             patch_psd[index][lines, width:] = level * psd(at_points, patch)
-            receptance[index][lines, :width] = moved.receptance(patch, patch)
-            receptance[index][lines, width:] = moved.receptance(at_points, patch)
+            receptance[index][lines] = moved.receptance(np.r_[patch, at_points], patch)
     return [
         BarePanel(
             frequency=frequency,

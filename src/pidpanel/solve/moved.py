@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.solve.model import ResponseError
 
 Matrices = Array | Complexes
@@ -43,7 +43,7 @@ class MovedPanel(ABC):
         """Return Z₀⁻¹ W, (nf, n, nw)."""
 
     @abstractmethod
-    def receptance(self, rows: slice, columns: slice) -> Complexes:
+    def receptance(self, rows: Index, columns: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns, (nf, n_seen, n_pulled)."""
 
     @abstractmethod
@@ -72,7 +72,7 @@ class InVacuum(MovedPanel):
         """Return Z₀⁻¹ W."""
         return self._transfer * self.observed
 
-    def receptance(self, rows: slice, columns: slice) -> Complexes:
+    def receptance(self, rows: Index, columns: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns."""
         return _seen_by(self.observed[:, rows], self._transfer * self.observed[:, columns])
 
@@ -82,7 +82,7 @@ class InVacuum(MovedPanel):
 
 
 class ShapesInVacuum(InVacuum):
-    """The shapes themselves are the first n motions W."""
+    """The shapes themselves are the first n motions W, and the last among rows."""
 
     def psd(self, force: MatrixInput, frequency: Array, lines: slice) -> Psd:
         """Return the PSDs of the motions under G."""
@@ -98,11 +98,11 @@ class ShapesInVacuum(InVacuum):
 
         return between_motions
 
-    def receptance(self, rows: slice, columns: slice) -> Complexes:
+    def receptance(self, rows: Index, columns: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns."""
-        if rows.start == 0:
-            return self._transfer * self.observed[:, columns]
-        return super().receptance(rows, columns)
+        motion, n = self._transfer * self.observed[:, columns], len(self.observed)
+        of_patches = _seen_by(self.observed[:, rows[rows >= n]], motion)
+        return np.concatenate([of_patches, motion[:, rows[rows < n]]], axis=1)
 
 
 class InAir(MovedPanel):
@@ -116,7 +116,7 @@ class InAir(MovedPanel):
         """Return Z₀⁻¹ W."""
         return self._motion
 
-    def receptance(self, rows: slice, columns: slice) -> Complexes:
+    def receptance(self, rows: Index, columns: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns."""
         return _seen_by(self.observed[:, rows], self._motion[:, :, columns])
 
