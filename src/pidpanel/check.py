@@ -6,16 +6,10 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-import jinja2
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.columns import ColumnsError
-from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts import deck
-from pidpanel.coupon.liggghts.failures import DeckRefused, SolverMissing
-from pidpanel.coupon.liggghts.process import check_installed
-from pidpanel.coupon.liggghts.trust import check_trust
 from pidpanel.geometry.polygon import overlap, signed_area
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
@@ -84,6 +78,9 @@ def check_machine(study: CouponStudy, results: Path) -> None:
     StudyError
     """
     if study.coupons or study.is_coupled:
+        from pidpanel.coupon.liggghts.failures import SolverMissing
+        from pidpanel.coupon.liggghts.process import check_installed
+
         try:
             check_installed()
         except SolverMissing as error:
@@ -102,6 +99,14 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
     way = ("coupon",) if coupon is study.coupon else ("dampers", name, "coupon")
     if coupon.deck is None and "deck" not in coupon.vary:
         return
+    # 0.1 s of imports that other studies do not need
+    import jinja2
+
+    from pidpanel.coupon.from_study import cases_of
+    from pidpanel.coupon.liggghts import deck
+    from pidpanel.coupon.liggghts.failures import DeckRefused
+    from pidpanel.coupon.liggghts.trust import check_trust
+
     for case in cases_of(coupon):
         path = case.point.deck
         if path is None:

@@ -9,15 +9,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidpanel.coupon.cases import Case
-from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
-from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.study import CouponStudy, Filling, Study
 from pidpanel.study.base_motion import BaseMotion
 
-if TYPE_CHECKING:  # slow to import, and a study of the coupon alone needs none of it
+if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone needs half of it
     from pidpanel.arrays import Array
+    from pidpanel.coupon.cases import Case
     from pidpanel.panel.mesh import PanelMesh
     from pidpanel.study.panel import Panel
 
@@ -56,6 +54,8 @@ def _of_runs(study: CouponStudy, results: Path) -> Iterator[str]:
     cases, folder = all_cases(study), results / "coupon"
     left = [case for case in cases if not all(p.exists() for p in case.outcomes(folder))]
     if left:
+        from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
+
         time = _duration(PLAN + cpu_seconds(left, USUAL_COSTS, folder))
         yield f"{len(left)} of {len(cases)} coupon cases {time}"
     if isinstance(study, Study) and study.is_coupled:
@@ -283,6 +283,10 @@ def _of_base(base: BaseMotion) -> Iterator[str]:
 
 def all_cases(study: CouponStudy) -> list[Case]:
     """Return every case of all coupons of a study once."""
+    if not study.coupons:
+        return []
+    from pidpanel.coupon.from_study import distinct_cases
+
     return [case for cases in distinct_cases(study).values() for case in cases]
 
 

@@ -7,6 +7,7 @@ the other made. Of Snakemake's own records none is written.
 """
 
 import contextlib
+import gc
 import importlib
 import os
 import signal
@@ -118,6 +119,7 @@ class _Calls:
             durable.discard(Path(file))
         sys.stdout.flush()
         sys.stderr.flush()
+        gc.freeze()  # what is imported is no garbage: the job need not look for any there
         # Ctrl-C would be lost in what Python calls around a fork
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
