@@ -98,7 +98,7 @@ def psd_picture_of(inputs: Inputs, answer: StudyAnswer) -> Picture:
 
 
 def mass_picture(
-    answer: StudyAnswer, weighed: Sequence[Candidate], patches: Sequence[str] = ()
+    answer: StudyAnswer, weighed: Sequence[Candidate], patches: Sequence[str]
 ) -> Picture:
     """Return the reduction at the worst point against the mass of the dampers."""
     # what is no patch alone takes the colours that are left

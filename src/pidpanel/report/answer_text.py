@@ -18,9 +18,9 @@ NOTHING_MOVES = "All response points lie on supports and do not move, so there i
 
 def headline(answer: StudyAnswer) -> str:
     """Return the result in a sentence or two: what, how heavy, from where to where, how sure."""
-    shown = answer.best or (answer.bare,)
+    weighed = answer.best or (answer.bare,)
     # errors stand beside the numbers
-    doubts = [[d for d in c.doubts if not d.startswith((NO_ERROR, KNOWN_TO))] for c in shown]
+    doubts = [[d for d in c.doubts if not d.startswith((NO_ERROR, KNOWN_TO))] for c in weighed]
     values = {
         "answer": answer,
         "bare": answer.bare.responses[answer.worst].rms,
@@ -29,15 +29,15 @@ def headline(answer: StudyAnswer) -> str:
     }
     if answer.candidates:
         responses = [answer.response(candidate) for candidate in answer.best]
-        others = answer.candidates[1:2]
+        runners_up = answer.candidates[1:2]
         values |= {
             "best": f"{list_scenarios(answer.best, answer.candidates)}{_mass(answer.best)}",
             "rms": _range(responses),
             "change": _decibels(responses),
             "is_gain": any(map(is_gain, responses)),
-            "next": others
-            and f"{list_scenarios(others, answer.candidates)}{_mass(others)}, "
-            f"{_decibels([answer.response(others[0])])}",
+            "next": runners_up
+            and f"{list_scenarios(runners_up, answer.candidates)}{_mass(runners_up)}, "
+            f"{_decibels([answer.response(runners_up[0])])}",
             "highest": _new_worst_point(answer, answer.best[0]),
         }
     return sentence("headline.html", values)

@@ -77,7 +77,7 @@ def _intervals(constants: pd.DataFrame, names: Iterable[str]) -> dict[str, str]:
     return {name: _interval(constants, name, exponent=name.startswith("ln_")) for name in names}
 
 
-def _interval(constants: pd.DataFrame, constant: str, *, exponent: bool = False) -> str:
+def _interval(constants: pd.DataFrame, constant: str, *, exponent: bool) -> str:
     """Return a constant, or e to it, with its interval: value [low, high]."""
     numbers = [float(constants[name][constant]) for name in ("value", "low", "high")]
     if exponent:

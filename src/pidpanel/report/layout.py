@@ -45,19 +45,15 @@ def frequency_axis(axes: Axes, low: float, high: float) -> None:
     axes.set_xlabel("frequency, Hz")
 
 
-def draw_curve(
-    axes: Axes, x: Array, curve: PageCurve, order: float | None = None, width: float = 0.9
-) -> None:
+def draw_curve(axes: Axes, x: Array, curve: PageCurve) -> None:
     """Draw a curve with its band, solid within the range of its data and dashed outside.
 
-    By default the bare panel lies over all others: it is the measure of them.
+    The bare panel lies over all others: it is the measure of them.
     """
-    if order is None:
-        order = 3.0 if curve.colour == style.BARE else 2.0
     look: dict[str, Any] = {
         "color": curve.colour,
-        "lw": curve.width or width,
-        "zorder": order,
+        "lw": curve.width or 0.9,
+        "zorder": 3.0 if curve.colour == style.BARE else 2.0,
         "label": curve.label,
     }
     if curve.log_error is not None:

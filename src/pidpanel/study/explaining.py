@@ -94,6 +94,6 @@ def _mistake_at(keys: Keys, item: ErrorDetails, model: type[BaseModel]) -> Mista
         missing = "missing; " if kind == "union_tag_not_found" else ""
         return Mistake((*keys, "kind"), f"{missing}must be {', '.join(kinds)} or {last}")
     if kind == "missing" and isinstance(item["loc"][-1], int):
-        least, count = item["loc"][-1] + 1, len(item["input"])
-        return Mistake(keys, f"must have at least {least} values, not {count}")
+        length, count = item["loc"][-1] + 1, len(item["input"])
+        return Mistake(keys, f"must have at least {length} values, not {count}")
     return Mistake(keys, in_words(item))

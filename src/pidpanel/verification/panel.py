@@ -66,21 +66,21 @@ PUBLISHED = yaml.safe_load((DATA / "reference" / "panels.yaml").read_text(encodi
 
 
 def frequency_rows(name: str, folder: Path) -> list[Row]:
-    """Return the lowest frequencies of a panel with the known ones."""
-    plate, known = PLATES[name](folder / "verification.msh"), PUBLISHED[name]
-    reference = np.array(known["reference"])
-    if known.get("is_angular", False):
+    """Return the lowest frequencies of a panel with the published ones."""
+    plate, published = PLATES[name](folder / "verification.msh"), PUBLISHED[name]
+    reference = np.array(published["reference"])
+    if published.get("is_angular", False):
         reference = 1 / (2 * np.pi) * reference
     frequency, _ = normal_modes(plate, 1.02 * float(reference[-1]))
     rigid = np.sum(frequency == 0)
-    case, element = known["name"], known["element"]
+    case, element = published["name"], published["element"]
     method = f"{element}, {plate.stiffness.shape[0]} coordinates"
-    elastic = Comparison(case, "Hz", known["tolerance"], method, known["source"])
+    elastic = Comparison(case, "Hz", published["tolerance"], method, published["source"])
     statics = Comparison(case, "1", 0.0, element, "statics")
     pairs = enumerate(zip(frequency[rigid:], reference, strict=False), 1)
     return [
         *(elastic.row(f"frequency of mode {mode}", *pair, mode) for mode, pair in pairs),
-        statics.row("number of rigid-body modes", rigid, known.get("rigid", 0)),
+        statics.row("number of rigid-body modes", rigid, published.get("rigid", 0)),
     ]
 
 

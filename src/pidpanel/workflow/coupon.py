@@ -155,11 +155,11 @@ class CouponRuns:
         """Return the time of a job on a cluster [min], longer where it was not enough."""
         return int(attempt * (5 + min(self.job_seconds, 2 * cost) / 60))
 
-    def memory_of_batch(self, label: str, attempt: int = 1) -> int:
+    def memory_of_batch(self, label: str, attempt: int) -> int:
         """Return the memory of a job that shakes a batch [MB]."""
         return attempt * _memory(case.point for case in self.batches[label].cases)
 
-    def memory_of_case(self, label: str, attempt: int = 1) -> int:
+    def memory_of_case(self, label: str, attempt: int) -> int:
         """Return the memory of a job that shakes runs of a case [MB]."""
         return attempt * _memory([self._cases[label].point])
 
