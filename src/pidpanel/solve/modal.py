@@ -195,8 +195,9 @@ def patch_motions_in_vacuum(
         force = matrices_at(modal_force, frequency, lines, n)
         for line, H, G in zip(range(lines.start, lines.stop), transfer, cycle(force)):
             # tr(D H G Hᴴ), of the real part alone since D is real and symmetric
-            psd = np.outer(H, H.conj()) * G
-            mean[line] = spectrum[line] * (weight @ psd.real.ravel())
+            parts = H.view(np.float64).reshape(n, 2)  # Re H Hᴴ is their product
+            psd = (np.outer(H, H.conj()) * G).real if np.iscomplexobj(G) else parts @ parts.T * G
+            mean[line] = spectrum[line] * (weight @ psd.ravel())
     return mean
 
 
