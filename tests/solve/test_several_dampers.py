@@ -398,7 +398,7 @@ def test_every_cell_with_a_motion_of_its_own(panel):
 
 
 def test_layouts_together_are_those_alone(panel, places):
-    # red: self.carrier(key) → self.carrier(keys[0]) in `_on_lines`
+    # red: zip(low_rank, → zip(low_rank[::-1], in `_on_lines`
     frequency = np.geomspace(30.0, 1500.0, 300)  # ten chunks of lines
     patches = patches_at(panel, places)
     layouts = [
