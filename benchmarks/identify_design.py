@@ -4,7 +4,8 @@
 
 A laboratory has one cell, one fill fraction and particles whose e and μ it does not know, and
 measures `STROKES` tones. Points are those of a Sobol sequence; a laboratory stays whole only if
-all of its tones can be simulated in a few seconds.
+all of its tones can be simulated in a few seconds. Some with gravity along the motion measure
+`ROUNDS` times as many.
 """
 
 import csv
@@ -16,7 +17,8 @@ from scipy.stats import qmc
 from pidpanel.atlas.groups import Bead, Groups
 from pidpanel.coupon.design import cell_count, exclusion, full_cell, row_of, steps_per_cycle
 
-LABORATORIES = 50
+LABORATORIES, OF_FOUR_TONES = 100, 50  # all, and the first ones, which have no further rounds
+ROUNDS = 3
 # e, ln μ, r, ln of width and depth over the diameter, and whether gravity is across the motion
 LOW = np.array([0.4, np.log(0.08), 0.2, np.log(2.5), np.log(5.0), -0.75])
 HIGH = np.array([0.93, np.log(0.7), 0.9, np.log(6.0), np.log(20.0), 0.25])
@@ -28,7 +30,7 @@ MOST_WORK = 8e6  # steps of all particles in twelve cycles
 
 
 def laboratory(point: np.ndarray) -> list[Groups]:
-    """Return the tones of one point of the sequence."""
+    """Return a round of tones of a point (6 + 2 strokes,) of the unit cube."""
     restitution, friction, fill, width, depth, across = LOW + point[:6] * (HIGH - LOW)
     tones = []
     for (low, high), stroke, gamma in zip(STROKES, point[6::2], point[7::2], strict=True):
@@ -55,15 +57,29 @@ def is_quick(groups: Groups, bead: Bead) -> bool:
     return full <= LARGEST_CELL and work <= MOST_WORK and not exclusion(groups, bead)
 
 
+def further_tones(point: np.ndarray, bead: Bead, rng: np.random.Generator) -> list[Groups]:
+    """Return the further rounds of the laboratory of a point."""
+    tones: list[Groups] = []
+    while len(tones) < (ROUNDS - 1) * len(STROKES):
+        drawn = np.concatenate([point[:6], rng.random(2 * len(STROKES))])
+        further = laboratory(drawn)
+        tones += further if all(is_quick(groups, bead) for groups in further) else []
+    return tones
+
+
 def main() -> None:
     """Write the table of cases."""
-    bead, rows, count = Bead(), [], 0
+    bead, rows, further, count = Bead(), [], [], 0
+    rng = np.random.default_rng(8)
     sequence = qmc.Sobol(d=6 + 2 * len(STROKES), scramble=True, rng=7)
     for point in sequence.random(1024):
         tones = laboratory(point)
         if count < LABORATORIES and all(is_quick(groups, bead) for groups in tones):
             rows += [row_of(groups, bead) for groups in tones]
             count += 1
+            if count > OF_FOUR_TONES and tones[0].direction == "flat":
+                further += further_tones(point, bead, rng)
+    rows += [row_of(groups, bead) for groups in further]
     writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)

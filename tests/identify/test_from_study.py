@@ -74,6 +74,17 @@ def test_the_command_prints_and_writes_the_particles(identified):
     assert f"{', '.join(lines[:3])}. {lines[3]}" in page  # red: lines without a comma
 
 
+def test_a_damper_on_its_side_is_said_to_tell_less_of_e(tmp_path, capsys, identified):
+    # red: the sentence in every answer, or in none
+    file = write_measurement(tmp_path)
+    across = "  gravity_direction: [1, 0, 0]\n"
+    file.write_text(STUDY + across + MEASURED)
+    assert main(["identify", str(file), "-d", str(tmp_path)]) == 0
+    says = "Gravity lies across the motion"
+    assert says in capsys.readouterr().out
+    assert not any(says in line for line in identified[1])
+
+
 def test_the_identified_particles_are_a_damper_of_a_study(identified, tmp_path):
     # red: keys of the coupon with their defaults, of which a damper may not have some
     folder, _ = identified

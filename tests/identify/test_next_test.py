@@ -54,7 +54,10 @@ def expected(posterior):
 def test_the_proposed_tone_narrows_more_than_others(posterior, expected):
     # red: the prediction without what was measured; noise left out; argmin
     assert (expected.information > -1e-9).all()
-    assert (expected.restitution_error <= posterior.estimate(0).error * 1.1).all()
+    errors = expected.restitution_error, expected.friction_error
+    for axis, after in enumerate(errors):  # red: errors of the drawn particles
+        before = posterior.estimate(axis).error
+        assert (after <= before * (1 + 1e-9)).all() and after.min() < 0.95 * before
     best, *others = (
         area(identify(ATLAS, SPECIMEN, measured(*FIRST, tone_of(FURTHER, i)), KNOWN, RANGES))
         for i in (expected.best, *range(0, len(FURTHER.frequency), 8))

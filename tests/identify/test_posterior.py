@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import inv, sqrtm
+from scipy.stats import t as student
 
 from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.identify.posterior import (
@@ -69,6 +71,34 @@ def test_a_fill_fraction_that_is_not_known_is_found():
     assert known.estimate(2).mean == pytest.approx(0.5, abs=0.02)
     assert known.estimate(2).error <= 0.0101 < free.estimate(2).error
     assert free.estimate(2).low < 0.5 < free.estimate(2).high
+
+
+def test_weights_are_those_of_students_t_of_each_value():
+    # red: one outlier for all values; whitened by Σ in place of its correlations; σ left out
+    measured, axes = drawn(4, factor=1.3), (np.array([0.5, 0.6]), np.log([0.2, 0.3]), np.r_[0.5])
+    posterior = posterior_on(ATLAS, SPECIMEN, measured, EXACT, axes)
+    predicted = predict(ATLAS, SPECIMEN, posterior.particles, TONES)
+    expected, chi_square = [], []
+    for mean, covariance, scale in zip(*predicted, strict=True):
+        sigma = covariance * np.outer(scale, scale) + np.diag(measured.errors**2)
+        sd = np.sqrt(np.diag(sigma))
+        correlation = sigma / np.outer(sd, sd)
+        z = inv(sqrtm(correlation)) @ ((measured.values - mean) / sd)
+        density = student.pdf(z, 5).prod() / sd.prod() / np.sqrt(np.linalg.det(correlation))
+        expected.append(density)
+        chi_square.append(z @ z)
+    expected = np.array(expected) / np.sum(expected)
+    np.testing.assert_allclose(posterior.weights.ravel(), expected, rtol=1e-8)
+    np.testing.assert_allclose(posterior.chi_square.ravel(), chi_square, rtol=1e-8)
+
+
+def test_the_probability_is_that_of_students_t():
+    # with one value more than parameters, that of |t| > √χ²
+    # red: the sum in place of the mean; > for <
+    posterior = normal(0.6, 0.04)
+    alone = replace(posterior, count=4, chi_square=np.full(posterior.weights.shape, 6.6))
+    assert alone.probability == pytest.approx(2 * student.sf(np.sqrt(6.6), 5), abs=0.005)
+    assert replace(alone, count=40).probability > 0.99
 
 
 def test_damping_that_no_particles_have_is_not_explained():

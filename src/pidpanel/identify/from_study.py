@@ -46,6 +46,11 @@ class IdentificationResult:
     further: NextTones
 
     @property
+    def is_upright(self) -> bool:
+        """Whether gravity lies across the motion."""
+        return direction_of(self.identification.coupon) == "upright"
+
+    @property
     def outside(self) -> int:
         """Number of tones outside the atlas."""
         return int((~self.predictions["inside"]).sum())

@@ -92,7 +92,8 @@ def next_tones(
     spread += covariance.mean(axis=0) + np.diag(noise**2)
     remaining = prior - cross @ np.linalg.solve(spread, cross.swapaxes(1, 2))
     fall = np.linalg.det(prior) / np.maximum(np.linalg.det(remaining), 1e-300)
-    errors = np.sqrt(np.maximum(np.diagonal(remaining, axis1=1, axis2=2), 0.0))
+    share = np.maximum(np.diagonal(remaining, axis1=1, axis2=2) / np.diag(prior), 0.0)
+    errors = np.sqrt(share) * [posterior.estimate(axis).error for axis in range(2)]
     information = 0.5 * np.log(fall)
     return NextTones(
         further.frequency, further.acceleration_g, errors[:, 0], errors[:, 1], information

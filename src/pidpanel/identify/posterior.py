@@ -3,10 +3,11 @@
 With y the measured ln C_e and m_a, p(θ) and S(θ) the prediction of the atlas for θ = (e, ln μ, r)
 with its covariance, and N the errors of the measurement,
 
-    ln L(θ) = −½ (ν + n) ln(1 + χ²/ν) − ½ ln det Σ,   χ² = dᵀ Σ⁻¹ d,   d = y − p(θ),
+    ln L(θ) = −½ (ν + 1) Σ_i ln(1 + z_i²/ν) − ½ ln det Σ,   z = C^(−½) D^(−½) (y − p(θ)),
 
-with n values and Σ_ij = σ_i σ_j S_ij + N_ij: errors of the atlas are Student's t with ν = `TAILS`,
-and σ is their scale over the calibrated error (`Atlas.student_scale`).
+with Σ_ij = σ_i σ_j S_ij + N_ij, its diagonal D and its correlations C. Errors of the atlas are
+Student's t with ν = `TAILS`, each with outliers of its own; σ is their scale over the calibrated
+error (`Atlas.student_scale`).
 
 The prior is even in e and ln μ over the range of the atlas, and in r even or normal. A coarse grid
 finds where the posterior is, a fine one over that box has the answer.
@@ -20,7 +21,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
-from scipy.stats import f as f_distribution
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.atlas import TAILS, Atlas
@@ -29,6 +29,7 @@ from pidpanel.identify.prediction import Specimen, Tones, predict
 COARSE, FINE = (14, 8, 7), (23, 15, 9)  # points of the grids along e, ln μ and r
 NEGLIGIBLE = 1e-3  # share of the largest marginal density below which the fine grid ends
 WITHIN = 0.9  # of an interval
+DRAWN = 20_000  # sets of errors that the probability of χ² is counted in
 UNLIKELY = 0.01  # probability of χ² below which no particles explain a measurement
 AT_END = 0.2  # density at the end of a range, over the largest one, that an interval is cut by
 WIDEST = 3.0  # standard errors of r in the grid
@@ -141,10 +142,10 @@ class Posterior:
 
     @property
     def probability(self) -> float:
-        """Probability of a larger χ² if these particles are the measured ones."""
+        """Probability of a larger χ² = Σ z² if these particles are the measured ones."""
         free = sum(len(axis) > 1 for axis in self.axes)
-        count = max(1, self.count - free)
-        return float(f_distribution.sf(self.least_chi_square / count, count, TAILS))
+        drawn = np.random.default_rng(0).standard_t(TAILS, (DRAWN, max(1, self.count - free)))
+        return float(np.mean((drawn**2).sum(axis=1) >= self.least_chi_square))
 
     @property
     def is_explained(self) -> bool:
@@ -186,19 +187,20 @@ def posterior_on(
     used = np.flatnonzero(np.isfinite(measured.values))
     noise = np.diag(measured.errors[used] ** 2)
     covariance = noise + predicted.student_covariance[:, used[:, None], used]
-    factor = np.linalg.cholesky(covariance)
-    away = measured.values[used] - predicted.mean[:, used]
-    white = np.linalg.solve(factor, away[..., None])[..., 0]
-    chi_square = (white**2).sum(axis=1)
-    diagonal = np.diagonal(factor, axis1=1, axis2=2)
-    log = -0.5 * (TAILS + len(used)) * np.log1p(chi_square / TAILS)
-    log += fill.log_density(particles[:, 2]) - np.log(diagonal).sum(axis=1)
+    scale = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    variance, shape = np.linalg.eigh(covariance / (scale[:, :, None] * scale[:, None, :]))
+    away = (measured.values[used] - predicted.mean[:, used]) / scale
+    along = (away[:, None] @ shape) / np.sqrt(variance)[:, None]
+    square = (along @ shape.swapaxes(1, 2))[:, 0] ** 2
+    log = -0.5 * (TAILS + 1) * np.log1p(square / TAILS).sum(axis=1)
+    log += fill.log_density(particles[:, 2])
+    log -= np.log(scale).sum(axis=1) + 0.5 * np.log(variance).sum(axis=1)
     weights = np.exp(log - log.max()).reshape([len(axis) for axis in axes])
     for axis, x in enumerate(axes):
         weights *= quadrature(x).reshape([-1 if k == axis else 1 for k in range(3)])
     ranges = [(float(x[0]), float(x[-1])) for x in axes]
     return Posterior(
-        axes, weights / weights.sum(), chi_square.reshape(weights.shape), ranges, len(used)
+        axes, weights / weights.sum(), square.sum(axis=1).reshape(weights.shape), ranges, len(used)
     )
 
 
