@@ -110,3 +110,31 @@ def test_blocks_are_all_orthogonalised_once_a_solver_has_erred(monkeypatch):
     monkeypatch.setattr(eigen, "CONVERGED", 1e-2)
     _, vectors = eigen.eigenpairs(K, M, (exact[119] + exact[122]) / 2 + 1e-9, 120)
     np.testing.assert_allclose(vectors.T @ (M @ vectors), np.eye(vectors.shape[1]), atol=1e-10)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e10])
+def test_an_error_along_an_earlier_block_is_taken_out_and_remembered(monkeypatch, scale):
+    # the fourth and the sixth block err by 1e-3 of their own size against the first: by three,
+    # the fourth is orthogonalised, and says that the sixth has to be, whatever sign and unit
+    # red: np.abs(lost) → lost; LOST / np.abs(…); count // BLOCK % 4
+    K, M, exact = membrane((40, 40))
+    factors, forces = eigen.factors, []
+
+    def erring(matrix):
+        solve = factors(matrix).solve
+
+        def answer(force):
+            forces.append(force)
+            columns = solve(force)
+            if len(forces) in (5, 7):  # the first starts the iteration
+                first = M.diagonal()[0] ** -1 * forces[1]
+                columns -= 1e-3 * np.linalg.norm(columns, axis=0).min() * first[:, :1]
+            return columns
+
+        return SimpleNamespace(solve=answer)
+
+    monkeypatch.setattr(eigen, "factors", erring)
+    monkeypatch.setattr(eigen, "CONVERGED", 1e-2)
+    limit = scale * ((exact[119] + exact[122]) / 2 + 1e-9)
+    _, vectors = eigen.eigenpairs(scale * K, M, limit, 120)
+    np.testing.assert_allclose(vectors.T @ (M @ vectors), np.eye(vectors.shape[1]), atol=1e-10)
