@@ -1,6 +1,7 @@
 """A panel on moving supports against the modal series of a simply supported plate and limits."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -78,10 +79,10 @@ def test_the_integrals_over_all_patches_come_before_that_of_the_face(panel):
     inertia = inertia_of(two, panel.plate, panel.supported.vectors, MASS)
     of_panel = panel.inertia
     np.testing.assert_allclose(inertia.patch_integral[0], of_panel.patch_integral[0])
-    np.testing.assert_allclose(
-        inertia.patch_integral.sum(axis=0), of_panel.face_integral, atol=1e-12
-    )
-    np.testing.assert_allclose(inertia.face_integral, of_panel.face_integral)
+    # those of antisymmetric shapes are 0 to rounding
+    close = partial(np.testing.assert_allclose, atol=1e-12)
+    close(inertia.patch_integral.sum(axis=0), of_panel.face_integral)
+    close(inertia.face_integral, of_panel.face_integral)
 
 
 def test_at_rest_all_moves_with_the_supports(loaded_panel):

@@ -4,7 +4,7 @@
     C_e and m_a of the atlas for many particles at once, with their covariance over the tones.
 `posterior`
     What a measurement says of e, μ and r: weights on a grid, intervals, and how well any fit.
-`next_test`
+`next_tones`
     The tone that is expected to narrow the answer most.
 `force_files`
     Force over acceleration of a damper from universal files.

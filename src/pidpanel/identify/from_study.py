@@ -17,7 +17,7 @@ from pidpanel.damping.measured import amplitudes_g
 from pidpanel.damping.table_files import DAMPING, ERRORS, FILL, MASS, PARTICLE_MASS, read_columns
 from pidpanel.identify.force_files import read_force
 from pidpanel.identify.measured import measured_table
-from pidpanel.identify.next_test import NextTones, candidates, next_tones
+from pidpanel.identify.next_tones import NextTones, candidates, next_tones
 from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
 from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
 from pidpanel.measurement.files import UNIVERSAL

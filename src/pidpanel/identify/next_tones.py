@@ -28,7 +28,7 @@ LEAST_GAMMA = 1.5  # over gravity, of the atlas
 
 
 class NextTones(NamedTuple):
-    """Further tones, and what each is expected to leave unrows."""
+    """Further tones, and what each is expected to leave."""
 
     frequency: Array  # (n,) [Hz]
     acceleration_g: Array  # (n,)

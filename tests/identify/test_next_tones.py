@@ -5,7 +5,7 @@ import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.atlas_files import read_atlas
-from pidpanel.identify.next_test import _drawn, candidates, next_tones
+from pidpanel.identify.next_tones import _drawn, candidates, next_tones
 from pidpanel.identify.posterior import FillPrior, MeasuredDamping, identify
 from pidpanel.identify.prediction import Specimen, Tones, predict
 
