@@ -15,13 +15,14 @@ import pandas as pd
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report.names import Scenario, Study, main_level
 from pidpanel.report.rms import moving_points
-from pidpanel.report.text import records
+from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records
 from pidpanel.response.trust import BETWEEN_SHARE, MAY_CROSS, doubts_in, largest
 
 # Standard errors of a difference beyond which it counts (95 % of a normal distribution).
 SIGNIFICANCE = 2.0
 
 ROWS = 5  # scenarios in the first table at most, beside the bare panel
+COLUMNS = 4  # points with a column of their own in that table, those of most motion
 
 # Readings of the damping, the one that answers first: what is measured before a law.
 PREFERRED = (
@@ -91,6 +92,14 @@ class StudyAnswer:
         All of them where no errors are known.
         """
         return alike(self.candidates, [self.response(c) for c in self.candidates])
+
+    @property
+    def decimals(self) -> tuple[int | None, int | None]:
+        """Decimals of g rms and of reductions, in the headline and in the first table."""
+        shown = (self.bare, *select_candidates(self))
+        errors = [c.responses[p].rms_error for c in shown for p in self.points[:COLUMNS]]
+        gain_errors = [self.response(c).reduction_error for c in shown]
+        return common_decimals(errors), common_decimals(gain_errors, DECIBEL_DECIMALS)
 
     def response(self, candidate: Candidate) -> PointResponse:
         """Return the acceleration of a scenario at the worst point."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import style
-from pidpanel.report.answer import Candidate, StudyAnswer, select_candidates
+from pidpanel.report.answer import COLUMNS, Candidate, StudyAnswer, select_candidates
 from pidpanel.report.answer_figures import WIDTH as NARROW
 from pidpanel.report.answer_figures import group_of, mass_figure, panel_figure
 from pidpanel.report.answer_text import worst_map
@@ -16,17 +16,15 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import main_level
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.rms import psd_curve
-from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, value_text
-
-POINTS_SHOWN = 4  # points with a column of their own in the first table, those of most motion
+from pidpanel.report.text import value_text
 
 
 def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
     """Return what a page shows below its first sentence."""
     study, mapped = inputs.study, worst_map(inputs)
-    points = answer.points[:POINTS_SHOWN]
+    points = answer.points[:COLUMNS]
     shown = (answer.bare, *select_candidates(answer))
-    gain_errors = (answer.response(c).reduction_error for c in shown)
+    rms_decimals, gain_decimals = answer.decimals
     weighed = [c for c in answer.candidates if math.isfinite(c.mass) and c.mass > 0]
     psd = psd_picture_of(inputs, answer)
     values = {
@@ -36,8 +34,8 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
         "remaining": len(answer.candidates) - len(shown) + 1,
         "points": points,
         "rows": [_row(answer, candidate, study.massless_dampers) for candidate in shown],
-        "rms_decimals": common_decimals(c.responses[p].rms_error for c in shown for p in points),
-        "gain_decimals": common_decimals(gain_errors, DECIBEL_DECIMALS),
+        "rms_decimals": rms_decimals,
+        "gain_decimals": gain_decimals,
         "panel": Picture(
             "panel",
             style.Drawing(
@@ -83,14 +81,14 @@ def _mapped_name(answer: StudyAnswer, label: str) -> str:
 
 def psd_picture_of(inputs: Inputs, answer: StudyAnswer) -> Picture:
     """Return the PSD at the worst point, bare against the best scenario with its band."""
-    point, reading = answer.worst, answer.reading
+    point, reading, (decimals, _) = answer.worst, answer.reading, answer.decimals
     drawn = [(answer.bare, style.BARE, 0.7)]
     drawn += [(best, style.PLACES[0], 1.8) for best in answer.candidates[:1]]
     curves = []
     for candidate, colour, width in drawn:
         place = {"reading": reading, "scenario": candidate.scenario.label, "point": point}
         response = answer.response(candidate)
-        label = f"{candidate.name}: {value_text(response.rms, response.rms_error)} g rms"
+        label = f"{candidate.name}: {value_text(response.rms, response.rms_error, decimals)} g rms"
         has_band = candidate is not answer.bare
         curves.append(psd_curve(inputs.psd, place, label, colour, width, has_band=has_band))
     chart = Chart("", inputs.psd["frequency"].to_numpy(), PSD_UNIT, curves)

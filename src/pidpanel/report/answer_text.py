@@ -1,7 +1,7 @@
 """The answer of a study in words: a sentence, and what a reader must know before he uses it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, is_gain
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.templates import sentence
-from pidpanel.report.text import common_decimals, number, value_text
+from pidpanel.report.text import number, value_text
 from pidpanel.response.trust import KNOWN_TO, NO_ERROR
 
 NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
@@ -19,11 +19,13 @@ NOTHING_MOVES = "All response points lie on supports and do not move, so there i
 def headline(answer: StudyAnswer) -> str:
     """Return the result in a sentence or two: what, how heavy, from where to where, how sure."""
     weighed = answer.best or (answer.bare,)
+    rms_decimals, decimals = answer.decimals
     # errors stand beside the numbers
     doubts = [[d for d in c.doubts if not d.startswith((NO_ERROR, KNOWN_TO))] for c in weighed]
     values = {
         "answer": answer,
         "bare": answer.bare.responses[answer.worst].rms,
+        "rms_decimals": rms_decimals,
         "best": "",
         "doubts": doubts[0] if all(doubts) else [],
     }
@@ -32,12 +34,12 @@ def headline(answer: StudyAnswer) -> str:
         runners_up = answer.candidates[1:2]
         values |= {
             "best": f"{list_scenarios(answer.best, answer.candidates)}{_mass(answer.best)}",
-            "rms": _range(responses),
-            "change": _decibels(responses),
+            "rms": _range(responses, rms_decimals),
+            "change": _decibels(responses, decimals),
             "is_gain": any(map(is_gain, responses)),
             "next": runners_up
             and f"{list_scenarios(runners_up, answer.candidates)}{_mass(runners_up)}, "
-            f"{_decibels([answer.response(runners_up[0])])}",
+            f"{_decibels([answer.response(runners_up[0])], decimals)}",
             "highest": _new_worst_point(answer, answer.best[0]),
         }
     return sentence("headline.html", values)
@@ -51,24 +53,23 @@ def _new_worst_point(answer: StudyAnswer, candidate: Candidate) -> tuple[str, fl
     return (point, high.rms, high.rms_error) if high.rms - response.rms > 2 * error else None
 
 
-def _range(responses: Sequence[PointResponse]) -> str:
+def _range(responses: Sequence[PointResponse], decimals: int | None) -> str:
     if len(responses) == 1:
-        return value_text(responses[0].rms, responses[0].rms_error)
-    return _span([response.rms for response in responses])
+        return value_text(responses[0].rms, responses[0].rms_error, decimals)
+    values = [response.rms for response in responses]
+    return _span(value_text(f(values), math.nan, decimals) for f in (min, max))
 
 
-def _span(values: Sequence[float], digits: int = 3) -> str:
-    low, high = (number(f(values), digits) for f in (min, max))
-    return low if low == high else f"{low}–{high}"
+def _span(texts: Iterable[str]) -> str:
+    return "–".join(dict.fromkeys(texts))
 
 
-def _decibels(responses: Sequence[PointResponse]) -> str:
+def _decibels(responses: Sequence[PointResponse], decimals: int | None) -> str:
     """Return changes in dB, negative where the damper takes, with the largest of their errors."""
     if len(responses) == 1:
-        response, decimals = responses[0], None if responses[0].reduction_error > 0 else 1
+        response = responses[0]
         return f"{value_text(-response.reduction, response.reduction_error, decimals)} dB"
     errors = [r.reduction_error for r in responses if r.reduction_error > 0]
-    decimals = common_decimals(errors, 1)
     low, high = (-f(r.reduction for r in responses) for f in (min, max))
     text = value_text(high, max(errors, default=math.nan), decimals)
     return f"{value_text(low, math.nan, decimals)} to {text} dB"
@@ -79,7 +80,8 @@ def _mass(candidates: Sequence[Candidate]) -> str:
     if not all(math.isfinite(c.mass) for c in candidates):
         return ", mass not known"
     masses, shares = [c.mass for c in candidates], [c.share for c in candidates]
-    return f", {_span(masses, 2)} kg, {_span(shares, 2)} % of the panel"
+    kg, percent = (_span(number(f(v), 2) for f in (min, max)) for v in (masses, shares))
+    return f", {kg} kg, {percent} % of the panel"
 
 
 def worst_map(inputs: Inputs) -> tuple[str, Array] | None:
