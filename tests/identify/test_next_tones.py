@@ -1,5 +1,7 @@
 """The further tone that is proposed tells most, and what it is expected to leave is what is left."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -27,6 +29,17 @@ def measured(*tones):
     return MeasuredDamping(
         tones, damping, ERROR * damping, values[len(f) :], np.full(len(f), ERROR * 6)
     )
+
+
+def test_tones_cover_what_a_strong_shaker_can_run():
+    # 1.5 times gravity and more, and no less on the Moon, where the atlas begins there too
+    for gravity, least in ((2.0, 3.0), (1 / 6, 1.5)):
+        tones = candidates((20.0, 2000.0), 50.0, 10.0, gravity)
+        f = 20 * 100 ** (np.arange(12) / 11)
+        gamma = least * (50 / least) ** (np.arange(8) / 7)
+        np.testing.assert_allclose(tones.frequency, np.tile(f, 8))
+        np.testing.assert_allclose(tones.acceleration_g, np.repeat(gamma, 12))
+        assert not tones.is_broadband.any()
 
 
 def test_the_shaker_limits_the_tones():
@@ -82,6 +95,54 @@ def test_a_tone_that_was_measured_tells_less_than_the_best(posterior, expected):
     assert again.max() < 0.7 * expected.information.max()
 
 
+@pytest.mark.parametrize("mass", ["weighed", "of the fill", "not measured", "at one tone"])
+def test_errors_left_are_those_of_the_joint_normal_distribution(mass):
+    """With precision matrices, a particle and a tone at a time."""
+    specimen = replace(SPECIMEN, particle_mass=5.0 if mass == "weighed" else None)
+    first = measured(*FIRST)
+    kept = {"not measured": [False, False], "at one tone": [False, True]}.get(mass, [True, True])
+    first = replace(first, mass=np.where(kept, first.mass, np.nan))
+    fill = FillPrior(0.4, 0.6)
+    posterior = identify(ATLAS, specimen, first, fill, RANGES)
+    further = Tones(*(column[[20, 70]] for column in FURTHER))
+    expected = next_tones(ATLAS, specimen, first, posterior, further, ERROR)
+
+    particles = posterior.particles[_drawn(posterior.weights.ravel(), 160)]
+    prior = np.cov(particles[:, :2].T, ddof=0)
+    weight = 5.0 if mass == "weighed" else 12.0 * particles[:, 2].mean()
+    noise = [ERROR, ERROR * weight][: 1 if mass == "not measured" else 2]
+    known = np.isfinite(first.values)
+    for number, tone in enumerate(zip(*further, strict=True)):
+        means, covariances = [], []
+        for particle in particles:
+            tones = Tones(*(np.append(a, b) for a, b in zip(first.tones, tone, strict=True)))
+            joint = predict(ATLAS, specimen, particle[None], tones)
+            of_first, of_further = np.array([0, 1, 3, 4])[known], np.array([2, 5])[: len(noise)]
+            order = np.append(of_first, of_further)
+            errors = np.append(first.errors[known], np.zeros(len(noise)))
+            precision = np.linalg.inv(
+                joint.covariance[0][np.ix_(order, order)] + np.diag(errors**2)
+            )
+            m = len(of_first)
+            within = np.linalg.inv(precision[m:, m:])
+            away = first.values[known] - joint.mean[0, of_first]
+            means.append(joint.mean[0, of_further] - within @ precision[m:, :m] @ away)
+            covariances.append(within)
+        both = np.cov(np.hstack([particles[:, :2], means]).T, ddof=0)
+        both[2:, 2:] += np.mean(covariances, axis=0) + np.diag(np.square(noise))
+        left = np.linalg.inv(np.linalg.inv(both)[:2, :2])
+        assert expected.information[number] == pytest.approx(
+            0.5 * np.log(np.linalg.det(prior) / np.linalg.det(left)), rel=1e-6
+        )
+        for axis, errors in enumerate((expected.restitution_error, expected.friction_error)):
+            narrowed = np.sqrt(left[axis, axis] / prior[axis, axis])
+            assert errors[number] == pytest.approx(
+                narrowed * posterior.estimate(axis).error, rel=1e-6
+            )
+
+
 def test_particles_are_drawn_as_often_as_their_weights_say():
     # red: places from 0 in place of the middle
     assert _drawn(np.array([0.5, 0.0, 0.25, 0.25]), 4).tolist() == [0, 0, 2, 3]
+    assert _drawn(np.array([0.52, 0.48]), 1).tolist() == [0]
+    assert _drawn(np.array([0.4, 0.3]), 2).tolist() == [0, 1]  # a sum below 1 by rounding

@@ -12,6 +12,7 @@ from pidpanel.optimise.search import (
     Problem,
     Proof,
     Sampling,
+    _chain,
     branch_and_bound,
     greedy,
     sample_property,
@@ -263,6 +264,39 @@ def test_branches_are_searched_by_their_bounds(nodes, violations, expected):
     problem = stated_problem([4.0, 3.0, 2.0, 1.0])
     proof = branch_and_bound(problem, (3,), Sampling(100, violations, 0.0, 1.0, 0.0), nodes)
     assert (proof.layout, proof.value, proof.bound, proof.nodes, proof.is_exhaustive) == expected
+
+
+def test_branches_are_closed_that_a_better_layout_has_overtaken():
+    # two dampers remove 0.01 less than each alone: the first two leave 3.01, where 3 was the bound;
+    # the others may leave 3.005, within half a percent
+    mass = [2.0, 1.0, 1.5, 1.5]
+    problem = stated_problem([4.0, 3.0, 3.5, 3.495], mass=mass, budget=3.0, together=-0.01)
+    proof = branch_and_bound(problem, (), HOLDS, 9)
+    assert (proof.layout, proof.nodes) == ((0, 1), 2)
+    assert (proof.value, proof.bound) == (pytest.approx(3.01), pytest.approx(3.005))
+
+
+def test_branches_of_three_dampers_fit_into_the_mass():
+    # red: no branches below one that has places filled; the whole mass for a third damper
+    removed = [4.0, 3.0, 2.0, 1.0]
+    proof = branch_and_bound(stated_problem(removed, most=3), (), HOLDS, 9)
+    assert (proof.layout, proof.value) == ((0, 1, 2), 1.0)
+    # the third is too heavy beside the first two, 2 + 1 + 1.5 of 4, but not the fourth
+    problem = stated_problem(removed, most=3, mass=[2.0, 1.0, 1.5, 1.0], budget=4.0)
+    proofs = [branch_and_bound(problem, (), HOLDS, nodes) for nodes in (2, 9)]
+    assert [(proof.layout, proof.value) for proof in proofs] == [((0, 1), 3.0), ((0, 1, 3), 2.0)]
+    assert [proof.bound for proof in proofs] == [2.0, 2.0]
+
+
+@pytest.mark.parametrize(("share", "drawn"), [(1.0, [2, 1]), (2.0, [3])])
+def test_random_layouts_are_of_light_dampers_or_of_all(share, drawn):
+    # of 2 kg, each of two dampers has 1 to 2 kg
+    generator = SimpleNamespace(
+        uniform=lambda low, high: low + (share - 1) * (high - low),
+        choice=lambda options: options[-1],
+    )
+    problem = stated_problem([1.0] * 4, mass=[1.0, 1.0, 1.0, 1.9], budget=2.0)
+    assert _chain(problem, generator).drawn == drawn
 
 
 def test_the_bound_allows_for_what_the_samples_violate():
