@@ -3,13 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import gaussian_process
 from pidpanel.damping.inelastic import slug_energy
 from pidpanel.damping.jump import WHOLE
-from pidpanel.damping.surface_cases import SurfaceBed, TrainingData, _side
+from pidpanel.damping.surface_cases import SurfaceBed, TrainingData, _axes_of_one_scale, _side
 
 MASS_PER_FILL = 12.0
 BED = SurfaceBed(1.0, MASS_PER_FILL, 0.02)
@@ -81,6 +82,35 @@ def test_priors_are_those_of_the_cases_or_of_beds_like_them():
     assert none.damping_sides().riding.unit == 1.0
     expected = BED.inelastic(none.points)[0].mean()
     assert none.damping_sides().riding.centre == pytest.approx(expected)
+
+
+def test_each_side_has_its_own_cases_and_errors():
+    # red: values of the other side; what beds that cross add to the inelastic body with its sign
+    data = training(1.0, 0.1)
+    data.side_error[1] = 0.07
+    data.side[::7] = 0.5  # of neither
+    for sides, values, number in ((data.damping_sides(), data.log_damping, 0),
+                                  (data.mass_sides(), data.mass, 1)):  # fmt: skip
+        rides, crosses = data.side == 0, data.side == 1
+        expected = BED.inelastic(data.points)[number]
+        np.testing.assert_array_equal(sides.riding.points, data.points[rides])
+        np.testing.assert_array_equal(sides.riding.values, values[rides])
+        np.testing.assert_array_equal(sides.crossing.points, data.points[crosses])
+        np.testing.assert_array_equal(sides.crossing.values, (values - expected)[crosses])
+        assert sides.crossing.centre == 0
+        errors = data.side_error if number == 0 else np.stack([data.mass_error] * 2)
+        np.testing.assert_array_equal(sides.riding.error, errors[0][rides])
+        np.testing.assert_array_equal(sides.crossing.error, errors[1][crosses])
+
+
+def test_many_cases_are_thinned_by_ratios_of_frequency_and_level():
+    cases = pd.DataFrame(
+        {"fill_fraction": [0.2, 0.4, 0.6], "frequency_hz": [10.0, 100, 1000],
+         "acceleration_g": [4.0, 8, 16]}
+    )  # fmt: skip
+    steps = np.array([-1, 0, 1]) * np.sqrt(1.5)  # of standard deviation 1
+    axes = _axes_of_one_scale(cases)
+    np.testing.assert_allclose(axes - axes.mean(axis=0), np.outer(steps, np.ones(3)), atol=1e-12)
 
 
 def test_outliers_weigh_less_until_the_process_settles():
