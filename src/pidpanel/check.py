@@ -163,7 +163,8 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             f"must be in the range of the paper's law, {FREQUENCY_RANGE[0]:g} to "
             f"{FREQUENCY_RANGE[1]:g} Hz",
         )
-    yield from _check_tables(study)
+    tables = list(_check_tables(study))
+    yield from tables
     lines = line_count(low, high, study.panel.modal_damping.least(low, high))
     if lines > LINES_AT_MOST:
         ratio = smallest_damping_ratio(low, high)
@@ -186,7 +187,9 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     if study.sound is not None:
         yield from _check_spectrum(study.sound, study.response)
     yield from _check_masses(study.panel)
-    mistakes = list(_check_mesh(study.panel, high, resolved_masses(study)))
+    # of a table with mistakes the mass is not known
+    masses = {} if tables else resolved_masses(study)
+    mistakes = list(_check_mesh(study.panel, high, masses))
     yield from mistakes
     if study.optimise is not None and not mistakes:
         from pidpanel.optimise.from_study import mistakes_of_search

@@ -1,6 +1,7 @@
 """Sections, their waves and frequencies: integrals over the depth, dispersion and limits."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -82,6 +83,19 @@ def test_an_edge_up_to_the_allowed_share_of_half_a_wave_passes_and_a_longer_one_
         resolution.check_resolution(element, good, section, 500.0, 0.2)
         with pytest.raises(ValueError, match="too coarse"):
             resolution.check_resolution(element, bad, section, 500.0, 0.2)
+
+
+@pytest.mark.parametrize("frequency", np.linspace(300.0, 900.0, 13))
+def test_the_longest_edge_of_a_message_is_allowed(frequency):
+    # red: three digits of the next number, which may be above
+    section = ThinSection(3273.07, 4.0)
+    for ratio in (0.2, 0.01):
+        with pytest.raises(ValueError, match="at most") as caught:
+            regions = [resolution.Region("", 1.0, 0.4)]
+            resolution.check_resolution("thin quadrilaterals", regions, section, frequency, ratio)
+        edge = float(re.findall(r"at most ([\d.e-]+) m", str(caught.value))[0])
+        allowed = 0.65 * resolution.half_wave(section, frequency)
+        assert 0.99 * allowed <= edge <= allowed
 
 
 def test_waves_are_shorter_under_a_damper_by_the_fourth_root_of_the_mass():

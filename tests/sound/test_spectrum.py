@@ -169,6 +169,10 @@ REFUSED = {
         ["100,120", "125,12", "160,121"],
         "line 4: spl_db = 12: more than 40 dB below both neighbours, 120 and 121 dB",
     ),
+    "a digit too many": (
+        ["100,20", "125,120", "160,21"],
+        "line 4: spl_db = 120: more than 40 dB above both neighbours, 20 and 21 dB",
+    ),
     "one band": (["100,120"], "1 band; at least two"),
     "no band": ([], "no bands; at least two"),
 }

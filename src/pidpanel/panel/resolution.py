@@ -6,6 +6,7 @@ shorter, with m″ + m_a in place of m″. Every resonance is then too high, and
 PSDs are off by more than 0.5 dB long before they would be by 1 % in frequency.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -141,7 +142,7 @@ def check_resolution(
             raise ValueError(
                 f"mesh: element edges of {region.longest_edge:.3g} m{_under(region)} are too coarse"
                 f" for {frequency:g} Hz, where half a bending wavelength is {half:.3g} m; at most"
-                f" {allowed:.3g} m"
+                f" {_rounded_down(allowed):g} m"
             )
     error = line_error_db(element, regions, section, frequency, damping_ratio)
     if error > LINE_ERROR_DB:
@@ -155,8 +156,14 @@ def check_resolution(
             f"mesh: element edges of {worst.longest_edge:.3g} m{_under(worst)} raise resonances by"
             f" up to {max(shifts):.2g} of their frequency, which with damping_ratio ="
             f" {damping_ratio:g} changes PSDs by about {error:.1f} dB, more than"
-            f" {LINE_ERROR_DB:g} dB; at most {allowed:.3g} m"
+            f" {LINE_ERROR_DB:g} dB; at most {_rounded_down(allowed):g} m"
         )
+
+
+def _rounded_down(size: float) -> float:
+    """Three digits that are allowed too."""
+    unit = 10.0 ** (math.floor(math.log10(size)) - 2)
+    return math.floor(size / unit) * unit
 
 
 def _under(region: Region) -> str:

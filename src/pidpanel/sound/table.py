@@ -27,7 +27,7 @@ CENTER_TOLERANCE = 0.02
 LEVEL_RANGE = (-100.0, 200.0)
 
 # Levels of neighbouring bands of a launcher or a chamber differ by less [dB].
-DEEPEST_DIP_DB = 40.0
+LARGEST_STEP_DB = 40.0
 
 COLUMNS = {
     "center_hz": Allowed(0.0, low_itself=False),
@@ -61,7 +61,7 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
     table.refuse(fewest=2, too_few=few)
     kind = _band_kind(table, band_number)
     _note_comments(table, kind)
-    _note_dips(table)
+    _note_odd_levels(table)
     table.refuse()
     return BandSpectrum.of_levels(kind, band_number, table["spl_db"], table.text.source)
 
@@ -78,14 +78,18 @@ def _overall_hints(text: TableRows) -> Iterator[tuple[int, str]]:
             )
 
 
-def _note_dips(table: UserTable) -> None:
-    """Note bands far below both neighbours, as with a digit missing."""
+def _note_odd_levels(table: UserTable) -> None:
+    """Note bands far below or above both neighbours, as with a digit missing."""
     level = table["spl_db"]
     lower, upper = np.roll(level, 1), np.roll(level, -1)
-    is_dip = level < np.minimum(lower, upper) - DEEPEST_DIP_DB
-    is_dip[[0, -1]] = False
-    says = f"spl_db = {{spl_db:g}}: more than {DEEPEST_DIP_DB:g} dB below both neighbours,"
-    table.note(is_dip, says + " {lower:g} and {upper:g} dB", lower=lower, upper=upper)
+    lowest, highest = np.minimum(lower, upper), np.maximum(lower, upper)
+    for side, is_odd in (
+        ("below", level < lowest - LARGEST_STEP_DB),
+        ("above", level > highest + LARGEST_STEP_DB),
+    ):
+        is_odd[[0, -1]] = False
+        says = f"spl_db = {{spl_db:g}}: more than {LARGEST_STEP_DB:g} dB {side} both neighbours,"
+        table.note(is_odd, says + " {lower:g} and {upper:g} dB", lower=lower, upper=upper)
 
 
 def _note_comments(table: UserTable, kind: BandKind) -> None:
