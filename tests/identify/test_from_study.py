@@ -14,7 +14,9 @@ from pidpanel.cli import main
 from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.identify.from_study import identify_file, read_measurement
 from pidpanel.identify.measured import measured_table
+from pidpanel.identify.posterior import Posterior
 from pidpanel.identify.prediction import Tones
+from pidpanel.report.identify_page import posterior_figure
 from pidpanel.study import StudyError, load_study
 
 STUDY = """title: Damper 12
@@ -72,6 +74,32 @@ def test_the_command_prints_and_writes_the_particles(identified):
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "Damper 12" in page and "Further tests" in page
     assert f"{', '.join(lines[:3])}. {lines[3]}" in page  # red: lines without a comma
+
+
+def test_a_measurement_that_nothing_explains_is_to_be_checked(laboratory, tmp_path, capsys):
+    # red: a further tone of a mistaken measurement; no page where a region is a single point
+    rows = [row.split(",") for row in TABLE.splitlines()[1:]]
+    table = ROWS + "".join(f"{f},{gamma},{float(c) * 30:g},{m}\n" for f, gamma, c, m in rows)
+    assert main(["identify", str(laboratory(table=table)), "-d", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("No particles of the atlas explain the measurement")
+    assert lines[-2].startswith("Check units, cell, particles and fill")
+
+
+@pytest.mark.parametrize("weights", [[[1.0, 0], [0, 0]], [[0.6, 0.4], [0, 0]]])
+def test_regions_of_single_points_are_drawn(weights):
+    # red: contour levels that do not rise
+    axes = np.array([0.5, 0.6]), np.log([0.2, 0.3]), np.array([0.5])
+    shares = np.array(weights)[:, :, None]
+    ranges = [(0.3, 0.95), (np.log(0.05), np.log(0.8)), (0.5, 0.5)]
+    assert posterior_figure(Posterior(axes, shares, shares, ranges, 2)).axes
+
+
+def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(laboratory):
+    # red: compared only where the table has the mass of the particles
+    says = "an apparent mass of 44. kg/m².*times the mass of the particles.* in g/m²"
+    with pytest.raises(StudyError, match=says):
+        identify_file(laboratory(table=TABLE.replace("4.4555", "445.55")))
 
 
 def test_a_damper_on_its_side_is_said_to_tell_less_of_e(tmp_path, capsys, identified):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,15 @@ from pidpanel.columns import ColumnsError
 from pidpanel.damping.atlas import Atlas
 from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.damping.measured import amplitudes_g
-from pidpanel.damping.table_files import DAMPING, ERRORS, FILL, MASS, PARTICLE_MASS, read_columns
+from pidpanel.damping.table_files import (
+    DAMPING,
+    ERRORS,
+    FILL,
+    MASS,
+    MOST_OF_MASS,
+    PARTICLE_MASS,
+    read_columns,
+)
 from pidpanel.identify.force_files import read_force
 from pidpanel.identify.measured import measured_table
 from pidpanel.identify.next_tones import NextTones, candidates, next_tones
@@ -30,6 +39,7 @@ from pidpanel.study.mistakes import Keys, Mistake, Mistakes
 
 MOST_ROWS = 60  # of a measurement
 GAMMA, STROKE = (1.5, 700.0), (1e-5, 20.0)  # ranges of the atlas
+FARTHEST = 5.0  # standard errors that a fill fraction may lie from the mass of the particles
 NEXT_ERROR = 0.05  # relative, expected of a further test where the file states none
 PARAMETERS = ("restitution", "friction", "fill_fraction")
 
@@ -117,6 +127,8 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
     specimen = Specimen(
         cell.across_flats, cell.depth, diameter, direction, coupon.gravity_g, mass_per_fill, weight
     )
+    if faults := list(_contradictions(identification, specimen, measured, mass)):
+        raise Mistakes(faults)
     moves = measured.tones.acceleration_g > specimen.onset_g
     used = moves & (np.isfinite(measured.damping) | np.isfinite(measured.mass))
     if not used.any():
@@ -125,6 +137,23 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
         )
         raise Mistakes([Mistake(("measured", "file"), f"{says}on the particles move")])
     return specimen, measured.rows(used)
+
+
+def _contradictions(
+    identification: Identification, specimen: Specimen, measured: MeasuredDamping, mass: float
+) -> Iterator[Mistake]:
+    """Yield what the mass of the particles contradicts: their fill fraction, or m_a."""
+    fill, weight = identification.fill_fraction, specimen.particle_mass
+    if fill is not None and weight is not None:
+        expected = specimen.mass_per_fill * fill
+        error = np.hypot(BULK_ERROR, identification.fill_fraction_error / fill)
+        if abs(weight - expected) > FARTHEST * error * expected:
+            says = f"particles of {weight:.3g} kg/m² contradict it: with it the cell holds "
+            yield Mistake(("fill_fraction",), f"{says}{expected:.3g} kg/m², to {error:.0%}")
+    worst = float(np.max(np.abs(measured.mass), initial=0.0, where=np.isfinite(measured.mass)))
+    if worst > MOST_OF_MASS * mass:
+        says = f"an apparent mass of {worst:.3g} kg/m²: at most {MOST_OF_MASS:g} times the mass of "
+        yield Mistake(("measured", "file"), f"{says}the particles, {mass:.3g} kg/m²; in g/m²?")
 
 
 def _from_table(

@@ -117,10 +117,11 @@ def posterior_figure(posterior: Posterior) -> Figure:
     share = posterior.weights.sum(axis=2)
     density = share / share.max()
     friction = np.exp(log_friction)
-    levels = [_level(share, region) / share.max() for region in REGIONS]
-    if min(density.shape) > 1:
-        colours = ["#9ecae1", "#3182bd"]
-        axes.contourf(e, friction, density.T, levels=[*levels, 1.0], colors=colours)
+    # a region that is a single point has the level 1 of the mode
+    levels = np.unique([*(_level(share, region) / share.max() for region in REGIONS), 1.0])
+    if min(density.shape) > 1 and len(levels) > 1:
+        colours = ["#9ecae1", "#3182bd"][: len(levels) - 1]
+        axes.contourf(e, friction, density.T, levels=levels, colors=colours)
     mean = posterior.estimate(0).mean, math.exp(posterior.estimate(1).mean)
     axes.plot(*mean, "o", color="black", ms=5)
     axes.set(yscale="log", xlabel="restitution e", ylabel="friction μ")
