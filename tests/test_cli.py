@@ -136,8 +136,10 @@ def test_who_reads_only_the_head_of_the_output_sees_no_error():
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_ctrl_c_waits_for_snakemake_and_says_how_to_go_on(tmp_path):
-    # red: subprocess.call, which kills after a quarter of a second; KeyboardInterrupt not caught
+@pytest.mark.parametrize("send", [os.killpg, os.kill], ids=["all", "the command alone"])
+def test_ctrl_c_waits_for_snakemake_and_says_how_to_go_on(tmp_path, send):
+    # red: subprocess.call, which kills after a quarter of a second; KeyboardInterrupt not caught;
+    # without send_signal the command alone waits for a Snakemake that goes on
     code = (
         "import signal, sys; from pathlib import Path; from pidpanel import cli; from pidpanel.cli import snakemake\n"
         "signal.signal(2, signal.default_int_handler)\n"  # a test in the background ignores it
@@ -153,16 +155,19 @@ def test_ctrl_c_waits_for_snakemake_and_says_how_to_go_on(tmp_path):
     while not (tmp_path / "begun").exists():
         assert process.poll() is None, process.stderr.read()
         time.sleep(0.05)
-    os.killpg(process.pid, signal.SIGINT)
+    send(process.pid, signal.SIGINT)
     assert process.wait() == cli.INTERRUPTED
     assert (tmp_path / "ended").exists()
     assert process.stderr.read() == "stopped; the same command resumes\n"
 
 
-def test_ctrl_c_while_snakemake_reads_the_workflow_leaves_no_traceback(tmp_path):
-    # red: `-m snakemake` for PROCESS; no handler in workflow_process
+@pytest.mark.parametrize("again", ["", "finally: os.kill(os.getpid(), signal.SIGINT)\n"])
+def test_ctrl_c_while_snakemake_reads_the_workflow_leaves_no_traceback(tmp_path, again):
+    # red: `-m snakemake` for PROCESS; no handler in workflow_process; a second signal heeded
     snakefile = tmp_path / "Snakefile"
-    snakefile.write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    text = "os.kill(os.getpid(), signal.SIGINT)\n"
+    text = f"import os, signal\ntry: {text}{again}" if again else f"import os, signal\n{text}"
+    snakefile.write_text(text)
     command = [sys.executable, "-P", "-m", snakemake.PROCESS, "-s", snakefile, "-d", tmp_path]
     done = subprocess.run(
         [*command, "-j1"], capture_output=True, text=True, check=False,

@@ -6,6 +6,7 @@ import os
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -54,7 +55,7 @@ def command(study: Path, folder: Path, options: Sequence[str]) -> list[str]:
 def run(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:
     """Run Snakemake on a study; return the exit code of ``pidpanel``.
 
-    Ctrl-C reaches Snakemake, which ends its jobs; this waits for it.
+    Ctrl-C ends Snakemake, which ends its jobs; this waits for it.
     """
     # it weighs all jobs that are ready before each that it starts, which takes seconds of hundreds
     sample = ["--scheduler-subsample", str(8 * jobs)]
@@ -66,6 +67,7 @@ def run(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:
             break
         except KeyboardInterrupt:
             interrupted = True
+            process.send_signal(signal.SIGINT)  # `kill -INT` reaches this process alone
     if interrupted:
         raise KeyboardInterrupt
     if status:

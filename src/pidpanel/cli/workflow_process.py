@@ -19,7 +19,8 @@ from pidpanel.provenance.locks import WORKFLOW_PROCESS
 
 
 def interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
-    """Say nothing more, and stop."""
+    """Say nothing more, and stop; a second Ctrl-C does not disturb the end of the jobs."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.disable(logging.CRITICAL)
     raise KeyboardInterrupt
 
