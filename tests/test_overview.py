@@ -81,15 +81,24 @@ def test_coupled_runs_are_counted_and_their_time_is_told(tmp_path):
 def test_supports_at_single_points_of_a_sandwich_are_named(tmp_path):
     # red: `single_points` without `radius_m`, or of a thin plate
     study = checked_study(STUDIES / "bdf_panel.yaml")
-    says = "H1, H2, H3, H4 at single points, where frequencies depend on the mesh; state radius_m"
+    says = (
+        "H1, H2, H3, H4 at single points, where frequencies depend on the mesh; state radius_m, "
+        "of a mass from_m and to_m"
+    )
     assert f"  supports {says}" in overview(study, tmp_path).split("\n")
     limits = environment().get_template("limits.html").module
     sentence = limits.supports(study.panel.single_points)
-    assert "Supports at single points (H1, H2, H3, H4): frequencies depend" in sentence
+    assert "masses at single points (H1, H2, H3, H4): frequencies depend" in sentence
     thin = study.panel.section.model_copy(update={"kind": "thin"})
     assert not study.panel.model_copy(update={"section": thin}).single_points
     with_feet = checked_study(STUDIES / "wing.yaml")
-    assert with_feet.panel.support_input.points and not with_feet.panel.single_points
+    # red: masses left out; 0.15 kg on a sandwich door: 852, 844, 822 Hz at sizes of 8, 4, 2 cm
+    assert with_feet.panel.support_input.points
+    assert with_feet.panel.single_points == ("connector",)
+    line = with_feet.panel.masses["connector"].model_copy(
+        update={"at_m": None, "from_m": (1.0, 0.1), "to_m": (1.1, 0.1)}
+    )
+    assert not with_feet.panel.model_copy(update={"masses": {"connector": line}}).single_points
 
 
 def test_masses_holes_and_tables_count(tmp_path):

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pidpanel.damping.broadband import EXACT, SINGLE_TONES
 from pidpanel.damping.from_study import read_table
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_files import to_frame
@@ -48,6 +49,12 @@ def test_two_rows_are_a_constant_at_every_fill_and_motion(interpolation):
             assert found.inside.all()
     assert not table.depends_on_acceleration
     assert table.nodes is None
+
+
+@pytest.mark.parametrize(("axis", "error"), [({}, EXACT), ({"acceleration_g": 10}, SINGLE_TONES)])
+def test_a_table_with_an_amplitude_is_of_single_tones(axis, error):
+    # red: of several amplitudes alone: 0.1 dB in place of 1.3 dB of what 10 g says of 25 g
+    assert reading(**{F: [10, 2000], C: 2000.0}, **axis).broadband_error is error
 
 
 def test_rows_at_and_below_1_g_are_rows_like_others():

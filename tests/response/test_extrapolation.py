@@ -82,9 +82,12 @@ def test_what_the_data_would_have_to_cover_is_named(damper):
     high = np.geomspace(20, 2000, 181)
     response = Response(np.array([20.0]), damper.model(high, 1.0, 20.0).inside[None])
     assert extrapolation_of([damper], response, high).missing.endswith(" to 2000 Hz")
-    # at lines from 100 Hz on no motion reaches the data, and at 500 g at none
-    assert extrapolated(damper, 60.0).missing == "lab to 60 g at 20 to 200 Hz"
-    assert extrapolated(damper, 500.0).missing == "lab to 500 g at 20 to 200 Hz and r = 1"
+    # the data end at 100 Hz and have every fill; red: all lines outside; r of a table far below
+    for gamma in (60.0, 500.0):
+        assert extrapolated(damper, gamma).missing == f"lab to {gamma:g} g at 100 to 200 Hz"
+    below = Response(np.array([1234.5]), np.zeros((1, 91), bool))
+    # red: 1.23e+03 g
+    assert extrapolation_of([damper], below, LINES[:91]).missing == "lab to 1230 g"
     whole = extrapolation_of([damper], Response(np.array([30.0]), np.ones((1, 181), bool)), LINES)
     assert whole.missing == "" and not whole.weight.any()
 

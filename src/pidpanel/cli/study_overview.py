@@ -132,7 +132,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     yield _line("modes", _of_modes(study, estimate))
     if names := study.panel.single_points:
         yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "
-                                "the mesh; state radius_m")  # fmt: skip
+                                "the mesh; state radius_m, of a mass from_m and to_m")  # fmt: skip
     of_patch = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
     yield _line("points", "; ".join(_of_points(study, mesh)))
     for label, weights in _damper_masses(study, of_patch).items():

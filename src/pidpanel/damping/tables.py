@@ -95,7 +95,7 @@ class TableReading:
         values = np.stack([columns[name] for name in self._names], axis=1)
         self._rows = Interpolator(fill, amplitude, frequency, values, interpolation)
         self.depends_on_acceleration = self._rows.depends_on_amplitude
-        self.broadband_error = SINGLE_TONES if self.depends_on_acceleration else EXACT
+        self.broadband_error = EXACT if self._amplitude is None else SINGLE_TONES
         errors = names[1::2] if with_mass else names[1:2]
         has_errors = any(columns[name].any() for name in errors if name in columns)
         self.nodes = _nodes(frequency) if has_errors else None

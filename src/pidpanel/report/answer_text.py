@@ -11,7 +11,7 @@ from pidpanel.report.answer import Candidate, PointResponse, StudyAnswer, is_gai
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.templates import sentence
 from pidpanel.report.text import number, value_text
-from pidpanel.response.trust import KNOWN_TO, NO_ERROR
+from pidpanel.response.trust import NO_ERROR
 
 NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
 
@@ -20,8 +20,8 @@ def headline(answer: StudyAnswer) -> str:
     """Return the result in a sentence or two: what, how heavy, from where to where, how sure."""
     weighed = answer.best or (answer.bare,)
     rms_decimals, decimals = answer.decimals
-    # errors stand beside the numbers
-    doubts = [[d for d in c.doubts if not d.startswith((NO_ERROR, KNOWN_TO))] for c in weighed]
+    # the sentence says so itself where there are no errors
+    doubts = [[d for d in c.doubts if not d.startswith(NO_ERROR)] for c in weighed]
     values = {
         "answer": answer,
         "bare": answer.bare.responses[answer.worst].rms,

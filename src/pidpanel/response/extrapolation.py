@@ -16,7 +16,7 @@ from pidpanel.solve.layout import LayoutResponse
 FAR = math.log(2.0)
 
 # Changes of ln Γ that are tried to reach the data.
-STEPS = FAR * np.array([0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0])
+STEPS = FAR * np.array([0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, *range(1, 11)])
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ def extrapolation_of(
             damper.model, frequency, damper.fill_fraction, gamma, inside
         )
         distance = np.minimum(by_motion, _distance_in_frequency(frequency, inside))
-        outside = frequency[~inside]
+        unreached = frequency[~np.isfinite(by_motion)]
         weight = np.maximum(weight, np.minimum(distance / FAR, 1.0))
-        reach = f"{gamma:.3g} g" if np.isfinite(gamma) else ""
-        if not np.isfinite(by_motion).all():
-            reach += f" at {outside.min():.0f} to {outside.max():.0f} Hz"
+        reach = f"{float(f'{gamma:.3g}'):g} g" if np.isfinite(gamma) else ""
+        if unreached.size:
+            reach += f" at {unreached.min():.0f} to {unreached.max():.0f} Hz"
         if not np.isfinite(distance).any():
             reach += f" and r = {damper.fill_fraction:g}"
         missing[damper.source] = f"{damper.source} to {reach}"
@@ -94,7 +94,7 @@ def between_regimes(
 def _distance_in_motion(
     model: DampingReading, frequency: Array, fill: float, gamma: float, inside: Flags
 ) -> Array:
-    """|Δ ln Γ| (nf,) to the data; inf where no Γ within a factor of two reaches them."""
+    """|Δ ln Γ| (nf,) to the data; inf where no Γ within a factor of 1000 reaches them."""
     distance = np.where(inside, 0.0, np.inf)
     if not model.depends_on_acceleration:
         return distance

@@ -237,14 +237,14 @@ class Panel(SectionModel):
 
     @property
     def single_points(self) -> tuple[str, ...]:
-        """Hinges and hold-downs without a foot, if the section has core shear.
+        """Supports without a foot, springs and point masses, if the section has transverse shear.
 
         The deflection there depends on the mesh, like a logarithm.
         """
         if self.section.kind == "thin":
             return ()
-        points = self.support_input.points.items()
-        return tuple(name for name, p in points if p.kind != "spring" and not p.radius_m)
+        supports = (name for name, p in self.support_input.points.items() if not p.radius_m)
+        return (*supports, *(name for name, mass in self.masses.items() if mass.from_m is None))
 
     def places(self) -> Iterator[tuple[Keys, Position | Node | PointSupportInput | Mass]]:
         """Yield all that has a position, or a node of a mesh file, with the way to it."""
