@@ -1,22 +1,27 @@
 """The atlas: groups alone decide, the errors are those of the cases, whatever the scale."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping import atlas_fit
 from pidpanel.damping.atlas import REGIMES, SPREAD, TAILS, bed_of, cases_in, dimensionless
-from pidpanel.damping.atlas_files import by_state, extended_atlas, read_atlas
+from pidpanel.damping.atlas_files import atlas_data, by_state, extended_atlas, read_atlas
 from pidpanel.damping.atlas_fit import (
     PARTS,
     WIDTH,
     Predicted,
     calibration_of,
+    constants_of,
     packings_of,
+    predict,
     predict_parts,
     student_scale_of,
+    trend_of,
 )
 from pidpanel.damping.surface_cases import (
     AXES,
@@ -114,8 +119,97 @@ def test_the_factor_is_the_conformal_quantile_of_the_scores():
     ones = np.ones(99)
     predicted = Predicted(-scores, ones, scores / 2, ones)
     factors = calibration_of(predicted, np.full(99, 0.3), np.arange(99))
-    np.testing.assert_allclose(factors[:, 1], [95 / WIDTH, 47.5 / WIDTH])
+    np.testing.assert_allclose(factors[:, 1], [95 / 1.96, 47.5 / 1.96])
     np.testing.assert_array_equal(factors[:, [0, 2]], 1.0)
+
+
+@pytest.mark.parametrize("count", [5, 19])
+def test_of_fewer_than_twenty_cases_the_largest_error_counts(count):
+    scores = np.arange(1.0, count + 1)
+    predicted = Predicted(3 * scores, np.full(count, 3.0), scores, np.full(count, 0.5))
+    factors = calibration_of(predicted, np.full(count, 3.0), np.arange(count))
+    np.testing.assert_allclose(factors[:, 2], [count / 1.96, 2 * count / 1.96])
+
+
+def test_each_case_is_predicted_by_all_other_parts(monkeypatch):
+    # red: by its own part; in the order of the parts
+    monkeypatch.setattr(atlas_fit, "trend_of", lambda cases: None)
+    monkeypatch.setattr(atlas_fit, "by_state", lambda cases: cases)
+    monkeypatch.setattr(atlas_fit, "constants_of", lambda sides: sides)
+    monkeypatch.setattr(
+        atlas_fit, "atlas_data",
+        lambda cases, _: SimpleNamespace(cases=cases, damping_sides=str, mass_sides=str),
+    )  # fmt: skip
+    monkeypatch.setattr(
+        atlas_fit, "predict",
+        lambda known, unknown, *_: Predicted(*[
+            unknown.cases["case"] + known.cases["case"].sum() / 100 + k for k in range(4)
+        ]),
+    )  # fmt: skip
+    case, part = np.arange(5.0), np.array([0, 1, 0, 2, 1])
+    predicted = predict_parts(pd.DataFrame({"case": case}), part)
+    others = [8, 5, 8, 7, 5]  # sums of the cases of other parts
+    np.testing.assert_allclose(predicted.damping, case + np.divide(others, 100))
+    np.testing.assert_allclose(predicted.mass_error, predicted.damping + 3)
+
+
+def test_the_error_of_a_predicted_case_is_part_of_what_is_expected():
+    atlas = read_atlas()
+    known, unknown = (atlas_data(atlas.cases[k::20], atlas.trend) for k in (0, 1))
+    constants = constants_of(atlas.damping), constants_of(atlas.mass)
+    plain = predict(known, unknown, *constants)
+    doubled = replace(unknown, log_error=2 * unknown.log_error, mass_error=2 * unknown.mass_error)
+    wide = predict(known, doubled, *constants)
+    np.testing.assert_allclose(
+        wide.damping_error**2 - plain.damping_error**2, 3 * unknown.log_error**2, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        wide.mass_error**2 - plain.mass_error**2, 3 * unknown.mass_error**2, atol=1e-12
+    )
+    at = known.damping_sides(constants[0]).riding.mean(unknown.points) + unknown.bed.riding(
+        unknown.points
+    )
+    rides = np.exp(unknown.bed.log_stroke(unknown.points)) < 1e-3
+    assert rides.sum() > 3
+    np.testing.assert_allclose(plain.damping[rides], (at - unknown.log_damping)[rides], atol=1e-6)
+
+
+def test_the_stored_trend_and_volume_are_those_of_the_shipped_table():
+    # red: cases that cross among those that ride
+    atlas = read_atlas()
+    np.testing.assert_allclose(trend_of(by_state(atlas.cases)), atlas.trend, atol=0.002)
+    rng = np.random.default_rng(4)
+    width, depth, fill = rng.uniform([[2], [4], [0.1]], [[10], [40], [0.9]], (3, 50))
+    table = {"width_per_diameter": width, "depth_per_diameter": depth, "fill_fraction": fill}
+    full = 0.6 - 0.3 / width - 0.5 / depth
+    bulk = atlas_fit.fit_bulk(pd.DataFrame({**table, "bulk_fraction": fill * full}))
+    np.testing.assert_allclose(bulk, [0.6, -0.3, -0.5])
+
+
+def test_constants_come_from_parts_of_whole_packings(monkeypatch):
+    # 24 packings of two cases in ten parts; errors of half, and half of that as Student's t
+    asked = []
+    constants = [np.array([1.23456, 2.0]), None]
+    monkeypatch.setattr(atlas_fit, "trend_of", lambda cases: np.array([0.5]))
+    monkeypatch.setattr(atlas_fit, "by_state", lambda cases: cases)
+    monkeypatch.setattr(atlas_fit, "constants_of", lambda sides: constants)
+    monkeypatch.setattr(atlas_fit, "fit_bulk", lambda cases: np.array([0.123456]))
+    monkeypatch.setattr(
+        atlas_fit, "atlas_data", lambda *_: SimpleNamespace(damping_sides=str, mass_sides=str)
+    )
+    monkeypatch.setattr(atlas_fit, "predict_parts", lambda cases, part: asked.append(part))
+    monkeypatch.setattr(atlas_fit, "calibration_of", lambda *_: np.full((2, 3), 2 / 3))
+    monkeypatch.setattr(atlas_fit, "student_scale_of", lambda *_: np.full((2, 3), 1 / 3))
+    table = pd.DataFrame(
+        {name: np.repeat(np.arange(1.0, 25), 2) for name in
+         ("friction", "width_per_diameter", "depth_per_diameter", "stroke_per_gap")}
+    )  # fmt: skip
+    stored = atlas_fit.fit_constants(table)
+    np.testing.assert_array_equal(asked[0], np.repeat(np.arange(24) % 10, 2))
+    assert stored["calibration"] == [[0.667] * 3] * 2
+    assert stored["student_scale"] == [[0.5] * 3] * 2
+    assert stored["damping"] == stored["mass"] == {"riding": [1.235, 2.0], "crossing": []}
+    assert (stored["cases"], stored["bulk"], stored["trend"]) == (48, [0.1235], [0.5])
 
 
 def test_a_packing_of_many_cases_counts_as_one_of_few():
