@@ -187,7 +187,7 @@ def test_the_stored_trend_and_volume_are_those_of_the_shipped_table():
 
 
 def test_constants_come_from_parts_of_whole_packings(monkeypatch):
-    # 24 packings of two cases in ten parts; errors of half, and half of that as Student's t
+    # 24 packings of two cases in ten parts; errors of 2/3, a third of that as Student's t
     asked = []
     constants = [np.array([1.23456, 2.0]), None]
     monkeypatch.setattr(atlas_fit, "trend_of", lambda cases: np.array([0.5]))
@@ -199,7 +199,7 @@ def test_constants_come_from_parts_of_whole_packings(monkeypatch):
     )
     monkeypatch.setattr(atlas_fit, "predict_parts", lambda cases, part: asked.append(part))
     monkeypatch.setattr(atlas_fit, "calibration_of", lambda *_: np.full((2, 3), 2 / 3))
-    monkeypatch.setattr(atlas_fit, "student_scale_of", lambda *_: np.full((2, 3), 1 / 3))
+    monkeypatch.setattr(atlas_fit, "student_scale_of", lambda *_: np.full((2, 3), 2 / 9))
     table = pd.DataFrame(
         {name: np.repeat(np.arange(1.0, 25), 2) for name in
          ("friction", "width_per_diameter", "depth_per_diameter", "stroke_per_gap")}
@@ -207,7 +207,7 @@ def test_constants_come_from_parts_of_whole_packings(monkeypatch):
     stored = atlas_fit.fit_constants(table)
     np.testing.assert_array_equal(asked[0], np.repeat(np.arange(24) % 10, 2))
     assert stored["calibration"] == [[0.667] * 3] * 2
-    assert stored["student_scale"] == [[0.5] * 3] * 2
+    assert stored["student_scale"] == [[0.333] * 3] * 2
     assert stored["damping"] == stored["mass"] == {"riding": [1.235, 2.0], "crossing": []}
     assert (stored["cases"], stored["bulk"], stored["trend"]) == (48, [0.1235], [0.5])
 
