@@ -101,6 +101,15 @@ def test_errors_are_calibrated_by_regime():
     np.testing.assert_array_equal(damping.is_between(F, 0.5, 20.0), (stroke > 0.1) & (stroke < 0.5))
 
 
+def test_beds_of_a_tenth_to_half_of_the_gap_may_ride_or_cross():
+    damping = reading()
+    stroke = np.array([0.095, 0.105, 0.48, 0.52])
+    frequency = 100 * np.sqrt(damping.stroke_per_gap(np.array([100.0]), 0.5, 20.0) / stroke)
+    np.testing.assert_allclose(damping.stroke_per_gap(frequency, 0.5, 20.0), stroke)
+    is_between = damping.is_between(frequency, 0.5, 20.0)
+    np.testing.assert_array_equal(is_between, [False, True, True, False])
+
+
 def test_a_dashpot_has_the_same_damping_and_no_mass():
     # red: with_mass left out of the covariance
     damping, dashpot = reading(), reading().without_mass()

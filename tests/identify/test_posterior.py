@@ -99,6 +99,10 @@ def test_the_probability_is_that_of_students_t():
     alone = replace(posterior, count=4, chi_square=np.full(posterior.weights.shape, 6.6))
     assert alone.probability == pytest.approx(2 * student.sf(np.sqrt(6.6), 5), abs=0.005)
     assert replace(alone, count=40).probability > 0.99
+    # no less than one, and one more where r is known
+    assert replace(alone, count=2).probability == alone.probability
+    known = replace(alone, axes=(*alone.axes[:2], np.r_[0.5]), chi_square=alone.chi_square[..., :1])
+    assert known.probability == replace(alone, count=5).probability > 1.5 * alone.probability
 
 
 def test_damping_that_no_particles_have_is_not_explained():
@@ -147,4 +151,9 @@ def test_a_normal_posterior_has_its_moments_and_intervals():
     assert posterior.correlation[0, 1] == pytest.approx(0.6, abs=0.01)
     assert posterior.correlation[0, 2] == pytest.approx(0, abs=1e-9)
     assert not (known.cut_low or known.cut_high)
-    assert normal(0.93, 0.05).estimate(0).cut_high
+    high, low = normal(0.93, 0.05).estimate(0), normal(0.32, 0.05).estimate(0)
+    assert (high.cut_low, high.cut_high) == (False, True)
+    assert (low.cut_low, low.cut_high) == (True, False)
+    # a box within the range of the prior cuts nothing
+    wide = replace(normal(0.93, 0.05), ranges=((0.2, 1.0), (-3.0, -0.2), (0.4, 0.6)))
+    assert not wide.estimate(0).cut_high
