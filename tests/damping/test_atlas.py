@@ -9,7 +9,15 @@ import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import atlas_fit
-from pidpanel.damping.atlas import REGIMES, SPREAD, TAILS, bed_of, cases_in, dimensionless
+from pidpanel.damping.atlas import (
+    JUMP_LENGTHS,
+    REGIMES,
+    SPREAD,
+    TAILS,
+    bed_of,
+    cases_in,
+    dimensionless,
+)
 from pidpanel.damping.atlas_files import atlas_data, by_state, extended_atlas, read_atlas
 from pidpanel.damping.atlas_fit import (
     PARTS,
@@ -23,6 +31,7 @@ from pidpanel.damping.atlas_fit import (
     student_scale_of,
     trend_of,
 )
+from pidpanel.damping.jump import Jump
 from pidpanel.damping.surface_cases import (
     AXES,
     ERROR,
@@ -312,6 +321,28 @@ def test_the_stored_constants_are_those_of_the_shipped_table(quantity, side):
         for name in ("size", "scatter"):
             changed = replace(process, **{name: factor * getattr(process, name)})
             assert cost(changed, axes) > best - 0.05, name
+
+
+def test_constants_of_beds_that_cross_are_the_most_probable_ones():
+    # red: coordinates measured by a tenth more
+    process = read_atlas().damping.crossing
+    for index in range(len(SPREAD)):
+        costs = []
+        for factor in (1.02, 1 / 1.02):
+            lengths = process.lengths.copy()
+            lengths[index] *= factor
+            costs.append(cost(replace(process, lengths=lengths), SPREAD))
+        assert abs(costs[0] - costs[1]) / (2 * np.log(1.02)) < 0.03, index
+
+
+def test_one_length_from_a_case_the_jump_is_known_alike():
+    # in r, ln Γ, ln N(1 − e²), ln μ depth/width, ln width/d, ln N, direction; the last plays no part
+    away = np.diag([0.3, 3, 4, 4, 3, 3, 1, 5.0])
+    jump = Jump(np.zeros((1, 8)), np.r_[0.0], np.r_[0.5], JUMP_LENGTHS)
+    probability = jump.probability(np.vstack([away, np.zeros(8)]), np.full(9, 0.4))
+    np.testing.assert_allclose(probability[1:7], probability[0])
+    assert 0.5 < probability[0] < probability[8] - 0.05
+    assert probability[7] == probability[8]
 
 
 def cost(process, axes):
