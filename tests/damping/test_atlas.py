@@ -339,7 +339,7 @@ def test_one_length_from_a_case_the_jump_is_known_alike():
     # in r, ln Γ, ln N(1 − e²), ln μ depth/width, ln width/d, ln N, direction; the last plays no part
     away = np.diag([0.3, 3, 4, 4, 3, 3, 1, 5.0])
     jump = Jump(np.zeros((1, 8)), np.r_[0.0], np.r_[0.5], JUMP_LENGTHS)
-    probability = jump.probability(np.vstack([away, np.zeros(8)]), np.full(9, 0.4))
+    probability = jump.probability(np.vstack([away, np.zeros(8)]), np.full(9, 0.02))
     np.testing.assert_allclose(probability[1:7], probability[0])
     assert 0.5 < probability[0] < probability[8] - 0.05
     assert probability[7] == probability[8]
