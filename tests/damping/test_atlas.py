@@ -341,7 +341,7 @@ def test_one_length_from_a_case_the_jump_is_known_alike():
     jump = Jump(np.zeros((1, 8)), np.r_[0.0], np.r_[0.5], JUMP_LENGTHS)
     probability = jump.probability(np.vstack([away, np.zeros(8)]), np.full(9, 0.02))
     np.testing.assert_allclose(probability[1:7], probability[0])
-    assert 0.5 < probability[0] < probability[8] - 0.05
+    assert 0.5 < probability[8] < probability[0] - 0.05
     assert probability[7] == probability[8]
 
 
