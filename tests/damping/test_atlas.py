@@ -106,6 +106,10 @@ def test_errors_are_calibrated_by_regime():
     of_plain = np.sqrt(np.diag(plain.covariance(F, 0.5, 20.0)))
     np.testing.assert_allclose(size[:4], factor[0, regime] * of_plain[:4])
     np.testing.assert_allclose(size[4:], 14 * factor[1, regime] * of_plain[4:])
+    errors, of_one = damping(F, 0.5, 20.0), plain(F, 0.5, 20.0)
+    np.testing.assert_allclose(
+        errors.equivalent_damping_error, 14 * factor[0, regime] * of_one.equivalent_damping_error
+    )
     assert np.linalg.eigvalsh(damping.covariance(F, 0.5, 20.0)).min() > 0
     np.testing.assert_array_equal(damping.is_between(F, 0.5, 20.0), (stroke > 0.1) & (stroke < 0.5))
 
@@ -202,6 +206,13 @@ def test_the_stored_trend_and_volume_are_those_of_the_shipped_table():
     full = 0.6 - 0.3 / width - 0.5 / depth
     bulk = atlas_fit.fit_bulk(pd.DataFrame({**table, "bulk_fraction": fill * full}))
     np.testing.assert_allclose(bulk, [0.6, -0.3, -0.5])
+    fraction = replace(atlas, bulk=bulk).bulk_fraction(3.0, 10.0)
+    assert fraction == pytest.approx(0.6 - 0.1 - 0.05)
+
+
+def test_beds_differ_less_from_the_trend_than_without_one():
+    bed = bed_of(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
+    assert (bed.least_spread, replace(bed, trend=np.zeros(11)).least_spread) == (1.0, 0.5)
 
 
 def test_constants_come_from_parts_of_whole_packings(monkeypatch):

@@ -12,9 +12,12 @@ from pidpanel.identify.posterior import (
     FillPrior,
     MeasuredDamping,
     Posterior,
+    _fill_range,
+    _support,
     identify,
     posterior_on,
     quadrature,
+    quantiles,
 )
 from pidpanel.identify.prediction import Specimen, Tones, predict
 
@@ -102,6 +105,7 @@ def test_the_probability_is_that_of_students_t():
     # no less than one, and one more where r is known
     assert replace(alone, count=2).probability == alone.probability
     known = replace(alone, axes=(*alone.axes[:2], np.r_[0.5]), chi_square=alone.chi_square[..., :1])
+    assert replace(known, axes=(*alone.axes[:2], np.r_[0.4, 0.6])).probability == alone.probability
     assert known.probability == replace(alone, count=5).probability > 1.5 * alone.probability
 
 
@@ -154,6 +158,24 @@ def test_a_normal_posterior_has_its_moments_and_intervals():
     high, low = normal(0.93, 0.05).estimate(0), normal(0.32, 0.05).estimate(0)
     assert (high.cut_low, high.cut_high) == (False, True)
     assert (low.cut_low, low.cut_high) == (True, False)
+    # two standard deviations from the end its density is 0.14 of the largest
+    assert not normal(0.825, 0.05).estimate(0).cut_high
     # a box within the range of the prior cuts nothing
     wide = replace(normal(0.93, 0.05), ranges=((0.2, 1.0), (-3.0, -0.2), (0.4, 0.6)))
     assert not wide.estimate(0).cut_high
+
+
+def test_the_grid_holds_what_is_not_negligible():
+    # red: the whole range; the box without a point beyond
+    assert _fill_range(KNOWN) == pytest.approx((0.47, 0.53))
+    assert _fill_range(FillPrior(0.05, 0.52, 0.5, 0.01)) == pytest.approx((0.47, 0.52))
+    assert _fill_range(FREE) == (0.05, 0.95)
+    density = np.array([0, 1e-4, 0, 0.02, 1.0, 0.5, 5e-4, 0, 0])
+    assert _support(np.arange(9.0), density) == (2.0, 6.0)
+
+
+def test_quantiles_are_those_of_the_density():
+    x = np.linspace(1.0, 3.0, 21)
+    assert quantiles(x, x - 1, (0.25, 0.81)) == pytest.approx((2.0, 2.8), abs=1e-4)
+    assert quantiles(x, np.ones(21), (0.02, 1.0)) == pytest.approx((1.04, 3.0))
+    assert quantiles(np.r_[0.7], np.ones(1), (0.05, 0.95)) == (0.7, 0.7)
