@@ -71,6 +71,14 @@ def test_gravity_has_its_name(gravity, direction, name):
     assert row["direction"] == name
 
 
+def test_walls_of_glass_that_is_not_softened_are_those_of_the_particles():
+    # red: the modulus times itself over itself, which rounding leaves beside it
+    glass = {"youngs_modulus_mpa": 65_000, "poissons_ratio": 0.22}
+    sweep = {**SWEEP, "frequency_hz": [6000]}
+    (row,) = table(sweep=sweep, particles=glass).to_dict("records")
+    assert row["youngs_modulus_mpa"] == 65_000
+
+
 @pytest.mark.parametrize(
     ("coupon", "message"),
     [

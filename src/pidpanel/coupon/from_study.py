@@ -245,10 +245,10 @@ def _constants(
         contact_time_per_period=longest / deepening,
         overlap_per_radius=deepest,
     )
-    stiffer = _either(walls.youngs_modulus, spheres.youngs_modulus)
+    stiffer = _either(walls.youngs_modulus, spheres.youngs_modulus) / spheres.youngs_modulus
     return Constants(
         youngs_modulus=modulus,
-        wall_youngs_modulus=modulus * stiffer / spheres.youngs_modulus,
+        wall_youngs_modulus=modulus * stiffer,
         poissons_ratio=spheres.poissons_ratio,
         wall_poissons_ratio=_either(walls.poissons_ratio, spheres.poissons_ratio),
         restitution=spheres.restitution,
