@@ -50,3 +50,14 @@ def test_every_template_is_used():
     sources += templates.PAGES.glob("*.html")
     text = "".join(path.read_text("utf-8") for path in map(Path, sources))
     assert [p.name for p in templates.PAGES.glob("*.html") if f'"{p.name}"' not in text] == []
+
+
+@pytest.mark.parametrize(("quantity", "tables"), [("at 2°", 3), ("restitution at 2.03°, " * 3, 1)])
+def test_only_short_rows_stand_in_three_columns(quantity, tables):
+    # red: any rows of five columns, the last of which left the page
+    row = {
+        "quantity": quantity, "reference": 0.79, "computed": 0.98, "unit": "1", "error": 0.24,
+        "source": "a paper", "method": "a run",
+    }  # fmt: skip
+    values = {"rows": [row] * 31, "unknown": "", "percent": lambda *_: "+24 %"}
+    assert templates.fill("validation.html", values).count("<table") == tables
