@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +20,6 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
-from pidpanel.panel.resolution import frequency_shift
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases
@@ -180,7 +178,7 @@ def shakers_of(study: Study) -> dict[str, Shaker]:
         stated_acceleration_g=study.damping.level.acceleration_g,
     )
     panel = StudiedPanel(study.panel)
-    shift = partial(frequency_shift, panel.element, panel.section)
+    shift = panel.shift_of_wave
     per_area = panel.section.mass_per_area
     return {name: Shaker(settings, level, per_area, shift) for name, level in levels.items()}
 

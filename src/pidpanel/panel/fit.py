@@ -150,6 +150,12 @@ def check_foot_areas(mesh: PanelMesh, supports: Supports) -> None:
                 )
 
 
+def free_edges(area: BaseGeometry, supports: Supports) -> float:
+    """Return half the length of the free boundary over the area [1/m]."""
+    free = area.boundary.difference(_supported(area, supports, 0.0).buffer(_slack(area)))
+    return float(free.length / (2 * area.area))
+
+
 def _supported(area: BaseGeometry, supports: Supports, slack: float) -> BaseGeometry:
     """Return the parts of the boundary that are not free; later edges win."""
     lines: BaseGeometry = shapely.union_all(

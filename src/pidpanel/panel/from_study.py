@@ -1,8 +1,8 @@
 """The panel of a study: the one place in `panel` that reads the section ``panel``."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,13 @@ from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.panel.resolution import Region, check_resolution, element_sizes, longest_edge
+from pidpanel.panel.resolution import (
+    Region,
+    check_resolution,
+    element_sizes,
+    frequency_shift,
+    longest_edge,
+)
 from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
@@ -172,6 +178,12 @@ class StudiedPanel:
         if self.foreign is not None:
             return fit.area_of(self.foreign.panel_mesh({}, {}))
         return fit.area_within(self._outline, self._holes.values())
+
+    @property
+    def shift_of_wave(self) -> Callable[[float, float, float], float]:
+        """`frequency_shift` of edges [m], frequencies [Hz] and masses [kg/m²] on this panel."""
+        edges = fit.free_edges(self.area, self.supports)
+        return partial(frequency_shift, self.element, self.section, free_edges=edges)
 
     @property
     def obstacles(self) -> list[BaseGeometry]:

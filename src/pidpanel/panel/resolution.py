@@ -28,6 +28,11 @@ LONGEST_EDGE = {
 }
 
 
+# Elements that see nothing of the shear layer at free edges: order and edge over its depth at which
+# half of it is seen; measured on torsion of free strips, sandwiches with cores of 5 to 25 mm and
+# solids of 3 and 12 mm, where modes of the coarsest mesh are 0.1 to 0.3 % too high.
+EDGE_LAYER = {"sandwich triangles": (3, 13.0), "solid triangles": (2, 40.0)}
+
 # Error of the frequency there, and the power of the edge with which it grows; higher for Argyris
 # elements and solids, so that theirs is overestimated.
 WORST_SHIFT, ORDER = 0.01, 4
@@ -88,9 +93,16 @@ def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> fl
 
 
 def frequency_shift(
-    element: str, section: Section, longest_edge: float, frequency: float, added_mass: float = 0.0
+    element: str,
+    section: Section,
+    longest_edge: float,
+    frequency: float,
+    added_mass: float = 0.0,
+    free_edges: float = 0.0,
 ) -> float:
     """Return by which share a mesh raises the frequency of a resonance, about [1].
+
+    Along a free edge, shear takes a layer of depth λ = √(D₆₆/S) from the torsion of the section.
 
     Parameters
     ----------
@@ -100,9 +112,17 @@ def frequency_shift(
         [m].
     section, frequency, added_mass
         As of `half_wave`.
+    free_edges
+        Half the length of the free edges over the area of the panel [1/m].
     """
     allowed = LONGEST_EDGE[element] * half_wave(section, frequency, added_mass)
-    return float(WORST_SHIFT * (longest_edge / allowed) ** ORDER)
+    shift = float(WORST_SHIFT * (longest_edge / allowed) ** ORDER)
+    shear = getattr(section, "shear", None)
+    if shear is not None:
+        order, half = EDGE_LAYER[element]
+        layer = float(np.sqrt(section.bending[2, 2] / np.linalg.eigvalsh(shear).max()))
+        shift += layer * free_edges / (1 + (half * layer / longest_edge) ** order)
+    return shift
 
 
 def longest_edge(

@@ -4,7 +4,6 @@ Behind it are functions of data: `cases` solves, `results`, `mapping` and `expor
 """
 
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +17,6 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
-from pidpanel.panel.resolution import frequency_shift
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.response.cases import ResponseScenario
@@ -107,7 +105,7 @@ def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -
         excitation,
         read_air(study, radiation, table, files.air),
         mass_per_area=panel.section.mass_per_area,
-        shift_of_wave=partial(frequency_shift, panel.element, panel.section),
+        shift_of_wave=panel.shift_of_wave,
     )
 
 
