@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
-from pidpanel.sound.added_mass import tabulate_added_mass
+from pidpanel.sound.added_mass import _rest, tabulate_added_mass
 from pidpanel.sound.wavenumber_table import FieldError
 from pidpanel.verification.sound import SIDES, sine_panel
 
@@ -66,3 +67,15 @@ def test_added_mass_is_symmetric_and_does_not_couple_even_with_odd(table):
 def test_what_cannot_be_integrated_is_refused_by_name():
     with pytest.raises(FieldError, match="use smaller elements"):
         tabulate_added_mass(36.0, sine_panel(MODES, (6, 4)))
+
+
+def test_beyond_the_last_wavenumber_the_sum_falls_with_a_power():
+    # Ā κ = κ^(1−p) from K on; Q(K) = K^(2−p)/(p − 2), and ∫ κ^(1−p)/√(κ² − k²) dκ is left out
+    # red: a term of the series
+    power, reach, k = np.array([3.5, 5.0]), 2.0, 0.7
+    content = reach ** (2 - power) / (power - 2)
+    found = _rest(k, reach, np.diag(content), content * 2 ** (power / 2 - 1))
+    expected = [
+        quad(lambda t, p=p: t ** (1 - p) / np.sqrt(t**2 - k**2), reach, np.inf)[0] for p in power
+    ]
+    np.testing.assert_allclose(np.diag(found), expected, rtol=3e-5)

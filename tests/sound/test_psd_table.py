@@ -135,3 +135,9 @@ def test_a_sound_field_loads_one_side_unless_both_are_given():
                  for more in ({}, {"loaded_sides": 2}))  # fmt: skip
     np.testing.assert_allclose(one.spectrum(frequency), POINTS(frequency))
     assert not np.allclose(both.spectrum(frequency), POINTS(frequency))
+
+
+def test_two_rows_are_a_spectrum(tmp_path):
+    path = tmp_path / "psd.csv"
+    path.write_text("frequency_hz,psd_pa2_hz\n20,0.5\n2000,0.5\n")
+    assert read_spectrum(path).points.mean_square(20, 2000) == pytest.approx(990)

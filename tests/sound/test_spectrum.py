@@ -188,6 +188,22 @@ def test_a_table_that_cannot_be_meant_is_refused_by_line_and_value(tmp_path, nam
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("levels", [(130, 85, 84), (84, 130, 131)])
+def test_levels_that_fall_or_rise_steeply_are_read(tmp_path, levels):
+    # red: more than 40 dB from one neighbour is enough
+    rows = [f"{center},{level}" for center, level in zip((100, 125, 160), levels, strict=True)]
+    spectrum = read_spl_table(write(tmp_path, *rows))
+    np.testing.assert_array_equal(spectrum.band_spl, levels)
+
+
+def test_only_a_row_of_an_overall_level_is_named_one(tmp_path):
+    # red: every last row, whatever its centre
+    for row, is_named in (("110,120", False), ("0,120", True), ("OASPL,120", True)):
+        with pytest.raises(ColumnsError) as caught:
+            read_spl_table(write(tmp_path, "100,120", row))
+        assert ("omit the row of the overall level" in str(caught.value)) == is_named
+
+
 @pytest.mark.parametrize("level", [-100.0, -12.3, 0.0, 200.0])
 def test_levels_of_minus_100_to_200_decibels_are_read(tmp_path, level):
     # a filtered spectrum has bands below 0 dB; red: LEVEL_RANGE = (0.0, 200.0)
