@@ -170,3 +170,19 @@ def test_an_example_runs_and_says_what_it_should(path, capsys, monkeypatch):
     # red: numbers without a unit, of m/s² or dB
     assert re.search(r"m s-2|N s/m³|\bHz\b|\bdB\b", said.out)
     assert "Traceback" not in said.err
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "says"),
+    [
+        ("fill_fraction", 7, "fill_fraction = 7: must be above 0 and at most 1"),
+        ("frequency_hz", -1, "frequency_hz = -1: must be above 0"),
+        ("frequency_hz", [100, np.inf], "frequency_hz = inf: must be above 0"),
+        ("acceleration_g", [1, np.nan], "acceleration_g = nan: must be above 0"),
+    ],
+)
+def test_damping_is_read_at_values_that_there_are(key, value, says):
+    # red: C_e at r = 7 as at r = 0.9, NaN at −1 Hz
+    with pytest.raises(pidpanel.StudyError) as caught:
+        pidpanel.Model("l_panel.yaml").damping(**{key: value})
+    assert str(caught.value) == says
