@@ -195,10 +195,10 @@ class Model:
             frequency_hz = np.geomspace(*self._frequency_range, FREQUENCIES).tolist()
         frequency = np.atleast_1d(np.asarray(frequency_hz, np.float64))
         axes = {"fill_fraction": fills, "frequency_hz": frequency, "acceleration_g": gammas}
-        for key, given in axes.items():
-            most = " and at most 1" if key == "fill_fraction" else ""
-            if wrong := [x for x in given.tolist() if not 0 < x < np.inf or (most and x > 1)]:
-                raise StudyError(f"{key} = {wrong[0]:g}: must be above 0{most}")
+        for key, coordinate in axes.items():
+            limit, top = (" and at most 1", 1.0) if key == "fill_fraction" else ("", 1e300)
+            if refused := [x for x in coordinate.tolist() if not 0 < x <= top]:
+                raise StudyError(f"{key} = {refused[0]:g}: must be above 0{limit}")
         reading = self._reading(source)
         shape = (len(fills), len(frequency), len(gammas))
         damping, error, mass, inside = np.full((4, *shape), np.nan)

@@ -3,6 +3,7 @@
 import resource
 import struct
 import tracemalloc
+from pathlib import Path
 
 import gmsh
 import numpy as np
@@ -99,6 +100,17 @@ def test_a_mesh_comes_back_from_gmsh_with_its_frequencies(original):
     again = read_gmsh(path).panel_mesh({"P1": PATCH}, {"P": (0.4, 0.6)})
     np.testing.assert_allclose(frequencies(again), expected, rtol=1e-9)
     assert len(again.patch_cells["P1"]) == len(mesh.patch_cells["P1"])
+
+
+def test_a_mesh_in_text_may_have_the_line_ends_of_windows(tmp_path):
+    # red: as it is: "no triangles or quadrilaterals"
+    text = (Path(__file__).parents[1] / "corpus" / "bases" / "panel.msh").read_bytes()
+    meshes = []
+    for name, end in (("unix.msh", b"\n"), ("windows.msh", b"\r\n")):
+        (tmp_path / name).write_bytes(text.replace(b"\n", end))
+        meshes.append(read_gmsh(tmp_path / name))
+    np.testing.assert_array_equal(meshes[0].position, meshes[1].position)
+    assert len(meshes[1].position) == 6
 
 
 def test_quadrilaterals_become_two_triangles_each_in_their_group(tmp_path):

@@ -73,6 +73,8 @@ def _load(path: Path, data: bytes) -> None:
             raise ValueError(
                 f"{path}: section {names[1].decode()} begins inside {names[0].decode()}"
             )
+    if sections[0].split()[2:3] == [b"0"]:  # in text, as Windows writes it
+        sections = [section.replace(b"\r\n", b"\n") for section in sections]
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "panel.msh"
         copy.write_bytes(b"\n".join([*sections, b""]))
