@@ -131,3 +131,14 @@ def test_a_mass_that_follows_the_level_is_followed():
         assert got.log_acceleration[3 + node] == pytest.approx(
             level, abs=2e-3 * np.abs(got.log_acceleration).max()
         )
+
+
+def test_the_error_of_a_stress_is_half_that_of_its_mean_square():
+    # red: rms in place of its square; a stress that is zero divides
+    frequency = np.linspace(10.0, 110.0, 101)
+    psd = np.array([[[4.0, 0.0]]]) * np.ones((101, 1, 1))
+    log_error = np.where(frequency < 60, 0.3, 0.1)[:, None]
+    rows = tables.stress_rows(frequency, psd, {"sigma": "Pa", "tau": "Pa"}, ["A"], log_error)
+    assert [row["relative_error"] for row in rows] == pytest.approx([0.1, 0.0], abs=1e-3)
+    assert rows[0]["three_sigma"] == pytest.approx(3 * rows[0]["rms"])
+    assert rows[0]["rms"] == pytest.approx(20 / 1e6 if rows[0]["unit"] == "MPa" else 20)

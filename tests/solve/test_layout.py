@@ -61,10 +61,16 @@ def test_the_motion_is_searched_from_a_hundredth_and_three_times_that_of_the_bar
         read.append(level)
         return falling(frequency, level)
 
-    bare = solve_bare(one_mode(), 1.0).bare_patch_acceleration_g[0]
-    solved(one_mode(), law, 1.0)
+    # of the sound that is four times as strong
+    bare = 2 * solve_bare(one_mode(), 1.0).bare_patch_acceleration_g[0]
+    solved(one_mode(), law, 4.0)
     assert read[0] == pytest.approx(3 * bare, rel=1e-10)
     assert min(read) == pytest.approx(bare / 100, rel=1e-10)
+
+
+def test_where_nothing_is_searched_nothing_is_left():
+    found = solved(one_mode(), dashpot(300.0), 1.0, stated=2.0)
+    assert (found.residual, found.starts, found.converged) == (0.0, 0, 0)
 
 
 def test_responses_are_the_same_bits_on_two_cores(monkeypatch):

@@ -12,7 +12,7 @@ import scipy
 from pidpanel.solve.dampers import PatchMotion, attach_dampers
 from pidpanel.solve.diagonal import DiagonalPanel
 from pidpanel.solve.lines import frequency_grid, root_mean_square
-from pidpanel.solve.modal import bare_panels, patch_motions_in_vacuum
+from pidpanel.solve.modal import bare_panels, chunks_of_lines, patch_motions_in_vacuum
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError, UnstableDamping
 from pidpanel.sound.radiation import air_resistance
 
@@ -526,3 +526,21 @@ def test_rms_values_are_those_of_the_psds(panel, lines):
         # S_w ω² and S_w ω⁴/ω² round differently, and the mean squares are sums of positive terms
         expected = root_mean_square(lines.frequency, psd)
         np.testing.assert_allclose(rms, expected, rtol=8 * np.finfo(float).eps)
+
+
+@pytest.mark.parametrize(("shapes", "size"), [(0, 32), (250, 32), (400, 15), (2000, 8)])
+def test_matrices_of_lines_that_are_solved_together_fit_into_20_megabytes(shapes, size):
+    # but for eight lines, and 32 at most; red: slices that overlap or leave a line out
+    chunks = chunks_of_lines(100, shapes)
+    assert [chunk.start for chunk in chunks] == list(range(0, 100, size))
+    assert [chunk.stop for chunk in chunks] == [*range(size, 100, size), 100]
+
+
+def test_one_patch_has_its_own_coordinates():
+    # a = inverse c of c = E a; red: E over the squares of its columns left out
+    rng = np.random.default_rng(3)
+    root = rng.normal(size=(6, 3))
+    patches = Patches((root @ root.T)[None], np.ones(1))
+    found = patches.coordinates(1e-10)
+    np.testing.assert_allclose(found.inverse @ found.columns, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(found.columns @ found.columns.T, root @ root.T, atol=1e-12)
