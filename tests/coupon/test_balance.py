@@ -431,3 +431,10 @@ def test_an_oblique_impact_loses_what_its_energy_says_whether_it_sticks_or_slide
     )  # fmt: skip
     gone = -found.kinetic_change
     assert found.dissipated == pytest.approx(gone, rel=1e-3)
+
+
+def test_the_effective_shear_modulus_is_that_of_mindlin():
+    # 1/G* = (2 − ν)/G for each, G = E/(2(1 + ν)); red: (1 + ν) in the denominator
+    moduli, ratios = (3.0e9, 7.0e10), (0.35, 0.2)
+    compliance = sum((2 - n) / (e / (2 * (1 + n))) for e, n in zip(moduli, ratios, strict=True))
+    assert balance.effective_shear_modulus(moduli, ratios) == pytest.approx(1 / compliance)

@@ -1,6 +1,7 @@
 """Truths of the modes and residual vectors: Table 1, orthogonality, and a direct solve."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel import modes as modes_module
 from pidpanel.panel.basis import panel_basis, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.modes import count_modes_below, normal_modes
+from pidpanel.panel.modes import count_modes_below, is_rigid, normal_modes
 from pidpanel.panel.navier import mode_orders, thin_plate_frequency
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
@@ -467,3 +468,11 @@ def test_the_basis_holds_the_modes_at_points_patches_and_quadrature(tmp_path):
         np.testing.assert_allclose(
             basis.patch_overlap[number][:n_modes, :n_modes], part, atol=1e-4 * np.abs(part).max()
         )
+
+
+def test_a_tilt_has_no_elastic_energy_but_rounding():
+    # three deflections with a curvature; red: terms that cancel in the measure too
+    curvature = np.array([[1.0, -2.0, 1.0]])
+    plate = SimpleNamespace(stiffness=sp.csr_array(curvature.T @ curvature))
+    modes = np.array([[-1.0, 1e-9, 1.0], [1.0, 1.0, 1.0], [-1.0, 1e-3, 1.0]]).T
+    np.testing.assert_array_equal(is_rigid(plate, modes), [True, True, False])

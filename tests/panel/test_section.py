@@ -98,6 +98,60 @@ def test_the_longest_edge_of_a_message_is_allowed(frequency):
         assert 0.99 * allowed <= edge <= allowed
 
 
+@pytest.mark.parametrize(("ratio", "shift"), [(0.001, 4e-4), (0.01, 4e-3), (0.1, 0.01)])
+def test_under_a_damper_the_longest_edge_shifts_by_two_fifths_of_the_damping(ratio, shift):
+    # but by 1 % at most; red: ζ in the denominator
+    section, kind = ThinSection(3273.07, 4.0), "thin quadrilaterals"
+    edge = resolution.longest_edge(kind, section, 800.0, 30.0, ratio)
+    found = resolution.frequency_shift(kind, section, edge, 800.0, 30.0)
+    assert found == pytest.approx(shift)
+    half = resolution.half_wave(section, 800.0)
+    assert resolution.longest_edge(kind, section, 800.0, 0.0, ratio) == pytest.approx(0.65 * half)
+
+
+def test_the_error_of_a_line_is_that_of_even_resonances_that_are_shifted():
+    # N = A f/2 √(m″/D); S = sinh x/(cosh x − cos 2πf/δ), x = 2πζf/δ, δ = 1/N′
+    area, edge, ratio, high = 1.5, 0.04, 0.01, 1000.0
+    section = ThinSection(3273.07, 4.0)
+    density = area / 2 * np.sqrt(4.0 / 3273.07)
+    phase = np.linspace(0, 2 * np.pi, 4001)
+    errors = []
+    for f in high * np.geomspace(1 / 30, 1, 60):
+        x = 2 * np.pi * ratio * f * density
+        level = 10 * np.log10(np.sinh(x) / (np.cosh(x) - np.cos(phase)))
+        steepest = np.abs(np.gradient(level, phase)).max() * 2 * np.pi * density  # [dB/Hz]
+        half = np.pi / np.sqrt(2 * np.pi * f * np.sqrt(4.0 / 3273.07))
+        shift = 0.01 * (edge / (0.65 * half)) ** 4
+        errors.append(shift * f * steepest if f * density >= 1 else 0.0)
+    regions = [resolution.Region("", area, edge)]
+    found = resolution.line_error_db("thin quadrilaterals", regions, section, high, ratio)
+    assert found == pytest.approx(max(errors), rel=0.01)
+
+
+def test_below_the_first_resonance_no_line_errs():
+    # N = A f/2 √(m″/D) = 1 at 38.1 Hz; red: 1.1 modes
+    section, regions = ThinSection(3273.07, 4.0), [resolution.Region("", 1.5, 0.3)]
+    first = 2 / 1.5 * np.sqrt(3273.07 / 4.0)
+    errors = [
+        resolution.line_error_db("thin quadrilaterals", regions, section, share * first, 0.01)
+        for share in (0.98, 1.04)
+    ]
+    assert errors[0] == 0.0 < errors[1]
+
+
+def test_a_damper_all_over_is_a_heavier_panel_of_less_damping():
+    # C_e aside, c ω of the panel is spread over more mass; red: ζ times the root of the mass
+    heavy = resolution.Region("p", 1.5, 0.05, 12.0)
+    bare = resolution.Region("", 1.5, 0.05)
+    of_damper, of_section = (
+        resolution.line_error_db("thin quadrilaterals", [region], section, 900.0, ratio)
+        for region, section, ratio in (
+            (heavy, ThinSection(3273.07, 4.0), 0.02), (bare, ThinSection(3273.07, 16.0), 0.01)
+        )
+    )  # fmt: skip
+    assert of_damper == pytest.approx(of_section)
+
+
 def test_waves_are_shorter_under_a_damper_by_the_fourth_root_of_the_mass():
     # red: added_mass left out of the inertia in `half_wave`
     section = ThinSection(3273.07, 4.0)
