@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -126,6 +127,31 @@ def test_the_error_of_a_line_is_that_of_even_resonances_that_are_shifted():
     regions = [resolution.Region("", area, edge)]
     found = resolution.line_error_db("thin quadrilaterals", regions, section, high, ratio)
     assert found == pytest.approx(max(errors), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("element", "edge", "seen"),
+    [("sandwich triangles", 13.0, 1 / 2), ("sandwich triangles", 26.0, 8 / 9),
+     ("solid triangles", 40.0, 1 / 2), ("solid triangles", 80.0, 4 / 5)],
+)  # fmt: skip
+def test_elements_see_the_shear_layer_at_free_edges_that_they_are_small_beside(element, edge, seen):
+    # λ = √(D₆₆/S) of the torsion is missed along 0.5 m of free edges for each square metre
+    section = SimpleNamespace(
+        bending=np.diag([2000.0, 2000.0, 900.0]), shear=np.diag([1e6, 4e6]), mass_per_area=3.0
+    )
+    size = edge * np.sqrt(900 / 4e6)
+    inside = resolution.frequency_shift(element, section, size, 200.0)
+    at_edges = resolution.frequency_shift(element, section, size, 200.0, 0.0, 0.5)
+    assert at_edges - inside == pytest.approx(seen * 0.5 * np.sqrt(900 / 4e6), rel=1e-9)
+
+
+def test_a_rectangle_has_the_size_of_its_longer_edge_and_a_triangle_of_the_mean():
+    vertices = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [0.0, 4.0]])
+    assert resolution.element_sizes(vertices, np.array([[0, 1, 2, 3]])) == [4.0]
+    assert resolution.element_sizes(vertices, np.array([[0, 1, 2]])) == [4.0]
+    assert resolution.element_sizes(vertices[[0, 1, 2]] * [1, 2], np.array([[0, 1, 2]])) == [
+        pytest.approx((3 + 8 + np.hypot(3, 8)) / 3)
+    ]
 
 
 def test_below_the_first_resonance_no_line_errs():
