@@ -95,6 +95,10 @@ FAULTS = {
         f"{F},{C},equivalent_damping_error_n_s_m3\n100,5,-1\n",
         ["line 2: equivalent_damping_error_n_s_m3 = -1: must be at least 0"],
     ),
+    "exchanged columns": (
+        f"{F},{C},equivalent_damping_error_n_s_m3\n100,5,300\n200,6,310\n",
+        [f"line 2: {C} = 5: below its error, as in every row; exchanged columns?"],
+    ),
     "an error of zero damping": (
         f"{F},{C},equivalent_damping_error_n_s_m3\n100,0,1\n200,0,0\n",
         [f"line 2: equivalent_damping_error_n_s_m3 = 1: must be 0 where {C} is 0"],

@@ -154,7 +154,7 @@ def _first_rows(keys: Iterable[Hashable]) -> Index:
 
 
 def _note_errors(table: UserTable) -> None:
-    """Note errors of values that are 0."""
+    """Note errors of values that are 0, and the first row where all values are below theirs."""
     for value in VALUES:
         error = ERRORS[value]
         if value in table.columns and error in table.columns:
@@ -162,6 +162,11 @@ def _note_errors(table: UserTable) -> None:
                 f"{error} = {{{error}:g}}: must be 0 where {value} is 0: errors are relative to it"
             )
             table.note((table[value] == 0) & (table[error] > 0), says)
+            if np.all((table[error] > table[value]) & (table[value] > 0)):
+                says = (
+                    f"{value} = {{{value}:g}}: below its error, as in every row; exchanged columns?"
+                )
+                table.note(np.arange(len(table.lines)) == 0, says)
 
 
 def _note_amplitudes(table: UserTable) -> None:
