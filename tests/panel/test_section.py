@@ -108,6 +108,25 @@ def test_under_a_damper_the_longest_edge_shifts_by_two_fifths_of_the_damping(rat
     assert found == pytest.approx(shift)
     half = resolution.half_wave(section, 800.0)
     assert resolution.longest_edge(kind, section, 800.0, 0.0, ratio) == pytest.approx(0.65 * half)
+    light = resolution.longest_edge(kind, section, 800.0, 0.5, 0.001)
+    assert light < 0.5 * resolution.longest_edge(kind, section, 800.0, 0.0, 0.001)
+
+
+def test_a_length_is_rounded_down_to_three_digits():
+    values = [resolution._rounded_down(x) for x in (0.123456, 12.39, 0.00099999, 2.0)]
+    assert values == pytest.approx([0.123, 12.3, 0.000999, 2.0], rel=1e-12)
+
+
+def test_each_part_of_a_panel_has_its_share_of_the_modes():
+    # two halves alike are the whole; red: the damping divided by the share
+    section, ratio = ThinSection(3273.07, 4.0), 0.01
+    whole, halves = (
+        resolution.line_error_db(
+            "thin quadrilaterals", [resolution.Region("", 1.5 / n, 0.05)] * n, section, 900.0, ratio
+        )
+        for n in (1, 2)
+    )
+    assert halves == pytest.approx(whole)
 
 
 def test_the_error_of_a_line_is_that_of_even_resonances_that_are_shifted():
