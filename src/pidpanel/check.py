@@ -163,8 +163,8 @@ def check_panel(study: Study) -> Iterator[Mistake]:
             f"must be in the range of the paper's law, {FREQUENCY_RANGE[0]:g} to "
             f"{FREQUENCY_RANGE[1]:g} Hz",
         )
-    tables = list(_check_tables(study))
-    yield from tables
+    table_mistakes = list(_check_tables(study))
+    yield from table_mistakes
     lines = line_count(low, high, study.panel.modal_damping.least(low, high))
     if lines > LINES_AT_MOST:
         ratio = smallest_damping_ratio(low, high)
@@ -188,7 +188,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         yield from _check_spectrum(study.sound, study.response)
     yield from _check_masses(study.panel)
     # of a table with mistakes the mass is not known
-    masses = {} if tables else resolved_masses(study)
+    masses = {} if table_mistakes else resolved_masses(study)
     mistakes = list(_check_mesh(study.panel, high, masses))
     yield from mistakes
     if study.optimise is not None and not mistakes:
