@@ -11,18 +11,18 @@ squares. Over fill, in the structure of Eq. 6 with its leading factor taken out,
 
     a₁ = α r (1 + β₁ r + β₂ r²),   a₂ = γ₀ + γ₁ r,   a₃ = r (δ₀ + δ₁ r),
 
-least squares in (ln α, β, γ, δ) by the Gauss-Newton method; the intervals are those of the
-linearised problem. ω is in rad/s, a₁ in N s/m³ (rad/s)^(1−a₂), a₃ in s.
+least squares in (ln α, β, γ, δ); the intervals are those of the linearised problem. ω is in
+rad/s, a₁ in N s/m³ (rad/s)^(1−a₂), a₃ in s.
 
 Errors of the values weigh them against each other; how far the points scatter about the form,
 which is more than their errors where the form does not fit, is taken from the fit itself.
-Everything takes any number of data sets at once, along the leading axes of the values.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 from pidpanel.arrays import Array
@@ -31,55 +31,47 @@ from pidpanel.damping.surface_cases import ERROR, VALUE
 AT_FILL = ("ln_a1", "a2", "a3")
 OVER_FILL = ("ln_alpha", "beta1", "beta2", "gamma0", "gamma1", "delta0", "delta1")
 CONFIDENCE = 0.95
-STEPS = 30
-HALVINGS = 12
+CONVERGED = 1e-14  # relative changes of the cost and the constants with which a search ends
 
 
 @dataclass(frozen=True)
 class FittedValue:
-    """Constants with confidence intervals."""
+    """Constants (p,) with confidence intervals, in the order of `AT_FILL` or `OVER_FILL`."""
 
-    # (…, p) in the order of `AT_FILL` or `OVER_FILL`; NaN where the data do not suffice
     value: Array
     low: Array
     high: Array
-    scatter: Array  # (…) standard deviation of ln C_e about the form, of a value of average weight
-    freedom: int
+    scatter: float  # standard deviation of ln C_e about the form, of a value of average weight
 
 
 def constants_at(fill_fraction: Array, constants: Array) -> tuple[Array, Array, Array]:
-    """a₁, a₂, a₃ at fills (n,) from constants (…, 7) in the order of `OVER_FILL`."""
+    """a₁, a₂, a₃ at fills (n,) from constants (7,) in the order of `OVER_FILL`."""
     r = np.asarray(fill_fraction, float)
-    log_alpha, beta1, beta2, gamma0, gamma1, delta0, delta1 = np.moveaxis(constants, -1, 0)[
-        ..., None
-    ]
+    log_alpha, beta1, beta2, gamma0, gamma1, delta0, delta1 = constants
     a1 = np.exp(log_alpha) * r * (1 + beta1 * r + beta2 * r**2)
     return a1, gamma0 + gamma1 * r, r * (delta0 + delta1 * r)
 
 
 def fit_at_fill(frequency: Array, damping: Array, error: Array) -> FittedValue:
-    """ln a₁, a₂ and a₃ of one fill from C_e (…, n) at frequencies (n,) [Hz], four at least.
+    """ln a₁, a₂ and a₃ of one fill from C_e (n,) at frequencies (n,) [Hz], four at least.
 
     Of the standard errors of ln C_e (n,) only the ratios matter.
     """
     omega = 2 * np.pi * np.asarray(frequency, float)
     if len(np.unique(omega)) < 4:
         raise ValueError(f"{len(np.unique(omega))} frequencies: at least 4 for three constants")
-    scale = omega.max()
+    scale, weight = omega.max(), _weights(error)
     design = np.stack([np.ones_like(omega), np.log(omega), -omega / scale], axis=1)
-    value = np.log(2 * np.pi * damping) + np.log(omega)
-    weight = _weights(error)
-    weighted = design * weight[:, None]
-    inverse = np.linalg.inv(weighted.T @ weighted)
-    constants = (value * weight) @ weighted @ inverse
-    residual = (value - constants @ design.T) * weight
-    return _estimate(constants, residual, np.diag(inverse), np.array([1.0, 1.0, 1 / scale]))
+    design *= weight[:, None]
+    value = (np.log(2 * np.pi * damping) + np.log(omega)) * weight
+    constants = np.linalg.lstsq(design, value)[0]
+    return _estimate(constants, value - design @ constants, design, np.array([1, 1, 1 / scale]))
 
 
 def fit_over_fill(
     frequency: Array, fill_fraction: Array, damping: Array, error: Array
 ) -> FittedValue:
-    """Return the constants of the structure of Eq. 6 over all fills at once, from C_e (…, n).
+    """Return the constants of the structure of Eq. 6 over all fills at once, from C_e (n,).
 
     Eight points, three fills and four frequencies [Hz] at least; of the standard errors of ln C_e
     (n,) only the ratios matter.
@@ -92,50 +84,28 @@ def fit_over_fill(
             f"{len(r)} points, {fills} fills, {frequencies} frequencies: "
             "at least 8, 3 and 4 for seven constants"
         )
-    scale = omega.max()
-    ones, log_omega, share = np.ones_like(r), np.log(omega), omega / scale
+    scale, weight = omega.max(), _weights(error)
+    log_omega, share = np.log(omega), omega / scale
     rest = np.stack([log_omega, r * log_omega, -r * share, -(r**2) * share], axis=1)
     value = np.log(2 * np.pi * damping) + log_omega - np.log(r)
-    weight = _weights(error)
 
-    def model(constants: Array) -> tuple[Array, Array]:
-        """Residuals (…, n) with weight, inf where a₁ ≤ 0, and the factor 1 + β₁ r + β₂ r²."""
-        factor = 1 + constants[..., 1:2] * r + constants[..., 2:3] * r**2
+    def away(constants: Array) -> Array:
+        """Residuals (n,) with weight, not finite where a₁ ≤ 0: the search steps back."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            predicted = constants[..., :1] + np.log(factor) + constants[..., 3:] @ rest.T
-        residual = np.where(factor > 0, (value - predicted) * weight, np.inf)
-        return residual, factor
+            log_factor = np.log(1 + constants[1] * r + constants[2] * r**2)
+        return np.asarray((constants[0] + log_factor + rest @ constants[3:] - value) * weight)
 
-    def jacobian(factor: Array) -> Array:
-        columns = np.broadcast_arrays(ones, r / factor, r**2 / factor, *rest.T)
-        return np.stack(columns, axis=-1) * weight[:, None]
+    def slope(constants: Array) -> Array:
+        factor = 1 + constants[1] * r + constants[2] * r**2
+        columns = np.column_stack([np.ones_like(r), r / factor, r**2 / factor, rest])
+        return np.asarray(columns * weight[:, None])
 
-    constants = np.zeros((*np.shape(damping)[:-1], 7))
-    start = np.concatenate([ones[:, None], rest], axis=1) * weight[:, None]
-    constants[..., [0, 3, 4, 5, 6]] = (value * weight) @ np.linalg.pinv(start).T
-    residual, factor = model(constants)
-    cost = (residual**2).sum(-1)
-    for _ in range(STEPS):
-        slope = jacobian(factor)
-        step = (np.linalg.pinv(slope) @ residual[..., None])[..., 0]
-        length = np.ones(cost.shape)
-        for _ in range(HALVINGS):  # until no data set gets worse
-            tried, _ = model(constants + length[..., None] * step)
-            worse = ~((tried**2).sum(-1) <= cost)
-            if not worse.any():
-                break
-            length = np.where(worse, length / 2, length)
-        else:
-            length = np.where(worse, 0.0, length)
-        constants = constants + length[..., None] * step
-        residual, factor = model(constants)
-        previous, cost = cost, (residual**2).sum(-1)
-        if np.all(previous - cost <= 1e-12 * previous):
-            break
-    slope = jacobian(factor)
-    inverse = np.linalg.pinv(np.swapaxes(slope, -1, -2) @ slope)
-    units = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1 / scale, 1 / scale])
-    return _estimate(constants, residual, np.diagonal(inverse, axis1=-2, axis2=-1), units)
+    start = np.zeros(7)
+    linear = [0, 3, 4, 5, 6]
+    start[linear] = np.linalg.lstsq(slope(start)[:, linear], value * weight)[0]
+    optimum = least_squares(away, start, slope, ftol=CONVERGED, xtol=CONVERGED, gtol=CONVERGED)
+    units = np.array([1, 1, 1, 1, 1, 1 / scale, 1 / scale])
+    return _estimate(optimum.x, optimum.fun, optimum.jac, units)
 
 
 def _weights(error: Array) -> Array:
@@ -145,18 +115,25 @@ def _weights(error: Array) -> Array:
     return np.asarray(weight / np.sqrt(np.mean(weight**2)))
 
 
-def _estimate(constants: Array, residual: Array, variance: Array, units: Array) -> FittedValue:
-    """Student intervals from weighted residuals (…, n) and the unscaled variances (…, p)."""
-    freedom = residual.shape[-1] - constants.shape[-1]
-    scatter = np.sqrt((residual**2).sum(-1) / freedom)
-    reach = stdtrit(freedom, 0.5 + CONFIDENCE / 2) * scatter[..., None] * np.sqrt(variance)
-    return FittedValue(
-        constants * units,
-        (constants - reach) * units,
-        (constants + reach) * units,
-        scatter,
-        freedom,
-    )
+def _estimate(constants: Array, residual: Array, slope: Array, units: Array) -> FittedValue:
+    """Student intervals from weighted residuals (n,) and their slope (n, p)."""
+    reach, scatter = student_reach(residual, slope)
+    low, high = (constants - reach) * units, (constants + reach) * units
+    return FittedValue(constants * units, low, high, scatter)
+
+
+def student_reach(residual: Array, slope: Array) -> tuple[Array, float]:
+    """Return half the intervals (p,) of constants, and the scatter about a least-squares fit.
+
+    Parameters
+    ----------
+    residual, slope
+        (n,) at the optimum, and its derivatives (n, p) by the constants.
+    """
+    freedom = len(residual) - slope.shape[1]
+    scatter = float(np.sqrt(residual @ residual / freedom))
+    variance = np.diag(np.linalg.pinv(slope.T @ slope))
+    return stdtrit(freedom, 0.5 + CONFIDENCE / 2) * scatter * np.sqrt(variance), scatter
 
 
 def _fit(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -> FittedValue:
@@ -176,14 +153,14 @@ def fit_accelerations(cases: pd.DataFrame) -> pd.DataFrame:
             try:
                 # where the form misses by more than the errors of the cases, what it misses by
                 # belongs to all alike, or the few best known would decide
-                scatter = float(_fit(frequency, r, value, np.ones(len(group))).scatter)
+                scatter = _fit(frequency, r, value, np.ones(len(group))).scatter
                 lack = max(scatter**2 - float(np.mean(error**2)), 0.0)
                 fitted = _fit(frequency, r, value, np.sqrt(error**2 + lack))
             except ValueError:
                 continue  # too few cases
-            names = OVER_FILL if fitted.value.shape[-1] == len(OVER_FILL) else AT_FILL
+            names = OVER_FILL if len(fitted.value) == len(OVER_FILL) else AT_FILL
             rows += [
-                (gamma, fill, name, *numbers, float(fitted.scatter), len(group))
+                (gamma, fill, name, *numbers, fitted.scatter, len(group))
                 for name, *numbers in zip(names, fitted.value, fitted.low, fitted.high, strict=True)
             ]
     return pd.DataFrame(

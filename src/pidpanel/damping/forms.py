@@ -18,10 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.special import stdtrit
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.fit import student_reach
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import AXES, VALUE, clear_gap, onset
 
@@ -80,12 +80,9 @@ def points_of(surface: DampingSurface, depth: float) -> tuple[Points, Array]:
 
 def fit(points: Points, log_eta: Array) -> Fit | None:
     """Return the least squares of the form; None of fewer than `FEWEST` cases."""
-    n = len(log_eta)
-    if n < FEWEST:
+    if len(log_eta) < FEWEST:
         return None
     optimum = least_squares(lambda c: two_regimes(c, points) - log_eta, START, x_scale="jac")
-    freedom = n - len(CONSTANTS)
-    covariance = np.linalg.pinv(optimum.jac.T @ optimum.jac) * (optimum.fun**2).sum() / freedom
-    reach = stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
+    reach, _ = student_reach(optimum.fun, optimum.jac)
     rms = float(np.sqrt(np.mean(optimum.fun**2)))
     return Fit(optimum.x, optimum.x - reach, optimum.x + reach, rms)
