@@ -42,7 +42,8 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import of_damper
 from pidpanel.provenance.job import Files
-from pidpanel.response.dampers import PatchDamper, PatchFilling
+from pidpanel.response.cases import ResponseScenario
+from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import (
     PanelFiles,
     StudySound,
@@ -271,11 +272,19 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     proof = branch_and_bound(problem, best, sampling, NODES)
     layouts = layouts_to_confirm(problem, proof.layout)
     used = np.unique([problem.options.place[option] for layout in layouts for option in layout])
-    patches = [[_filled(problem, fillings, option) for option in layout] for layout in layouts]
+    scenarios = [
+        ResponseScenario(
+            str(number), "bare", np.nan, 1.0,
+            tuple(_filled(problem, fillings, option) for option in layout), None, np.nan,
+        )
+        for number, layout in enumerate(layouts)
+    ]  # fmt: skip
+    stated = DampingModels(("stated",), {}, models)
     few_places = places.subset(used)
     with_few, _ = place_plate(plate, few_places, used.tolist())
     finalists = {
-        name: each.confirm(with_few, few_places, patches, models) for name, each in excited.items()
+        name: each.confirm(with_few, few_places, scenarios, stated)
+        for name, each in excited.items()
     }
     few_panels = [each.panel(with_few, few_places) for each in excited.values()]
     few, layouts_of_few = problem.on_places(used, layouts)

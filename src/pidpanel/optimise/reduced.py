@@ -10,7 +10,7 @@ and a further damper costs a solve of a few motions a line: all additions to T a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -19,9 +19,9 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.solve.excitation import Excitation
-from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
+from pidpanel.solve.modal import chunks_of_lines, moved_panel
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError
-from pidpanel.solve.moved import InAir, InVacuum, MatrixInput, MovedPanel, matrices_at
+from pidpanel.solve.moved import MatrixInput
 
 THREADS = 2
 LINES_AT_ONCE = 16
@@ -238,7 +238,7 @@ def reduced_panel(
         Where it takes more than `LARGEST` bytes.
     """
     count, n = frequency.size, patches.shapes
-    moved, weight = _moved_by(frequency, basis, air), acceleration_weight(frequency)
+    weight = acceleration_weight(frequency)
     root = np.sqrt(excitation.spectrum(frequency))
     factors = patches.factors(1e-12)
     largest = max(factor.shape[1] for factor in factors)
@@ -253,7 +253,8 @@ def reduced_panel(
     force, energy = [], np.zeros((n, n))
     for lines in chunks_of_lines(count, n):
         factor = root[lines, None, None] * _force_factors(excitation, frequency[lines])
-        motion = moved(lines, np.eye(n)).in_parts(factor) * np.sqrt(weight[lines, None, None])
+        of_shapes = moved_panel(frequency, lines, basis, np.eye(n), air)
+        motion = of_shapes.in_parts(factor) * np.sqrt(weight[lines, None, None])
         energy += sum((part @ part.conj().T).real for part in motion)
         force.append(factor)
     observed = np.concatenate([points.T, *(_leading(f, energy, rank) for f in factors)], axis=1)
@@ -261,7 +262,7 @@ def reduced_panel(
     motions: Complexes = np.empty((count, n, width), precision)
     parts = np.zeros((count, width, columns), precision)
     for lines, factor in zip(chunks_of_lines(count, n), force, strict=True):
-        seen = moved(lines, observed)
+        seen = moved_panel(frequency, lines, basis, observed, air)
         motions[lines] = seen.motion()
         parts[lines, :, : factor.shape[2]] = seen.in_parts(factor)
     if outputs is None:
@@ -297,18 +298,3 @@ def _leading(factor: Array, energy: Array, rank: int) -> Array:
     _, vector = np.linalg.eigh(factor.T @ energy @ factor)
     columns = factor @ vector[:, ::-1][:, :rank]
     return np.pad(columns, ((0, 0), (0, rank - columns.shape[1])))
-
-
-def _moved_by(
-    frequency: Array, basis: ModalBasis, air: MatrixInput | None
-) -> Callable[[slice, Array], MovedPanel]:
-    if air is None:
-        return lambda lines, observed: InVacuum(basis.dynamic_stiffness(frequency[lines]), observed)
-
-    def moved(lines: slice, observed: Array) -> MovedPanel:
-        stiffness = dense_stiffness(
-            frequency[lines], basis, matrices_at(air, frequency, lines, len(observed))
-        )
-        return InAir(np.linalg.solve(stiffness, observed[None]), observed)
-
-    return moved

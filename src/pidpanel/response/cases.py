@@ -112,11 +112,11 @@ class CasePlan:
                 scenario=scenario,
                 model=name,
                 response=answers[key],
-                bare=_steady(answers[bare]),
+                bare=steady(answers[bare]),
                 solver=solver,
                 layout=layouts[key],
                 dampers=dampers,
-                dead_weight=None if dead is None else _steady(answers[dead]),
+                dead_weight=None if dead is None else steady(answers[dead]),
             )
             for (scenario, name, dampers), (key, bare, dead) in zip(
                 self.rows, self.keys, strict=True
@@ -253,8 +253,8 @@ def _layout(panel: ResponsePanel, dampers: Sequence[PatchDamper], factor: float)
     )
 
 
-def _steady(response: LayoutResponse | UnstableDamping) -> LayoutResponse:
-    """Return a response without negative damping, which cannot be unstable."""
+def steady(response: LayoutResponse | UnstableDamping) -> LayoutResponse:
+    """Return a response; where the damping feeds the panel, raise its error."""
     if isinstance(response, UnstableDamping):
         raise response
     return response

@@ -137,7 +137,7 @@ def bare_panels(
     point_psd = np.empty((count, n_points, m, m), complex)
     at_points = slice(0, n_points * m)
     for lines in chunks_of_lines(count, n):
-        moved = _moved_panel(frequency, lines, basis, observed, air_stiffness, of_shapes)
+        moved = moved_panel(frequency, lines, basis, observed, air_stiffness, of_shapes)
         psd = moved.psd(modal_force, frequency, lines)
         level = spectrum[lines, None, None]
         for point in range(n_points):
@@ -162,13 +162,13 @@ def bare_panels(
     ]
 
 
-def _moved_panel(
+def moved_panel(
     frequency: Array,
     lines: slice,
     basis: ModalBasis,
     observed: Array,
     air_stiffness: MatrixInput | None,
-    of_shapes: bool,
+    of_shapes: bool = False,
 ) -> MovedPanel:
     """Return the panel on some lines, with the motions W of which the first may be the shapes."""
     if air_stiffness is None:
