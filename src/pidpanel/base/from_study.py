@@ -144,7 +144,7 @@ def write_base(
             errors = read_errors(*tables_of_runs, panel.frequency, points)
         random = random_cases(panel, observed, scenarios, models, limits, errors)
         labels = [scenario.label for scenario in scenarios]
-        shifts = _mesh_shifts(panel, scenarios, models)
+        shifts = mesh_shifts(panel, heaviest_dampers(panel, scenarios, models))
         psds = tables.random_dataset(random, models.names, labels, points, shifts)
         write_csv(output["summary"], tables.summary_rows(psds))
         write_csv(output["psd_table"], tables.psd_rows(psds))
@@ -183,13 +183,6 @@ def shakers_of(study: Study) -> dict[str, Shaker]:
     return {name: Shaker(settings, level, per_area, shift) for name, level in levels.items()}
 
 
-def _mesh_shifts(
-    panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
-) -> dict[bool, Array]:
-    plan = plan_cases(panel, scenarios, models, dead_weight=False)
-    return mesh_shifts(panel, heaviest_dampers(panel, plan))
-
-
 def _sweeps(
     panel: ResponsePanel,
     inertia: Inertia,
@@ -200,7 +193,7 @@ def _sweeps(
     """Return every scenario with every damping model in a sweep up and one down."""
     observed = observed_motions(panel.basis, inertia)
     force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
-    shifts = _mesh_shifts(panel, scenarios, models)
+    shifts = mesh_shifts(panel, heaviest_dampers(panel, scenarios, models))
     of_tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
     parts = []
     for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:

@@ -28,8 +28,7 @@ from pidpanel.response.panel import ResponsePanel, Settings, widen
 from pidpanel.response.psd_files import read_psd
 from pidpanel.response.refinement import checked_responses, read_further_shapes
 from pidpanel.response.results import ResponseFiles, Tabulation, write_tables
-from pidpanel.solve.basis_error import MovedFace
-from pidpanel.solve.moved import Matrices
+from pidpanel.solve.excitation import Matrices
 from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import (
@@ -71,9 +70,9 @@ class StudySound:
         tables = air_tables(study.acoustics, basis, force, air_mass=study.response.air_mass)
         return excitation, air.with_tables({**force, **tables})
 
-    def force_at(self, frequency: float, face: MovedFace) -> Matrices:
-        """Return G (n, n) [m⁴] of some motions of the face at a frequency [Hz]."""
-        return modal_force_at(self.study.acoustics, frequency, face)
+    def force_at(self, frequency: float, basis: PanelBasis) -> Matrices:
+        """Return G (n, n) [m⁴] of a basis at a frequency [Hz]."""
+        return modal_force_at(self.study.acoustics, frequency, basis)
 
 
 def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -> ResponsePanel:
