@@ -6,7 +6,7 @@ from solving import panel_solver, solve_bare, solve_layout
 
 from pidpanel import solve
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.response.tables import psd_dataset, summary_columns
+from pidpanel.response.tables import PSD_VARIABLES, cases_dataset, summary_columns
 from pidpanel.solve.layout import DamperLayout, Load, solve_layouts
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
@@ -143,9 +143,9 @@ def test_a_scenario_without_response_is_nan_in_the_file():
     one = solve_bare(one_mode(), 1.0)
     none = np.zeros((1, one.response.frequency.size))
     case = {"acceleration_psd": one.response.acceleration_psd, "inside": none}
-    data = psd_dataset(
-        {("dem", "bare"): case}, one.response.frequency, ["dem"], ["bare", "x"], ["p"], ["PID-1"]
-    )
+    axes = {"frequency": one.response.frequency, "reading": ["dem"], "scenario": ["bare", "x"],
+            "point": ["p"], "patch": ["PID-1"]}  # fmt: skip
+    data = cases_dataset({("dem", "bare"): case}, PSD_VARIABLES, axes)
     assert np.isfinite(data["acceleration_psd"].sel(scenario="bare")).all()
     assert np.isnan(data["acceleration_psd"].sel(scenario="x")).all()
     assert all("units" in data[name].attrs for name in data.data_vars)

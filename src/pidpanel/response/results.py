@@ -22,11 +22,12 @@ from pidpanel.response.model_error import (
 from pidpanel.response.patch_rows import PATCH_COLUMNS, damping_on_patches, only_motion, patch_rows
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
 from pidpanel.response.tables import (
+    PSD_VARIABLES,
+    cases_dataset,
     dead_weight_columns,
     error_columns,
-    psd_dataset,
-    stress_dataset,
     stress_rows,
+    stress_variables,
     summary_columns,
 )
 from pidpanel.response.trust import judged
@@ -80,7 +81,12 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
     ):
         rows.add(case, basis_error, mesh)
     labels = [scenario.label for scenario in tabulation.scenarios]
-    axes = (panel.frequency, list(tabulation.models), labels, basis.point_names)
+    axes = {
+        "frequency": panel.frequency,
+        "reading": tabulation.models,
+        "scenario": labels,
+        "point": basis.point_names,
+    }
     run = tabulation.coupled_errors
     summary = judged(
         tabulation.scenarios,
@@ -90,11 +96,13 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
     )
     write_csv(output.summary_csv, summary)
     write_csv(output.layouts_csv, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
-    psd_dataset(rows.psds, *axes, basis.patch_names).assign_attrs(
+    cases_dataset(rows.psds, PSD_VARIABLES, {**axes, "patch": basis.patch_names}).assign_attrs(
         tabulation.attributes, level=tabulation.level, resolved_damping_ratio=panel.resolved_ratio
     ).to_netcdf(output.psd_nc, engine="scipy")
     write_csv(output.stress_csv, pd.DataFrame(rows.stress))
-    stress_dataset(rows.strains, *axes, rows.layers.names, stress.QUANTITIES).assign_attrs(
+    strains = {**axes, "layer": rows.layers.names}
+    variables = stress_variables(stress.QUANTITIES)
+    cases_dataset(rows.strains, variables, strains, np.float32).assign_attrs(
         tabulation.attributes
     ).to_netcdf(output.stress_nc, engine="scipy")
     write_further_shapes(output.left_out_nc, checked.further_shapes, dict(tabulation.attributes))
@@ -148,7 +156,7 @@ class _Rows:
         self.layouts: list[dict[str, Any]] = []
         self.stress: list[dict[str, Any]] = []
         self.psds: dict[tuple[str, str], dict[str, Array]] = {}
-        self.strains: dict[tuple[str, str], Array] = {}
+        self.strains: dict[tuple[str, str], dict[str, Array]] = {}
 
     def add(self, case: SolvedCase, basis_error: float, mesh: MeshError | None) -> None:
         """Add a case."""
@@ -232,7 +240,7 @@ class _Rows:
 
     def _strains(
         self, case: SolvedCase, response: PanelResponse, error: uncertainty.StandardErrors | None
-    ) -> tuple[Array, list[dict[str, Any]]]:
+    ) -> tuple[dict[str, Array], list[dict[str, Any]]]:
         """PSDs of strain and stress in the layers, and the rows of the layers and of the core."""
         model = broadband_error_of(case)
         parts = self._stress_psds(response)
@@ -250,7 +258,9 @@ class _Rows:
                 model,
             )
         ]
-        return np.stack([parts[layer] for layer in self.layers.names], axis=2), rows
+        psd = np.stack([parts[layer] for layer in self.layers.names])
+        names = enumerate(stress.QUANTITIES)
+        return {f"{name}_psd": np.moveaxis(psd[..., i], 0, 2) for i, name in names}, rows
 
     def _stress_psds(self, response: PanelResponse) -> dict[str, Array]:
         """PSDs of strain and stress in each layer (nf, n_points, 7), and of stress in the core."""

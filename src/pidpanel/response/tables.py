@@ -108,51 +108,37 @@ PSD_VARIABLES = {
 }  # fmt: skip
 
 
-def psd_dataset(
+def cases_dataset(
     cases: Mapping[tuple[str, str], Mapping[str, Array]],
-    frequency: Array,
-    readings: Sequence[str],
-    labels: Sequence[str],
-    points: Sequence[str],
-    patches: Sequence[str],
-) -> xr.Dataset:
-    """PSDs, C_e and m_a of all scenarios by names of `PSD_VARIABLES`; NaN where there are none."""
-    sizes = {"frequency": len(frequency), "point": len(points), "patch": len(patches)}
-    variables = {}
-    for name, (dims, units, long_name) in PSD_VARIABLES.items():
-        shape = tuple(sizes[dim] for dim in dims.split())
-        if all(shape):  # a NetCDF 3 file has no dimension of length 0
-            values = {key: case[name] for key, case in cases.items() if name in case}
-            table = by_case(values, readings, labels, shape)
-            variables[name] = variable(f"reading scenario {dims}", table, units, long_name)
-    coordinates = case_coordinates(frequency, readings, labels, points)
-    return xr.Dataset(variables, {**coordinates, **({"patch": list(patches)} if patches else {})})
-
-
-def by_case(
-    values: Mapping[tuple[str, str], Array],
-    readings: Sequence[str],
-    labels: Sequence[str],
-    shape: tuple[int, ...],
+    variables: Mapping[str, tuple[str, str, str]],
+    coordinates: Mapping[str, Any],
     dtype: type = np.float64,
-) -> Array:
-    """Return values as (n_readings, n_scenarios, *shape); NaN where a case has none."""
-    table: Array = np.full((len(readings), len(labels), *shape), np.nan, dtype)
-    for (reading, label), value in values.items():
-        table[readings.index(reading), labels.index(label)] = value
-    return table
+) -> xr.Dataset:
+    """Return variables of all cases, NaN where a case has none.
 
-
-def case_coordinates(
-    frequency: Array, readings: Sequence[str], labels: Sequence[str], points: Sequence[str]
-) -> dict[str, Any]:
-    """Return the coordinates of all datasets of cases."""
-    return {
-        "frequency": variable("frequency", frequency, "Hz", "frequency"),
-        "reading": list(readings),
-        "scenario": list(labels),
-        "point": list(points),
-    }
+    Parameters
+    ----------
+    cases
+        Values by name of each reading and scenario.
+    variables
+        Dimensions of a case, unit and long name of each.
+    coordinates
+        Of ``reading``, ``scenario`` and all dimensions.
+    """
+    readings, labels = list(coordinates["reading"]), list(coordinates["scenario"])
+    data = {}
+    for name, (dims, units, long_name) in variables.items():
+        shape = tuple(len(coordinates[dim]) for dim in dims.split())
+        if not all(shape):  # a NetCDF 3 file has no dimension of length 0
+            continue
+        table: Array = np.full((len(readings), len(labels), *shape), np.nan, dtype)
+        for (reading, label), values in cases.items():
+            if name in values:
+                table[readings.index(reading), labels.index(label)] = values[name]
+        data[name] = variable(f"reading scenario {dims}", table, units, long_name)
+    axis = variable("frequency", coordinates["frequency"], "Hz", "frequency")
+    lists = {name: list(values) for name, values in coordinates.items() if len(values)}
+    return xr.Dataset(data, {**lists, "frequency": axis})
 
 
 # Unit of a quantity: the unit a person reads, and its factor.
@@ -193,22 +179,13 @@ def stress_rows(
     return rows
 
 
-def stress_dataset(
-    psds: Mapping[tuple[str, str], Array],
-    frequency: Array,
-    readings: Sequence[str],
-    labels: Sequence[str],
-    points: Sequence[str],
-    layers: Sequence[str],
-    quantities: Mapping[str, str],
-) -> xr.Dataset:
-    """PSDs of strain and stress in single precision; NaN where a scenario has no response."""
-    shape = (len(frequency), len(points), len(layers), len(quantities))
-    values = by_case(psds, readings, labels, shape, np.float32)
-    variables = {}
-    for index, (name, unit) in enumerate(quantities.items()):
-        units = "Hz-1" if unit == "1" else f"{unit}2 Hz-1"
-        dims, long_name = "reading scenario frequency point layer", f"one-sided PSD of {name}"
-        variables[f"{name}_psd"] = variable(dims, values[..., index], units, long_name)
-    coordinates = case_coordinates(frequency, readings, labels, points)
-    return xr.Dataset(variables, coords={**coordinates, "layer": list(layers)})
+def stress_variables(quantities: Mapping[str, str]) -> dict[str, tuple[str, str, str]]:
+    """Return dimensions, unit and long name of the PSDs of strain and stress with these units."""
+    return {
+        f"{name}_psd": (
+            "frequency point layer",
+            "Hz-1" if unit == "1" else f"{unit}2 Hz-1",
+            f"one-sided PSD of {name}",
+        )
+        for name, unit in quantities.items()
+    }
