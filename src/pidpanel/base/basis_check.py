@@ -80,7 +80,10 @@ def _check(
     span = panel.settings.frequency_range
     lines = lines_to_try(span, plate.stiffness.shape[0], columns, attempt)
     solver = panel.solver(rms_only=True).with_lines(lines, panel.deflection_at_points)
-    answers = {id(case.response): case.response for case in plan.solve(solver)}
+    answers = {id(case.response): case.response for case in plan.solve(solver)}.values()
+    stiffness = [
+        stiffness_on_patches(panel, each) for each in answers if isinstance(each, LayoutResponse)
+    ]
     basis = supported.basis
     return check_basis(
         basis,
@@ -90,13 +93,7 @@ def _check(
         panel.settings.damping_ratio,
         span[1],
         lines,
-        np.array(
-            [
-                stiffness_on_patches(panel, answer)
-                for answer in answers.values()
-                if isinstance(answer, LayoutResponse)
-            ]
-        ),
+        np.array(stiffness),
     )
 
 

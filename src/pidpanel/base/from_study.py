@@ -117,8 +117,7 @@ def write_base(
     motion = study.base
     if motion is None:
         raise ValueError(f"{study.name}: no section base")
-    impedance = None if coupled is None else coupled / "impedance.csv"
-    models = damping_models(study, damping, impedance)
+    models = damping_models(study, damping, coupled)
     scenarios = base_scenarios(study)
     shakers = shakers_of(study)
 
@@ -140,8 +139,7 @@ def write_base(
         observed = observed_motions(panel.basis, supported.inertia)
         errors = {}
         if coupled is not None:
-            tables_of_runs = coupled / "summary.csv", coupled / "psd.csv"
-            errors = read_errors(*tables_of_runs, panel.frequency, points)
+            errors = read_errors(coupled, panel.frequency, points)
         random = random_cases(panel, observed, scenarios, models, limits, errors)
         labels = [scenario.label for scenario in scenarios]
         shifts = mesh_shifts(panel, heaviest_dampers(panel, scenarios, models))
@@ -152,7 +150,7 @@ def write_base(
         if limits:
             write_csv(output["notched"], tables.input_rows(random, limits))
     if motion.sine is not None:
-        tones = damping_models(study, damping, impedance, is_broadband=False)
+        tones = damping_models(study, damping, coupled, is_broadband=False)
         curves = _sweeps(panels["sine"], supported.inertia, motion.sine, scenarios, tones)
         level = motion.sine.acceleration_g
         write_csv(output["sine_table"], tables.peak_rows(curves, level))

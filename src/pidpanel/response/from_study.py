@@ -136,8 +136,11 @@ def scenarios_of(study: Study) -> list[ResponseScenario]:
 def damping_models(
     study: Study, folder: Path | None, coupled: Path | None = None, *, is_broadband: bool = True
 ) -> DampingModels:
-    """Return the damping models of a study, for motion at all frequencies at once or for tones."""
-    beds = {} if coupled is None else read_coupled(coupled)
+    """Return the damping models of a study, for motion at all frequencies at once or for tones.
+
+    From the folders of the surfaces and of the coupled runs; None for a study without any.
+    """
+    beds = {} if coupled is None else read_coupled(coupled / "impedance.csv")
 
     def surface(damper: str) -> Path | None:
         if folder is None or damper not in study.surfaces:
@@ -190,14 +193,13 @@ def write_response(
     ValueError
         As the stages upstream have it.
     """
-    models = damping_models(study, damping, None if coupled is None else coupled / "impedance.csv")
+    models = damping_models(study, damping, coupled)
     scenarios = scenarios_of(study)
     start = read_response_panel(study, files, study.response.radiation)
     checked = checked_responses(start, read_plate(plate), scenarios, models, StudySound(study))
     errors = None
     if coupled is not None:
-        tables = coupled / "summary.csv", coupled / "psd.csv"
-        errors = read_errors(*tables, checked.panel.frequency, checked.panel.basis.point_names)
+        errors = read_errors(coupled, checked.panel.frequency, checked.panel.basis.point_names)
     tabulation = Tabulation(
         attributes=stamp(study),
         models=models.names,
