@@ -133,7 +133,7 @@ def main():
     for one in (found, again):
         print(
             f"Γ {one.acceleration_g.min():.3g} to {one.acceleration_g.max():.3g}, "
-            f"{one.fixed_points} solution of {one.starts} starts, residual {one.residual:.1e}"
+            f"{one.fixed_points} solution, residual {one.residual:.1e}"
         )
 
 

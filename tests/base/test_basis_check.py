@@ -14,30 +14,31 @@ from pidpanel.damping_ratio import DampingRatio
 from pidpanel.response.refinement import ATTEMPTS
 from pidpanel.solve.basis_error import (
     ALLOWED,
-    PatchDampers,
     check_basis,
     cutoff_frequency,
-    modal_basis,
     point_vertices,
 )
-from pidpanel.solve.elements import ElementMotion, Pull
+from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.elements import ElementMotion
 
 LINES = np.array([35.0, 110.0, 224.0, 390.0])
 
 
 def checked(panel, kept):
     """Errors (2, nf) of some shapes, of the bare panel and with a damper."""
-    supported, cutoff = panel.supported, cutoff_frequency(HIGHEST)
+    supported = panel.supported
     arrays = {
         name: getattr(supported.basis, name)[kept]
         for name in ("natural_frequency", "modal_mass", "is_residual")
     }
     basis, vectors = replace(supported.basis, **arrays), supported.vectors[:, kept]
     ones = np.ones((1, LINES.size))
-    dampers = [PatchDampers(C * ones, m * ones) for C, m in ((0.0, 0.0), (DAMPING, APPARENT))]
+    dampers = np.array(
+        [patch_stiffness(LINES, C * ones, m * ones) for C, m in ((0.0, 0.0), (DAMPING, APPARENT))]
+    )
     return check_basis(
-        basis, panel.plate, vectors, modal_basis(basis, DampingRatio((RATIO,)), HIGHEST),
-        base_errors(basis, panel.plate, vectors), RATIO, cutoff, LINES, dampers,
+        basis, panel.plate, vectors, base_errors(basis, panel.plate, vectors),
+        DampingRatio((RATIO,)), HIGHEST, LINES, dampers,
     ).error  # fmt: skip
 
 
@@ -121,7 +122,7 @@ def test_dampers_on_both_parts_of_the_face_are_one_on_the_whole_face(panel):
     inside = basis.cell_in_patch[0]
     errors = [
         base_errors(SimpleNamespace(cells=basis.cells, cell_in_patch=parts), panel.plate, vectors)(
-            [Pull(40.0, np.full(len(parts), 3e5j - 2e4))], [motion]
+            40.0, np.full((1, len(parts)), 3e5j - 2e4), [motion]
         )
         for parts in (np.array([inside, ~inside]), np.array([inside | ~inside]))
     ]

@@ -41,9 +41,7 @@ def oscillator(frequency, damping=0.0, mass=0.0):
     load = Load(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
     (answer,) = layouts(panel, excitation, [DamperLayout((load,) if damping or mass else ())])
     cross = answer.response.cross_psd
-    force = interface_force_psd(
-        frequency, cross[:, 1], answer.loads, answer.equivalent_damping, answer.apparent_mass
-    )
+    force = interface_force_psd(answer, cross[:, 1])
     omega = 2 * np.pi * frequency
     return omega**4 * cross[:, 0, 0, 0].real, omega**4 * cross[:, 0, 1, 1].real, force
 
@@ -121,10 +119,7 @@ def test_the_solver_agrees_with_transfer_functions(panel, loaded):
     motion, force, _ = solved(panel, frequency, *((DAMPING, APPARENT) if loaded else ()))
     psd = np.einsum("fpii->fpi", answer.response.cross_psd).real
     np.testing.assert_allclose(psd, WHITE * np.abs(motion) ** 2, rtol=1e-5)
-    pulled = interface_force_psd(
-        frequency, answer.response.cross_psd[:, -1], answer.loads, answer.equivalent_damping,
-        answer.apparent_mass,
-    )  # fmt: skip
+    pulled = interface_force_psd(answer, answer.response.cross_psd[:, -1])
     np.testing.assert_allclose(pulled, WHITE * np.abs(force) ** 2, rtol=1e-5)
 
 
@@ -137,11 +132,7 @@ def test_the_slopes_of_the_force_are_those_of_the_solver(panel):
     def answer(damping, mass):
         load = Load(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
         (response,) = layouts(modal, panel.excitation, [DamperLayout((load,))])
-        psd = interface_force_psd(
-            frequency, response.response.cross_psd[:, -1], response.loads,
-            response.equivalent_damping, response.apparent_mass,
-        )  # fmt: skip
-        return response, psd
+        return response, interface_force_psd(response, response.response.cross_psd[:, -1])
 
     response, psd = answer(DAMPING, APPARENT)
     slopes = force_slopes(solver, response, psd)
@@ -233,9 +224,7 @@ def test_a_linear_panel_is_solved_once_more_with_its_notches(monkeypatch):
 
     def answer(_case, response):
         none = np.zeros((2, 1))
-        return random.RandomResponse(
-            response, 9 * response[:, None], none, response, None, np.zeros(0), 0.0
-        )
+        return random.RandomResponse(response, 9 * response[:, None], none, response, None, 0.0)
 
     monkeypatch.setattr(random, "_with_level", lowered)
     monkeypatch.setattr(random, "solve_layouts", lambda solver, _: [solver])
@@ -257,7 +246,7 @@ def test_errors_of_coupled_runs_are_those_of_their_own_cases(monkeypatch):
     cases = [replace(none, model=kind, scenario=SimpleNamespace(label=x)) for kind, x in kinds]
     plan = SimpleNamespace(solve=lambda _: cases)
     monkeypatch.setattr(random, "plan_cases", lambda *_: plan)
-    empty = random.RandomResponse(*[np.zeros((2, 1))] * 4, None, np.zeros(0), 0.0)
+    empty = random.RandomResponse(*[np.zeros((2, 1))] * 4, None, 0.0)
     monkeypatch.setattr(random, "_response", lambda *_: empty)
     panel = SimpleNamespace(
         solver=lambda: SimpleNamespace(with_lines=lambda *_: None), frequency=LINES

@@ -38,7 +38,7 @@ def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
     frame = pd.DataFrame({"frequency_hz": FREQUENCY, "acceleration_psd_g2_hz": PSD})
     frame.to_csv(table, index=False)
     ours = tmp_path / "ours.uff"
-    curves = [Curve("dem", "bare", "p", 1, PSD * STANDARD_GRAVITY**2)]
+    curves = [Curve("dem", "bare", "p", 1, *[PSD * STANDARD_GRAVITY**2] * 2)]
     write_uff58(ours, FREQUENCY, curves, "study", np.zeros((1, 2)))
     for path in (table, ours, universal(tmp_path / "g.unv")):
         read = read_measured(path)

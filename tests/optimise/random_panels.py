@@ -9,7 +9,7 @@ from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.objectives import accelerations
 from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.places import places_on
-from pidpanel.optimise.reduced import reduced_panel
+from pidpanel.optimise.reduced import ReducedPanel
 from pidpanel.optimise.search import Problem
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis, Patches
@@ -90,7 +90,7 @@ class RandomPanel:
         return FilledDamper(name, None, read, True, mass)
 
     def reduced(self, **more):
-        return reduced_panel(
+        return ReducedPanel(
             self.frequency, self.basis, self.patches, self.points, self.excitation, **more
         )
 

@@ -12,7 +12,7 @@ from pidpanel.optimise.objectives import (
     spread_vertices,
     stresses,
 )
-from pidpanel.optimise.reduced import reduced_panel
+from pidpanel.optimise.reduced import ReducedPanel
 from pidpanel.severity.oscillators import response_spectrum
 from pidpanel.solve import layouts
 from pidpanel.solve.dampers import patch_stiffness
@@ -61,7 +61,7 @@ LAYERS = Layers(("a", "b"), np.zeros((2, 3, 3)), np.random.default_rng(2).normal
 def test_the_search_has_the_mean_squares_of_the_solver(panel, response, objective):
     # red: the weights of accelerations for all; groups of a row each
     at_points = motions(panel) if objective.motion.shape[1] == 6 else motions(panel)[:, :1]
-    reduced = reduced_panel(
+    reduced = ReducedPanel(
         panel.frequency, panel.basis, panel.patches, objective.rows(at_points), panel.excitation,
         outputs=objective.outputs(panel.frequency), precision=np.complex128,
     )  # fmt: skip

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.response.bushes import PatchDamping, write_bushes
+from pidpanel.response.bushes import write_bushes
 from pidpanel.response.from_study import PanelFiles, read_response_panel, write_export
 from pidpanel.response.psd_files import read_psd
 from pidpanel.study import load_study
@@ -70,7 +70,7 @@ def test_the_springs_of_a_patch_add_up_to_its_damper(tmp_path, read):
     vertices = np.array([[0.0, 0], [0.2, 0], [0.2, 0.1], [0, 0.1], [0.5, 0.1]])
     cells = np.array([[0, 1, 2], [0, 2, 3], [1, 4, 2]])
     frequency = np.linspace(20.0, 400.0, 400)
-    damping = PatchDamping(30 * frequency**0.5, 5 - 0.01 * frequency)
+    damping = (30 * frequency**0.5, 5 - 0.01 * frequency)
     inside = {"a": np.array([True, True, False])}
     path = tmp_path / "dampers.bdf"
     write_bushes(path, "study", frequency, {"a": damping}, vertices, cells, inside)
@@ -90,7 +90,7 @@ def test_tables_have_24_nodes_per_octave_and_numbers_of_their_own(tmp_path, high
     vertices = 0.01 * np.array([[0.0, 0], [2, 0], [2, 1], [0, 1], [-2, 0], [8, 0], [9, 0], [8, 2]])
     cells = np.array([[0, 2, 1], [0, 2, 3], [3, 4, 0], [5, 6, 7]])
     frequency = np.array([100.0, 100.5, highest])
-    damping = PatchDamping(7.0 * frequency, 0 * frequency)
+    damping = (7.0 * frequency, 0 * frequency)
     alone = np.array([False, False, False, True])
     path = tmp_path / "dampers.bdf"
     dampers = {"b": damping, "a": damping}

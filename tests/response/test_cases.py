@@ -50,7 +50,7 @@ def test_the_largest_mass_is_that_of_any_motion_of_four_decades():
     assert steady.asked == [1.0]
 
 
-def test_a_patch_counts_with_its_heaviest_damper_from_end_to_end_of_the_range():
+def test_a_patch_counts_with_its_heaviest_damper_from_end_to_end_of_the_range(monkeypatch):
     # red: the last damper; the lowest frequency alone
     asked = []
 
@@ -67,7 +67,9 @@ def test_a_patch_counts_with_its_heaviest_damper_from_end_to_end_of_the_range():
     ]
     settings = SimpleNamespace(frequency_range=(20.0, 2000.0))
     panel = SimpleNamespace(patch_area=np.ones(3), settings=settings)
-    assert heaviest_dampers(panel, CasePlan(rows, [], {})).tolist() == [3.0, 0.0, 5.0]
+    plan = CasePlan(rows, [], {})
+    monkeypatch.setattr("pidpanel.response.cases.plan_cases", lambda *_, dead_weight: plan)
+    assert heaviest_dampers(panel, [], None).tolist() == [3.0, 0.0, 5.0]
     assert len(asked) == 3 and len(asked[0]) == 12
     assert asked[0][[0, -1]].tolist() == pytest.approx([20.0, 2000.0])
 
@@ -115,7 +117,10 @@ def test_three_lines_of_a_bandwidth_are_the_fewest(share, refused):
 def test_the_power_balance_is_checked_on_two_to_twelve_lines(shapes, lines, start, step):
     # 10⁸ over the cube of the shapes; red: squared; lines from the first on; no step for few lines
     basis = SimpleNamespace(modal_mass=np.ones(shapes))
-    check = BalanceCheck(SimpleNamespace(basis=basis, frequency=np.arange(float(lines))))
+    panel = SimpleNamespace(
+        basis=basis, frequency=np.arange(float(lines)), excitation=np.copy, air=None
+    )
+    check = BalanceCheck(panel)
     chosen = np.arange(lines)[check._lines]
     np.testing.assert_array_equal(chosen, np.arange(start, lines, step))
 

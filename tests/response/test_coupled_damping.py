@@ -150,9 +150,7 @@ def test_errors_are_those_of_the_runs(tmp_path):
         )
         for (scenario, point), error in errors.items()
     ).to_csv(tmp_path / "psd.csv", index=False)
-    found = read_errors(
-        tmp_path / "summary.csv", tmp_path / "psd.csv", np.array([50.0, 10**2.5]), ["7", "326"]
-    )
+    found = read_errors(tmp_path, np.array([50.0, 10**2.5]), ["7", "326"])
     assert list(found) == ["two", "one"]
     assert found["one"].log_rms == pytest.approx([0.05, 0.025])
     assert found["two"].log_rms == pytest.approx([0.15, 0.1])

@@ -11,9 +11,10 @@ from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, wr
 
 POSITION = np.array([[0.75, 0.5], [0.1, 0.3]])
 FREQUENCY = np.geomspace(50.0, 200.0, 101)
+LOW = 3.21098765e-7 * FREQUENCY**2
 CURVES = [
-    Curve("dem", "bare", "326", 1, 1e3 / FREQUENCY),
-    Curve("dem", "PID-1_r0.5", "middle", 2, 3.21098765e-7 * FREQUENCY**2),
+    Curve("dem", "bare", "326", 1, 1e3 / FREQUENCY, 1e3 / FREQUENCY),
+    Curve("dem", "PID-1_r0.5", "middle", 2, LOW, 4 * LOW),
 ]
 
 
@@ -89,17 +90,13 @@ def test_universal_files_hold_points_and_units_in_the_columns_of_the_format(tmp_
 def test_third_octaves_hold_the_whole_mean_square_and_the_reduction():
     # bands that adjoin add up to ∫ S df where they cover the range; straight lines in both: 1e-3
     # red: (rms / g) ** 2 / width → * width; reduction(rms, of_bare)
-    bare = {
-        ("bare", "326"): CURVES[0].acceleration_psd,
-        ("PID-1_r0.5", "middle"): 4 * CURVES[1].acceleration_psd,
-    }
     known = [dataclasses.replace(curve, log_error=np.full(FREQUENCY.size, 0.2)) for curve in CURVES]
     # 0.2 of every PSD is 0.1 of every rms value
-    rows = third_octave_rows(FREQUENCY, known, bare)
+    rows = third_octave_rows(FREQUENCY, known)
     np.testing.assert_allclose(
         rows["acceleration_rms_error_g"], 0.1 * rows["acceleration_rms_g"], rtol=1e-9
     )
-    rows = third_octave_rows(FREQUENCY, CURVES, bare)
+    rows = third_octave_rows(FREQUENCY, CURVES)
     assert rows["acceleration_rms_error_g"].isna().all()
     for curve, gained in zip(CURVES, (0.0, 20 * np.log10(2)), strict=True):
         own = rows[rows["scenario"] == curve.scenario]

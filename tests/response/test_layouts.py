@@ -165,7 +165,7 @@ def test_every_filled_patch_has_a_row_with_its_motion_and_that_of_its_elements(f
 
 
 def test_the_damping_of_a_patch_is_none_where_it_is_not_filled(files):
-    # red: C_e of the first load on all patches in on_patches
+    # red: C_e of the first load on all patches in damping_on_patches
     with xr.open_dataset(files.psd_nc, engine="scipy") as psd:
         damping = psd["equivalent_damping"].sel(reading="stated").load()
         weight = psd["dead_weight_acceleration_psd"].sel(reading="stated").load()
@@ -178,7 +178,7 @@ def test_the_damping_of_a_patch_is_none_where_it_is_not_filled(files):
 
 
 def test_elements_as_loads_of_their_own_are_the_patch_where_motion_plays_no_part(files_of, summary):
-    # red: the areas of a patch's elements left out of the means of on_patches or patch_rows
+    # red: the areas of a patch's elements left out of the means of damping_on_patches or patch_rows
     def by_element(values):
         values["damping"] = {"level": {"by": "element"}}
         for name in ("heavy", "beside", "unknown", "place"):

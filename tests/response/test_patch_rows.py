@@ -8,7 +8,7 @@ import pytest
 from pidpanel.response.cases import SolvedCase
 from pidpanel.response.dampers import PatchFilling
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.response.patch_rows import on_patches, only_motion, patch_rows
+from pidpanel.response.patch_rows import damping_on_patches, only_motion, patch_rows
 
 AREA = np.array([1.0, 3.0, 2.0])
 PATCH = np.array([1, 1, 0])
@@ -82,7 +82,7 @@ def test_a_case_has_the_motion_of_its_only_patch_and_the_bare_panel_that_of_the_
 
 def test_the_damping_of_a_patch_is_the_mean_over_its_area():
     # red: shares of all areas; inside where any is; ones for a patch without damper
-    found = on_patches(panel(), case(), RESPONSE)
-    np.testing.assert_allclose(found.equivalent_damping[:, 0], [5, (4 + 3 * 8) / 4, 0])
-    np.testing.assert_allclose(found.apparent_mass[:, 0], [7, (1 + 3 * 3) / 4, 0])
-    assert found.inside.tolist() == [[1, 1, 1, 0], [1, 0, 0, 1], [1, 1, 1, 1]]
+    found = damping_on_patches(panel(), case(), RESPONSE)
+    np.testing.assert_allclose(found["equivalent_damping"][:, 0], [5, (4 + 3 * 8) / 4, 0])
+    np.testing.assert_allclose(found["apparent_mass"][:, 0], [7, (1 + 3 * 3) / 4, 0])
+    assert found["inside"].tolist() == [[1, 1, 1, 0], [1, 0, 0, 1], [1, 1, 1, 1]]

@@ -42,23 +42,22 @@ def test_a_row_holds_the_response_in_the_units_of_its_columns():
         "damping_read_at_g": 3.0,
         "patch_motion_g": 4.0,
     }
-    rows = tables.summary_rows(
-        FOUND, BARE, ["a", "b"], thickness=0.02, power_balance_error=0.0, full=BARE.response,
+    columns = tables.summary_columns(
+        FOUND, BARE, thickness=0.02, power_balance_error=0.0, full=BARE.response,
         read_at_g=3.0, patch_motion_g=4.0,
     )  # fmt: skip
-    for row in rows:
-        for name, value in expected.items():
-            assert row[name] == pytest.approx(value, rel=1e-12), name
+    for name, value in expected.items():
+        np.testing.assert_allclose(columns[name], value, rtol=1e-12, err_msg=name)
 
 
 @pytest.mark.parametrize(("thickness", "beyond"), [(1.95e-5, True), (2.05e-5, False)])
 def test_a_deflection_above_a_tenth_of_the_thickness_is_beyond_the_linear_plate(thickness, beyond):
     # w_rms = 2 µm; red: thickness / 10 → thickness / 11
-    row, _ = tables.summary_rows(
-        FOUND, BARE, ["a", "b"], thickness=thickness, power_balance_error=0.0, full=BARE.response,
+    columns = tables.summary_columns(
+        FOUND, BARE, thickness=thickness, power_balance_error=0.0, full=BARE.response,
         read_at_g=3.0, patch_motion_g=4.0,
     )  # fmt: skip
-    assert row["beyond_linear_plate"] is beyond
+    assert columns["beyond_linear_plate"].tolist() == [beyond] * 2
 
 
 def test_stress_is_told_in_mpa_and_strain_in_microstrain_with_three_sigma():
@@ -142,3 +141,19 @@ def test_the_error_of_a_stress_is_half_that_of_its_mean_square():
     assert [row["relative_error"] for row in rows] == pytest.approx([0.1, 0.0], abs=1e-3)
     assert rows[0]["three_sigma"] == pytest.approx(3 * rows[0]["rms"])
     assert rows[0]["rms"] == pytest.approx(20 / 1e6 if rows[0]["unit"] == "MPa" else 20)
+
+
+def test_rows_without_errors_say_so():
+    row = {"acceleration_rms_g": 3.0, "damping_read_at_g": np.nan}
+    got = tables.error_columns(row, None)
+    assert np.isnan(got["acceleration_rms_error_g"]) and np.isnan(got["reduction_error_db"])
+
+
+def test_the_error_of_a_reduction_is_that_of_the_rms_in_decibels():
+    row = {"acceleration_rms_g": 3.0, "damping_read_at_g": 50.0}
+    errors = uncertainty.StandardErrors(np.zeros((1, 1)), np.array([0.02]), np.array([0.1]))
+    got = tables.error_columns(row, errors)
+    assert got["acceleration_rms_error_g"] == pytest.approx(0.06)
+    # 20 lg 1.02 = 0.172 to first order 0.1737
+    assert got["reduction_error_db"] == pytest.approx(0.1737, rel=1e-3)
+    assert got["damping_read_at_error_g"] == pytest.approx(5.0)

@@ -16,16 +16,15 @@ from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.basis_error import (
-    PatchDampers,
     basis_shapes,
     check_basis,
     damping_ratios,
     lines_to_try,
-    modal_basis,
     pressure_errors,
     principal,
     refined,
 )
+from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.model import ModalBasis
 
 ZETA, HIGHEST = DampingRatio((0.01,)), 400.0
@@ -65,19 +64,15 @@ def waves(frequency, face):
 
 def heavy(lines, damping=2000.0, mass=30.0):
     flat = np.ones((1, len(lines)))
-    return PatchDampers(damping * flat, mass * flat)
+    return patch_stiffness(lines, damping * flat, mass * flat)
 
 
 def checked(panel, basis, shapes, lines, scenarios, zeta=ZETA, force=uniform):
-    modal = modal_basis(basis, zeta, HIGHEST)
-
     def of_basis(frequency):
         return np.array([force(f, basis) for f in frequency])
 
     errors = pressure_errors(basis, panel[2], of_basis, force)
-    return check_basis(
-        basis, panel[2], shapes, modal, errors, zeta.at(CUTOFF), CUTOFF, lines, scenarios
-    )
+    return check_basis(basis, panel[2], shapes, errors, zeta, HIGHEST, lines, np.array(scenarios))
 
 
 def dense_psd(plate, frequency, damping, mass, zeta=ZETA, wavenumbers=((0.0, 0.0),)):
@@ -111,8 +106,8 @@ def reduced_psd(basis, frequency, damping, mass, zeta=ZETA, wavenumbers=((0.0, 0
 @pytest.mark.parametrize("zeta", [ZETA, FALLING], ids=["constant", "falling"])
 def test_the_error_is_that_against_dense_matrices(panel, zeta):
     # red: ζ at f_c in every mode of `Elements._modal_damping`; f_c / f of residual vectors
-    # red: in _errors, psd[:, 0] / psd[:, 0]
-    # red: in _errors, force[imag, real] + force[real, imag]
+    # red: in `pressure_errors`, psd[:, 0] / psd[:, 0]
+    # red: in `pressure_errors`, force[imag, real] + force[real, imag]
     plate, basis, stored = panel
     lines = np.array([90.0, 250.0, 380.0])
     scenarios = [heavy(lines), heavy(lines, 0.0, 0.0)]
@@ -128,7 +123,7 @@ def test_the_error_is_that_against_dense_matrices(panel, zeta):
 
 
 def test_under_plane_waves_the_error_is_that_against_dense_matrices(panel):
-    # red: in _errors, force[imag, real] + force[real, imag]; of_basis without conj()
+    # red: in `pressure_errors`, force[imag, real] + force[real, imag]; of_basis without conj()
     plate, basis, stored = panel
     line, waved = np.array([250.0]), ((6.0, 2.0), (-1.0, 9.0))
     found = checked(panel, basis, stored.shapes, line, [heavy(line)], force=waves)
@@ -243,7 +238,7 @@ def test_large_panels_are_checked_at_fewer_lines(coordinates, columns, count):
 
 @pytest.mark.parametrize("others", [0, 1])
 def test_a_point_that_does_not_move_has_no_error_and_misses_nothing(panel, others):
-    # red: in _errors, ratio without where=moved; in check_basis, all columns over their energy
+    # red: in `pressure_errors`, ratio without where=moved; in check_basis, all columns over their energy
     _, basis, stored = panel
     lines = np.array([90.0])
     still = stored.at_vertices.tolil()

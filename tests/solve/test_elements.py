@@ -1,6 +1,7 @@
 """All elements beside the basis: the same answer as dense matrices, whatever the basis."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -14,11 +15,18 @@ from pidpanel.panel.shapes import Shapes, panel_shapes
 from pidpanel.panel.supports import Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve import elements
-from pidpanel.solve.elements import Elements, Pull
+from pidpanel.solve.elements import Elements
 from pidpanel.solve.model import ModalBasis
 
 ZETA, CUTOFF = 0.01, 800.0
 PATCHES = {"left": Rectangle((0.5, 0.5), (0.6, 0.6)), "right": Rectangle((1.1, 0.5), (0.4, 0.4))}
+
+
+class Pull(NamedTuple):
+    """A frequency, and s of each patch."""
+
+    frequency: float
+    stiffness: np.ndarray
 
 
 @dataclass
@@ -28,6 +36,10 @@ class Panel:
     plate: object
     shapes: Shapes
     elements: Elements
+
+    def motion(self, pull: Pull) -> elements.ElementMotion:
+        (motion,) = self.elements.motions(pull.frequency, pull.stiffness[None])
+        return motion
 
     def dense(self, pull: Pull) -> np.ndarray:
         """Z⁻¹ c with the damping from all modes of the dense eigenvalue problem."""
@@ -88,7 +100,8 @@ def test_all_elements_answer_as_dense_matrices_do(tmp_path, mass):
     # red: in _applied, omega**2 / cutoff in place of omega / cutoff
     # red: in _together, found + 0.5 * step * direction
     found = panel(tmp_path, mass=mass)
-    for one, motion in zip(PULLS, found.elements.motions(PULLS), strict=True):
+    for one in PULLS:
+        motion = found.motion(one)
         expected = found.dense(one)
         points = found.elements.points
         computed = points @ (motion.whole)
@@ -115,10 +128,10 @@ def test_a_few_steps_find_what_the_basis_leaves_out(tmp_path, monkeypatch, suppo
 
     monkeypatch.setattr(Elements, "_static", static)
     monkeypatch.setattr(Elements, "_direct", None)  # no line is factorised
-    found = panel(tmp_path, support, mass).elements
+    found = panel(tmp_path, support, mass)
     for one, steps in zip(PULLS, most, strict=True):
         asked.clear()
-        found.motions([one])
+        found.motion(one)
         assert len(asked) <= steps
 
 
@@ -126,14 +139,16 @@ def test_the_factorisation_line_by_line_gives_the_same(tmp_path, monkeypatch):
     # red: in _direct, 1 / (2j * omega * factor[kept])
     monkeypatch.setattr(elements, "MOST_STEPS", 0)
     found = panel(tmp_path)
-    for one, motion in zip(PULLS, found.elements.motions(PULLS), strict=True):
+    for one in PULLS:
+        motion = found.motion(one)
         np.testing.assert_allclose(motion.whole, found.dense(one), rtol=1e-6, atol=1e-12)
 
 
 def test_a_panel_that_can_move_as_a_rigid_body_is_solved_too(tmp_path):
     # red: in preconditioned, `in_shapes` without `- taken`
     found = panel(tmp_path, "free")
-    for one, motion in zip(PULLS, found.elements.motions(PULLS), strict=True):
+    for one in PULLS:
+        motion = found.motion(one)
         points = found.elements.points
         computed = points @ (motion.whole)
         left = 1e-2 * np.abs(points @ motion.remainder).max() + 1e-9 * np.abs(computed).max()
@@ -149,15 +164,13 @@ def test_what_a_static_answer_pulls_at_the_shapes_is_known_from_what_they_have_o
     found = panel(tmp_path, support, mass).elements
     V, M = found.shapes, found.plate.mass
     random = np.random.default_rng(2)
-    which = np.repeat(np.arange(len(PULLS)), 2)
-    right = random.standard_normal((len(V), which.size)) + 1j * random.standard_normal(
-        (len(V), which.size)
-    )
+    s = np.array([one.stiffness for one in PULLS])
+    right = random.standard_normal((len(V), len(s))) + 1j * random.standard_normal((len(V), len(s)))
     right -= V @ np.linalg.solve(V.T @ V, V.T @ right)  # has no part in the shapes
     x = found._static(right)
     of_x = V.T @ (M @ x) / found.basis.modal_mass[:, None]
-    known = found._on_shapes(PULLS, which, x, of_x)
-    whole = V.T @ found._applied(PULLS, which, x, of_x)
+    known = found._on_shapes(2000.0, s, x, of_x)
+    whole = V.T @ found._applied(2000.0, s, x, of_x)
     np.testing.assert_allclose(known, whole, rtol=0, atol=1e-7 * np.abs(whole).max())
 
 
@@ -165,7 +178,7 @@ def test_what_the_basis_leaves_out_joins_it(tmp_path):
     # red: in Shapes.joined_by, kept = energy > 1.0
     found = panel(tmp_path)
     one = PULLS[2]
-    (motion,) = found.elements.motions([one])
+    motion = found.motion(one)
     more = np.hstack([motion.remainder.real, motion.remainder.imag])
     wider = found.shapes.joined_by(found.plate, more)
     expected = found.dense(one)
@@ -198,3 +211,15 @@ def test_a_symmetric_system_is_solved_where_its_pivots_fail():
         matrix = sp.csr_array(np.array([[small, 1.0], [1.0, small]], dtype=complex))
         answer = elements._factorised_solution(matrix, right)
         np.testing.assert_allclose(matrix @ answer, right, rtol=1e-12)  # rounding of two unknowns
+
+
+def test_sets_of_dampers_are_solved_together_two_by_two(tmp_path, monkeypatch):
+    # red: stiffness[:at_once] of every part; the dampers of the first set for all columns
+    found = panel(tmp_path)
+    stiffness = np.array([one.stiffness for one in PULLS])
+    monkeypatch.setattr(elements, "COLUMNS_AT_ONCE", 4)
+    together, points = found.elements.motions(250.0, stiffness), found.elements.points
+    for s, motion in zip(stiffness, together, strict=True):
+        computed, expected = points @ motion.whole, points @ found.dense(Pull(250.0, s))
+        left = 1e-2 * np.abs(points @ motion.remainder).max() + 1e-9 * np.abs(computed).max()
+        np.testing.assert_allclose(computed, expected, rtol=0, atol=left)

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import scipy
 
-from pidpanel.solve.dampers import PatchMotion, attach_dampers
+from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.diagonal import DiagonalPanel
 from pidpanel.solve.lines import frequency_grid, root_mean_square
 from pidpanel.solve.modal import bare_panels, chunks_of_lines, patch_motions_in_vacuum
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError, UnstableDamping
+from pidpanel.solve.motions import ReducedMotions
 from pidpanel.sound.radiation import air_resistance
 
 EXACT = 1e-14
@@ -81,11 +82,11 @@ def test_attaching_dampers_is_the_dense_solve(panel, lines, strength):
 @pytest.mark.parametrize("strength", [0.0, 1.0, 100.0])
 def test_the_motion_of_a_patch_is_that_of_the_dense_solve(panel, lines, strength):
     # the eigenvectors of R_uu are no orthogonal ones: their condition costs some digits
-    # red: .swapaxes(1, 2) of VᴴV left out in `PatchMotion.of`; 1 + s → 1 - s
-    damping, mass = strength * lines.equivalent_damping[0], strength * lines.apparent_mass[0]
+    # red: .swapaxes(1, 2) of VᴴV left out in `ReducedMotions._decomposed`; 1 + s → 1 - s
+    damping, mass = strength * lines.equivalent_damping[:1], strength * lines.apparent_mass[:1]
     patch = one_patch(panel)
-    motion = PatchMotion.from_panel(bare_of(panel, lines, patch)).acceleration_psd(damping, mass)
-    modal_psd = dense_psd(panel, lines, patch, damping[None], mass[None])
+    (motion,) = ReducedMotions(bare_of(panel, lines, patch)).acceleration_psd(damping, mass)
+    modal_psd = dense_psd(panel, lines, patch, damping, mass)
     np.testing.assert_allclose(
         motion, motion_of(panel, lines, patch, modal_psd)[1][:, 0], rtol=1e-8
     )
@@ -316,12 +317,13 @@ def test_a_dashpot_patch_adds_its_damping_and_a_mass_patch_its_mass():
 
 
 def test_a_patch_that_moves_as_one_has_the_motion_of_its_point():
-    # red: / bare.patches.area[0] left out in `PatchMotion.of`
+    # red: / self.area[0] left out in `ReducedMotions._decomposed`
     frequency = np.linspace(50, 200, 7)
     response = one_mode_response(frequency, 0.02, damping=300.0, mass=5.0)
     basis, patches = one_mode(0.02)
     (bare,) = bare_panels(frequency, basis, [patches], [[1.0]], np.full(7, 4.0), [[1.0]])
-    motion = PatchMotion.from_panel(bare).acceleration_psd(np.full(7, 300.0), np.full(7, 5.0))
+    damping, mass = np.full((1, 7), 300.0), np.full((1, 7), 5.0)
+    (motion,) = ReducedMotions(bare).acceleration_psd(damping, mass)
     np.testing.assert_allclose(motion, response.acceleration_psd[:, 0], rtol=1e-12)
 
 
@@ -404,19 +406,6 @@ def test_the_law_of_the_paper_as_printed_is_refused(panel, lines):
         attach_dampers(bare_of(panel, lines), np.stack([printed, 0 * printed]), lines.apparent_mass)
 
 
-def test_allowed_negative_damping_must_be_outweighed_by_the_panels_own():
-    # one mode: C = 2ζmω = 50.27 N s/m against C_e A, A = 0.1 m²: the limit is −502.65 N s/m³
-    # red: np.max(taken) < 1 → < 2
-    frequency = np.linspace(50.0, 200.0, 5)
-    basis, patches = one_mode(0.02)
-    (bare,) = bare_panels(frequency, basis, [patches], [[1.0]], np.ones(5), [[1.0]])
-    zero = np.zeros((1, 5))
-    weaker = attach_dampers(bare, zero - 500.0, zero, allow_negative_damping=True)
-    assert np.all(weaker.acceleration_psd >= attach_dampers(bare, zero, zero).acceleration_psd)
-    with pytest.raises(UnstableDamping, match=r"takes 1\.03 times"):
-        attach_dampers(bare, zero - 520.0, zero, allow_negative_damping=True)
-
-
 def refused(panel, lines):
     """name: (call, message)"""
     nan = np.where(np.arange(lines.frequency.size) == 3, np.nan, 1.0)
@@ -425,7 +414,6 @@ def refused(panel, lines):
     patches = panel.patches
     skew = patches.overlap.copy()
     skew[0, 0, 1] += 0.01
-    negative = Patches(-patches.overlap, patches.area)
     return {
         "damping not finite": (lambda: attach_dampers(bare, damping * nan, mass), "not finite"),
         "mass not finite": (lambda: attach_dampers(bare, damping, mass * nan), "not finite"),
@@ -469,12 +457,8 @@ def refused(panel, lines):
             lambda: Patches(patches.overlap * np.nan, patches.area),
             "not finite",
         ),
-        "overlap negative": (lambda: bare_of(panel, lines, negative), "eigenvalue"),
+        "overlap negative": (lambda: Patches(-patches.overlap, patches.area), "eigenvalue"),
         "overlap of one matrix": (lambda: Patches(np.eye(3), np.ones(1)), r"overlap has shape"),
-        "motion of two patches": (
-            lambda: PatchMotion.from_panel(bare),
-            "2 patches: the motion is that of one",
-        ),
         "areas of other patches": (lambda: Patches(np.eye(3)[None], np.ones(2)), "area has"),
         "area zero": (lambda: Patches(np.eye(3)[None], np.zeros(1)), r"area = .*0.0"),
         "mass zero": (lambda: ModalBasis([1.0], [0.0], 0.01), "modal_mass = .*0.0"),

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from solving import panel_solver
 
-from pidpanel.solve.diagonal import DiagonalPanel
 from pidpanel.solve.direct import SHAPES_TO, DirectMotions, DirectPanel
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, Patches
@@ -97,12 +96,3 @@ def test_shapes_to_five_times_a_line_count_and_the_ten_lowest_in_any_case():
     assert natural[few._counts(slice(0, 1))].max() == 1000.0
     high = DirectMotions(direct(2 * f, basis, patches, np.ones((1, 1, 20))), 0.0, SHAPES_TO)
     assert natural[high.subsampled(2)._counts(slice(1, 2))].max() == 1400.0
-
-
-def test_of_uncoupled_modes_a_negative_damping_takes_its_share_of_each():
-    # D_ii/C_ii with C = 2 ζ m ω: 0.1/(4 π) and 0.3/(8 π); red: at least 1
-    basis = ModalBasis([50.0, 100.0], [2.0, 2.0], 0.01)
-    patches = Patches(np.diag([0.1, 0.3])[None], np.array([0.2]))
-    f = np.array([60.0])
-    paper = DiagonalPanel(f, basis, patches, np.ones((1, 1, 2)), f, np.eye(2))
-    np.testing.assert_allclose(paper.damping_norm, 0.3 / (8 * np.pi))

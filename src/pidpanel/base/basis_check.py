@@ -17,16 +17,15 @@ from pidpanel.panel.matrices import StoredPlate
 from pidpanel.response.cases import ResponseScenario, plan_cases
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.response.refinement import ATTEMPTS, patch_dampers
+from pidpanel.response.refinement import ATTEMPTS, stiffness_on_patches
 from pidpanel.solve.basis_error import (
     ALLOWED,
     BasisCheck,
     ErrorsAt,
     check_basis,
     lines_to_try,
-    modal_basis,
 )
-from pidpanel.solve.elements import ElementMotion, Pull
+from pidpanel.solve.elements import ElementMotion
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.supports import SupportedPanel, integrals_of_shapes, supported_panel
 
@@ -81,22 +80,20 @@ def _check(
     span = panel.settings.frequency_range
     lines = lines_to_try(span, plate.stiffness.shape[0], columns, attempt)
     solver = panel.solver(rms_only=True).with_lines(lines, panel.deflection_at_points)
-    answers = {id(case.response): case.response for case in plan.solve(solver)}
-    ratio, basis = panel.settings.damping_ratio, supported.basis
+    answers = {id(case.response): case.response for case in plan.solve(solver)}.values()
+    stiffness = [
+        stiffness_on_patches(panel, each) for each in answers if isinstance(each, LayoutResponse)
+    ]
+    basis = supported.basis
     return check_basis(
         basis,
         plate,
         supported.vectors.astype(np.float32),
-        modal_basis(basis, ratio, span[1]),
         base_errors(basis, plate, supported.vectors),
-        ratio.at(panel.cutoff),
-        panel.cutoff,
+        panel.settings.damping_ratio,
+        span[1],
         lines,
-        [
-            patch_dampers(panel, answer)
-            for answer in answers.values()
-            if isinstance(answer, LayoutResponse)
-        ],
+        np.array(stiffness),
     )
 
 
@@ -105,16 +102,15 @@ def base_errors(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Errors
     everything = np.column_stack([plate.inertia, integrals_of_shapes(basis, plate)[:, :-1]])
     in_shapes = vectors.T @ everything
 
-    def psds(of_point: Complexes, pull: Pull, loads: Array) -> Array:
+    def psds(of_point: Complexes, omega: float, s: Complexes, loads: Array) -> Array:
         """(n_points,) of the absolute accelerations over that of the supports."""
-        omega = 2 * np.pi * pull.frequency
-        force = loads[:, 1:] @ pull.stiffness / omega**2 - loads[:, 0]
+        force = loads[:, 1:] @ s / omega**2 - loads[:, 0]
         return np.asarray(np.abs(1 - omega**2 * (of_point.T @ force)) ** 2)
 
-    def errors(pulls: Sequence[Pull], motions: Sequence[ElementMotion]) -> Array:
-        both = list(zip(pulls, motions, strict=True))
-        whole = np.stack([psds(motion.whole, pull, everything) for pull, motion in both])
-        reduced = np.stack([psds(motion.of_basis, pull, in_shapes) for pull, motion in both])
+    def errors(frequency: float, stiffness: Complexes, motions: Sequence[ElementMotion]) -> Array:
+        omega, both = 2 * np.pi * frequency, list(zip(stiffness, motions, strict=True))
+        whole = np.stack([psds(motion.whole, omega, s, everything) for s, motion in both])
+        reduced = np.stack([psds(motion.of_basis, omega, s, in_shapes) for s, motion in both])
         return np.asarray((np.abs(reduced - whole) / whole.max(axis=1)[:, None]).max(axis=1))
 
     return errors

@@ -117,8 +117,7 @@ def write_base(
     motion = study.base
     if motion is None:
         raise ValueError(f"{study.name}: no section base")
-    impedance = None if coupled is None else coupled / "impedance.csv"
-    models = damping_models(study, damping, impedance)
+    models = damping_models(study, damping, coupled)
     scenarios = base_scenarios(study)
     shakers = shakers_of(study)
 
@@ -140,11 +139,10 @@ def write_base(
         observed = observed_motions(panel.basis, supported.inertia)
         errors = {}
         if coupled is not None:
-            tables_of_runs = coupled / "summary.csv", coupled / "psd.csv"
-            errors = read_errors(*tables_of_runs, panel.frequency, points)
+            errors = read_errors(coupled, panel.frequency, points)
         random = random_cases(panel, observed, scenarios, models, limits, errors)
         labels = [scenario.label for scenario in scenarios]
-        shifts = _mesh_shifts(panel, scenarios, models)
+        shifts = mesh_shifts(panel, heaviest_dampers(panel, scenarios, models))
         psds = tables.random_dataset(random, models.names, labels, points, shifts)
         write_csv(output["summary"], tables.summary_rows(psds))
         write_csv(output["psd_table"], tables.psd_rows(psds))
@@ -152,7 +150,7 @@ def write_base(
         if limits:
             write_csv(output["notched"], tables.input_rows(random, limits))
     if motion.sine is not None:
-        tones = damping_models(study, damping, impedance, is_broadband=False)
+        tones = damping_models(study, damping, coupled, is_broadband=False)
         curves = _sweeps(panels["sine"], supported.inertia, motion.sine, scenarios, tones)
         level = motion.sine.acceleration_g
         write_csv(output["sine_table"], tables.peak_rows(curves, level))
@@ -183,13 +181,6 @@ def shakers_of(study: Study) -> dict[str, Shaker]:
     return {name: Shaker(settings, level, per_area, shift) for name, level in levels.items()}
 
 
-def _mesh_shifts(
-    panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
-) -> dict[bool, Array]:
-    plan = plan_cases(panel, scenarios, models, dead_weight=False)
-    return mesh_shifts(panel, heaviest_dampers(panel, plan))
-
-
 def _sweeps(
     panel: ResponsePanel,
     inertia: Inertia,
@@ -200,7 +191,7 @@ def _sweeps(
     """Return every scenario with every damping model in a sweep up and one down."""
     observed = observed_motions(panel.basis, inertia)
     force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
-    shifts = _mesh_shifts(panel, scenarios, models)
+    shifts = mesh_shifts(panel, heaviest_dampers(panel, scenarios, models))
     of_tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
     parts = []
     for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:

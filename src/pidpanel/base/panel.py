@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolving
+from pidpanel.response.cases import ResponseScenario, heaviest_dampers, resolving
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.panel import ResponsePanel, Settings, ShiftOfWave
 from pidpanel.solve.supports import BaseExcitation, SupportedPanel, with_translation
@@ -41,5 +41,4 @@ class Shaker:
     ) -> ResponsePanel:
         """Return the panel with lines for the resonances that the dampers of scenarios make."""
         panel = self.panel(supported)
-        plan = plan_cases(panel, scenarios, models, dead_weight=False)
-        return resolving(panel, heaviest_dampers(panel, plan))
+        return resolving(panel, heaviest_dampers(panel, scenarios, models))

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.arrays import Array, Complexes
 from pidpanel.base.notching import Limit, NotchedInput, notched
 from pidpanel.base.sine import interface_force
 from pidpanel.base.transfer import Transfer
 from pidpanel.damping.broadband import BroadbandError
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases
+from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases, steady
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.model_error import (
     broadband_error_of,
@@ -49,7 +49,6 @@ class RandomResponse:
     # Standard errors of the absolute accelerations at the points, then of the force; None where the
     # damping has none
     errors: StandardErrors | None
-    patch_acceleration_g: Array  # (n_loads,) Γ of each load
     outside_share: float  # share of the lines on which damping is extrapolated [1]
 
 
@@ -120,9 +119,7 @@ def _with_notches(
         excitation = _with_level(solver, frequency, lowered.psd)
         again = solver.with_excitation(excitation)
         (answer,) = solve_layouts(again, [case.layout])
-        if isinstance(answer, UnstableDamping):  # C_e is negative at this motion
-            raise answer
-        response = _response(replace(case, solver=again, response=answer), answer)
+        response = _response(replace(case, solver=again, response=answer), steady(answer))
     return replace(random, notched=response, notches=lowered)
 
 
@@ -137,7 +134,7 @@ def _response(case: SolvedCase, response: LayoutResponse) -> RandomResponse:
     frequency, cross = response.response.frequency, response.response.cross_psd
     points = cross[:, :-1]
     omega = 2 * np.pi * frequency
-    force = _force_psd(response)
+    force = interface_force_psd(response, cross[:, -1])
     if case.layout.force is not None:
         force = force + own_force_on_supports(case, response)
     inside = response.inside.all(axis=0).mean() if len(response.inside) else 1.0
@@ -147,16 +144,7 @@ def _response(case: SolvedCase, response: LayoutResponse) -> RandomResponse:
         np.asarray(points[:, :, 1, 1].real, dtype=np.float64),
         force,
         _errors(case, response, force),
-        response.patch_acceleration_g,
         1 - float(inside),
-    )  # fmt: skip
-
-
-def _force_psd(response: LayoutResponse) -> Array:
-    """Return the PSD (nf,) of the force of the supports [N²/Hz]."""
-    return interface_force_psd(
-        response.response.frequency, response.response.cross_psd[:, -1], response.loads,
-        response.equivalent_damping, response.apparent_mass,
     )  # fmt: skip
 
 
@@ -176,13 +164,8 @@ def own_force_on_supports(case: SolvedCase, response: LayoutResponse) -> Array:
     alone = solver.with_lines(f, rows).with_excitation(own)
     layout = replace(case.layout, force=None, factor=1.0, with_slope=False, with_motion=False)
     (answer,) = solve_layouts(alone, [layout])
-    if isinstance(answer, UnstableDamping):
-        raise answer
-    cross = answer.response.cross_psd[:, 0]
-    motion = interface_force_psd(
-        f, cross[:, :-1, :-1], response.loads,
-        response.equivalent_damping, response.apparent_mass,
-    )  # fmt: skip
+    cross = steady(answer).response.cross_psd[:, 0]
+    motion = interface_force_psd(response, cross[:, :-1, :-1])
     relative = cross[:, 0, 0] - 2 * cross[:, 0, -1] + cross[:, -1, -1]
     return np.asarray((2 * np.pi * f) ** 4 * relative.real - motion)
 
@@ -200,7 +183,8 @@ def _errors(case: SolvedCase, response: LayoutResponse, force: Array) -> Standar
         )
     model = model_error_of(case, response)
     if model is not None:
-        f, undamped = response.response.frequency, _force_psd(case.dead_weight or case.bare)
+        f, without = response.response.frequency, case.dead_weight or case.bare
+        undamped = interface_force_psd(without, without.response.cross_psd[:, -1])
         error = broadband_error_of(case)
         of_psd = log_error(BroadbandError(error.of_effect, 2 * error.of_rms), undamped, force)
         rms = np.sqrt([np.trapezoid(psd, f) for psd in (undamped, force)])
@@ -235,10 +219,8 @@ def force_slopes(solver: PanelSolver, response: LayoutResponse, force: Array) ->
     return FurtherPsd(force[:, None], of_damping, of_mass)
 
 
-def interface_force_psd(
-    frequency: Array, cross_psd: Complexes, patches: Index, damping: Array, mass: Array
-) -> Array:
-    """Return the PSD (nf,) of the force of the supports [N²/Hz].
+def interface_force_psd(response: LayoutResponse, cross_psd: Complexes) -> Array:
+    """Return the PSD (nf,) of the force of the supports [N²/Hz] with the dampers of a response.
 
     It is that of all momenta, −ω² 1ᵀM u + Σ_p s_p ∫_p u dA.
 
@@ -246,13 +228,12 @@ def interface_force_psd(
     ----------
     cross_psd
         (nf, m, m) of the motions of the interface, see `supports.observed_motions`.
-    patches
-        (n_loads,) with C_e and m_a (n_loads, nf).
     """
+    frequency = response.response.frequency
     share = np.zeros(cross_psd.shape[:2], dtype=np.complex128)
     share[:, 0] = -((2 * np.pi * frequency) ** 2)
-    stiffness = patch_stiffness(frequency, damping, mass)
-    for patch, s in zip(patches.tolist(), stiffness, strict=True):
+    stiffness = patch_stiffness(frequency, response.equivalent_damping, response.apparent_mass)
+    for patch, s in zip(response.loads.tolist(), stiffness, strict=True):
         share[:, 1 + patch] += s
     psd = np.einsum("fi,fij,fj->f", share, cross_psd, share.conj()).real
     return np.asarray(psd, dtype=np.float64)

@@ -110,12 +110,12 @@ def sweep(
 def _other_motion(outcome: Map, x: Array) -> tuple[Array, float]:
     """Return the stable ln Γ nearest to one that does not reproduce itself, and its residual."""
     try:
-        search = find_motions([outcome], [x + step for step in JUMPS], TOLERANCE)
+        solutions = find_motions([outcome], [x + step for step in JUMPS], TOLERANCE)
     except NotConverged:
         return iterate(outcome, x, TOLERANCE, STEPS)
-    stable = [solution for solution in search.solutions if solution.stable]
+    stable = [solution for solution in solutions if solution.stable]
     nearest = min(
-        stable or search.solutions,
+        stable or solutions,
         key=lambda solution: float(np.abs(solution.log_gamma - x).max()),
     )
     return nearest.log_gamma, nearest.residual

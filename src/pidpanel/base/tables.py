@@ -13,6 +13,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.solve.mesh_error import mesh_error
 from pidpanel.solve.supports import Inertia
+from pidpanel.solve.uncertainty import StandardErrors
 
 INPUTS, DIRECTIONS = ("stated", "notched"), ("up", "down")
 
@@ -94,11 +95,14 @@ def random_dataset(
     """
     parts = []
     for case in cases:
+        none = np.full((len(case.frequency), len(points) + 1), np.nan)
+        unknown = StandardErrors(none, none[0], none[0])
         for name, part in zip(INPUTS, (case.stated, case.notched), strict=True):
             if part is None:
                 continue
             shift = shifts[case.scenario.is_bare]
             mesh = mesh_error(case.frequency, part.absolute, part.input, shift, over_largest=True)
+            errors = part.errors or unknown
             values: dict[str, Array | float] = {
                 "input_psd": part.input,
                 "absolute_acceleration_psd": part.absolute,
@@ -107,16 +111,11 @@ def random_dataset(
                 "outside_share": part.outside_share,
                 "mesh_error": mesh.line,
                 "mesh_error_rms": mesh.rms,
-                "log_error": np.full(part.absolute.shape, np.nan),
-                "log_rms_error": np.full(len(points), np.nan),
-                "force_log_error": np.full(part.force.shape, np.nan),
-                "force_log_rms_error": np.nan,
+                "log_error": errors.log_psd[:, :-1],
+                "log_rms_error": errors.log_rms[:-1],
+                "force_log_error": errors.log_psd[:, -1],
+                "force_log_rms_error": float(errors.log_rms[-1]),
             }
-            if part.errors is not None:
-                values["log_error"] = part.errors.log_psd[:, :-1]
-                values["log_rms_error"] = part.errors.log_rms[:-1]
-                values["force_log_error"] = part.errors.log_psd[:, -1]
-                values["force_log_rms_error"] = float(part.errors.log_rms[-1])
             place = {"reading": case.model, "scenario": case.scenario.label, "input": name}
             parts.append(case_dataset(case.frequency, points, values, place))
     return merged(parts, reading=models, scenario=labels, input=INPUTS)

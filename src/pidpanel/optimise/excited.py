@@ -4,21 +4,23 @@ Each plate has the places as its patches. Layouts are confirmed in a basis that 
 them.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pidpanel.base.basis_check import checked_panel
 from pidpanel.base.panel import Shaker
-from pidpanel.damping.readings import DampingReading
-from pidpanel.optimise.finalists import Finalist, confirm, confirm_on_shaker
+from pidpanel.optimise.finalists import Finalist, finalist, static_shapes
 from pidpanel.optimise.placed import PlacedPanel, place_basis, place_panel
 from pidpanel.optimise.places import Places
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
-from pidpanel.response.cases import ResponseScenario
-from pidpanel.response.dampers import DampingModels, PatchFilling
-from pidpanel.response.panel import ExcitationSource, ResponsePanel
+from pidpanel.response.cases import ResponseScenario, plan_cases
+from pidpanel.response.dampers import DampingModels
+from pidpanel.response.panel import ExcitationSource, ResponsePanel, widen
+from pidpanel.response.refinement import checked_responses
+from pidpanel.solve.basis_error import basis_shapes
 from pidpanel.solve.supports import SupportedPanel, supported_panel
 
 
@@ -39,11 +41,20 @@ class UnderSound:
         self,
         plate: StoredPlate,
         places: Places,
-        layouts: Sequence[Sequence[PatchFilling]],
-        models: Mapping[str, DampingReading],
+        scenarios: Sequence[ResponseScenario],
+        models: DampingModels,
     ) -> list[Finalist]:
-        """Return layouts at their consistent motion."""
-        return confirm(self.panel(plate, places), plate, layouts, models, self.source)
+        """Return layouts at their consistent motion, in a basis checked with them.
+
+        A `ResponseError` says that a damper feeds energy to the panel.
+        """
+        panel = self.panel(plate, places)
+        static = static_shapes(panel.basis, plate)
+        wider = widen(panel, plate, static, self.source)
+        plate = replace(plate, shapes=basis_shapes(panel.basis, plate, static).vectors)
+        checked = checked_responses(wider, plate, scenarios, models, self.source)
+        errors = checked.basis_error.tolist()
+        return [finalist(case, error) for case, error in zip(checked.cases, errors, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -58,27 +69,33 @@ class OnShaker:
     def panel(self, plate: StoredPlate, places: Places) -> PlacedPanel:
         """Return the panel with places, and with the static response to its supports."""
         basis, none = place_basis(self.start, plate, places), np.zeros((len(plate.shapes), 0))
-        highest = self.shaker.settings.frequency_range[1]
-        supported = supported_panel(basis, plate, none, highest, self.mass)
+        supported = supported_panel(basis, plate, none, self._highest, self.mass)
         return self._placed(self.shaker.panel(supported), places)
 
     def confirm(
         self,
         plate: StoredPlate,
         places: Places,
-        layouts: Sequence[Sequence[PatchFilling]],
-        models: Mapping[str, DampingReading],
+        scenarios: Sequence[ResponseScenario],
+        models: DampingModels,
     ) -> list[Finalist]:
-        """Return layouts at their consistent motion."""
+        """Return layouts at their consistent motion; see `UnderSound.confirm`."""
 
-        def moved(
-            supported: SupportedPanel, scenarios: Sequence[ResponseScenario], stated: DampingModels
-        ) -> PlacedPanel:
-            return self._placed(self.shaker.panel_with(supported, scenarios, stated), places)
+        def moved(supported: SupportedPanel) -> PlacedPanel:
+            return self._placed(self.shaker.panel_with(supported, scenarios, models), places)
 
         basis = place_basis(self.start, plate, places)
-        highest = self.shaker.settings.frequency_range[1]
-        return confirm_on_shaker(basis, plate, layouts, models, moved, highest, self.mass)
+        supported, error = checked_panel(
+            basis, plate, static_shapes(basis, plate), self._highest, self.mass,
+            lambda supported: [moved(supported)], scenarios, models,
+        )  # fmt: skip
+        panel = moved(supported)
+        cases = plan_cases(panel, scenarios, models).solve(panel.solver())
+        return [finalist(case, error) for case in cases]
+
+    @property
+    def _highest(self) -> float:
+        return self.shaker.settings.frequency_range[1]
 
     def _placed(self, panel: ResponsePanel, places: Places) -> PlacedPanel:
         return place_panel(panel, places.area, with_strains=self.with_strains)

@@ -6,14 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import shapely
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.base.from_study import shakers_of
 from pidpanel.damping.from_study import reading_from_atlas, reading_of_damper
 from pidpanel.damping.readings import DampingReading
-from pidpanel.damping_ratio import DampingRatio
 from pidpanel.optimise.alternatives import damped_by_layer, thicker_faces
 from pidpanel.optimise.excited import Excited, OnShaker, UnderSound
 from pidpanel.optimise.joint import JointPanel
@@ -33,8 +31,8 @@ from pidpanel.optimise.proposal import (
     layouts_to_confirm,
     search_table,
 )
-from pidpanel.optimise.reduced import ReducedPanel, reduced_panel
-from pidpanel.optimise.search import Problem, branch_and_bound, greedy, sample_property
+from pidpanel.optimise.reduced import ReducedPanel
+from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_property
 from pidpanel.optimise.variants import reductions
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
@@ -42,13 +40,15 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import of_damper
 from pidpanel.provenance.job import Files
-from pidpanel.response.dampers import PatchDamper, PatchFilling
+from pidpanel.response.cases import ResponseScenario
+from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import (
     PanelFiles,
     StudySound,
     read_panel_mass,
     read_response_panel,
 )
+from pidpanel.response.results import write_csv
 from pidpanel.severity.oscillators import natural_frequencies
 from pidpanel.solve.layout import DampingOfMotion
 from pidpanel.solve.lines import frequency_grid
@@ -168,7 +168,7 @@ def _reduced(
         jumps=settings.jumps,
         lines_per_bandwidth=LINES_PER_BANDWIDTH,
     )
-    return reduced_panel(
+    return ReducedPanel(
         lines, modal, panel.patches, objective.rows(panel.motion_at_points),
         excitation, panel.air, outputs=objective.outputs(lines), rank=rank,
     )  # fmt: skip
@@ -215,10 +215,15 @@ def objective_of(section: Optimise, basis: PanelBasis, counted: Index) -> Object
     return accelerations(counted, is_largest=section.objective == "largest")
 
 
-def _filled(problem: Problem, fillings: Sequence[FilledDamper], option: int) -> PatchFilling:
-    filling = fillings[problem.options.filling[option]]
-    name = place_name(int(problem.options.place[option]))
-    return PatchFilling(name, filling.damper, filling.fill_fraction)
+def _scenario(
+    problem: Problem, fillings: Sequence[FilledDamper], number: int, layout: Layout
+) -> ResponseScenario:
+    """Return a layout as a scenario, its place among all as its label."""
+    options, filled = problem.options, []
+    for option in layout:
+        filling, place = fillings[options.filling[option]], int(options.place[option])
+        filled.append(PatchFilling(place_name(place), filling.damper, filling.fill_fraction))
+    return ResponseScenario(str(number), "bare", np.nan, 1.0, tuple(filled), None, np.nan)
 
 
 def counted_excitations(study: Study) -> list[str]:
@@ -271,18 +276,24 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     proof = branch_and_bound(problem, best, sampling, NODES)
     layouts = layouts_to_confirm(problem, proof.layout)
     used = np.unique([problem.options.place[option] for layout in layouts for option in layout])
-    patches = [[_filled(problem, fillings, option) for option in layout] for layout in layouts]
+    scenarios = [_scenario(problem, fillings, *each) for each in enumerate(layouts)]
+    stated = DampingModels(("stated",), {}, models)
     few_places = places.subset(used)
     with_few, _ = place_plate(plate, few_places, used.tolist())
     finalists = {
-        name: each.confirm(with_few, few_places, patches, models) for name, each in excited.items()
+        name: each.confirm(with_few, few_places, scenarios, stated)
+        for name, each in excited.items()
     }
     few_panels = [each.panel(with_few, few_places) for each in excited.values()]
     few, layouts_of_few = problem.on_places(used, layouts)
 
     def panel_with(factor: float) -> JointPanel:
         ratio = study.panel.modal_damping.times(factor)
-        return _joint([_with_ratio(panel, ratio) for panel in few_panels], objective)
+        panels = [
+            replace(panel, settings=replace(panel.settings, damping_ratio=ratio))
+            for panel in few_panels
+        ]
+        return _joint(panels, objective)
 
     few = replace(few, panel=panel_with(1.0))
     variants = reductions(few, fillings, layouts_of_few, panel_with)
@@ -297,22 +308,8 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
         f"{sampling.largest:.2g} of the bare mean square",
         file=sys.stderr,
     )
-    _write_tables(proposals, front, facts, points, output)
-
-
-def _with_ratio(panel: PlacedPanel, ratio: DampingRatio) -> PlacedPanel:
-    return replace(panel, settings=replace(panel.settings, damping_ratio=ratio))
-
-
-def _write_tables(
-    proposals: Proposals,
-    front: pd.DataFrame,
-    facts: pd.DataFrame,
-    points: Sequence[str],
-    output: Files,
-) -> None:
-    proposals.psd_table(front, points).to_csv(output.psd, index=False, float_format="%.5g")
-    proposals.patch_table(front).to_csv(output.layouts, index=False, float_format="%.6g")
-    proposals.point_table(front, points).to_csv(output.summary, index=False, float_format="%.6g")
-    front.drop(columns="confirmed").to_csv(output.front, index=False, float_format="%.6g")
-    facts.to_csv(output.search, index=False, float_format="%.8g")
+    write_csv(output.psd, proposals.psd_table(front, points), 5)
+    write_csv(output.layouts, proposals.patch_table(front))
+    write_csv(output.summary, proposals.point_table(front, points))
+    write_csv(output.front, front.drop(columns="confirmed"))
+    write_csv(output.search, facts, 8)

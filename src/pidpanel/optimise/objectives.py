@@ -12,8 +12,9 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.optimise.reduced import Outputs, line_weight
+from pidpanel.optimise.reduced import Outputs
 from pidpanel.severity.oscillators import gain
+from pidpanel.solve.lines import trapezoid_weights
 from pidpanel.solve.model import PanelResponse
 from pidpanel.solve.stress import VON_MISES, Layers
 
@@ -39,7 +40,7 @@ class Objective:
 
     def outputs(self, frequency: Array) -> Outputs:
         """Return rows, weights and groups on some lines."""
-        weight = line_weight(frequency)[:, None] * self.factor(frequency)
+        weight = trapezoid_weights(frequency)[:, None] * self.factor(frequency)
         groups = self.group[:, None] == np.arange(self.group.max() + 1)
         return Outputs(self.row, weight, groups.astype(float))
 

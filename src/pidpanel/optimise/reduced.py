@@ -10,7 +10,7 @@ and a further damper costs a solve of a few motions a line: all additions to T a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -19,9 +19,10 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.solve.excitation import Excitation
-from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
+from pidpanel.solve.lines import trapezoid_weights
+from pidpanel.solve.modal import chunks_of_lines, moved_panel
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError
-from pidpanel.solve.moved import InAir, InVacuum, MatrixInput, MovedPanel, matrices_at
+from pidpanel.solve.moved import MatrixInput
 
 THREADS = 2
 LINES_AT_ONCE = 16
@@ -59,33 +60,74 @@ class ReducedPanel:
 
     Columns of both are computed as a place is first used. On the lines ``frequency`` (nf,) [Hz],
     PSDs of w times ``weight`` sum to mean squares of the acceleration, of which ``points`` count.
+    The places are the patches of the panel.
+
+    Parameters
+    ----------
+    points
+        (n_rows, n) w of the shapes at the points, or other motions that count.
+    outputs
+        What counts of these motions; None for the acceleration at each.
+    rank
+        Motions of each place, those with the most energy on the bare panel; None for all.
+    precision
+        Of what is stored.
+
+    Raises
+    ------
+    ResponseError
+        Where it takes more than `LARGEST` bytes.
     """
 
     def __init__(
         self,
         frequency: Array,
-        observed: Array,
-        motion: Complexes,
-        parts: Complexes,
-        rows: int,
-        area: Array,
-        outputs: Outputs,
+        basis: ModalBasis,
+        patches: Patches,
+        points: Array,
+        excitation: Excitation,
+        air: MatrixInput | None = None,
+        *,
+        outputs: Outputs | None = None,
+        rank: int | None = None,
+        precision: type = np.complex64,
     ) -> None:
-        """Take W (n, nw), Z₀⁻¹ W (nf, n, nw) and Wᵀ Z₀⁻¹ L (nf, nw, k) with G = L Lᴴ."""
+        count, n, rows = frequency.size, patches.shapes, len(points)
         self.frequency, self.weight = frequency, acceleration_weight(frequency)
-        self.points, self.area = outputs.groups.shape[1], area
-        self._rows, self._outputs = rows, outputs
-        self.rank = (observed.shape[1] - rows) // len(area)
-        self._observed = observed.astype(motion.real.dtype)
-        self._motion, self._parts = motion, parts
-        self._index = rows + np.arange(len(area) * self.rank).reshape(len(area), self.rank)
+        self.area = patches.area
+        factors = patches.factors(1e-12)
+        largest = max(factor.shape[1] for factor in factors)
+        self.rank = min(rank or largest, largest)
+        width = rows + self.rank * patches.count
+        size = 2.0 * count * width * n * np.dtype(precision).itemsize
+        if size > LARGEST:
+            raise ResponseError(
+                f"{patches.count} places take up to {size / 1e9:.1f} GB; allowed are "
+                f"{LARGEST / 1e9:g} GB: a larger spacing"
+            )
+        force, energy = _forces(frequency, basis, excitation, air)
+        leading = [_leading(factor, energy, self.rank) for factor in factors]
+        observed = np.concatenate([points.T, *leading], axis=1)
+        columns = max(factor.shape[2] for factor in force)
+        # W (n, nw), Z₀⁻¹ W (nf, n, nw) and Wᵀ Z₀⁻¹ L (nf, nw, k) with G = L Lᴴ
+        self._motion: Complexes = np.empty((count, n, width), precision)
+        self._parts: Complexes = np.zeros((count, width, columns), precision)
+        for lines, factor in zip(chunks_of_lines(count, n), force, strict=True):
+            seen = moved_panel(frequency, lines, basis, observed, air)
+            self._motion[lines] = seen.motion()
+            self._parts[lines, :, : factor.shape[2]] = seen.in_parts(factor)
+        self._observed = observed.astype(self._motion.real.dtype)
+        self._outputs = outputs or Outputs(
+            np.arange(rows), np.repeat(self.weight[:, None], rows, axis=1), np.eye(rows)
+        )
+        self.points, self._rows = self._outputs.groups.shape[1], rows
+        self._index = np.arange(rows, width).reshape(patches.count, self.rank)
         self._columns: dict[int, tuple[Complexes, Complexes]] = {}
-        a_place = 2 * frequency.size * observed.shape[1] * self.rank * motion.itemsize
-        self._capacity = int(LARGEST / a_place)
+        self._capacity = int(LARGEST / (2 * count * width * self.rank * self._motion.itemsize))
         own = [self._between(index, index) for index in self._index]
         self._own = tuple(np.stack(part, axis=1) for part in zip(*own, strict=True))
         self._to_points = self._between(np.arange(rows), self._index.ravel())
-        self._point_psd = np.sum(np.abs(parts[:, :rows]) ** 2, axis=2)
+        self._point_psd = np.sum(np.abs(self._parts[:, :rows]) ** 2, axis=2)
 
     def _between(self, rows: Index | slice, columns: Index) -> tuple[Complexes, Complexes]:
         """Return R and S between some motions."""
@@ -207,79 +249,25 @@ def _added(
     return outputs.mean_square(psd), weight @ moved
 
 
-def reduced_panel(
-    frequency: Array,
-    basis: ModalBasis,
-    patches: Patches,
-    points: Array,
-    excitation: Excitation,
-    air: MatrixInput | None = None,
-    *,
-    outputs: Outputs | None = None,
-    rank: int | None = None,
-    precision: type = np.complex64,
-) -> ReducedPanel:
-    """Return the panel seen from its places, which are its patches, on lines (nf,) [Hz].
-
-    Parameters
-    ----------
-    points
-        (n_rows, n) w of the shapes at the points, or other motions that count.
-    outputs
-        What counts of these motions; None for the acceleration at each.
-    rank
-        Motions of each place, those with the most energy on the bare panel; None for all.
-    precision
-        Of what is stored.
-
-    Raises
-    ------
-    ResponseError
-        Where it takes more than `LARGEST` bytes.
-    """
-    count, n = frequency.size, patches.shapes
-    moved, weight = _moved_by(frequency, basis, air), acceleration_weight(frequency)
-    root = np.sqrt(excitation.spectrum(frequency))
-    factors = patches.factors(1e-12)
-    largest = max(factor.shape[1] for factor in factors)
-    rank = min(rank or largest, largest)
-    width = len(points) + rank * patches.count
-    size = 2.0 * count * width * n * np.dtype(precision).itemsize
-    if size > LARGEST:
-        raise ResponseError(
-            f"{patches.count} places take up to {size / 1e9:.1f} GB; allowed are "
-            f"{LARGEST / 1e9:g} GB: a larger spacing"
-        )
+def _forces(
+    frequency: Array, basis: ModalBasis, excitation: Excitation, air: MatrixInput | None
+) -> tuple[list[Complexes | Array], Array]:
+    """Return L of S G = L Lᴴ chunk by chunk, and ∫ ω⁴ Re S_q df (n, n) of the bare panel."""
+    n = basis.natural_frequency.size
+    root, weight = np.sqrt(excitation.spectrum(frequency)), acceleration_weight(frequency)
     force, energy = [], np.zeros((n, n))
-    for lines in chunks_of_lines(count, n):
+    for lines in chunks_of_lines(frequency.size, n):
         factor = root[lines, None, None] * _force_factors(excitation, frequency[lines])
-        motion = moved(lines, np.eye(n)).in_parts(factor) * np.sqrt(weight[lines, None, None])
+        of_shapes = moved_panel(frequency, lines, basis, np.eye(n), air)
+        motion = of_shapes.in_parts(factor) * np.sqrt(weight[lines, None, None])
         energy += sum((part @ part.conj().T).real for part in motion)
         force.append(factor)
-    observed = np.concatenate([points.T, *(_leading(f, energy, rank) for f in factors)], axis=1)
-    columns = max(factor.shape[2] for factor in force)
-    motions: Complexes = np.empty((count, n, width), precision)
-    parts = np.zeros((count, width, columns), precision)
-    for lines, factor in zip(chunks_of_lines(count, n), force, strict=True):
-        seen = moved(lines, observed)
-        motions[lines] = seen.motion()
-        parts[lines, :, : factor.shape[2]] = seen.in_parts(factor)
-    if outputs is None:
-        every = np.arange(len(points))
-        outputs = Outputs(every, np.repeat(weight[:, None], every.size, axis=1), np.eye(every.size))
-    return ReducedPanel(frequency, observed, motions, parts, len(points), patches.area, outputs)
+    return force, energy
 
 
 def acceleration_weight(frequency: Array) -> Array:
     """Return weights (nf,) with which PSDs of w sum to mean squares of the acceleration."""
-    return line_weight(frequency) * (2 * np.pi * frequency) ** 4
-
-
-def line_weight(frequency: Array) -> Array:
-    """Return weights (nf,) of the trapezoidal rule [Hz]."""
-    weight = np.gradient(frequency)
-    weight[[0, -1]] /= 2
-    return np.asarray(weight)
+    return trapezoid_weights(frequency) * (2 * np.pi * frequency) ** 4
 
 
 def _force_factors(excitation: Excitation, frequency: Array) -> Complexes | Array:
@@ -297,18 +285,3 @@ def _leading(factor: Array, energy: Array, rank: int) -> Array:
     _, vector = np.linalg.eigh(factor.T @ energy @ factor)
     columns = factor @ vector[:, ::-1][:, :rank]
     return np.pad(columns, ((0, 0), (0, rank - columns.shape[1])))
-
-
-def _moved_by(
-    frequency: Array, basis: ModalBasis, air: MatrixInput | None
-) -> Callable[[slice, Array], MovedPanel]:
-    if air is None:
-        return lambda lines, observed: InVacuum(basis.dynamic_stiffness(frequency[lines]), observed)
-
-    def moved(lines: slice, observed: Array) -> MovedPanel:
-        stiffness = dense_stiffness(
-            frequency[lines], basis, matrices_at(air, frequency, lines, len(observed))
-        )
-        return InAir(np.linalg.solve(stiffness, observed[None]), observed)
-
-    return moved

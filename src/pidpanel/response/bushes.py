@@ -11,7 +11,6 @@ without frequency is 0: modes are those of the panel without particles. Units ar
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -24,13 +23,6 @@ FIRST = 9_000_001  # first number of elements, properties and tables: most decks
 PER_OCTAVE = 24  # nodes of the tables: between them ω² m_a is straight within 2e-4
 
 LINEAR = ("LINEAR", "LINEAR")
-
-
-class PatchDamping(NamedTuple):
-    """Damping of a patch over frequency: C_e [N s/m³] and m_a [kg/m²], each (nf,)."""
-
-    equivalent_damping: Array
-    apparent_mass: Array
 
 
 def vertex_areas(vertices: Array, cells: Index, chosen: Flags) -> Array:
@@ -52,7 +44,7 @@ def write_bushes(
     path: Path,
     title: str,
     frequency: Array,
-    dampers: Mapping[str, PatchDamping],
+    dampers: Mapping[str, tuple[Array, Array]],
     vertices: Array,
     cells: Index,
     cell_in_patch: Mapping[str, Flags],
@@ -64,7 +56,7 @@ def write_bushes(
     frequency
         (nf,) lines [Hz].
     dampers
-        By patch.
+        C_e [N s/m³] and m_a [kg/m²], each (nf,), by patch.
     vertices, cells
         The mesh of the panel: (n_vertices, 2) [m] and vertex numbers. GRID n is vertex n − 1.
     cell_in_patch

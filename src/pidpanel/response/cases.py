@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes, Flags
+from pidpanel.arrays import Array, Flags
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load, solve_layouts
@@ -112,11 +111,11 @@ class CasePlan:
                 scenario=scenario,
                 model=name,
                 response=answers[key],
-                bare=_steady(answers[bare]),
+                bare=steady(answers[bare]),
                 solver=solver,
                 layout=layouts[key],
                 dampers=dampers,
-                dead_weight=None if dead is None else _steady(answers[dead]),
+                dead_weight=None if dead is None else steady(answers[dead]),
             )
             for (scenario, name, dampers), (key, bare, dead) in zip(
                 self.rows, self.keys, strict=True
@@ -162,8 +161,11 @@ def plan_cases(
     return CasePlan(rows, keys, layouts)
 
 
-def heaviest_dampers(panel: ResponsePanel, plan: CasePlan) -> Array:
+def heaviest_dampers(
+    panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
+) -> Array:
     """Return the largest mass or apparent mass on each patch, (n_patches,) [kg/m²]."""
+    plan = plan_cases(panel, scenarios, models, dead_weight=False)
     mass = np.zeros(len(panel.patch_area))
     lines = np.geomspace(*panel.settings.frequency_range, MASS_LINES)
     distinct = {
@@ -205,26 +207,22 @@ class BalanceCheck:
         count = int(np.clip(BALANCE_WORK / len(panel.basis.modal_mass) ** 3, *BALANCE_LINES))
         step = max(1, len(panel.frequency) // count)
         self._lines = slice(step // 2, None, step)
-
-    @cached_property
-    def _matrices(self) -> tuple[Array | Complexes, Complexes | None]:
-        """G (n_lines, n, n) and the air."""
-        frequency, air = self._panel.frequency[self._lines], self._panel.air
-        return self._panel.excitation(frequency), None if air is None else air(frequency)
+        frequency = panel.frequency[self._lines]
+        self._force = panel.excitation(frequency)
+        self._air = None if panel.air is None else panel.air(frequency)
 
     def error(self, response: LayoutResponse, factor: float) -> float:
         """Return the largest error of the power balance of a response [1]."""
         panel, lines = self._panel, self._lines
-        force, air = self._matrices
         balance = power_balance(
             panel.frequency[lines],
             panel.modal,
             panel.carrier_patches.subset(response.loads.tolist()),
             factor * panel.excitation.spectrum(panel.frequency[lines]),
-            force,
+            self._force,
             response.equivalent_damping[:, lines],
             response.apparent_mass[:, lines],
-            air,
+            self._air,
         )
         return float(balance.error.max())
 
@@ -253,8 +251,8 @@ def _layout(panel: ResponsePanel, dampers: Sequence[PatchDamper], factor: float)
     )
 
 
-def _steady(response: LayoutResponse | UnstableDamping) -> LayoutResponse:
-    """Return a response without negative damping, which cannot be unstable."""
+def steady(response: LayoutResponse | UnstableDamping) -> LayoutResponse:
+    """Return a response; where the damping feeds the panel, raise its error."""
     if isinstance(response, UnstableDamping):
         raise response
     return response

@@ -10,11 +10,10 @@ from pidpanel.arrays import Array
 from pidpanel.solve.uncertainty import StandardErrors
 
 
-def read_errors(
-    summary_csv: Path, psd_csv: Path, frequency: Array, points: Sequence[str]
-) -> dict[str, StandardErrors]:
-    """Return the errors of the coupled runs at the points, by scenario."""
-    summary, psd = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, psd_csv))
+def read_errors(folder: Path, frequency: Array, points: Sequence[str]) -> dict[str, StandardErrors]:
+    """Return the errors of the coupled runs in a folder at the points, by scenario."""
+    files = (folder / "summary.csv", folder / "psd.csv")
+    summary, psd = (pd.read_csv(path, dtype={"point": str}) for path in files)
     errors = {}
     for scenario, rows in summary.groupby("scenario", sort=False):
         at_points = rows.set_index("point").loc[list(points)]

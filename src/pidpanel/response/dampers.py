@@ -1,7 +1,7 @@
 """Dampers on the patches of a scenario, each with the damping model that is used for it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -65,6 +65,7 @@ class PatchDamper:
         return Load(self.carrier, damping, self.model.depends_on_acceleration)
 
 
+@dataclass(frozen=True)
 class DampingModels:
     """The damping models of a study.
 
@@ -84,19 +85,11 @@ class DampingModels:
         ``stated`` there.
     """
 
-    def __init__(
-        self,
-        names: Sequence[str],
-        common: Mapping[str, DampingReading],
-        stated: Mapping[str, DampingReading],
-        coupled: Mapping[tuple[str, str], CoupledDamping] | None = None,
-        atlas: Mapping[str, DampingReading] | None = None,
-    ) -> None:
-        self.names = tuple(names)
-        self.coupled = coupled or {}
-        self._common = common
-        self._stated = stated
-        self._atlas = atlas or {}
+    names: Sequence[str]
+    common: Mapping[str, DampingReading]
+    stated: Mapping[str, DampingReading]
+    coupled: Mapping[tuple[str, str], CoupledDamping] = field(default_factory=dict)
+    atlas: Mapping[str, DampingReading] = field(default_factory=dict)
 
     def damper(
         self, name: str, scenario: str, filling: PatchFilling, patch: int, carrier: int
@@ -111,8 +104,8 @@ class DampingModels:
             return PatchDamper(patch, carrier, source, bed, fill, bed)
         if name in BY_DAMPER:
             damper = str(filling.damper)
-            coupons = self._atlas if name == ATLAS else {}
-            model = coupons[damper] if damper in coupons else self._stated[damper]
+            coupons = self.atlas if name == ATLAS else {}
+            model = coupons[damper] if damper in coupons else self.stated[damper]
             return PatchDamper(patch, carrier, damper, model, fill)
         source = SECTION if name == "dem" else name
-        return PatchDamper(patch, carrier, source, self._common[name], fill)
+        return PatchDamper(patch, carrier, source, self.common[name], fill)

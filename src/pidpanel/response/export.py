@@ -3,7 +3,7 @@
 Units are those of the PSD handed in; the formats carry none, so they stand in titles and comments.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,6 +36,7 @@ class Curve:
     point: str
     node: int  # number of the point, from 1
     acceleration_psd: Array  # (nf,) one-sided [(m/s²)²/Hz]
+    bare_psd: Array  # (nf,) the same of the bare panel under the same excitation
     doubts: str = ""  # why it is not to be trusted; empty where it is
     log_error: Array | None = None  # (nf,) standard error of ln of the PSD
     subcase: int = 1  # number of the damping model and scenario, from 1
@@ -132,9 +133,7 @@ def _universal_head(title: str, position: Array) -> str:
     return "".join(f"{line}\n" for records in lines for line in records)
 
 
-def third_octave_rows(
-    frequency: Array, curves: Sequence[Curve], bare: Mapping[tuple[str, str], Array]
-) -> pd.DataFrame:
+def third_octave_rows(frequency: Array, curves: Sequence[Curve]) -> pd.DataFrame:
     """Rms and mean PSD of every curve in third octaves, with the reduction against bare."""
     center, edge = third_octaves(frequency[0], frequency[-1])
     width = np.diff(edge, axis=1)[:, 0]
@@ -145,7 +144,7 @@ def third_octave_rows(
         if curve.log_error is not None:  # fully correlated over the lines
             error = band_rms(frequency, curve.acceleration_psd * curve.log_error, edge) ** 2
             error = np.divide(error, 2 * rms, out=np.zeros_like(rms), where=rms > 0)
-        of_bare = band_rms(frequency, bare[curve.scenario, curve.point], edge)
+        of_bare = band_rms(frequency, curve.bare_psd, edge)
         frames.append(
             pd.DataFrame(
                 {

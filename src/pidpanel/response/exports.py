@@ -11,13 +11,13 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.response.bushes import PatchDamping, write_bushes
+from pidpanel.response.bushes import write_bushes
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
 from pidpanel.response.psd_files import is_steady
 from pidpanel.response.results import write_csv
 from pidpanel.response.tabdmp1 import modal_damping_ratio, write_tabdmp1
-from pidpanel.response.trust import BETWEEN, TRUST, doubts_in
+from pidpanel.response.trust import TRUST
 
 
 def write_exports(
@@ -33,37 +33,37 @@ def write_exports(
     """Write the files of all scenarios."""
     folder.mkdir(exist_ok=True)
     trust = summary.groupby(["reading", "scenario"])[TRUST].first()
-    doubts = {
-        (row.reading, row.scenario): BETWEEN.join(doubts_in({"doubts": row.doubts}))
-        for row in trust.reset_index().itertuples()
-    }
+    doubts = trust["doubts"].fillna("").to_dict()
     frequency = psd["frequency"].to_numpy()
     points = [str(name) for name in psd["point"].to_numpy()]
     curves: list[Curve] = []
-    bare, subcase = {}, 0
+    subcase = 0
     for reading in models:
         for scenario in scenarios:
             label = scenario.label
             if not is_steady(psd, reading, label):
                 continue
-            bare_psd = psd["acceleration_psd"].sel(reading=reading, scenario=scenario.bare_label)
-            for point in points:
-                bare[label, point] = bare_psd.sel(point=point).to_numpy()
             case = psd.sel(reading=reading, scenario=label)
+            bare = psd["acceleration_psd"].sel(reading=reading, scenario=scenario.bare_label)
             subcase += 1
-            curves += _curves(case, reading, label, points, doubts[reading, label], subcase)
+            series = case["acceleration_psd"], bare, case["acceleration_psd_log_error"]
+            for node, point in enumerate(points, start=1):
+                values, of_bare, error = (each.sel(point=point).to_numpy() for each in series)
+                reason = doubts[reading, label]
+                curves.append(
+                    Curve(reading, label, point, node, values, of_bare, reason, error, subcase)
+                )
             write_csv(
                 folder / f"psd_{reading}_{label}.csv", _psd_columns(case, frequency, points), 7
             )
             if not scenario.is_bare:
-                names = list(scenario.patches)
                 path = folder / f"dampers_{reading}_{label}.bdf"
                 title_of_case = f"{title}: {reading}, {label}"
                 in_patch = dict(zip(basis.patch_names, basis.cell_in_patch, strict=True))
-                dampers = {name: _damping_of(case.sel(patch=name)) for name in names}
+                dampers = {name: _damping_of(case.sel(patch=name)) for name in scenario.patches}
                 mesh = (basis.vertex_position, basis.cells)
                 write_bushes(path, title_of_case, frequency, dampers, *mesh, in_patch)
-    bands = third_octave_rows(frequency, curves, bare)
+    bands = third_octave_rows(frequency, curves)
     model_error = summary.set_index(["reading", "scenario", "point"])["model_error_db"]
     bands = bands.join(model_error, on=["reading", "scenario", "point"])
     write_csv(folder / "third_octaves.csv", bands.join(trust, on=["reading", "scenario"]))
@@ -73,28 +73,8 @@ def write_exports(
     write_tabdmp1(folder / "tabdmp1.bdf", modes, ratios, title)
 
 
-def _curves(
-    dataset: xr.Dataset, reading: str, label: str, points: Sequence[str], doubts: str, subcase: int
-) -> list[Curve]:
-    psd = dataset["acceleration_psd"]
-    errors = dataset["acceleration_psd_log_error"]
-    return [
-        Curve(
-            reading,
-            label,
-            point,
-            node,
-            psd.sel(point=point).to_numpy(),
-            doubts,
-            errors.sel(point=point).to_numpy(),
-            subcase,
-        )
-        for node, point in enumerate(points, start=1)
-    ]
-
-
-def _damping_of(case: xr.Dataset) -> PatchDamping:
-    return PatchDamping(case["equivalent_damping"].to_numpy(), case["apparent_mass"].to_numpy())
+def _damping_of(case: xr.Dataset) -> tuple[Array, Array]:
+    return case["equivalent_damping"].to_numpy(), case["apparent_mass"].to_numpy()
 
 
 def _psd_columns(dataset: xr.Dataset, frequency: Array, points: Sequence[str]) -> pd.DataFrame:

@@ -28,8 +28,7 @@ from pidpanel.response.panel import ResponsePanel, Settings, widen
 from pidpanel.response.psd_files import read_psd
 from pidpanel.response.refinement import checked_responses, read_further_shapes
 from pidpanel.response.results import ResponseFiles, Tabulation, write_tables
-from pidpanel.solve.basis_error import MovedFace
-from pidpanel.solve.moved import Matrices
+from pidpanel.solve.excitation import Matrices
 from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import (
@@ -71,9 +70,9 @@ class StudySound:
         tables = air_tables(study.acoustics, basis, force, air_mass=study.response.air_mass)
         return excitation, air.with_tables({**force, **tables})
 
-    def force_at(self, frequency: float, face: MovedFace) -> Matrices:
-        """Return G (n, n) [m⁴] of some motions of the face at a frequency [Hz]."""
-        return modal_force_at(self.study.acoustics, frequency, face)
+    def force_at(self, frequency: float, basis: PanelBasis) -> Matrices:
+        """Return G (n, n) [m⁴] of a basis at a frequency [Hz]."""
+        return modal_force_at(self.study.acoustics, frequency, basis)
 
 
 def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -> ResponsePanel:
@@ -137,8 +136,11 @@ def scenarios_of(study: Study) -> list[ResponseScenario]:
 def damping_models(
     study: Study, folder: Path | None, coupled: Path | None = None, *, is_broadband: bool = True
 ) -> DampingModels:
-    """Return the damping models of a study, for motion at all frequencies at once or for tones."""
-    beds = {} if coupled is None else read_coupled(coupled)
+    """Return the damping models of a study, for motion at all frequencies at once or for tones.
+
+    From the folders of the surfaces and of the coupled runs; None for a study without any.
+    """
+    beds = {} if coupled is None else read_coupled(coupled / "impedance.csv")
 
     def surface(damper: str) -> Path | None:
         if folder is None or damper not in study.surfaces:
@@ -191,14 +193,13 @@ def write_response(
     ValueError
         As the stages upstream have it.
     """
-    models = damping_models(study, damping, None if coupled is None else coupled / "impedance.csv")
+    models = damping_models(study, damping, coupled)
     scenarios = scenarios_of(study)
     start = read_response_panel(study, files, study.response.radiation)
     checked = checked_responses(start, read_plate(plate), scenarios, models, StudySound(study))
     errors = None
     if coupled is not None:
-        tables = coupled / "summary.csv", coupled / "psd.csv"
-        errors = read_errors(*tables, checked.panel.frequency, checked.panel.basis.point_names)
+        errors = read_errors(coupled, checked.panel.frequency, checked.panel.basis.point_names)
     tabulation = Tabulation(
         attributes=stamp(study),
         models=models.names,

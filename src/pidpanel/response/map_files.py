@@ -12,9 +12,7 @@ from pidpanel.arrays import Array, Index, variable
 from pidpanel.solve.stress import QUANTITIES
 
 # Unit of each map; strains and stresses have one for each layer.
-UNITS = {"acceleration": "m s-2", "displacement": "m"} | {
-    name: {"1": "1", "Pa": "Pa"}[unit] for name, unit in QUANTITIES.items()
-}
+UNITS = {"acceleration": "m s-2", "displacement": "m", **QUANTITIES}
 
 CORE_STRESSES = ("core_shear_xz", "core_shear_yz")  # maps of a panel with a core [Pa]
 

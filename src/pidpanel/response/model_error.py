@@ -58,8 +58,3 @@ def with_model_error(
         log_rms=np.hypot(errors.log_rms, model.log_rms),
         log_acceleration=errors.log_acceleration,
     )
-
-
-def decibels(errors: StandardErrors, point: int) -> float:
-    """Return the standard error of an rms acceleration [dB]."""
-    return float(20 / np.log(10) * errors.log_rms[point])

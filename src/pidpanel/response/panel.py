@@ -15,18 +15,15 @@ from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.basis_error import (
-    MovedFace,
     basis_shapes,
-    cutoff_frequency,
     modal_basis,
     refined,
 )
-from pidpanel.solve.excitation import Excitation
+from pidpanel.solve.excitation import Excitation, Matrices
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.solve.moved import Matrices
-from pidpanel.solve.panel import ModalPanel, deflection_at_points, fixed_points
+from pidpanel.solve.panel import ModalPanel, PatchElements, deflection_at_points, fixed_points
 from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.source import ParticleForce, elements_of_patch, own_force_load
 from pidpanel.sound.radiation import Air
@@ -58,17 +55,9 @@ class ExcitationSource(Protocol):
         """Return the excitation of a basis, and the air on it where there is some."""
         ...
 
-    def force_at(self, frequency: float, face: MovedFace) -> Matrices:
-        """Return G (n, n) [m⁴] of some motions of the face at a frequency [Hz]."""
+    def force_at(self, frequency: float, basis: PanelBasis) -> Matrices:
+        """Return G (n, n) [m⁴] of a basis at a frequency [Hz]."""
         ...
-
-
-@dataclass(frozen=True)
-class PatchElements:
-    """The elements of all patches; one that lies in two patches counts for each."""
-
-    parts: Patches
-    patch: Index  # (n_elements,) index of its patch
 
 
 def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> PatchElements:
@@ -80,10 +69,9 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
     at_points = plate.at_quadrature[index]
     used = np.unique(at_points.indices)  # a patch is a small part of the panel
     motion = at_points[:, used] @ vectors[used].astype(np.float64)
-    rows = np.sqrt(weight)[:, None] * np.asarray(motion)
+    rows = (np.sqrt(weight)[:, None] * motion).reshape(len(cell), per_element, vectors.shape[1])
     area = weight.reshape(-1, per_element).sum(axis=1)
-    parts = Patches.of_rows(rows, np.repeat(np.arange(len(cell)), per_element), area)
-    return PatchElements(parts, patch)
+    return PatchElements(Patches.of_rows(rows, area), patch)
 
 
 # (longest edge [m], frequency [Hz], added mass [kg/m²]) → share by which elements raise the
@@ -116,11 +104,6 @@ class ResponsePanel:
         """The shapes with the damping ratio of the bare panel."""
         settings = self.settings
         return modal_basis(self.basis, settings.damping_ratio, settings.frequency_range[1])
-
-    @property
-    def cutoff(self) -> float:
-        """f_c [Hz]: above it the damping of the bare panel is proportional to its stiffness."""
-        return cutoff_frequency(self.settings.frequency_range[1])
 
     @property
     def resolved_ratio(self) -> float:
@@ -212,8 +195,7 @@ class ResponsePanel:
             self.deflection_at_points if rms_only else self.motion_at_points,
             self.coarse_frequency,
             self.air,
-            None if cells is None else cells.parts,
-            None if cells is None else cells.patch,
+            cells,
             self.settings.is_diagonal and not full,
         )
         return PanelSolver(panel, self.excitation)

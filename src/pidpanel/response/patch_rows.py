@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from pidpanel.arrays import Array
 from pidpanel.response.cases import ResponseScenario, SolvedCase
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.response.tables import OnPatches
 from pidpanel.solve.layout import LayoutResponse
 
 # Columns of ``layouts.csv``.
@@ -69,8 +69,14 @@ def only_motion(
     return np.nan, panel.bare_motion_g(case.bare, panel.basis.patch_names.index(first))
 
 
-def on_patches(panel: ResponsePanel, case: SolvedCase, response: LayoutResponse) -> OnPatches:
-    """Return a response with its damping by patch of the panel: means over area of its loads."""
+def damping_on_patches(
+    panel: ResponsePanel, case: SolvedCase, response: LayoutResponse
+) -> dict[str, Array]:
+    """Return the damping of a response by patch of the panel, means over area of its loads.
+
+    C_e, m_a and whether they are within the range of their data (n_patches, nf), by names of
+    `tables.PSD_VARIABLES`; 0 where a patch is not filled.
+    """
     count = len(panel.basis.patch_names)
     damping, mass = np.zeros((2, count, panel.frequency.size))
     inside = np.ones((count, panel.frequency.size))
@@ -82,4 +88,4 @@ def on_patches(panel: ResponsePanel, case: SolvedCase, response: LayoutResponse)
         damping[patch] = share @ response.equivalent_damping[loads]
         mass[patch] = share @ response.apparent_mass[loads]
         inside[patch] = response.inside[loads].all(axis=0)
-    return OnPatches(response.response, damping, mass, inside)
+    return {"equivalent_damping": damping, "apparent_mass": mass, "inside": inside}

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Complexes
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.resolution import element_sizes
 from pidpanel.response.cases import (
@@ -25,12 +25,12 @@ from pidpanel.solve.basis_error import (
     ALLOWED,
     BasisCheck,
     ForceAt,
-    PatchDampers,
     basis_shapes,
     check_basis,
     lines_to_try,
     pressure_errors,
 )
+from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.mesh_error import MeshError, mesh_error, shift_of_modes
 from pidpanel.solve.model import UnstableDamping
@@ -81,7 +81,7 @@ def checked_responses(
     -----
     After `ATTEMPTS` bases the last is taken as it is; its error says so.
     """
-    mass = heaviest_dampers(panel, plan_cases(panel, scenarios, models, dead_weight=False))
+    mass = heaviest_dampers(panel, scenarios, models)
     panel = resolving(panel, mass)
     further_shapes = np.zeros((plate.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
@@ -221,23 +221,22 @@ def _check(
         wider.basis,
         plate,
         shapes,
-        wider.modal,
         pressure_errors(wider.basis, plate, wider.excitation, force_at),
-        panel.settings.damping_ratio.at(panel.cutoff),
-        panel.cutoff,
+        panel.settings.damping_ratio,
+        panel.settings.frequency_range[1],
         lines,
-        [patch_dampers(wider, answer) for answer in answers],
+        np.array([stiffness_on_patches(wider, answer) for answer in answers]),
     )
     return check, of_case
 
 
-def patch_dampers(panel: ResponsePanel, response: LayoutResponse) -> PatchDampers:
-    """Return C_e and m_a of every patch on the lines: of its loads the mean over their areas."""
-    area, count = panel.load_area(response), response.response.frequency.size
-    values = np.zeros((2, len(panel.basis.patch_names), count))
+def stiffness_on_patches(panel: ResponsePanel, response: LayoutResponse) -> Complexes:
+    """Return s (n_patches, nf) [N/m³] on the lines: of its loads the mean over their areas."""
+    area, frequency = panel.load_area(response), response.response.frequency
+    values = np.zeros((2, len(panel.basis.patch_names), frequency.size))
     patches = panel.carriers[response.loads]
     for load, patch in enumerate(patches.tolist()):
         share = area[load] / area[patches == patch].sum()
         values[0, patch] += share * response.equivalent_damping[load]
         values[1, patch] += share * response.apparent_mass[load]
-    return PatchDampers(*values)
+    return patch_stiffness(frequency, *values)

@@ -15,19 +15,20 @@ from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase
 from pidpanel.response.extrapolation import between_regimes, extrapolation_of
 from pidpanel.response.model_error import (
     broadband_error_of,
-    decibels,
     model_error_of,
     undamped_response,
     with_model_error,
 )
-from pidpanel.response.patch_rows import PATCH_COLUMNS, on_patches, only_motion, patch_rows
+from pidpanel.response.patch_rows import PATCH_COLUMNS, damping_on_patches, only_motion, patch_rows
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
 from pidpanel.response.tables import (
+    PSD_VARIABLES,
+    cases_dataset,
     dead_weight_columns,
-    psd_dataset,
-    stress_dataset,
+    error_columns,
     stress_rows,
-    summary_rows,
+    stress_variables,
+    summary_columns,
 )
 from pidpanel.response.trust import judged
 from pidpanel.solve import stress, uncertainty
@@ -80,19 +81,28 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
     ):
         rows.add(case, basis_error, mesh)
     labels = [scenario.label for scenario in tabulation.scenarios]
-    axes = (panel.frequency, list(tabulation.models), labels, basis.point_names)
+    axes = {
+        "frequency": panel.frequency,
+        "reading": tabulation.models,
+        "scenario": labels,
+        "point": basis.point_names,
+    }
     run = tabulation.coupled_errors
     summary = judged(
-        tabulation.scenarios, pd.DataFrame(rows.summary), run, tabulation.coupled_accuracy
+        tabulation.scenarios,
+        pd.concat(rows.summary, ignore_index=True),
+        run,
+        tabulation.coupled_accuracy,
     )
     write_csv(output.summary_csv, summary)
     write_csv(output.layouts_csv, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
-    psds = psd_dataset(rows.responses, rows.dead_weight, *axes, basis.patch_names)
-    uncertainty.with_errors(psds, rows.errors).assign_attrs(
+    cases_dataset(rows.psds, PSD_VARIABLES, {**axes, "patch": basis.patch_names}).assign_attrs(
         tabulation.attributes, level=tabulation.level, resolved_damping_ratio=panel.resolved_ratio
     ).to_netcdf(output.psd_nc, engine="scipy")
     write_csv(output.stress_csv, pd.DataFrame(rows.stress))
-    stress_dataset(rows.strains, *axes, rows.layers.names, stress.QUANTITIES).assign_attrs(
+    strains = {**axes, "layer": rows.layers.names}
+    variables = stress_variables(stress.QUANTITIES)
+    cases_dataset(rows.strains, variables, strains, np.float32).assign_attrs(
         tabulation.attributes
     ).to_netcdf(output.stress_nc, engine="scipy")
     write_further_shapes(output.left_out_nc, checked.further_shapes, dict(tabulation.attributes))
@@ -114,16 +124,18 @@ def standard_errors(
         (damper.fill_fraction, float(gamma))
         for damper, gamma in zip(case.dampers, response.acceleration_g, strict=True)
     ]
-    blocks = [
+    none = np.zeros((2 * len(nodes), 2 * len(nodes)))
+    covariance = np.block(
         [
-            row.model.cross_covariance(nodes, points[i], points[j])
-            if row.source == column.source and row.model.nodes is not None
-            else None
-            for j, column in enumerate(case.dampers)
+            [
+                row.model.cross_covariance(nodes, points[i], points[j])
+                if row.source == column.source and row.model.nodes is not None
+                else none
+                for j, column in enumerate(case.dampers)
+            ]
+            for i, row in enumerate(case.dampers)
         ]
-        for i, row in enumerate(case.dampers)
-    ]
-    covariance, _ = uncertainty.joint_covariance(blocks, len(nodes))
+    )
     sensitivity = uncertainty.sensitivity(case.solver, case.layout, response, nodes, further)
     return sensitivity.standard_errors(covariance)
 
@@ -140,23 +152,18 @@ class _Rows:
         self.layers = stress.distinct_layers(
             basis.layer_names, basis.layer_strain, basis.layer_stress
         )
-        self.summary: list[dict[str, Any]] = []
+        self.summary: list[pd.DataFrame] = []
         self.layouts: list[dict[str, Any]] = []
         self.stress: list[dict[str, Any]] = []
-        self.responses: dict[tuple[str, str], Any] = {}
-        self.dead_weight: dict[tuple[str, str], Array] = {}
-        self.errors: dict[tuple[str, str], uncertainty.StandardErrors] = {}
-        self.strains: dict[tuple[str, str], Array] = {}
+        self.psds: dict[tuple[str, str], dict[str, Array]] = {}
+        self.strains: dict[tuple[str, str], dict[str, Array]] = {}
 
     def add(self, case: SolvedCase, basis_error: float, mesh: MeshError | None) -> None:
         """Add a case."""
         panel, response, key = self._panel, case.response, (case.model, case.scenario.label)
         if isinstance(response, UnstableDamping) or mesh is None:
             print(f"{case.model}, {case.scenario.label}: {response}", file=sys.stderr)
-            self.summary += [
-                {**_first_columns(case), "status": "unstable", "point": point}
-                for point in panel.basis.point_names
-            ]
+            self._add_summary(case, "unstable", {})
             return
         if self._tabulation.refuses_outside:
             _refuse_outside(panel.frequency, case, response)
@@ -168,48 +175,59 @@ class _Rows:
                 case.scenario.label, damping_error
             )
         error = with_model_error(damping_error, model_error)
-        if error is not None:
-            self.errors[key] = error
-        by_patch = patch_rows(panel, case, response)
         beyond = extrapolation_of(case.dampers, response, panel.frequency)
-        bare, damped = (each.response.acceleration_psd for each in (case.bare, response))
         between = between_regimes(case.dampers, response, panel.frequency)
-        shares, between_shares = (
-            lines.share_of_change(bare, damped, panel.frequency).tolist()
-            for lines in (beyond, between)
-        )
-        self.summary += [
-            {
-                **row,
-                "basis_error": basis_error,
-                "mesh_error": mesh.line[point],
-                "mesh_error_rms": mesh.rms[point],
-                "model_error_db": 0.0 if model_error is None else decibels(model_error, point),
-                "extrapolated_share": share,
-                "data_missing": beyond.missing,
-                "between_share": between_share,
-            }
-            for point, (row, share, between_share) in enumerate(
-                zip(self._summary_rows(case, response, error), shares, between_shares, strict=True)
-            )
-        ]
-        self.layouts += [{**_names(case), **row} for row in by_patch]
-        self.responses[key] = on_patches(panel, case, response)
+        bare, damped = (each.response.acceleration_psd for each in (case.bare, response))
+        columns = {
+            **self._summary_columns(case, response, error),
+            "basis_error": basis_error,
+            "mesh_error": mesh.line,
+            "mesh_error_rms": mesh.rms,
+            "model_error_db": 20
+            / np.log(10)
+            * (0.0 if model_error is None else model_error.log_rms),
+            "extrapolated_share": beyond.share_of_change(bare, damped, panel.frequency),
+            "data_missing": beyond.missing,
+            "between_share": between.share_of_change(bare, damped, panel.frequency),
+        }
+        self._add_summary(case, np.where(panel.fixed_points, "held", "ok"), columns)
+        self.layouts += [{**_names(case), **row} for row in patch_rows(panel, case, response)]
+        self.psds[key] = {
+            "acceleration_psd": damped,
+            "velocity_psd": response.response.velocity_psd,
+            "displacement_psd": response.response.displacement_psd,
+            **damping_on_patches(panel, case, response),
+        }
         if case.dead_weight is not None:
-            self.dead_weight[key] = case.dead_weight.response.acceleration_psd
+            dead_weight = case.dead_weight.response.acceleration_psd
+            self.psds[key]["dead_weight_acceleration_psd"] = dead_weight
+        if error is not None:
+            self.psds[key]["acceleration_psd_log_error"] = error.log_psd
         self.strains[key], rows = self._strains(case, response.response, damping_error)
         self.stress += [{**_names(case), **row} for row in rows]
 
-    def _summary_rows(
+    def _add_summary(self, case: SolvedCase, status: Any, columns: Mapping[str, Any]) -> None:
+        """Add the rows of a case to ``summary.csv``, a point each."""
+        scenario = case.scenario
+        first = {
+            **_names(case),
+            "patch": scenario.patch or "none",
+            "fill_fraction": scenario.fill_fraction,
+            "oaspl_db": scenario.oaspl_db,
+        }
+        points = list(self._panel.basis.point_names)
+        frame = pd.DataFrame({**first, "status": status, "point": points, **columns})
+        self.summary.append(frame)
+
+    def _summary_columns(
         self, case: SolvedCase, response: LayoutResponse, error: uncertainty.StandardErrors | None
-    ) -> list[dict[str, Any]]:
-        """Rows of ``summary.csv``, a point each."""
+    ) -> dict[str, Any]:
+        """Rms values, their errors, masses and dead weight of a case."""
         panel = self._panel
         read_at, motion = only_motion(panel, case, response, self._tabulation.scenarios)
-        values = summary_rows(
+        values = summary_columns(
             response,
             case.bare,
-            panel.basis.point_names,
             thickness=self._tabulation.thickness,
             power_balance_error=self._balance.error(response, case.layout.factor),
             full=self._full.get((case.model, case.scenario.label), response.response),
@@ -218,17 +236,11 @@ class _Rows:
         )
         masses = case.masses(panel.load_area(response))
         dead = dead_weight_columns(case.bare, case.dead_weight, masses, self._tabulation.panel_mass)
-        first = _first_columns(case)
-        return [
-            {**first, "status": "held" if is_fixed else "ok", **row, **added}
-            for is_fixed, row, added in zip(
-                panel.fixed_points, uncertainty.error_columns(values, error), dead, strict=True
-            )
-        ]
+        return {**values, **error_columns(values, error), **dead}
 
     def _strains(
         self, case: SolvedCase, response: PanelResponse, error: uncertainty.StandardErrors | None
-    ) -> tuple[Array, list[dict[str, Any]]]:
+    ) -> tuple[dict[str, Array], list[dict[str, Any]]]:
         """PSDs of strain and stress in the layers, and the rows of the layers and of the core."""
         model = broadband_error_of(case)
         parts = self._stress_psds(response)
@@ -246,7 +258,9 @@ class _Rows:
                 model,
             )
         ]
-        return np.stack([parts[layer] for layer in self.layers.names], axis=2), rows
+        psd = np.stack([parts[layer] for layer in self.layers.names])
+        names = enumerate(stress.QUANTITIES)
+        return {f"{name}_psd": np.moveaxis(psd[..., i], 0, 2) for i, name in names}, rows
 
     def _stress_psds(self, response: PanelResponse) -> dict[str, Array]:
         """PSDs of strain and stress in each layer (nf, n_points, 7), and of stress in the core."""
@@ -290,17 +304,6 @@ def _stress_error(
 
 def _names(case: SolvedCase) -> dict[str, Any]:
     return {"reading": case.model, "scenario": case.scenario.label}
-
-
-def _first_columns(case: SolvedCase) -> dict[str, Any]:
-    """First columns of ``summary.csv``."""
-    scenario = case.scenario
-    return {
-        **_names(case),
-        "patch": scenario.patch or "none",
-        "fill_fraction": scenario.fill_fraction,
-        "oaspl_db": scenario.oaspl_db,
-    }
 
 
 def _refuse_outside(frequency: Array, case: SolvedCase, response: LayoutResponse) -> None:

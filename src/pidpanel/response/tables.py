@@ -1,7 +1,6 @@
 """Responses as tables: one row per scenario and point, and a dataset of the PSDs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,20 +14,20 @@ from pidpanel.solve.bands import reduction
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import root_mean_square
 from pidpanel.solve.model import PanelResponse
+from pidpanel.solve.uncertainty import StandardErrors
 
 
-def summary_rows(
+def summary_columns(
     answer: LayoutResponse,
     bare: LayoutResponse,
-    points: Sequence[str],
     *,
     thickness: float,
     power_balance_error: float,
     full: PanelResponse,
     read_at_g: float,
     patch_motion_g: float,
-) -> list[dict[str, Any]]:
-    """Rms values of a scenario, a row per point.
+) -> dict[str, Any]:
+    """Rms values of a scenario, of all points (n_points,) or one for all.
 
     Parameters
     ----------
@@ -44,62 +43,49 @@ def summary_rows(
     read_at_g, patch_motion_g
         Γ at which the damping of the patch is read, and of its motion; NaN for several patches.
     """
-    rows = []
     outside = 1 - float(answer.inside.all(axis=0).mean()) if len(answer.inside) else 0.0
-    accelerations, velocities = answer.response.acceleration_rms, answer.response.velocity_rms
-    displacements = answer.response.displacement_rms
-    of_bare, of_full = bare.response.acceleration_rms, full.acceleration_rms
-    for index, point in enumerate(points):
-        acceleration, displacement = accelerations[index], displacements[index]
-        rows.append(
-            {
-                "point": point,
-                "acceleration_rms_g": acceleration / STANDARD_GRAVITY,
-                "velocity_rms_m_s": velocities[index],
-                "displacement_rms_mm": displacement * 1e3,
-                "reduction_db": float(reduction(of_bare[index], acceleration)),
-                "diagonal_form_error_db": float(reduction(acceleration, of_full[index])),
-                "damping_read_at_g": read_at_g,
-                "patch_motion_g": patch_motion_g,
-                "outside_run_points_share": outside,
-                "levels": answer.fixed_points,
-                "beyond_linear_plate": bool(displacement > thickness / 10),
-                "power_balance_error": power_balance_error,
-                "motion_residual": answer.residual,
-            }
-        )
-    return rows
+    acceleration, displacement = answer.response.acceleration_rms, answer.response.displacement_rms
+    return {
+        "acceleration_rms_g": acceleration / STANDARD_GRAVITY,
+        "velocity_rms_m_s": answer.response.velocity_rms,
+        "displacement_rms_mm": displacement * 1e3,
+        "reduction_db": reduction(bare.response.acceleration_rms, acceleration),
+        "diagonal_form_error_db": reduction(acceleration, full.acceleration_rms),
+        "damping_read_at_g": read_at_g,
+        "patch_motion_g": patch_motion_g,
+        "outside_run_points_share": outside,
+        "levels": answer.fixed_points,
+        "beyond_linear_plate": displacement > thickness / 10,
+        "power_balance_error": power_balance_error,
+        "motion_residual": answer.residual,
+    }
+
+
+def error_columns(columns: Mapping[str, Any], errors: StandardErrors | None) -> dict[str, Any]:
+    """Standard errors of the values of `summary_columns`; NaN where there are none."""
+    relative = np.nan if errors is None else errors.log_rms
+    log_acceleration = np.nan if errors is None else errors.log_acceleration[0]
+    return {
+        "acceleration_rms_error_g": columns["acceleration_rms_g"] * relative,
+        "reduction_error_db": 20 / np.log(10) * relative,
+        "damping_read_at_error_g": columns["damping_read_at_g"] * log_acceleration,
+    }
 
 
 def dead_weight_columns(
     bare: LayoutResponse, dead: LayoutResponse | None, masses: Array, panel_mass: float
-) -> list[dict[str, float]]:
-    """Columns of a scenario's mass, and of what the same mass does without damping, by point."""
+) -> dict[str, Any]:
+    """Columns of a scenario's mass, and of what the same mass does without damping."""
     total, of_bare = float(masses.sum()), bare.response.acceleration_rms
     treated = np.full(of_bare.shape, np.nan) if dead is None else dead.response.acceleration_rms
     if not len(masses):
         treated = of_bare
-    gained = reduction(of_bare, treated)
-    return [
-        {
-            "added_mass_kg": total,
-            "added_mass_percent": 100 * total / panel_mass,
-            "dead_weight_acceleration_rms_g": rms / STANDARD_GRAVITY,
-            "dead_weight_reduction_db": lowered,
-        }
-        for rms, lowered in zip(treated.tolist(), gained.tolist(), strict=True)
-    ]
-
-
-@dataclass(frozen=True)
-class OnPatches:
-    """A response with the damping on every patch of the panel."""
-
-    response: PanelResponse
-    # (n_patches, nf) C_e [N s/m³] and m_a [kg/m²]; 0 where the patch is not filled
-    equivalent_damping: Array
-    apparent_mass: Array
-    inside: Array  # (n_patches, nf) whether the damping is within the range of its data
+    return {
+        "added_mass_kg": total,
+        "added_mass_percent": 100 * total / panel_mass,
+        "dead_weight_acceleration_rms_g": treated / STANDARD_GRAVITY,
+        "dead_weight_reduction_db": reduction(of_bare, treated),
+    }
 
 
 # Dimensions, unit and long name of each variable of a case
@@ -116,60 +102,43 @@ PSD_VARIABLES = {
     "inside": (
         "patch frequency", "1", "1 where the damping is within the range of its data"
     ),
+    "acceleration_psd_log_error": (
+        "frequency point", "1", "standard error of ln of the acceleration PSD"
+    ),
 }  # fmt: skip
 
 
-def psd_dataset(
-    responses: Mapping[tuple[str, str], OnPatches],
-    dead_weight: Mapping[tuple[str, str], Array],
-    frequency: Array,
-    readings: Sequence[str],
-    labels: Sequence[str],
-    points: Sequence[str],
-    patches: Sequence[str],
-) -> xr.Dataset:
-    """PSDs, C_e and m_a of all scenarios; NaN where a scenario has no response."""
-    sizes = {"frequency": len(frequency), "point": len(points), "patch": len(patches)}
-    variables = {}
-    for name, (dims, units, long_name) in PSD_VARIABLES.items():
-        shape = tuple(sizes[dim] for dim in dims.split())
-        values = dead_weight
-        if not name.startswith("dead_weight"):
-            values = {
-                key: getattr(part.response if name.endswith("_psd") else part, name)
-                for key, part in responses.items()
-            }
-        if all(shape):  # a NetCDF 3 file has no dimension of length 0
-            table = by_case(values, readings, labels, shape)
-            variables[name] = variable(f"reading scenario {dims}", table, units, long_name)
-    coordinates = case_coordinates(frequency, readings, labels, points)
-    return xr.Dataset(variables, {**coordinates, **({"patch": list(patches)} if patches else {})})
-
-
-def by_case(
-    values: Mapping[tuple[str, str], Array],
-    readings: Sequence[str],
-    labels: Sequence[str],
-    shape: tuple[int, ...],
+def cases_dataset(
+    cases: Mapping[tuple[str, str], Mapping[str, Array]],
+    variables: Mapping[str, tuple[str, str, str]],
+    coordinates: Mapping[str, Any],
     dtype: type = np.float64,
-) -> Array:
-    """Return values as (n_readings, n_scenarios, *shape); NaN where a case has none."""
-    table: Array = np.full((len(readings), len(labels), *shape), np.nan, dtype)
-    for (reading, label), value in values.items():
-        table[readings.index(reading), labels.index(label)] = value
-    return table
+) -> xr.Dataset:
+    """Return variables of all cases, NaN where a case has none.
 
-
-def case_coordinates(
-    frequency: Array, readings: Sequence[str], labels: Sequence[str], points: Sequence[str]
-) -> dict[str, Any]:
-    """Return the coordinates of all datasets of cases."""
-    return {
-        "frequency": variable("frequency", frequency, "Hz", "frequency"),
-        "reading": list(readings),
-        "scenario": list(labels),
-        "point": list(points),
-    }
+    Parameters
+    ----------
+    cases
+        Values by name of each reading and scenario.
+    variables
+        Dimensions of a case, unit and long name of each.
+    coordinates
+        Of ``reading``, ``scenario`` and all dimensions.
+    """
+    readings, labels = list(coordinates["reading"]), list(coordinates["scenario"])
+    data = {}
+    for name, (dims, units, long_name) in variables.items():
+        shape = tuple(len(coordinates[dim]) for dim in dims.split())
+        if not all(shape):  # a NetCDF 3 file has no dimension of length 0
+            continue
+        table: Array = np.full((len(readings), len(labels), *shape), np.nan, dtype)
+        for (reading, label), values in cases.items():
+            if name in values:
+                table[readings.index(reading), labels.index(label)] = values[name]
+        data[name] = variable(f"reading scenario {dims}", table, units, long_name)
+    axis = variable("frequency", coordinates["frequency"], "Hz", "frequency")
+    lists = {name: list(values) for name, values in coordinates.items() if len(values)}
+    return xr.Dataset(data, {**lists, "frequency": axis})
 
 
 # Unit of a quantity: the unit a person reads, and its factor.
@@ -210,22 +179,13 @@ def stress_rows(
     return rows
 
 
-def stress_dataset(
-    psds: Mapping[tuple[str, str], Array],
-    frequency: Array,
-    readings: Sequence[str],
-    labels: Sequence[str],
-    points: Sequence[str],
-    layers: Sequence[str],
-    quantities: Mapping[str, str],
-) -> xr.Dataset:
-    """PSDs of strain and stress in single precision; NaN where a scenario has no response."""
-    shape = (len(frequency), len(points), len(layers), len(quantities))
-    values = by_case(psds, readings, labels, shape, np.float32)
-    variables = {}
-    for index, (name, unit) in enumerate(quantities.items()):
-        units = "Hz-1" if unit == "1" else f"{unit}2 Hz-1"
-        dims, long_name = "reading scenario frequency point layer", f"one-sided PSD of {name}"
-        variables[f"{name}_psd"] = variable(dims, values[..., index], units, long_name)
-    coordinates = case_coordinates(frequency, readings, labels, points)
-    return xr.Dataset(variables, coords={**coordinates, "layer": list(layers)})
+def stress_variables(quantities: Mapping[str, str]) -> dict[str, tuple[str, str, str]]:
+    """Return dimensions, unit and long name of the PSDs of strain and stress with these units."""
+    return {
+        f"{name}_psd": (
+            "frequency point layer",
+            "Hz-1" if unit == "1" else f"{unit}2 Hz-1",
+            f"one-sided PSD of {name}",
+        )
+        for name, unit in quantities.items()
+    }

@@ -13,17 +13,16 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
-from pidpanel.arrays import Array, Index
+from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.geometry.plane_waves import CondensedFace, condensed
 from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import MODES_BEYOND, Shapes
 from pidpanel.progress import computed, tracked
-from pidpanel.solve.elements import ElementMotion, Elements, Pull
+from pidpanel.solve.elements import ElementMotion, Elements
+from pidpanel.solve.excitation import Matrices
 from pidpanel.solve.model import ModalBasis
-from pidpanel.solve.moved import Matrices
 
 ALLOWED = 5e-3  # largest error of a PSD that is left to the basis
 
@@ -40,41 +39,19 @@ LINES = (2, 12)  # fewest and most lines of a scenario
 WORK = 1.2e7
 
 
-@dataclass(frozen=True)
-class MovedFace:
-    """Motions of the face as shapes; see `sound.from_study.FaceShapes`."""
+# (frequency [Hz], basis whose face moves in n shapes) → G (n, n) [m⁴]
+ForceAt = Callable[[float, PanelBasis], Matrices]
 
-    quadrature_position: Array
-    quadrature_weight: Array
-    shape_at_quadrature: Array
-    quadrature_wavenumber: float
-    vertex_position: Array
-    cells: Index
-    shape_at_vertices: Array
-
-
-ForceAt = Callable[[float, MovedFace], Matrices]  # (frequency [Hz], shapes) → G (n, n) [m⁴]
-
-# Pulls at a line and their motions, by scenario → largest relative error of the PSD of a point
-# (n_scenarios,) [1].
-ErrorsAt = Callable[[Sequence[Pull], Sequence[ElementMotion]], Array]
-
-
-@dataclass(frozen=True)
-class PatchDampers:
-    """C_e and m_a of every patch of the basis in a scenario."""
-
-    # (n_patches, nf) [N s/m³] and [kg/m²] on the lines of the check; 0 where there is no damper
-    equivalent_damping: Array
-    apparent_mass: Array
+# (frequency [Hz], s (n_scenarios, n_patches), motions of each scenario) → largest relative error of
+# the PSD of a point (n_scenarios,) [1].
+ErrorsAt = Callable[[float, Complexes, Sequence[ElementMotion]], Array]
 
 
 @dataclass(frozen=True)
 class BasisCheck:
     """Errors of the basis in every scenario."""
 
-    frequency: Array  # (nf,) lines tried [Hz]
-    error: Array  # (n_scenarios, nf) largest relative error of the PSD of a point [1]
+    error: Array  # (n_scenarios, nf) largest relative error of the PSD of a point at a line [1]
     # (n_free, k) what the basis lacks where the error is above `REFINED_ABOVE`
     missing_shapes: Array
 
@@ -131,12 +108,11 @@ def check_basis(
     basis: PanelBasis,
     plate: StoredPlate,
     shapes: Array,
-    modal: ModalBasis,
     errors: ErrorsAt,
-    damping_ratio: float,
-    cutoff: float,
+    damping_ratio: DampingRatio,
+    highest: float,
     frequency: Array,
-    scenarios: Sequence[PatchDampers],
+    scenarios: Complexes,
 ) -> BasisCheck:
     """Compare the basis with all elements.
 
@@ -144,22 +120,23 @@ def check_basis(
     ----------
     shapes
         (n_free, n) of the basis.
-    modal
-        Frequencies, masses and damping of the basis.
     errors
         Of the PSDs under the excitation of the study.
-    damping_ratio, cutoff
-        ζ of the bare panel at f_c, and f_c [Hz].
+    damping_ratio, highest
+        As of `modal_basis`.
     frequency
         (nf,) [Hz].
+    scenarios
+        (n_scenarios, n_patches, nf) s of the dampers [N/m³]; 0 where a patch has none.
     """
+    cutoff = cutoff_frequency(highest)
     elements = Elements(
         plate,
         list(plate.patch_overlap.values()),
         shapes,
-        modal,
+        modal_basis(basis, damping_ratio, highest),
         basis.is_residual,
-        damping_ratio,
+        damping_ratio.at(cutoff),
         cutoff,
         sp.csr_array(plate.at_vertices[point_vertices(basis)]),
     )
@@ -167,17 +144,9 @@ def check_basis(
 
     def at_line(line: int) -> tuple[Array, list[Array]]:
         """Errors (n_scenarios,), and what the basis lacks."""
-        omega = 2 * np.pi * frequency[line]
-        pulls = [
-            Pull(
-                float(frequency[line]),
-                1j * omega * scenario.equivalent_damping[:, line]
-                - omega**2 * scenario.apparent_mass[:, line],
-            )
-            for scenario in scenarios
-        ]
-        motions = elements.motions(pulls)
-        error = errors(pulls, motions)
+        f, stiffness = float(frequency[line]), scenarios[:, :, line]
+        motions = elements.motions(f, stiffness)
+        error = errors(f, stiffness, motions)
         missing_shapes = []
         for missed in np.flatnonzero(error > REFINED_ABOVE):
             missing = motions[missed].remainder
@@ -197,7 +166,7 @@ def check_basis(
     ):
         error[:, line] = error_there
         missing_shapes += missing_there
-    return BasisCheck(frequency, error, principal(plate.stiffness, np.hstack(missing_shapes)))
+    return BasisCheck(error, principal(plate.stiffness, np.hstack(missing_shapes)))
 
 
 def principal(stiffness: sp.csr_array, columns: Array, remainder: float = REMAINDER) -> Array:
@@ -234,50 +203,34 @@ def pressure_errors(
         The same at a frequency [Hz] on given shapes.
     """
 
-    def errors(pulls: Sequence[Pull], motions: Sequence[ElementMotion]) -> Array:
-        frequency = pulls[0].frequency
+    def errors(frequency: float, _: Complexes, motions: Sequence[ElementMotion]) -> Array:
+        # w = xᵀ F with x = a + ib: E|w|² = xᵀ G x*, and G is Hermitian
+        of_basis = np.stack([motion.of_basis for motion in motions])  # (n_scenarios, n, n_points)
         (force,) = force_of_basis(np.array([frequency]))
-        return _errors(motions, force, basis, plate, force_at, frequency)
+        in_basis = np.sum(of_basis * (force @ of_basis.conj()), axis=1).real
+        columns = np.hstack(
+            [part for motion in motions for part in (motion.whole.real, motion.whole.imag)]
+        )
+        moved = replace(
+            basis,
+            quadrature_position=plate.quadrature_position,
+            quadrature_weight=plate.quadrature_weight,
+            shape_at_quadrature=plate.at_quadrature @ columns,
+            shape_at_vertices=plate.at_vertices @ columns,
+        )
+        if np.isfinite(basis.quadrature_wavenumber):
+            moved = with_condensed_face(moved, basis.quadrature_wavenumber)
+        force = force_at(frequency, moved)
+        blocks = np.arange(columns.shape[1]).reshape(len(motions), 2, -1)
+        real, imag = blocks[:, 0], blocks[:, 1]
+        psd = (
+            force[real, real] + force[imag, imag] + 1j * (force[imag, real] - force[real, imag])
+        ).real  # (n_scenarios, n_points)
+        moves = psd > 0  # a point on a support does not
+        ratio = np.divide(in_basis, psd, out=np.ones_like(psd), where=moves)
+        return np.asarray(np.abs(ratio - 1).max(axis=1, initial=0.0))
 
     return errors
-
-
-def _errors(
-    motions: Sequence[ElementMotion],
-    force_of_basis: Matrices,
-    basis: PanelBasis,
-    plate: StoredPlate,
-    force_at: ForceAt,
-    frequency: float,
-) -> Array:
-    """(n_scenarios,) largest relative error of the PSD of a point at a line."""
-    # w = xᵀ F with x = a + ib: E|w|² = xᵀ G x*, and G is Hermitian
-    of_basis = np.stack([motion.of_basis for motion in motions])  # (n_scenarios, n, n_points)
-    in_basis = np.sum(of_basis * (force_of_basis @ of_basis.conj()), axis=1).real
-    columns = np.hstack(
-        [part for motion in motions for part in (motion.whole.real, motion.whole.imag)]
-    )
-    reach = basis.quadrature_wavenumber
-    face = CondensedFace(
-        plate.quadrature_position, plate.quadrature_weight, plate.at_quadrature @ columns
-    )
-    if np.isfinite(reach):
-        face = condensed(face.position, face.weight, face.values, reach)
-    force = force_at(
-        frequency,
-        MovedFace(
-            face.position, face.weight, face.values, reach,
-            basis.vertex_position, basis.cells, plate.at_vertices @ columns,
-        ),
-    )  # fmt: skip
-    blocks = np.arange(columns.shape[1]).reshape(len(motions), 2, -1)
-    real, imag = blocks[:, 0], blocks[:, 1]
-    psd = (
-        force[real, real] + force[imag, imag] + 1j * (force[imag, real] - force[real, imag])
-    ).real  # (n_scenarios, n_points)
-    moved = psd > 0  # a point on a support does not
-    ratio = np.divide(in_basis, psd, out=np.ones_like(psd), where=moved)
-    return np.abs(ratio - 1).max(axis=1, initial=0.0)
 
 
 def basis_shapes(basis: PanelBasis, plate: StoredPlate, further: Array) -> Shapes:

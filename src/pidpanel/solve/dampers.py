@@ -9,16 +9,14 @@ The paper keeps only the diagonal of D (`diagonal`); here the matrix is full.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.progress import computed
 from pidpanel.solve.modal import BarePanel, chunks_of_lines
-from pidpanel.solve.model import PanelResponse, ResponseError, UnstableDamping, checked_array
+from pidpanel.solve.model import PanelResponse, Patches, UnstableDamping, checked_array
 
 
 def patch_stiffness(frequency: Array, damping: Array, mass: Array) -> Complexes:
@@ -38,21 +36,19 @@ def weighted_sum(stiffness: Complexes, weight: Array) -> Complexes:
 
 
 def checked_dampers(
-    patches: int, frequency: Array, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
+    patches: Patches, frequency: Array, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
 ) -> tuple[Array, Array]:
-    """Return C_e and m_a, each (n_patches, nf) and finite."""
-    shape = (patches, frequency.size)
-    return (
-        checked_array("equivalent_damping", equivalent_damping, shape),
-        checked_array("apparent_mass", apparent_mass, shape),
-    )
+    """Return C_e and m_a, each (n_patches, nf), finite, and C_e not negative."""
+    shape = (patches.count, frequency.size)
+    damping = checked_array("equivalent_damping", equivalent_damping, shape)
+    check_stable(damping)
+    return damping, checked_array("apparent_mass", apparent_mass, shape)
 
 
 def attach_dampers(
     bare: BarePanel,
     equivalent_damping: ArrayLike,
     apparent_mass: ArrayLike,
-    allow_negative_damping: bool = False,
     with_slope: bool = False,
 ) -> PanelResponse:
     """Return the response of a panel whose patches carry dampers.
@@ -70,24 +66,17 @@ def attach_dampers(
         (n_patches, nf) C_e [N s/m³]; 0 for a patch without damper.
     apparent_mass
         (n_patches, nf) m_a [kg/m²], of either sign.
-    allow_negative_damping
-        Accept C_e < 0 as long as the panel's own structural damping outweighs it.
     with_slope
         Whether t is wanted.
 
     Raises
     ------
     UnstableDamping
-        Where C_e < 0 and this is not allowed, or is not outweighed: C + Σ C_e D must stay
-        positive definite. The law of the paper as printed (Eq. 5-6) is such a case.
+        Where C_e < 0. The law of the paper as printed (Eq. 5-6) is such a case.
     ResponseError
         Where shapes disagree or a value is not finite.
     """
-    damping, mass = checked_dampers(
-        bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
-    )
-    check_stable(damping, bare.damping_norm, allow_negative_damping)
-
+    damping, mass = checked_dampers(bare.patches, bare.frequency, equivalent_damping, apparent_mass)
     n_points, m = bare.point_psd.shape[1:3]
     cross_psd = np.empty_like(bare.point_psd)
     slope = np.empty((len(damping), *bare.point_psd.shape[:2]), complex) if with_slope else None
@@ -104,10 +93,7 @@ def covariance_taken(
     bare: BarePanel, equivalent_damping: ArrayLike, apparent_mass: ArrayLike, weight: Array
 ) -> Array:
     """Return what dampers take from sums of Re S_ww over frequency."""
-    damping, mass = checked_dampers(
-        bare.patches.count, bare.frequency, equivalent_damping, apparent_mass
-    )
-    check_stable(damping, bare.damping_norm, False)
+    damping, mass = checked_dampers(bare.patches, bare.frequency, equivalent_damping, apparent_mass)
     m = bare.point_psd.shape[2]
     total = np.zeros((len(weight), m, m))
     for lines, Y, B, _ in _updates(bare, damping, mass):
@@ -163,106 +149,12 @@ def pulled(bare: BarePanel, stiffness: Complexes, motion: Complexes) -> Complexe
     return weighted_sum(stiffness, bare.coordinates.weight) @ motion
 
 
-@dataclass(frozen=True)
-class LowRankPanel:
-    """The bare panel with low-rank updates, on some lines; see `solvers.SolutionPath`."""
-
-    bare: BarePanel
-
-    def response(
-        self,
-        equivalent_damping: ArrayLike,
-        apparent_mass: ArrayLike,
-        with_slope: bool = False,
-    ) -> PanelResponse:
-        """Return `attach_dampers`."""
-        return attach_dampers(self.bare, equivalent_damping, apparent_mass, with_slope=with_slope)
-
-
-@dataclass(frozen=True)
-class PatchMotion:
-    """Mean motion of one patch as a function of the damper on it, for the search of its Γ.
-
-    With R_uu = V Λ V⁻¹ a damper acts on each column of V alone, u = V d V⁻¹ u₀ with
-    d = 1/(1 + sλ), so that any number of dampers costs one decomposition a line:
-
-        mean over the patch of S_a = (ω⁴/A) Σ_jk d_j Q_jk d_k*,
-        Q_jk = (V⁻¹ S_uu V⁻ᴴ)_jk (VᴴV)_kj.
-    """
-
-    frequency: Array  # (nf,) [Hz]
-    eigenvalue: Complexes  # (nf, r) λ of R_uu [m³/N]
-    weight: Complexes  # (nf, r, r) ω⁴ Q/A [(m/s²)²/Hz]
-    damping_norm: Array  # (1,) as of the `BarePanel`
-
-    @staticmethod
-    def from_panel(bare: BarePanel) -> "PatchMotion":
-        """Decompose the receptance of a panel with one patch."""
-        if bare.patches.count != 1:
-            raise ResponseError(f"{bare.patches.count} patches: the motion is that of one")
-        width = bare.receptance.shape[2]
-
-        def at_lines(lines: slice) -> tuple[Complexes, Complexes]:
-            eigenvalue, V = np.linalg.eig(bare.receptance[lines, :width])
-            inverse = np.linalg.inv(V)
-            psd = inverse @ bare.patch_psd[lines, :width] @ inverse.conj().swapaxes(1, 2)
-            Q = psd * (V.conj().swapaxes(1, 2) @ V).swapaxes(1, 2)
-            omega = 2 * np.pi * bare.frequency[lines, None, None]
-            return eigenvalue, omega**4 * Q / bare.patches.area[0]
-
-        chunks = chunks_of_lines(bare.frequency.size, width)
-        eigenvalues, weights = zip(*computed(at_lines, chunks), strict=True)
-        return PatchMotion(
-            bare.frequency, np.concatenate(eigenvalues), np.concatenate(weights), bare.damping_norm
-        )
-
-    def acceleration_psd(self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike) -> Array:
-        """Return the mean over the patch of the acceleration PSD (nf,) [(m/s²)²/Hz].
-
-        Parameters and errors are those of `attach_dampers`, each (nf,).
-        """
-        d, pushed = self._followed(equivalent_damping, apparent_mass)
-        return np.sum(d * pushed, axis=1).real
-
-    def acceleration_slope(
-        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
-    ) -> Complexes:
-        """Return t (nf,) of that PSD, δS_a = −2 Re(δs t), as of `attach_dampers`."""
-        d, pushed = self._followed(equivalent_damping, apparent_mass)
-        return np.sum(self.eigenvalue * d**2 * pushed, axis=1)
-
-    def _followed(
-        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
-    ) -> tuple[Complexes, Complexes]:
-        """(nf, r) d_j and ω⁴/A Σ_k Q_jk d_k*."""
-        damping = checked_array("equivalent_damping", equivalent_damping, self.frequency.shape)
-        mass = checked_array("apparent_mass", apparent_mass, self.frequency.shape)
-        check_stable(damping[None], self.damping_norm, False)
-        omega = 2 * np.pi * self.frequency
-        s = 1j * omega * damping - omega**2 * mass
-        d = 1 / (1 + s[:, None] * self.eigenvalue)
-        return d, (self.weight @ d.conj()[:, :, None])[:, :, 0]
-
-
-def check_stable(damping: Array, damping_norm: Array, allow_negative: bool) -> None:
-    """Refuse C_e < 0 unless allowed and outweighed.
-
-    D_p ≤ norm_p C as quadratic forms, so Σ_p max(−C_e,p, 0) norm_p < 1 keeps C + Σ C_e D positive.
-    """
-    negative = np.maximum(-damping, 0)
-    share = np.multiply(
-        damping_norm[:, None], negative, out=np.zeros_like(negative), where=negative > 0
-    )
-    share = share.sum(axis=0)
-    if not np.any(share > 0) or (allow_negative and np.max(share) < 1):
+def check_stable(damping: Array) -> None:
+    """Refuse C_e < 0 (n_patches, nf)."""
+    if not np.any(damping < 0):
         return
     patch, line = np.unravel_index(np.argmin(damping), damping.shape)
     raise UnstableDamping(
         f"equivalent_damping = {damping[patch, line]:g} N s/m³ (patch {patch}, line {line}): "
         "must be at least 0; negative damping feeds energy to the panel, which would be unstable"
-        + (
-            f" (it takes {np.max(share):.3g} times the panel's own damping)"
-            if allow_negative
-            else ""
-        )
     )

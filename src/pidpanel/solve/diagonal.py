@@ -9,20 +9,12 @@ though a patch couples all modes: beside a strong patch the full matrix differs 
 1 kHz. The modal forces stay correlated. The motion at which C_e is read is that of the full form.
 """
 
-import numpy as np
-
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Complexes
 from pidpanel.solve.direct import DirectPanel, Receptance
 
 
 class DiagonalPanel(DirectPanel):
     """The panel with uncoupled modes, in vacuum; parameters are those of `DirectPanel`."""
-
-    @property
-    def damping_norm(self) -> Array:
-        """(n_patches,) what a negative C_e takes of the damping, largest D_ii/C_ii."""
-        with np.errstate(divide="ignore"):  # infinite of a rigid body's mode
-            return np.max(self.patches.diagonal / self.basis.damping, axis=1, initial=0.0)
 
     def _pulled(self, patch: int, motion: Complexes) -> Complexes:
         return self.patches.diagonal[patch][:, None] * motion

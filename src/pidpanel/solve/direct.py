@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,16 +19,16 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.solve.dampers import (
-    check_stable,
     checked_dampers,
     patch_stiffness,
     solution,
     weighted_sum,
 )
+from pidpanel.solve.excitation import Matrices
 from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.solve.motions import Motions, Reals
-from pidpanel.solve.moved import Matrices, MatrixInput, matrices_at, product
+from pidpanel.solve.moved import MatrixInput, air_at, matrices_at, product
 
 # In the search for Γ, shapes above so many times a line's frequency are left out there: rms of
 # patches that twenty dampers of 8 kg/m² on a panel of 4 kg/m² cover to 40 % within 6e-4 (3e-3 with
@@ -68,7 +67,10 @@ class DirectPanel:
         with_slope: bool = False,
     ) -> PanelResponse:
         """Return the response with dampers, with t of `dampers.attach_dampers` if wanted."""
-        stiffness = self._patch_stiffness(equivalent_damping, apparent_mass)
+        stiffness = patch_stiffness(
+            self.frequency,
+            *checked_dampers(self.patches, self.frequency, equivalent_damping, apparent_mass),
+        )
         n_points, m, n = self.points.shape
         cross_psd = np.empty((self.frequency.size, n_points, m, m), dtype=np.complex128)
         slope = np.empty((*stiffness.shape, n_points), complex) if with_slope else None
@@ -77,7 +79,8 @@ class DirectPanel:
             receptance = self._receptance(lines, stiffness[:, lines], again=with_slope)
             moved = receptance(columns[None])
             moved = moved.reshape(len(moved), n, n_points, m)
-            force, level = self._force(lines), self.spectrum[lines, None, None]
+            force = matrices_at(self.modal_force, self.frequency, lines, n)
+            level = self.spectrum[lines, None, None]
             for point in range(n_points):
                 motion = moved[:, :, point]
                 cross_psd[lines, point] = level * product(motion, force, motion)
@@ -91,32 +94,13 @@ class DirectPanel:
                 slope[patch, lines] = scale * np.sum(deflection * pulled, axis=1)
         return PanelResponse(self.frequency, cross_psd, slope)
 
-    @property
-    def damping_norm(self) -> Array:
-        """(n_patches,), see `modal.BarePanel`."""
-        return self.patches.damping_norm(self.basis.damping)
-
-    def _patch_stiffness(
-        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike
-    ) -> Complexes:
-        damping, mass = checked_dampers(
-            self.patches.count, self.frequency, equivalent_damping, apparent_mass
-        )
-        check_stable(damping, self.damping_norm, False)
-        return patch_stiffness(self.frequency, damping, mass)
-
     def _pulled(self, patch: int, motion: Complexes) -> Complexes:
         """D_p times motions (nf, n, k)."""
         return self.patches.overlap[patch] @ motion
 
-    def _force(self, lines: slice) -> Matrices:
-        return matrices_at(self.modal_force, self.frequency, lines, self.patches.shapes)
-
     def _receptance(self, lines: slice, stiffness: Complexes, *, again: bool) -> Receptance:
         """H of the panel with the dampers, see `dampers.solution`."""
-        air = None
-        if self.air_stiffness is not None:
-            air = matrices_at(self.air_stiffness, self.frequency, lines, self.patches.shapes)
+        air = air_at(self.air_stiffness, self.frequency, lines, self.patches.shapes)
         whole = dense_stiffness(self.frequency[lines], self.basis, air)
         whole += weighted_sum(stiffness, self.patches.overlap)
         return solution(whole, again=again)
@@ -152,11 +136,6 @@ class DirectMotions(Motions):
         self.frequency = panel.frequency
         self.area = panel.patches.area
         self.weight = panel.patches.overlap
-
-    @cached_property
-    def damping_norm(self) -> Array:  # type: ignore[override]
-        """(n_patches,), see `modal.BarePanel`."""
-        return self._panel.damping_norm
 
     def subsampled(self, step: int) -> DirectMotions:
         """Return the same on every so many lines."""
@@ -215,9 +194,8 @@ class DirectMotions(Motions):
         natural, n = panel.basis.natural_frequency, panel.patches.shapes
         fewest = np.sort(natural)[min(FEWEST_SHAPES, n) - 1]
         counts = np.flatnonzero(natural <= max(self._shapes_to * frequency[lines][-1], fewest))
-        air = None
-        if panel.air_stiffness is not None:
-            air = _of_shapes(matrices_at(panel.air_stiffness, frequency, lines, n), counts)
+        air = air_at(panel.air_stiffness, frequency, lines, n)
+        air = None if air is None else _of_shapes(air, counts)
         matrices = _Matrices(
             counts,
             ModalBasis(

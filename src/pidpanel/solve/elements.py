@@ -7,7 +7,7 @@ The motion of the whole panel when a point is pulled, x = Z⁻¹ c, is solved on
 
 with C the damping of the basis: ζ in every mode φ_i, and above the last mode, at ω_c, proportional
 to the stiffness. Z is symmetric, so x tells what any force does to the point. The error of
-the basis needs nothing else, so this is no `solvers.SolutionPath`: it has no excitation and no PSD.
+the basis needs nothing else, so there is no excitation here and no PSD.
 
 The start is the answer x₀ of the basis; the rest is solved by minimal residuals (GCR: Eisenstat,
 Elman and Schultz 1983), preconditioned by the basis and, in what it leaves out, by K⁻¹. There
@@ -28,6 +28,8 @@ from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.panel.eigen import factors
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import on_patch
+from pidpanel.solve.dampers import weighted_sum
+from pidpanel.solve.modal import dense_stiffness
 from pidpanel.solve.model import ModalBasis, ResponseError
 
 # Residual over that of the basis, each coordinate weighted by its own stiffness.
@@ -46,16 +48,8 @@ COLUMNS_AT_ONCE = 24  # columns solved together, so that memory stays at some do
 
 
 @dataclass(frozen=True)
-class Pull:
-    """A point that is pulled at a frequency on a panel with dampers."""
-
-    frequency: float  # [Hz]
-    stiffness: Complexes  # (n_patches,) s of each patch [N/m³]
-
-
-@dataclass(frozen=True)
 class ElementMotion:
-    """What a pull does to the panel."""
+    """What a pull at each point does to a panel with dampers."""
 
     of_basis: Complexes  # (n, n_points) the answer of the basis for each point, in its shapes [m/N]
     whole: Complexes  # (n_free, n_points) x of all elements
@@ -77,17 +71,19 @@ class Elements:
     cutoff: float  # ω_c/2π [Hz]: the damping ratio of a residual vector is ζ f/f_c
     points: sp.csr_array  # (n_points, n_free) w at the points
 
-    def motions(self, pulls: Sequence[Pull]) -> list[ElementMotion]:
-        """Return what each pull does to the panel when each point is pulled by 1 N."""
-        count = self.points.shape[0]
-        at_once = max(1, COLUMNS_AT_ONCE // max(count, 1))
+    def motions(self, frequency: float, stiffness: Complexes) -> list[ElementMotion]:
+        """Return what happens at a frequency [Hz] when each point is pulled by 1 N.
+
+        For each of several sets of dampers with s (n_sets, n_patches) [N/m³] on the patches.
+        """
+        at_once = max(1, COLUMNS_AT_ONCE // max(self.points.shape[0], 1))
         motions: list[ElementMotion] = []
-        for start in range(0, len(pulls), at_once):
-            motions += self._together(pulls[start : start + at_once])
+        for start in range(0, len(stiffness), at_once):
+            motions += self._together(frequency, stiffness[start : start + at_once])
         return motions
 
     def prepare(self) -> None:
-        """Compute what all pulls share."""
+        """Compute what all frequencies share."""
         _ = self._factors, self._pushed, self._overlap_of_basis
 
     # -------------------------------------------------------------------- matrices
@@ -140,11 +136,8 @@ class Elements:
         some = np.unique(self.points.nonzero()[1])
         return np.asarray(self.points[:, some] @ self.shapes[some])
 
-    def _applied(
-        self, pulls: Sequence[Pull], owner: Index, x: Complexes, in_shapes: Complexes
-    ) -> Complexes:
-        """Z x, column by column of its own pull, of x and what the shapes have of it."""
-        omega, s = _of_columns(pulls, owner)
+    def _applied(self, omega: float, s: Complexes, x: Complexes, in_shapes: Complexes) -> Complexes:
+        """Z x with s (columns, n_patches), of x and what the shapes have of it."""
         cutoff = 2 * np.pi * self.cutoff
         result = _times(self.plate.stiffness, x)
         result *= 1 + 2j * self.damping_ratio * omega / cutoff
@@ -158,10 +151,9 @@ class Elements:
         return result
 
     def _on_shapes(
-        self, pulls: Sequence[Pull], owner: Index, x: Complexes, in_shapes: Complexes
+        self, omega: float, s: Complexes, x: Complexes, in_shapes: Complexes
     ) -> Complexes:
         """VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and (M V/m)ᵀ x: 0 of the modes, so these damp nothing."""
-        omega, s = _of_columns(pulls, owner)
         result = in_shapes * self.basis.modal_mass[:, None]
         # with a mass that holds the panel, K x = r − `_shift` M x
         stiff = 1 + 2j * self.damping_ratio * omega / (2 * np.pi * self.cutoff)
@@ -171,23 +163,18 @@ class Elements:
                 result += _times(shapes.T, _times(D, x[rows])) * s[:, index]
         return result
 
-    def _of_basis(self, pulls: Sequence[Pull]) -> list[tuple[Complexes, Index]]:
-        """VᵀZ V of each pull, factorised."""
-        frequency = np.array([pull.frequency for pull in pulls])
-        diagonal = self.basis.dynamic_stiffness(frequency)
-        stiffness = np.zeros((*diagonal.shape, diagonal.shape[1]), complex)
-        index = np.arange(diagonal.shape[1])
-        stiffness[:, index, index] = diagonal
-        for p, overlap in enumerate(self._overlap_of_basis):
-            stiffness += np.array([pull.stiffness[p] for pull in pulls])[:, None, None] * overlap
-        return [la.lu_factor(matrix, overwrite_a=True) for matrix in stiffness]
+    def _of_basis(self, frequency: float, stiffness: Complexes) -> list[tuple[Complexes, Index]]:
+        """VᵀZ V of each set of dampers, factorised."""
+        bare = dense_stiffness(np.array([frequency]), self.basis, None)
+        damped = bare + weighted_sum(stiffness.T, self._overlap_of_basis)
+        return [la.lu_factor(matrix, overwrite_a=True) for matrix in damped]
 
     # ------------------------------------------------------------------- solutions
 
-    def _together(self, pulls: Sequence[Pull]) -> list[ElementMotion]:
-        count = self.points.shape[0]
-        owner = np.repeat(np.arange(len(pulls)), count)
-        factorised = self._of_basis(pulls)
+    def _together(self, frequency: float, stiffness: Complexes) -> list[ElementMotion]:
+        sets, omega = len(stiffness), 2 * np.pi * frequency
+        owner = np.repeat(np.arange(sets), self.points.shape[0])
+        s, factorised = stiffness[owner], self._of_basis(frequency, stiffness)
 
         def solve_basis(right: Complexes) -> Complexes:
             answers = [
@@ -200,22 +187,22 @@ class Elements:
             # a residual has no part in the basis: x₀ is Galerkin's, and Vᵀ Z z = 0 of every step
             rest = self._static(right)
             in_shapes = _times(self._pushed.T, rest)
-            part = solve_basis(self._on_shapes(pulls, owner, rest, in_shapes))
+            part = solve_basis(self._on_shapes(omega, s, rest, in_shapes))
             return rest - _times(self.shapes, part), in_shapes - part
 
-        pull = np.tile(self.points.toarray().T, len(pulls)).astype(complex)
+        pull = np.tile(self.points.toarray().T, sets).astype(complex)
         at_points = self._at_points.T.astype(complex)
-        of_basis = solve_basis(np.tile(at_points, len(pulls)))
+        of_basis = solve_basis(np.tile(at_points, sets))
         start = _times(self.shapes, of_basis)
         remainder = np.zeros_like(start)
         steps: list[tuple[Complexes, Complexes]] = []
-        residual = pull - self._applied(pulls, owner, start, of_basis)
+        residual = pull - self._applied(omega, s, start, of_basis)
         size = first = self._size(residual)
         for _ in range(MOST_STEPS):
             if np.all(size <= ENOUGH * first):
                 break
             direction, in_shapes = preconditioned(residual)
-            image = self._applied(pulls, owner, direction, in_shapes)
+            image = self._applied(omega, s, direction, in_shapes)
             for earlier, earlier_image in steps:
                 share = np.sum(earlier_image.conj() * image, axis=0)
                 direction, image = direction - share * earlier, image - share * earlier_image
@@ -228,7 +215,8 @@ class Elements:
             size = self._size(residual)
         for index in np.unique(owner[size > ENOUGH * first]):
             columns = owner == index
-            remainder[:, columns] = self._direct(pulls[index], pull[:, columns]) - start[:, columns]
+            whole = self._direct(omega, stiffness[index], pull[:, columns])
+            remainder[:, columns] = whole - start[:, columns]
         if not np.all(np.isfinite(remainder)):
             raise ResponseError("the response of all elements is not finite")
         return [
@@ -237,7 +225,7 @@ class Elements:
                 start[:, columns] + remainder[:, columns],
                 remainder[:, columns],
             )
-            for columns in (owner == index for index in range(len(pulls)))
+            for columns in (owner == index for index in range(sets))
         ]
 
     def _static(self, right: Complexes) -> Complexes:
@@ -250,12 +238,12 @@ class Elements:
         scale = 1 / self.plate.stiffness.diagonal()
         return np.sqrt(scale @ np.abs(residual) ** 2)
 
-    def _direct(self, pull: Pull, right: Complexes) -> Complexes:
+    def _direct(self, omega: float, stiffness: Complexes, right: Complexes) -> Complexes:
         """Z⁻¹ right by factorisation, the damping of the modes by Woodbury's identity."""
-        omega, cutoff = 2 * np.pi * pull.frequency, 2 * np.pi * self.cutoff
+        cutoff = 2 * np.pi * self.cutoff
         K, M = self.plate.stiffness, self.plate.mass
         Z = K * (1 + 2j * self.damping_ratio * omega / cutoff) - omega**2 * M
-        for s, D in zip(pull.stiffness, self.overlap, strict=True):
+        for s, D in zip(stiffness, self.overlap, strict=True):
             Z = Z + s * D
         factor = self._modal_damping
         damped = np.flatnonzero(factor)
@@ -273,12 +261,6 @@ def _factorised_solution(matrix: sp.csr_array, right: Complexes) -> Complexes:
     if np.all(left <= EXACT * np.linalg.norm(right, axis=0)):
         return np.asarray(answer)
     return np.asarray(spla.splu(sp.csc_matrix(matrix)).solve(right))
-
-
-def _of_columns(pulls: Sequence[Pull], owner: Index) -> tuple[Array, Complexes]:
-    """ω (columns,) and s (columns, n_patches) of columns that belong to some pulls."""
-    omega = 2 * np.pi * np.array([pull.frequency for pull in pulls])
-    return omega[owner], np.array([pull.stiffness for pull in pulls])[owner]
 
 
 def _as_real(x: Complexes) -> Array:

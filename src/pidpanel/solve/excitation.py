@@ -2,14 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from pidpanel.arrays import Array
-from pidpanel.solve.moved import Matrices
+from pidpanel.arrays import Array, Complexes
+
+Matrices = Array | Complexes
 
 
+@runtime_checkable
 class Excitation(Protocol):
     """Random forces on a panel: the cross-PSD of the modal forces is S(f) G(f).
 

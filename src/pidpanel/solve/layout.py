@@ -17,7 +17,7 @@ from pidpanel.solve.excitation import Excitation, Superposition
 from pidpanel.solve.model import PanelResponse, UnstableDamping
 from pidpanel.solve.motions import Motions
 from pidpanel.solve.panel import ModalPanel
-from pidpanel.solve.search import LinearisationError, find_motions, starts_between
+from pidpanel.solve.search import LinearisationError, find_motions, governing, starts_between
 from pidpanel.solve.solvers import PanelSolver, Request, damper_key
 
 # (frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the range of its data
@@ -92,9 +92,6 @@ class LayoutResponse:
     # Number of distinct sets of Γ found that reproduce themselves; 0 on the bare panel
     fixed_points: int
     residual: float = 0.0  # largest |ln(Γ_out/Γ)| at the one taken; 0 where no Γ is searched
-    # Number of starts of the search, and of those that led to a solution
-    starts: int = 0
-    converged: int = 0
 
 
 @dataclass(frozen=True)
@@ -105,8 +102,6 @@ class _Motion:
     rms: Array | None = None
     fixed_points: int = 1
     residual: float = 0.0
-    starts: int = 0
-    converged: int = 0
 
 
 def layouts(
@@ -217,7 +212,7 @@ def _dampers(solver: PanelSolver, layout: DamperLayout) -> tuple[_Motion, Reques
         raise motion
     value, mass, inside = read_dampers(layout.loads, solver.panel.frequency, motion.gamma)
     if layout.loads:
-        check_stable(value, solver.motions(layout.patches).damping_norm, False)
+        check_stable(value)
     return motion, Request(layout.patches, value, mass, layout.with_slope), inside
 
 
@@ -247,8 +242,6 @@ def _response(
         inside=inside,
         fixed_points=motion.fixed_points,
         residual=motion.residual,
-        starts=motion.starts,
-        converged=motion.converged,
     )
 
 
@@ -292,19 +285,13 @@ def _consistent_motion(solver: PanelSolver, layout: DamperLayout) -> _Motion:
     maps, several = [whole], len(layout.loads) > 1
     if several and (step := motions.frequency.size // FEW_LINES) > 1:
         maps.append(_LogMotion(layout, motions.subsampled(step), searched))
-    search = find_motions(
+    solutions = find_motions(
         maps, starts_between(np.log(bare / 100), np.log(3 * bare)), aim=None if several else CLOSE
     )
-    chosen = search.governing.log_gamma
-    gamma[searched] = np.exp(chosen)
-    return _Motion(
-        gamma,
-        whole.rms[chosen.tobytes()],
-        len(search.solutions),
-        search.governing.residual,
-        search.starts,
-        search.converged,
-    )
+    chosen = governing(solutions)
+    gamma[searched] = np.exp(chosen.log_gamma)
+    rms = whole.rms[chosen.log_gamma.tobytes()]
+    return _Motion(gamma, rms, len(solutions), chosen.residual)
 
 
 class _LogMotion:

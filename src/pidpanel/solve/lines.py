@@ -43,6 +43,12 @@ def root_mean_square(frequency: ArrayLike, psd: ArrayLike) -> Array:
     return np.sqrt(mean_square)
 
 
+def trapezoid_weights(frequency: Array) -> Array:
+    """Return weights (nf,) [Hz] of values on rising lines (nf,) in their integral."""
+    steps = np.diff(frequency, prepend=frequency[0], append=frequency[-1])
+    return (steps[1:] + steps[:-1]) / 2
+
+
 def line_count(
     lowest: float,
     highest: float,

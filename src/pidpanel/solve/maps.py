@@ -15,6 +15,7 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.progress import tracked
 from pidpanel.solve.dampers import covariance_taken
+from pidpanel.solve.lines import trapezoid_weights
 from pidpanel.solve.modal import bare_panels, chunks_of_lines
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.moved import MatrixInput
@@ -52,9 +53,7 @@ def modal_covariances(
         For each scenario C_e and m_a (n_patches, nf), and S_p over that given.
     """
     n = basis.natural_frequency.size
-    weight = np.zeros(frequency.size)  # of the trapezoidal rule
-    weight[1:] += np.diff(frequency) / 2
-    weight[:-1] += np.diff(frequency) / 2
+    weight = trapezoid_weights(frequency)
     weights = np.stack([weight * (2 * np.pi * frequency) ** 4, weight])
     of_bare, of_dampers = np.zeros((2, n, n)), np.zeros((len(dampers), 2, n, n))
     chunks = list(chunks_of_lines(frequency.size, n))

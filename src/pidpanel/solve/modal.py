@@ -27,11 +27,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
+from pidpanel.solve.excitation import Matrices
 from pidpanel.solve.model import ModalBasis, PatchCoordinates, Patches, ResponseError, checked_array
 from pidpanel.solve.moved import (
     InAir,
     InVacuum,
-    Matrices,
     MatrixInput,
     MovedPanel,
     ShapesInVacuum,
@@ -66,9 +66,6 @@ class BarePanel:
     receptance: Complexes  # (nf, nw, r) R_wu = Wᵀ Z₀⁻¹ E
     patch_psd: Complexes  # (nf, nw, r) S_wu = Wᵀ Z₀⁻¹ (S_p G) Z₀⁻ᴴ E
     point_psd: Complexes  # (nf, n_points, m, m) the same among the motions of one point
-    # (n_patches,) largest eigenvalue of C⁻¹ᐟ² D_p C⁻¹ᐟ² [m³/(N s)]: what a negative C_e takes from
-    # the panel's own damping
-    damping_norm: Array
 
 
 def bare_panels(
@@ -116,12 +113,16 @@ def bare_panels(
         finite.
     """
     frequency = checked_frequency(frequency)
-    spectrum = checked_spectrum(spectrum, frequency)
+    spectrum = checked_array("spectrum", spectrum, frequency.shape)
+    if np.any(spectrum < 0):
+        raise ResponseError(f"spectrum = {spectrum.min():g} must not be negative")
     n = basis.natural_frequency.size
     of_shapes = motion_at_points is None
     points = np.eye(n)[None] if motion_at_points is None else checked_motions(motion_at_points, n)
     for patches in carriers:
-        check_patches(patches, n)
+        if patches.shapes != n:
+            shape = (patches.count, patches.shapes, patches.shapes)
+            raise ResponseError(f"overlap has shape {shape}: (n_patches, {n}, {n}) is needed")
 
     n_points, m = points.shape[:2]
     coordinates = [patches.coordinates(overlap_cutoff) for patches in carriers]
@@ -137,7 +138,7 @@ def bare_panels(
     point_psd = np.empty((count, n_points, m, m), complex)
     at_points = slice(0, n_points * m)
     for lines in chunks_of_lines(count, n):
-        moved = _moved_panel(frequency, lines, basis, observed, air_stiffness, of_shapes)
+        moved = moved_panel(frequency, lines, basis, observed, air_stiffness, of_shapes)
         psd = moved.psd(modal_force, frequency, lines)
         level = spectrum[lines, None, None]
         for point in range(n_points):
@@ -156,19 +157,18 @@ def bare_panels(
             receptance=receptance[index],
             patch_psd=patch_psd[index],
             point_psd=point_psd,
-            damping_norm=patches.damping_norm(basis.damping),
         )
         for index, patches in enumerate(carriers)
     ]
 
 
-def _moved_panel(
+def moved_panel(
     frequency: Array,
     lines: slice,
     basis: ModalBasis,
     observed: Array,
     air_stiffness: MatrixInput | None,
-    of_shapes: bool,
+    of_shapes: bool = False,
 ) -> MovedPanel:
     """Return the panel on some lines, with the motions W of which the first may be the shapes."""
     if air_stiffness is None:
@@ -229,14 +229,6 @@ def checked_frequency(frequency: ArrayLike) -> Array:
     return array
 
 
-def checked_spectrum(spectrum: ArrayLike, frequency: Array) -> Array:
-    """Return S (nf,) of an excitation; `ResponseError` where it is negative."""
-    array = checked_array("spectrum", spectrum, frequency.shape)
-    if np.any(array < 0):
-        raise ResponseError(f"spectrum = {array.min():g} must not be negative")
-    return array
-
-
 def checked_motions(motion_at_points: ArrayLike, n: int) -> Array:
     """Return (n_points, m, n), of (n_points, n) with m = 1."""
     motion = np.asarray(motion_at_points, dtype=np.float64)
@@ -248,10 +240,3 @@ def checked_motions(motion_at_points: ArrayLike, n: int) -> Array:
     if not np.all(np.isfinite(motion)):
         raise ResponseError("motion_at_points has values that are not finite")
     return motion[:, None] if motion.ndim == 2 else motion
-
-
-def check_patches(patches: Patches, n: int) -> None:
-    """Raise `ResponseError` unless the patches have n shapes."""
-    if patches.shapes != n:
-        shape = (patches.count, patches.shapes, patches.shapes)
-        raise ResponseError(f"overlap has shape {shape}: (n_patches, {n}, {n}) is needed")

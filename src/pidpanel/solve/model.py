@@ -112,93 +112,60 @@ class Patches:
                 raise ResponseError(f"overlap of patch {index} has values that are not finite")
             if np.max(np.abs(matrix - matrix.T)) > 1e-10 * largest:
                 raise ResponseError(f"overlap of patch {index} is not symmetric")
-        self._shapes = matrices.shape[1]
+        self.shapes = matrices.shape[1]  # number n
         self._coordinates: dict[float, PatchCoordinates] = {}
-        self._overlap: list[Array] | None = list(matrices)
-        self._factor: list[Array] | None = None
+        self._factors = [_factor(index, matrix) for index, matrix in enumerate(matrices)]
 
     @classmethod
-    def of_rows(cls, rows: ArrayLike, row_patch: ArrayLike, area: ArrayLike) -> "Patches":
+    def of_rows(cls, rows: ArrayLike, area: ArrayLike) -> "Patches":
         """Return patches from the rows of their quadrature, D_p = Σ row rowᵀ.
 
         Parameters
         ----------
         rows
-            (n_rows, n) √weight times the shapes at a quadrature point [m].
-        row_patch
-            (n_rows,) the patch of each row.
+            (n_patches, k, n) √weight times the shapes at k quadrature points of each patch [m].
         area
             (n_patches,) A_p [m²].
 
         Raises
         ------
         ResponseError
-            Where shapes disagree, a value is not finite, or a patch has no row.
+            Where shapes disagree or a value is not finite.
         """
-        rows = np.asarray(rows, dtype=np.float64)
-        owner = np.asarray(row_patch, dtype=np.int64)
-        if rows.ndim != 2 or owner.shape != rows.shape[:1]:
-            raise ResponseError(
-                f"rows have shape {rows.shape} and row_patch {owner.shape}: (n_rows, n) and "
-                "(n_rows,) are needed"
-            )
-        if not np.all(np.isfinite(rows)):
+        parts = np.asarray(rows, dtype=np.float64)
+        if not np.all(np.isfinite(parts)):
             raise ResponseError("rows have values that are not finite")
-        self = cls.__new__(cls)
-        self.area = _checked_area(area, None)
-        count = np.bincount(owner, minlength=self.area.size)
-        if count.size != self.area.size or not np.all(count):
-            raise ResponseError(
-                f"row_patch has rows of {np.count_nonzero(count)} patches: "
-                f"each of the {self.area.size} of area needs one or more"
-            )
-        order = np.argsort(owner, kind="stable")
-        self._shapes = rows.shape[1]
-        self._coordinates = {}
-        self._overlap = None
-        self._factor = [
-            _compressed(part.T) for part in np.split(rows[order], np.cumsum(count)[:-1])
-        ]
-        return self
+        area = _checked_area(area, parts.shape[:1])
+        return cls._of_factors([_compressed(part.T) for part in parts], area, parts.shape[2])
+
+    @classmethod
+    def _of_factors(cls, factors: list[Array], area: Array, shapes: int) -> "Patches":
+        patches = cls.__new__(cls)
+        patches.area, patches.shapes = area, shapes
+        patches._coordinates, patches._factors = {}, factors
+        return patches
 
     @property
     def count(self) -> int:
         """Number of patches."""
         return int(self.area.size)
 
-    @property
-    def shapes(self) -> int:
-        """Number of shapes n."""
-        return self._shapes
-
     @cached_property
     def overlap(self) -> Array:
         """(n_patches, n, n) D_p [m²]."""
-        if self._overlap is not None:
-            parts = self._overlap
-        else:
-            parts = [factor @ factor.T for factor in self.factors(0.0)]
+        parts = [factor @ factor.T for factor in self._factors]
         return np.array(parts).reshape(self.count, self.shapes, self.shapes)
 
     @cached_property
     def diagonal(self) -> Array:
         """(n_patches, n) diagonals of D_p [m²]."""
-        if self._overlap is not None:
-            parts = [np.diagonal(matrix) for matrix in self._overlap]
-        else:
-            parts = [np.sum(factor**2, axis=1) for factor in self.factors(0.0)]
+        parts = [np.sum(factor**2, axis=1) for factor in self._factors]
         return np.array(parts).reshape(self.count, self.shapes)
 
     def subset(self, indices: Sequence[int]) -> "Patches":
         """Return some of the patches."""
-        self.factors(0.0)  # once for all that are taken from here
-        part = Patches.__new__(Patches)
-        part.area = self.area[list(indices)]
-        part._shapes = self._shapes
-        part._coordinates = {}
-        part._overlap = None if self._overlap is None else [self._overlap[i] for i in indices]
-        part._factor = None if self._factor is None else [self._factor[i] for i in indices]
-        return part
+        factors = [self._factors[index] for index in indices]
+        return self._of_factors(factors, self.area[list(indices)], self.shapes)
 
     def factors(self, cutoff: float) -> list[Array]:
         """Return U_p (n, rank_p) [m] of each patch with D_p = U_p U_pᵀ.
@@ -206,10 +173,8 @@ class Patches:
         Eigenvalues of D_p, the squares of the columns of U_p, below `cutoff` times the largest
         are dropped.
         """
-        if self._factor is None:
-            self._factor = [_factor(index, matrix) for index, matrix in enumerate(self.overlap)]
         factors = []
-        for factor in self._factor:
+        for factor in self._factors:
             value = np.sum(factor**2, axis=0)
             factors.append(factor[:, value > cutoff * np.max(value, initial=0.0)])
         return factors
@@ -227,20 +192,6 @@ class Patches:
             self._coordinates[cutoff] = _coordinates(self.factors(cutoff), cutoff, self.shapes)
         return self._coordinates[cutoff]
 
-    def damping_norm(self, damping: Array) -> Array:
-        """Return (n_patches,) the largest eigenvalue of C⁻¹ᐟ² D_p C⁻¹ᐟ² [m³/(N s)].
-
-        Infinite where a patch moves in a shape without damping.
-        """
-        norms = []
-        for factor in self.factors(1e-8):
-            if np.any(factor[damping == 0]):
-                norms.append(np.inf)
-                continue
-            scaled = factor[damping > 0] / np.sqrt(damping[damping > 0])[:, None]
-            norms.append(np.max(np.linalg.eigvalsh(scaled.T @ scaled), initial=0.0))
-        return np.array(norms)
-
 
 def _coordinates(factors: list[Array], cutoff: float, n: int) -> PatchCoordinates:
     if len(factors) == 1:
@@ -257,10 +208,10 @@ def _coordinates(factors: list[Array], cutoff: float, n: int) -> PatchCoordinate
     return PatchCoordinates(columns, weight, inverse)
 
 
-def _checked_area(area: ArrayLike, shape: tuple[int, ...] | None) -> Array:
+def _checked_area(area: ArrayLike, shape: tuple[int, ...]) -> Array:
     array = np.array(area, dtype=np.float64)
-    if array.ndim != 1 or (shape is not None and array.shape != shape):
-        raise ResponseError(f"area has shape {array.shape}: {shape or '(n_patches,)'} is needed")
+    if array.shape != shape:
+        raise ResponseError(f"area has shape {array.shape}: {shape} is needed")
     bad = ~(np.isfinite(array) & (array > 0))
     if np.any(bad):
         raise ResponseError(f"area = {array[bad].flat[0]!r} m² must be finite and positive")

@@ -5,13 +5,18 @@ that the patches feel (`dampers`). The mean over patch q of S_a and how it follo
 patch p, δS_a,q = −2 Re(δs_p T_qp), are
 
     S_a,q = (ω⁴/A_q) tr(Δ_q S_uu),      T_qp = (ω⁴/A_q) tr(Δ_q R Δ_p S_uu).
+
+With R_uu = V Λ V⁻¹ a damper on the only patch acts on each column of V alone, u = V d V⁻¹ u₀ with
+d = 1/(1 + sλ), so that any number of dampers costs one decomposition a line:
+
+    S_a = (ω⁴/A) Σ_jk d_j Q_jk d_k*,      Q_jk = (V⁻¹ S_uu V⁻ᴴ)_jk (VᴴV)_kj.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -19,8 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.solve.dampers import PatchMotion, check_stable, patch_stiffness, pulled
-from pidpanel.solve.lines import root_mean_square
+from pidpanel.progress import computed
+from pidpanel.solve.dampers import check_stable, patch_stiffness, pulled
+from pidpanel.solve.lines import root_mean_square, trapezoid_weights
 from pidpanel.solve.modal import BarePanel, chunks_of_lines
 
 Reals = NDArray[np.floating[Any]]
@@ -31,7 +37,6 @@ class Motions(ABC):
 
     frequency: Array
     area: Array  # (n_patches,) [m²]
-    damping_norm: Array  # (n_patches,), see `modal.BarePanel`
     weight: Array  # (n_patches, r, r) Δ
 
     @abstractmethod
@@ -57,15 +62,9 @@ class Motions(ABC):
         """Return Δ (n_patches, r, r) of the motions u that count on some lines."""
         return self.weight
 
-    def _pushed(
-        self, receptance: Complexes, weight: Array, patch: int, psd: Complexes
-    ) -> Complexes:
-        """Return R Δ_p S_uu."""
-        return receptance @ (weight[patch] @ psd)
-
     def acceleration_psd(self, damping: Array, mass: Array) -> Array:
         """Return the mean acceleration PSD of each patch (n_patches, nf) [(m/s²)²/Hz]."""
-        check_stable(damping, self.damping_norm, False)
+        check_stable(damping)
         psd = np.empty(damping.shape)
         for lines in self._lines():
             moved = self._moved(lines, self._stiffness(lines, damping, mass))
@@ -77,13 +76,13 @@ class Motions(ABC):
 
         Parameters are those of `acceleration_psd`.
         """
-        check_stable(damping, self.damping_norm, False)
+        check_stable(damping)
         slope = np.empty((len(damping), *damping.shape), dtype=np.complex128)
         for lines in self._lines():
             receptance, moved = self._motion(lines, self._stiffness(lines, damping, mass))
             weight = self._weight(lines)
             for patch in range(len(damping)):
-                pushed = self._pushed(receptance, weight, patch, moved)
+                pushed = receptance @ (weight[patch] @ moved)
                 trace = _means(weight, pushed.real) + 1j * _means(weight, pushed.imag)
                 slope[:, patch, lines] = trace * self._scale(lines)
         return slope
@@ -110,9 +109,7 @@ class Motions(ABC):
         Parameters are those of `acceleration_psd`.
         """
         total = np.zeros(self.weight.shape[1:])
-        weight = np.gradient(self.frequency) if self.frequency.size > 1 else np.ones(1)
-        weight[[0, -1]] /= 2
-        weight = weight * (2 * np.pi * self.frequency) ** 4
+        weight = trapezoid_weights(self.frequency) * (2 * np.pi * self.frequency) ** 4
         for lines in self._lines():
             moved = self._moved(lines, self._stiffness(lines, damping, mass))
             counts = self._counts(lines)
@@ -137,17 +134,14 @@ def _means(weight: Array, matrix: Reals) -> Array:
     return flat @ matrix.reshape(len(matrix), flat.shape[1]).T
 
 
-@dataclass(frozen=True)
 class ReducedMotions(Motions):
     """Motions from the few that the patches feel."""
 
-    bare: BarePanel
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "frequency", self.bare.frequency)
-        object.__setattr__(self, "area", self.bare.patches.area)
-        object.__setattr__(self, "damping_norm", self.bare.damping_norm)
-        object.__setattr__(self, "weight", self.bare.coordinates.weight)
+    def __init__(self, bare: BarePanel) -> None:
+        self.bare = bare
+        self.frequency = bare.frequency
+        self.area = bare.patches.area
+        self.weight = bare.coordinates.weight
 
     def subsampled(self, step: int) -> ReducedMotions:
         """Return the same on every so many lines."""
@@ -163,26 +157,48 @@ class ReducedMotions(Motions):
         )
 
     @cached_property
-    def single_patch(self) -> PatchMotion:
-        """Decomposition for one patch alone."""
-        return PatchMotion.from_panel(self.bare)
+    def _decomposed(self) -> tuple[Complexes, Complexes]:
+        """λ (nf, r) of R_uu [m³/N] and ω⁴ Q/A (nf, r, r) [(m/s²)²/Hz] of a patch alone."""
+        bare, width = self.bare, self.weight.shape[1]
+
+        def at_lines(lines: slice) -> tuple[Complexes, Complexes]:
+            eigenvalue, V = np.linalg.eig(bare.receptance[lines, :width])
+            inverse = np.linalg.inv(V)
+            psd = inverse @ bare.patch_psd[lines, :width] @ inverse.conj().swapaxes(1, 2)
+            Q = psd * (V.conj().swapaxes(1, 2) @ V).swapaxes(1, 2)
+            omega = 2 * np.pi * bare.frequency[lines, None, None]
+            return eigenvalue, omega**4 * Q / self.area[0]
+
+        chunks = chunks_of_lines(self.frequency.size, width)
+        eigenvalues, weights = zip(*computed(at_lines, chunks), strict=True)
+        return np.concatenate(eigenvalues), np.concatenate(weights)
 
     def prepare(self) -> None:
         """Decompose what a single patch feels."""
         if len(self.area) == 1:
-            _ = self.single_patch
+            _ = self._decomposed
 
     def acceleration_psd(self, damping: Array, mass: Array) -> Array:
         """Return the mean acceleration PSD of each patch, see `Motions`."""
-        if len(self.area) == 1:
-            return self.single_patch.acceleration_psd(damping[0], mass[0])[None]
-        return super().acceleration_psd(damping, mass)
+        if len(self.area) > 1:
+            return super().acceleration_psd(damping, mass)
+        _, d, pushed = self._of_one_patch(damping, mass)
+        return np.sum(d * pushed, axis=1).real[None]
 
     def acceleration_slope(self, damping: Array, mass: Array) -> Complexes:
         """Return T, see `Motions`."""
-        if len(self.area) == 1:
-            return self.single_patch.acceleration_slope(damping[0], mass[0])[None, None]
-        return super().acceleration_slope(damping, mass)
+        if len(self.area) > 1:
+            return super().acceleration_slope(damping, mass)
+        eigenvalue, d, pushed = self._of_one_patch(damping, mass)
+        return np.sum(eigenvalue * d**2 * pushed, axis=1)[None, None]
+
+    def _of_one_patch(self, damping: Array, mass: Array) -> tuple[Complexes, Complexes, Complexes]:
+        """(nf, r) λ_j, d_j and ω⁴/A Σ_k Q_jk d_k*."""
+        check_stable(damping)
+        eigenvalue, weight = self._decomposed
+        (s,) = self._stiffness(slice(None), damping, mass)
+        d = 1 / (1 + s[:, None] * eigenvalue)
+        return eigenvalue, d, (weight @ d.conj()[:, :, None])[:, :, 0]
 
     def bare_acceleration_rms(self) -> Array:
         """Return the rms acceleration of each patch (n_patches,) without any damper [m/s²]."""

@@ -2,30 +2,17 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.solve.excitation import Excitation, Matrices
 from pidpanel.solve.model import ResponseError
 
-Matrices = Array | Complexes
 # (n, n) for all frequencies, (nf, n, n), or a function of frequencies that returns (nf, n, n).
 MatrixInput = Matrices | Callable[[Array], Matrices]
-
-
-@runtime_checkable
-class FactoredForce(Protocol):
-    """G over frequency that may also be had as L Lᴴ with few columns."""
-
-    def __call__(self, frequency: Array) -> Matrices:
-        """Return G (nf, n, n) [m⁴]."""
-        ...
-
-    def factors(self, frequency: Array) -> Matrices | None:
-        """Return L (nf, n, r) [m²]; None where there are not few."""
-        ...
 
 
 # Of two sets of motions (their columns) → leftᵀ Z₀⁻¹ G Z₀⁻ᴴ right, (nf, n_left, n_right).
@@ -52,7 +39,7 @@ class MovedPanel(ABC):
 
     def psd(self, force: MatrixInput, frequency: Array, lines: slice) -> Psd:
         """Return the PSDs of the motions under G."""
-        factors = force.factors(frequency[lines]) if isinstance(force, FactoredForce) else None
+        factors = force.factors(frequency[lines]) if isinstance(force, Excitation) else None
         if factors is not None:
             parts = self.in_parts(factors)
             return lambda left, right: parts[:, left] @ parts[:, right].conj().swapaxes(1, 2)
@@ -148,6 +135,11 @@ def _pushed(force: Matrices, motion: Complexes) -> Complexes:
 def product(left: Complexes, force: Matrices, right: Complexes) -> Complexes:
     """Return leftᵀ G right*, (nf, n_left, n_right)."""
     return left.swapaxes(1, 2) @ _pushed(force, right)
+
+
+def air_at(air: MatrixInput | None, frequency: Array, lines: slice, n: int) -> Matrices | None:
+    """Return the matrices of the air on some lines as of `matrices_at`; None in vacuum."""
+    return None if air is None else matrices_at(air, frequency, lines, n)
 
 
 def matrices_at(matrix: MatrixInput, frequency: Array, lines: slice, n: int) -> Matrices:

@@ -16,6 +16,14 @@ FIXED = 1e-6
 
 
 @dataclass(frozen=True)
+class PatchElements:
+    """The elements of all patches; one that lies in two patches counts for each."""
+
+    parts: Patches
+    patch: Index  # (n_elements,) index of its patch
+
+
+@dataclass(frozen=True)
 class ModalPanel:
     """A panel with patches and points."""
 
@@ -28,10 +36,8 @@ class ModalPanel:
     search_frequency: Array  # fewer lines, for the search for the motion [Hz]
     # Of the air [N/m], see `modal.bare_panels`; None for a panel in vacuum
     air_stiffness: MatrixInput | None = None
-    # Parts of the patches over which the motion is looked at beside the mean of the patch; None for
-    # none
-    cells: Patches | None = None
-    cell_patch: Index | None = None  # (n_cells,) the patch of each cell
+    # Over which the motion is looked at beside the mean of the patch; None for none
+    cells: PatchElements | None = None
     # Whether the dampers leave the modes uncoupled, as in the paper (`diagonal`)
     is_diagonal: bool = False
 

@@ -6,7 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.solve.dampers import attach_dampers
+from pidpanel.solve.dampers import (
+    attach_dampers,
+    checked_dampers,
+    patch_stiffness,
+    weighted_sum,
+)
 from pidpanel.solve.modal import (
     OVERLAP_CUTOFF,
     bare_panels,
@@ -15,7 +20,7 @@ from pidpanel.solve.modal import (
     dense_stiffness,
 )
 from pidpanel.solve.model import ModalBasis, Patches, checked_array
-from pidpanel.solve.moved import MatrixInput, matrices_at
+from pidpanel.solve.moved import MatrixInput, air_at, matrices_at
 
 
 @dataclass(frozen=True)
@@ -44,7 +49,6 @@ def power_balance(
     equivalent_damping: ArrayLike,
     apparent_mass: ArrayLike,
     air_stiffness: MatrixInput | None = None,
-    allow_negative_damping: bool = False,
     overlap_cutoff: float = OVERLAP_CUTOFF,
 ) -> PowerBalance:
     """Return the power that the field puts in and the power that is lost, line by line.
@@ -64,30 +68,26 @@ def power_balance(
     frequency = checked_frequency(frequency)
     spectrum = checked_array("spectrum", spectrum, frequency.shape)
     n = basis.natural_frequency.size
-    shape = (patches.area.size, frequency.size)
-    damping = checked_array("equivalent_damping", equivalent_damping, shape)
-    mass = checked_array("apparent_mass", apparent_mass, shape)
+    damping, mass = checked_dampers(patches, frequency, equivalent_damping, apparent_mass)
 
     field, structure, radiated = np.zeros((3, frequency.size))
-    lost_in_patches = np.empty(shape[::-1])
+    lost_in_patches = np.empty((frequency.size, patches.count))
     for lines in chunks_of_lines(frequency.size, n):
         omega = 2 * np.pi * frequency[lines]
         force = matrices_at(modal_force, frequency, lines, n)
-        air = None
-        if air_stiffness is not None:
-            air = matrices_at(air_stiffness, frequency, lines, n)
+        air = air_at(air_stiffness, frequency, lines, n)
         (bare,) = bare_panels(
             frequency[lines], basis, [patches], None, spectrum[lines], force, air, overlap_cutoff
         )
-        response = attach_dampers(bare, damping[:, lines], mass[:, lines], allow_negative_damping)
+        response = attach_dampers(bare, damping[:, lines], mass[:, lines])
         modal_psd = response.cross_psd[:, 0]  # S_q
         on_diagonal = np.diagonal(modal_psd, axis1=1, axis2=2).real
         structure[lines] = omega**2 * (on_diagonal @ basis.damping)
         motion = np.einsum("pij,fji->fp", patches.overlap, modal_psd).real  # tr(D S_q)
         lost_in_patches[lines] = omega[:, None] ** 2 * damping[:, lines].T * motion
         stiffness = dense_stiffness(frequency[lines], basis, air)
-        patch_stiffness = 1j * omega * damping[:, lines] - omega**2 * mass[:, lines]
-        stiffness += np.tensordot(patch_stiffness.T, patches.overlap, axes=1)
+        pull = patch_stiffness(frequency[lines], damping[:, lines], mass[:, lines])
+        stiffness += weighted_sum(pull, patches.overlap)
         transfer_times_force = np.linalg.solve(stiffness, np.broadcast_to(force, stiffness.shape))
         trace = np.trace(transfer_times_force, axis1=1, axis2=2)
         field[lines] = spectrum[lines] * (1j * omega * trace).real

@@ -56,22 +56,9 @@ class Solution:
     stable: bool
 
 
-@dataclass(frozen=True)
-class JointSearch:
-    """What the search found."""
-
-    # One or more, distinct, least motion first: by the sum of ln Γ, which agrees with the order of
-    # all Γ wherever solutions are ordered
-    solutions: tuple[Solution, ...]
-    # Number of starts, and of those that led to a solution
-    starts: int
-    converged: int
-
-    @property
-    def governing(self) -> Solution:
-        """The stable one of most motion: history decides, and a design must bear the most."""
-        stable = [solution for solution in self.solutions if solution.stable]
-        return (stable or list(self.solutions))[-1]
+def governing(solutions: Sequence[Solution]) -> Solution:
+    """Return the stable one of most motion: history decides, and a design must bear the most."""
+    return ([solution for solution in solutions if solution.stable] or solutions)[-1]
 
 
 def starts_between(low: Array, high: Array) -> list[Array]:
@@ -88,8 +75,10 @@ def find_motions(
     tolerance: float = 1e-6,
     max_steps: int = 60,
     aim: float | None = None,
-) -> JointSearch:
-    """Return the solutions of F(x) = x that the starts lead to.
+) -> list[Solution]:
+    """Return the solutions of F(x) = x that the starts lead to, distinct, least motion first.
+
+    By the sum of ln Γ, which agrees with the order of all Γ wherever solutions are ordered.
 
     The starts are followed on the fewest lines, F_k, and each distinct end is then moved to where
     it satisfies F on more and more lines and at last on all: F_k(x) + [F(x₀) − F_k(x₀)] = x is
@@ -113,14 +102,13 @@ def find_motions(
     distinct = _distinct([x for x, _ in solved_ends])
     residuals = {id(x): residual for x, residual in solved_ends}
     stable = [True] if len(distinct) == 1 else [_is_stable(coarse, x) for x in distinct]
-    solutions = sorted(
+    return sorted(
         (
             Solution(x, residuals[id(x)], is_stable)
             for x, is_stable in zip(distinct, stable, strict=True)
         ),
         key=lambda solution: float(solution.log_gamma.sum()),
     )
-    return JointSearch(tuple(solutions), len(starts), len(near))
 
 
 def approach(F: Map, start: Array, near: float = 0.1, max_steps: int = 20) -> Array:

@@ -6,16 +6,17 @@ grow with their number, and no chunk is kept: a call is one run.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.progress import computed, tracked
-from pidpanel.solve.dampers import LowRankPanel
+from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.diagonal import DiagonalPanel
 from pidpanel.solve.direct import DirectMotions, DirectPanel
 from pidpanel.solve.excitation import Excitation
@@ -28,7 +29,7 @@ from pidpanel.solve.modal import (
 )
 from pidpanel.solve.model import PanelResponse, Patches
 from pidpanel.solve.motions import Motions, ReducedMotions
-from pidpanel.solve.moved import Matrices, matrices_at
+from pidpanel.solve.moved import MatrixInput, air_at, matrices_at
 from pidpanel.solve.panel import ModalPanel
 
 SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3
@@ -42,8 +43,8 @@ KEPT_BYTES = 400e6
 
 Loaded = tuple[int, ...]  # indices of the patches that carry dampers together
 
-# A panel under its excitation on some lines, ready to carry dampers on some patches.
-SolutionPath = LowRankPanel | DirectPanel
+# C_e and m_a (n_patches, nf) on some lines, and whether the slope is wanted → the response.
+SolutionPath = Callable[[Array, Array, bool], PanelResponse]
 
 
 def damper_key(patches: Loaded, equivalent_damping: Array, apparent_mass: Array) -> Hashable:
@@ -88,22 +89,15 @@ class PanelSolver:
 
     def with_lines(self, frequency: Array, points: Array) -> PanelSolver:
         """Return a solver of the same panel on other lines [Hz], with the search done so far."""
-        panel = replace(self.panel, frequency=frequency, points=points)
-        solver = self._copy(panel, self.excitation)
-        solver._motions, solver.searched = self._motions, self.searched
+        solver = copy(self)
+        solver.panel = replace(self.panel, frequency=frequency, points=points)
         return solver
 
     def with_excitation(self, excitation: Excitation) -> PanelSolver:
         """Return a solver under another excitation; the bare panel stays under this one."""
-        solver = self._copy(self.panel, excitation)
-        solver.__dict__["bare_acceleration_rms"] = self.bare_acceleration_rms
-        return solver
-
-    def _copy(self, panel: ModalPanel, excitation: Excitation) -> PanelSolver:
-        solver = PanelSolver(panel, excitation)
-        solver._carriers = self._carriers
-        if "bare_acceleration_rms" in self.__dict__:
-            solver.__dict__["bare_acceleration_rms"] = self.bare_acceleration_rms
+        _ = self.bare_acceleration_rms
+        solver = copy(self)
+        solver.excitation, solver.searched, solver._motions = excitation, {}, {}
         return solver
 
     def motions(self, patches: Loaded) -> Motions:
@@ -138,12 +132,12 @@ class PanelSolver:
     def cell_acceleration_rms(self, patches: Loaded, covariance: Array) -> Array:
         """Return the lowest and the highest rms acceleration of a cell of each loaded patch."""
         extremes = np.full((len(patches), 2), np.nan)
-        cells, owner = self.panel.cells, self.panel.cell_patch
-        if cells is None or owner is None:
+        cells = self.panel.cells
+        if cells is None:
             return extremes
         motions = self.motions(patches)
         for load, patch in enumerate(patches):
-            inside = cells.subset(np.flatnonzero(owner == patch).tolist())
+            inside = cells.parts.subset(np.flatnonzero(cells.patch == patch).tolist())
             square = [
                 np.sum(factor * (covariance @ factor)) / area
                 for factor, area in zip(
@@ -211,7 +205,7 @@ class PanelSolver:
         def part_of_range(lines: slice) -> list[PanelResponse]:
             paths = self._on_lines(lines, [request.patches for request in requests])
             return [
-                paths[request.patches].response(
+                paths[request.patches](
                     request.equivalent_damping[:, lines],
                     request.apparent_mass[:, lines],
                     request.with_slope,
@@ -235,10 +229,16 @@ class PanelSolver:
         form = DiagonalPanel if panel.is_diagonal else DirectPanel
         direct = [key for key in keys if panel.is_diagonal or self._is_direct(key, OVERLAP_CUTOFF)]
         low_rank = [key for key in keys if key not in direct]
-        force, air = self._matrices(lines) if direct else (self.excitation, panel.air_stiffness)
-        spectrum = self._spectrum[lines]
+        spectrum, n = self.excitation.spectrum(frequency), panel.patches.shapes
+        force: MatrixInput = self.excitation
+        air: MatrixInput | None = panel.air_stiffness
+        if direct:  # functions may know a shorter form
+            force = matrices_at(force, panel.frequency, lines, n)
+            air = air_at(air, panel.frequency, lines, n)
         paths: dict[Loaded, SolutionPath] = {
-            key: form(frequency, panel.basis, self.carrier(key), panel.points, spectrum, force, air)
+            key: form(
+                frequency, panel.basis, self.carrier(key), panel.points, spectrum, force, air
+            ).response
             for key in direct
         }
         if low_rank:
@@ -246,24 +246,8 @@ class PanelSolver:
                 frequency, panel.basis, [self.carrier(key) for key in low_rank], panel.points,
                 spectrum, force, air,
             )  # fmt: skip
-            paths |= zip(low_rank, map(LowRankPanel, bare), strict=True)
+            paths |= zip(low_rank, (partial(attach_dampers, each) for each in bare), strict=True)
         return paths
-
-    def _matrices(self, lines: slice) -> tuple[Matrices, Matrices | None]:
-        """Return G and the air on some lines; functions may know a shorter form."""
-        frequency, n, air = (
-            self.panel.frequency,
-            self.panel.patches.shapes,
-            self.panel.air_stiffness,
-        )
-        return (
-            matrices_at(self.excitation, frequency, lines, n),
-            None if air is None else matrices_at(air, frequency, lines, n),
-        )
-
-    @cached_property
-    def _spectrum(self) -> Array:
-        return self.excitation.spectrum(self.panel.frequency)
 
     def _is_direct(self, patches: Loaded, cutoff: float) -> bool:
         if not patches:

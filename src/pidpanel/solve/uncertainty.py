@@ -22,14 +22,13 @@ small.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
-from pidpanel.arrays import Array, Complexes, Flags
+from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load, read_dampers
 from pidpanel.solve.model import ResponseError
 from pidpanel.solve.solvers import PanelSolver, Request
@@ -58,12 +57,9 @@ class Sensitivity:
     log_acceleration: Array  # (k, n_loads) of ln Γ; 0 where Γ is stated or plays no part
 
     def standard_errors(self, covariance: Array) -> StandardErrors:
-        """Return the standard errors for a covariance (k, k), see `joint_covariance`."""
-        psd, rms, gamma = (
-            _standard_error(derivative, covariance)
-            for derivative in (self.log_psd, self.log_rms, self.log_acceleration)
-        )
-        return StandardErrors(psd, rms, gamma)
+        """Return the standard errors for a covariance (k, k)."""
+        derivatives = (self.log_psd, self.log_rms, self.log_acceleration)
+        return StandardErrors(*(_standard_error(each, covariance) for each in derivatives))
 
 
 @dataclass(frozen=True)
@@ -73,32 +69,6 @@ class StandardErrors:
     log_psd: Array  # (nf, n_points) of ln S_a
     log_rms: Array  # (n_points,) of ln of the rms acceleration: its relative standard error
     log_acceleration: Array  # (n_loads,) of ln Γ
-
-
-def joint_covariance(blocks: Sequence[Sequence[Array | None]], n_nodes: int) -> tuple[Array, Flags]:
-    """Return the covariance of all loads from those of each two of them.
-
-    Parameters
-    ----------
-    blocks
-        For loads i and j the covariance (2n, 2n) of ln C_e and m_a at the nodes of i, down, with
-        those of j; None where they are independent, and on the diagonal where the errors of a
-        load are not known.
-
-    Returns
-    -------
-    covariance
-        (2n n_loads, 2n n_loads); errors that are not known count as none.
-    known
-        (n_loads,) whether a load's errors are known.
-    """
-    size = 2 * n_nodes
-    covariance = np.zeros((len(blocks) * size,) * 2)
-    for i, row in enumerate(blocks):
-        for j, block in enumerate(row):
-            if block is not None:
-                covariance[i * size : (i + 1) * size, j * size : (j + 1) * size] = block
-    return covariance, np.array([row[i] is not None for i, row in enumerate(blocks)], bool)
 
 
 def _standard_error(derivative: Array, covariance: Array) -> Array:
@@ -150,8 +120,7 @@ def sensitivity(
     log_acceleration = np.zeros((len(rows), len(loads)))
     moving = np.flatnonzero(layout.follows_motion)
     if moving.size:
-        motion = _motion(solver, loads, response, nodes)
-        jacobian, pushed = motion
+        jacobian, pushed = _motion(solver, loads, response, nodes)
         at_rest = np.eye(moving.size) - jacobian[np.ix_(moving, moving)]
         log_acceleration[:, moving] = np.linalg.solve(at_rest, pushed[:, moving].T).T
         follows = _with_motion(
@@ -231,40 +200,3 @@ def _log_rms(frequency: Array, psd: Array, log_psd: Array) -> Array:
     """Change of the ln of an rms value (k, …) from that of ln of its PSD (k, nf, …)."""
     whole = np.asarray(np.trapezoid(psd, frequency, axis=0))
     return np.asarray(np.trapezoid(psd * log_psd, frequency, axis=1) / 2 * _inverse(whole))
-
-
-def with_errors(
-    dataset: xr.Dataset, errors: Mapping[tuple[str, str], StandardErrors]
-) -> xr.Dataset:
-    """Return the dataset of `tables.psd_dataset` with ``acceleration_psd_log_error``.
-
-    NaN where a scenario's damping has no standard error.
-    """
-    psd = dataset["acceleration_psd"]
-    values = xr.full_like(psd, np.nan)
-    for (reading, label), error in errors.items():
-        values.loc[{"reading": reading, "scenario": label}] = error.log_psd
-    attrs = {"units": "1", "long_name": "standard error of ln of the acceleration PSD"}
-    return dataset.assign(acceleration_psd_log_error=values.assign_attrs(attrs))
-
-
-def error_columns(
-    rows: Sequence[dict[str, float]], errors: StandardErrors | None
-) -> list[dict[str, float]]:
-    """Return rows of `tables.summary_rows`, a point each, with the standard errors of their values.
-
-    ``acceleration_rms_error_g``, ``reduction_error_db`` and ``damping_read_at_error_g``; NaN
-    where there are none.
-    """
-    count = len(rows)
-    relative = np.full(count, np.nan) if errors is None else errors.log_rms
-    log_acceleration = np.nan if errors is None else float(errors.log_acceleration[0])
-    return [
-        {
-            **row,
-            "acceleration_rms_error_g": row["acceleration_rms_g"] * error,
-            "reduction_error_db": 20 / np.log(10) * error,
-            "damping_read_at_error_g": row["damping_read_at_g"] * log_acceleration,
-        }
-        for row, error in zip(rows, relative, strict=True)
-    ]
