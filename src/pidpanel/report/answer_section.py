@@ -5,14 +5,15 @@ import math
 from collections.abc import Collection, Sequence
 from typing import Any
 
+from pidpanel.arrays import Array
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import style
 from pidpanel.report.answer import COLUMNS, Candidate, StudyAnswer, select_candidates
 from pidpanel.report.answer_figures import WIDTH as NARROW
 from pidpanel.report.answer_figures import group_of, mass_figure, panel_figure
 from pidpanel.report.answer_text import worst_map
-from pidpanel.report.html import Chart, Fragment, Picture
-from pidpanel.report.inputs import Inputs
+from pidpanel.report.html import Chart, Fragment, Picture, figure_picture
+from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.names import main_level
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.rms import psd_curve
@@ -21,7 +22,7 @@ from pidpanel.report.text import value_text
 
 def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
     """Return what a page shows below its first sentence."""
-    study, mapped = inputs.study, worst_map(inputs)
+    study, (mapped, rms) = inputs.study, worst_map(inputs) or (None, None)
     points = answer.points[:COLUMNS]
     shown = (answer.bare, *select_candidates(answer))
     rms_decimals, gain_decimals = answer.decimals
@@ -36,21 +37,19 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
         "rows": [_row(answer, candidate, study.massless_dampers) for candidate in shown],
         "rms_decimals": rms_decimals,
         "gain_decimals": gain_decimals,
-        "panel": Picture(
-            "panel",
-            style.Drawing(
-                panel_figure,
-                inputs.basis,
-                StudiedPanel(study.panel),
-                None if mapped is None else mapped[1],
-            ),
-        ),
-        "mapped": None if mapped is None else _mapped_name(answer, mapped[0]),
+        "panel": panel_picture(inputs, rms),
+        "mapped": None if mapped is None else _mapped_name(answer, mapped),
         "psd": psd,
         "has_band": any(curve.log_error is not None for curve in psd.charts[0].curves),
         "masses": mass_picture(answer, weighed, list(study.panel.patches)) if weighed else None,
     }
     return Fragment("answer.html", values)
+
+
+def panel_picture(inputs: PanelInputs, rms: Array | None, caption: str = "") -> Picture:
+    """Return the drawing of the panel over a map of rms acceleration (n_vertices,) [g]."""
+    panel = StudiedPanel(inputs.study.panel)
+    return figure_picture("panel", panel_figure, inputs.basis, panel, rms, caption=caption)
 
 
 def _row(
@@ -102,5 +101,4 @@ def mass_picture(
     # what is no patch alone takes the colours that are left
     groups = dict.fromkeys([*patches, *(group_of(c) for c in weighed)])
     colours = dict(zip(groups, itertools.cycle(style.PLACES), strict=False))
-    figure = style.Drawing(mass_figure, answer, weighed, colours)
-    return Picture("reduction_mass", figure)
+    return figure_picture("reduction_mass", mass_figure, answer, weighed, colours)

@@ -7,7 +7,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.report import comparison, html, style
+from pidpanel.report import comparison, html
 from pidpanel.report.maps_section import map_figure, scale_ends
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import READINGS
@@ -132,7 +132,7 @@ def _maps(first: comparison.Side, second: comparison.Side) -> list[html.PageSect
         if side.maps is None or side.cell_in_patch is None:
             continue
         titles = [f"{side.name}: {scenario}" for scenario in side.maps["scenario"].to_numpy()]
-        image = style.Drawing(map_figure, side.maps, side.cell_in_patch, titles, tops)
+        shown = side.maps, side.cell_in_patch, titles, tops
         caption = f"Rms acceleration and stress of {side.name}; colours as in the other map."
-        blocks.append(html.Picture(f"maps_{number}", image, caption))
+        blocks.append(html.figure_picture(f"maps_{number}", map_figure, *shown, caption=caption))
     return [html.PageSection("maps", "Maps", blocks)]

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.report import style
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import CoupledResults
 from pidpanel.report.layout import WIDTH, frequency_axis, pick
 from pidpanel.report.text import number, plain, signed
@@ -19,13 +19,12 @@ def coupled_section(
     results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
 ) -> PageSection:
     """Return what the coupled runs know and found: a table, and C_e and m_a over frequency."""
-    figure = style.Drawing(coupled_figure, run_itself(results.impedance), names)
+    beds = run_itself(results.impedance)
     values = {
         "rows": coupled_rows(results, names, points),
-        "damping": Picture("coupled_damping", figure),
+        "damping": figure_picture("coupled_damping", coupled_figure, beds, names),
     }
-    fragment = Fragment("coupled.html", values)
-    return PageSection("coupled", "Panel and particles together", [fragment])
+    return template_section("coupled.html", "Panel and particles together", values)
 
 
 def run_itself(impedance: pd.DataFrame) -> pd.DataFrame:

@@ -5,11 +5,11 @@ from dataclasses import replace
 from typing import Any
 
 from pidpanel.damping.surface_cases import COUNTED
-from pidpanel.report import coupon_section, style
+from pidpanel.report import coupon_section
 from pidpanel.report.coupon_figures import design_figure, loss_factor_map
 from pidpanel.report.facts import cases_text, software_text
 from pidpanel.report.films import film_picture
-from pidpanel.report.html import CAVEATS, Block, Fragment, Page, Picture
+from pidpanel.report.html import CAVEATS, Block, Fragment, Page, figure_picture
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.measured_section import measured_section
 from pidpanel.report.varied_section import findings, varied_section
@@ -32,10 +32,9 @@ def coupon_page(
     varied = varied_section(good, one_by_one) if one_by_one else None
     values: dict[str, Any] = {"design": None, "map": None}
     if coupon.is_design:
-        figure = style.Drawing(design_figure, good, keys)
-        values["design"] = Picture("loss_factor_design", figure)
+        values["design"] = figure_picture("loss_factor_design", design_figure, good, keys)
     elif varied is None and len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
-        values["map"] = Picture("loss_factor_map", style.Drawing(loss_factor_map, good))
+        values["map"] = figure_picture("loss_factor_map", loss_factor_map, good)
     values["text"] = coupon_section.coupon_text(coupon)
     first: list[Block] = [Fragment("coupon_first.html", values)]
     if varied is not None:

@@ -11,8 +11,8 @@ from pidpanel.arrays import Array
 from pidpanel.damping import forms
 from pidpanel.damping.fit import OVER_FILL, constants_at
 from pidpanel.damping.laws import equation_5
-from pidpanel.report import damping_figures, style
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.damping_figures import collapse_figure, law_figure, map_figure
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import DampingResults
 from pidpanel.report.text import number
 
@@ -23,7 +23,7 @@ def damping_section(results: DampingResults) -> PageSection:
     left = surface.leave_one_out()
     z = left["log_error"] / left["log_standard_error"]
     rms = float(np.sqrt((left["log_error"] ** 2).mean()))
-    figure = style.Drawing(damping_figures.map_figure, surface, "frequency_hz", "acceleration_g")
+    over = "frequency_hz", "acceleration_g"
     values = {
         "cases": len(surface.cases),
         "onset": surface.onset_g,
@@ -32,11 +32,11 @@ def damping_section(results: DampingResults) -> PageSection:
         "covered": (z.abs() < 1.96).mean(),
         "low": surface.low,
         "high": surface.high,
-        "map": Picture("map_frequency_acceleration", figure),
+        "map": figure_picture("map_frequency_acceleration", map_figure, surface, *over),
         **_law_values(results),
         **_form_values(results),
     }
-    return PageSection("damping", "Damping law", [Fragment("damping.html", values)])
+    return template_section("damping.html", "Damping law", values)
 
 
 def _law_values(results: DampingResults) -> dict[str, Any]:
@@ -60,12 +60,12 @@ def _law_values(results: DampingResults) -> dict[str, Any]:
         with np.errstate(invalid="ignore"):
             return np.where(a1 > 0, equation_5(2 * np.pi * frequency, a1, a2, a3), np.nan)
 
-    figure = style.Drawing(damping_figures.law_figure, results.surface, fitted)
+    picture = figure_picture("damping_law", law_figure, results.surface, fitted)
     fits = []
     for at_g, group in over_fill.groupby("acceleration_g"):
         constants = group.set_index("constant")
         fits.append({**_intervals(constants, OVER_FILL), **_fit(constants), "gamma": at_g})
-    return {"best": best, "law": Picture("damping_law", figure), "fits": fits}
+    return {"best": best, "law": picture, "fits": fits}
 
 
 def _fit(constants: pd.DataFrame) -> dict[str, Any]:
@@ -96,5 +96,5 @@ def _form_values(results: DampingResults) -> dict[str, Any]:
         values = constants.loc[list(forms.CONSTANTS), "value"].to_numpy(float)
         drawn = partial(forms.two_regimes, values)
         regimes = {**_intervals(constants, forms.CONSTANTS), **_fit(constants)}
-    figure = style.Drawing(damping_figures.collapse_figure, points, log_eta, drawn)
-    return {"regimes": regimes, "collapse": Picture("damping_collapse", figure)}
+    picture = figure_picture("damping_collapse", collapse_figure, points, log_eta, drawn)
+    return {"regimes": regimes, "collapse": picture}

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.report.style import BARE, RESOLUTION, Drawing
@@ -126,7 +127,6 @@ class Picture:
     # The same as numbers, in the place of the image
     charts: Sequence[Chart] = ()
     format: Literal["png", "webp"] = "png"
-    kind: Literal["picture"] = "picture"
 
     @property
     def is_image(self) -> bool:
@@ -157,13 +157,19 @@ class Picture:
         return round(int.from_bytes(image[16:20], "big") * SHOWN_PER_INCH / RESOLUTION)
 
 
+def figure_picture(
+    name: str, draw: Callable[..., Figure], *values: Any, caption: str = "", **options: Any
+) -> Picture:
+    """Return the figure that a function draws of values and options."""
+    return Picture(name, Drawing(draw, *values, **options), caption)
+
+
 @dataclass(frozen=True)
 class Fragment:
     """A part of a page with a template of its own."""
 
     template: str  # file in ``pages``
     values: Mapping[str, Any]  # for it, by name; pictures among them
-    kind: Literal["fragment"] = "fragment"
 
 
 Block = Picture | Fragment
@@ -193,6 +199,11 @@ class PageSection:
         """
         blocks = _with_suffix(self.blocks, suffix)
         return PageSection(f"{self.name}-{suffix}", f"{self.title}: {suffix}", blocks, self.folded)
+
+
+def template_section(template: str, title: str, values: Mapping[str, Any]) -> PageSection:
+    """Return the section that is a template filled with values, and has its name."""
+    return PageSection(template.removesuffix(".html"), title, [Fragment(template, values)])
 
 
 def _with_suffix(value: Any, suffix: str) -> Any:

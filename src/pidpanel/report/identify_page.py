@@ -16,7 +16,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.identify.from_study import IdentificationResult, summary
 from pidpanel.identify.posterior import Posterior
 from pidpanel.report import style
-from pidpanel.report.html import Fragment, Page, PageSection, Picture, render
+from pidpanel.report.html import Fragment, Page, PageSection, figure_picture, render
 from pidpanel.report.layout import frequency_axis
 from pidpanel.report.templates import lines
 from pidpanel.report.text import records
@@ -84,8 +84,8 @@ def identification_page(result: IdentificationResult) -> Page:
     first = {
         "particles": rows,
         "correlation": posterior.correlation[0, 1],
-        "posterior": Picture("posterior", style.Drawing(posterior_figure, posterior)),
-        "measured": Picture("measured", style.Drawing(measured_figure, result.predictions)),
+        "posterior": figure_picture("posterior", posterior_figure, posterior),
+        "measured": figure_picture("measured", measured_figure, result.predictions),
     }
     tones = sorted(_further(result), key=lambda row: -row["information"])[:PROPOSED]
     proposed = Fragment("identify_next.html", {"line": answer.next_tone, "tones": tones})

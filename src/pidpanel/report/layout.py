@@ -1,13 +1,12 @@
 """Layout that the figures share: width, margins, legends, the axis of frequency."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
@@ -131,30 +130,6 @@ def _overlaps(boxes: Array, others: Array) -> Index:
     high = np.minimum(boxes[:, None, 2:], others[:, 2:])
     overlaps: Index = (low < high).all(axis=2).sum(axis=1)
     return overlaps
-
-
-def draw_map(
-    axes: Axes,
-    values: Array,
-    norm: Normalize,
-    colormap: str,
-    text: Callable[[float], str],
-    dark: Callable[[float], bool],
-    **options: Any,
-) -> None:
-    """Draw values (n_rows, n_columns) as coloured cells with their numbers; NaN is an empty cell.
-
-    ``dark`` says on which colours a number is white.
-    """
-    axes.imshow(values, cmap=colormap, norm=norm, aspect="auto", **options)
-    for (row, column), value in np.ndenumerate(values):
-        if np.isfinite(value):
-            axes.text(
-                column, row, text(value), ha="center", va="center", fontsize=5.5,
-                color="white" if dark(value) else "black",
-            )  # fmt: skip
-    axes.grid(False)
-    axes.tick_params(length=2)
 
 
 def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:

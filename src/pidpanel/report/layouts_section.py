@@ -7,7 +7,7 @@ import numpy as np
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import style
-from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
+from pidpanel.report.html import Chart, PageCurve, PageSection, Picture, template_section
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import Scenario, layouts_of
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
@@ -39,8 +39,7 @@ def layouts_section(inputs: Inputs) -> PageSection:
                 )
         if psds:
             points.append([point, psds])
-    fragment = Fragment("layouts.html", {"points": points})
-    return PageSection("layouts", "Layouts", [fragment])
+    return template_section("layouts.html", "Layouts", {"points": points})
 
 
 def _psd_picture(

@@ -9,7 +9,7 @@ import xarray as xr
 
 from pidpanel.measurement.computed import computed_psd
 from pidpanel.report import style
-from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
+from pidpanel.report.html import Chart, PageCurve, PageSection, Picture, template_section
 from pidpanel.report.inputs import BaseResults, MeasurementResults
 from pidpanel.report.response_figures import chart_picture
 from pidpanel.report.text import READINGS, records, with_error
@@ -39,8 +39,7 @@ def measurement_section(
         for row in records(measured.differences)
     ]
     values = {"measurements": measurements, "differences": differences}
-    fragment = Fragment("measurement.html", values)
-    return PageSection("measurement", "Measured and computed", [fragment])
+    return template_section("measurement.html", "Measured and computed", values)
 
 
 def _either(row: Mapping[str, float]) -> dict[str, float]:

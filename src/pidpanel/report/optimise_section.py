@@ -70,13 +70,13 @@ def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> html.Fragme
     for row in records(proposal.front):
         layout = row["layout"]
         reduction = value_text(row["reduction_db"], row["reduction_error_db"])
-        figure = style.Drawing(layout_figure, proposal, basis, layout)
+        name = f"layout_drawing_{layout}"
         layouts.append(
             {
                 "layout": layout,
                 "label": f"Layout {layout}: {number(row['mass_kg'])} kg, {reduction} dB",
                 "patches": patches_text(proposal.layouts, layout),
-                "picture": html.Picture(f"layout_drawing_{layout}", figure),
+                "picture": html.figure_picture(name, layout_figure, proposal, basis, layout),
                 "psds": [_psd(proposal, layout, name) for name in proposal.excitations],
             }
         )
@@ -136,8 +136,7 @@ def optimise_section(proposal: ProposalResults) -> html.PageSection:
         "front": records(front),
         "variants": [n.removesuffix(suffix) for n in variants if n.endswith(suffix)],
     }
-    fragment = html.Fragment("optimise.html", values)
-    return html.PageSection("optimise", "Proposed layouts", [fragment])
+    return html.template_section("optimise.html", "Proposed layouts", values)
 
 
 def _is_known(front: pd.DataFrame, alternative: str) -> bool:

@@ -61,8 +61,7 @@ def severity_section(
     }
     if severity.maps is not None:
         values |= _index_maps(severity.maps, names, cell_in_patch)
-    part = html.Fragment("severity.html", values)
-    return html.PageSection("severity", "Peaks, margins and fatigue", [part])
+    return html.template_section("severity.html", "Peaks, margins and fatigue", values)
 
 
 def _worst(
@@ -116,9 +115,9 @@ INDEX_STYLES = {
 def _index_maps(maps: xr.Dataset, names: Mapping[str, str], cell_in_patch: Flags) -> dict[str, Any]:
     """Return maps of the failure indices that the study has strengths for."""
     styles = {name: look for name, look in INDEX_STYLES.items() if name in maps}
-    figure = style.Drawing(map_figure, maps, cell_in_patch, case_titles(maps, names), styles=styles)
+    values = maps, cell_in_patch, case_titles(maps, names)
     return {
-        "maps": html.Picture("failure_maps", figure),
+        "maps": html.figure_picture("failure_maps", map_figure, *values, styles=styles),
         "largest": [(look[0], float(maps[name].max())) for name, look in styles.items()],
         "exceeded_share": EXCEEDED_SHARE,
     }

@@ -7,9 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.report import style
-from pidpanel.report.answer_figures import panel_figure
+from pidpanel.report.answer_section import panel_picture
 from pidpanel.report.base_section import base_section
 from pidpanel.report.coupled_section import coupled_section
 from pidpanel.report.facts import study_facts
@@ -43,11 +41,7 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
     on_panel = panel_section(inputs.basis, inputs.modes, inputs.printed)
     # the drawing and the first curves make a row
     cut = [isinstance(block, Picture) for block in on_shaker.blocks].index(True)
-    drawing = Picture(
-        "panel",
-        style.Drawing(panel_figure, inputs.basis, StudiedPanel(study.panel), None),
-        "The panel.",
-    )
+    drawing = panel_picture(inputs, None, "The panel.")
     head, tail = on_shaker.blocks[:cut], on_shaker.blocks[cut:]
     sections = [on_panel, *coupon_sections(inputs)]
     if inputs.coupled is not None:

@@ -12,7 +12,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import style
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import WIDTH
 from pidpanel.report.text import READINGS, records
 from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT
@@ -162,10 +162,8 @@ def verdict_section(
         "bands": None,
     }
     if summary["oaspl_db"].nunique() > 1:
-        values["levels"] = Picture("verdict_level", style.Drawing(level_figure, verdict, points))
+        values["levels"] = figure_picture("verdict_level", level_figure, verdict, points)
     if psd is not None and run is not None:
         labels = [(str(label), str(label)) for label in dict.fromkeys(run["scenario"])]
-        figure = style.Drawing(band_figure, psd, run, labels, points)
-        values["bands"] = Picture("verdict_bands", figure)
-    fragment = Fragment("verdict.html", values)
-    return PageSection("verdict", "Which damping model holds", [fragment])
+        values["bands"] = figure_picture("verdict_bands", band_figure, psd, run, labels, points)
+    return template_section("verdict.html", "Which damping model holds", values)
