@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 
@@ -14,7 +13,7 @@ from pidpanel.arrays import Flags
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.read import read_by_point, read_dataset, without_errors
-from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, value_text
+from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records, value_text
 
 SAME = 1e-3  # share of a value below which a difference is that of lines and meshes [1]
 
@@ -89,11 +88,8 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
         Scenarios without stated errors, from `pidpanel.report.from_study.partly_known`.
     """
     response = folder / "response"
-    summary, psd = without_errors(
-        unknown,
-        read_by_point(response / "summary.csv"),
-        read_dataset(response / "psd.nc"),
-    )
+    tables = read_by_point(response / "summary.csv"), read_dataset(response / "psd.nc")
+    summary, psd = without_errors(unknown, *tables)
     maps, inside = None, None
     if (response / "maps.nc").is_file() and (folder / "panel" / "modes.nc").is_file():
         maps = read_dataset(response / "maps.nc")
@@ -107,19 +103,14 @@ def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
     A bare panel has no error of its damping.
     """
     values: dict[Key, Value] = {}
-    errors = summary.get("acceleration_rms_error_g", pd.Series(np.nan, summary.index))
-    rows = zip(
-        summary["reading"], summary["scenario"], summary["point"], summary["patch"],
-        summary["acceleration_rms_g"], errors, strict=True,
-    )  # fmt: skip
-    for reading, scenario, point, patch, rms, error in rows:
-        if not rms > 0:
-            continue
-        is_bare = patch == "none"
-        value = Value(scenario, reading, float(rms), 0.0 if is_bare else float(error))
+    for row in records(summary[summary["acceleration_rms_g"] > 0]):
+        reading, scenario, point = (row[name] for name in ("reading", "scenario", "point"))
+        is_bare = row["patch"] == "none"
+        error = 0.0 if is_bare else row.get("acceleration_rms_error_g", math.nan)
+        value = Value(scenario, reading, row["acceleration_rms_g"], error)
         values[reading, scenario, point] = value
         key = (reading, BEST, point)
-        if not is_bare and (key not in values or rms < values[key].rms):
+        if not is_bare and (key not in values or value.rms < values[key].rms):
             values[key] = value
     return values
 
@@ -179,25 +170,19 @@ def comparison_lines(first: Side, second: Side) -> Iterator[str]:
     if not shared:
         raise NothingInCommon(
             f"{first.name}, {second.name}: no common scenario and point; points of {first.name} "
-            f"are {_names(first.summary['point'])}, "
-            f"of {second.name} {_names(second.summary['point'])}"
+            f"are {', '.join(first.summary['point'].unique())}, "
+            f"of {second.name} {', '.join(second.summary['point'].unique())}"
         )
     rows = [columns_of(first, second), *rows_of(shared)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
-        yield "  ".join(
-            f"{text:<{width}}" for text, width in zip(row, widths, strict=True)
-        ).rstrip()
+        yield "  ".join(map(str.ljust, row, widths)).rstrip()
     yield outcome(shared)
     yield from missing_scenarios(first, second)
 
 
 class NothingInCommon(ValueError):
     """Two studies without a value to compare."""
-
-
-def _names(column: pd.Series) -> str:
-    return ", ".join(dict.fromkeys(column))
 
 
 def outcome(shared: Sequence[Difference]) -> str:

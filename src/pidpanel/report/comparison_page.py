@@ -63,15 +63,12 @@ def _table(
 
 
 def _facts(first: comparison.Side, second: comparison.Side) -> list[tuple[str, str]]:
-    return [
-        (
-            side.name,
-            f"study {side.psd.attrs.get('study', '–')}, hash "
-            f"{side.psd.attrs.get('study_hash', '–')}, pidpanel "
-            f"{side.psd.attrs.get('pidpanel_version', '–')}",
-        )
-        for side in (first, second)
-    ]
+    facts = []
+    for side in (first, second):
+        names = "study", "study_hash", "pidpanel_version"
+        study, digest, version = (side.psd.attrs.get(name, "–") for name in names)
+        facts.append((side.name, f"study {study}, hash {digest}, pidpanel {version}"))
+    return facts
 
 
 def _psds(
@@ -125,7 +122,7 @@ def _maps(first: comparison.Side, second: comparison.Side) -> list[html.PageSect
     """Return the maps of both with the same colours for the same values."""
     if first.maps is None or second.maps is None:
         return []
-    ends = [scale_ends(side.maps) for side in (first, second) if side.maps is not None]
+    ends = [scale_ends(maps) for maps in (first.maps, second.maps)]
     tops = {name: max(side_tops[name] for side_tops in ends) for name in ends[0]}
     blocks = []
     for number, side in enumerate((first, second)):

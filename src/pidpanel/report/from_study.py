@@ -114,11 +114,8 @@ def read_atlas_results(study: Study) -> inputs.AtlasResults:
 def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inputs.Inputs:
     """Read all that the page of a study under sound is made from."""
     response = folder / "response"
-    summary, psd = read.without_errors(
-        partly_known(study),
-        read.read_by_point(response / "summary.csv"),
-        read.read_dataset(response / "psd.nc"),
-    )
+    tables = read.read_by_point(response / "summary.csv"), read.read_dataset(response / "psd.nc")
+    summary, psd = read.without_errors(partly_known(study), *tables)
     return inputs.Inputs(
         **vars(on_panel),
         summary=summary,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -30,45 +30,29 @@ REGIONS = (0.9, 0.5)  # shares of the posterior within the drawn regions
 PROPOSED = 8  # further tones in the table
 
 
-class Answer(NamedTuple):
-    """What a measurement says, in sentences."""
-
-    particles: list[str]  # e, μ and r with their intervals
-    fit: str
-    limitations: list[str]
-    next_tone: str  # that narrows the answer most
-
-
-def answer_of(result: IdentificationResult) -> Answer:
-    """Return the answer of an identification."""
+def answer_of(result: IdentificationResult) -> list[str]:
+    """Return e, μ and r, the fit, the limitations and the next tone, each in a sentence."""
     tones = _further(result)
     values = {
         "result": result,
         "rows": records(summary(result.posterior)),
         "further": tones[result.further.best] if tones else None,
     }
-    e, friction, fill, fit, *limitations, tone = lines("identify_answer.html", values)
-    return Answer([e, friction, fill], fit, limitations, tone)
+    return lines("identify_answer.html", values)
 
 
 def answer_lines(result: IdentificationResult) -> list[str]:
     """Return the answer in lines, the particles first if they explain the measurement."""
-    particles, fit, limitations, tone = answer_of(result)
+    *particles, fit = (answer := answer_of(result))[:4]
     first = [*particles, fit] if result.posterior.is_explained else [fit, *particles]
-    return [*first, *limitations, tone]
+    return [*first, *answer[4:]]
 
 
 def _further(result: IdentificationResult) -> list[dict[str, Any]]:
     """Return the further tones, each with its stroke [mm]."""
-    return [
-        {**row, "stroke": _stroke(row["frequency"], row["acceleration_g"])}
-        for row in records(pd.DataFrame(result.further._asdict()))
-    ]
-
-
-def _stroke(frequency: float, gamma: float) -> float:
-    """Displacement amplitude [mm]."""
-    return 1e3 * gamma * STANDARD_GRAVITY / (2 * math.pi * frequency) ** 2
+    tones = pd.DataFrame(result.further._asdict())
+    acceleration = 1e3 * tones["acceleration_g"] * STANDARD_GRAVITY
+    return records(tones.assign(stroke=acceleration / (2 * math.pi * tones["frequency"]) ** 2))
 
 
 def write_identification(result: IdentificationResult, file: Path) -> None:
@@ -78,7 +62,8 @@ def write_identification(result: IdentificationResult, file: Path) -> None:
 
 def identification_page(result: IdentificationResult) -> Page:
     """Return the page."""
-    identification, posterior, answer = result.identification, result.posterior, answer_of(result)
+    identification, posterior = result.identification, result.posterior
+    e, friction, fill, fit, *limitations, next_tone = answer_of(result)
     cell, particles = identification.coupon.cell, identification.coupon.particles
     rows = [{**row, "name": NAMES[row["parameter"]]} for row in records(summary(posterior))]
     first = {
@@ -88,14 +73,14 @@ def identification_page(result: IdentificationResult) -> Page:
         "measured": figure_picture("measured", measured_figure, result.predictions),
     }
     tones = sorted(_further(result), key=lambda row: -row["information"])[:PROPOSED]
-    proposed = Fragment("identify_next.html", {"line": answer.next_tone, "tones": tones})
+    proposed = Fragment("identify_next.html", {"line": next_tone, "tones": tones})
     values = Fragment("identify_values.html", {"tones": records(result.predictions)})
     size = f"{particles.diameter_mm:g} mm, {particles.density_kg_m3:g} kg/m³"
     return Page(
         title=identification.title or f"Particles of {identification.name}",
-        answer=f"{', '.join(answer.particles)}. {answer.fit}",
+        answer=f"{e}, {friction}, {fill}. {fit}",
         first=[Fragment("identify_first.html", first)],
-        caveats=answer.limitations,
+        caveats=limitations,
         facts=[
             ("measurement", identification.measured.file.name),
             ("cell", f"hexagon, {cell.across_flats_mm:g} mm × {cell.depth_mm:g} mm"),
