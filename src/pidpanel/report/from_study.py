@@ -1,6 +1,5 @@
 """The door of the report for studies: what a page tells of its study, and from where it reads."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
@@ -49,7 +48,7 @@ def page_of(study_file: Path, folder: Path) -> Page:
     """Return the page of `write_study_page`."""
     study = load_study(study_file)
     on_panel = read_panel_inputs(study, folder)
-    steps = [run_step(study_file, _decks(study)), files_step(study.name)]
+    steps = _steps(study, study_file)
     if study.sound is None:
         return shaker_page(on_panel, steps)
     return study_page(read_inputs(study, on_panel, folder), steps)
@@ -62,15 +61,15 @@ def write_coupon_page(study_file: Path, table: Path, file: Path, figures: Path) 
     """
     study = load_any_study(study_file)
     results = read_coupon(study, SECTION, table)
-    steps = [run_step(study_file, _decks(study)), files_step(study.name)]
-    title = study.title or study.name
+    title, steps = study.title or study.name, _steps(study, study_file)
     page = coupon_page(title, study.assumptions, stamp(study), results, steps)
     write_page(page, file, figures)
 
 
-def _decks(study: CouponStudy) -> Iterator[Path]:
-    for coupon in study.coupons.values():
-        yield from coupon.decks
+def _steps(study: CouponStudy, file: Path) -> list[tuple[str, str]]:
+    """Return how to reproduce the results of a study."""
+    decks = [deck for coupon in study.coupons.values() for deck in coupon.decks]
+    return [run_step(file, decks), files_step(study.name)]
 
 
 def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:

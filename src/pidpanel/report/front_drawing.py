@@ -22,10 +22,15 @@ ALTERNATIVES = {
 }
 
 
+def known_alternatives(front: pd.DataFrame) -> list[str]:
+    """Return the `ALTERNATIVES` of which a front has reductions."""
+    return [n for n in ALTERNATIVES if np.isfinite(front[f"{n}_reduction_db"]).any()]
+
+
 def front_drawing(front: pd.DataFrame) -> Markup:
     """Return reduction over mass as SVG; layouts of the front link to ``#layout_<number>``."""
     rows = front[front["is_on_front"]].sort_values("mass_kg")
-    names = [n for n in ALTERNATIVES if np.isfinite(front[f"{n}_reduction_db"]).any()]
+    names = known_alternatives(front)
     lowest = min(0.0, *(front[f"{n}_reduction_db"].min() for n in names))
     highest = (front["reduction_db"] + front["reduction_error_db"]).max()
     x, x_ticks = _scale(0.0, 1.08 * front["mass_kg"].max(), LEFT, RIGHT)

@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import html, style
-from pidpanel.report.front_drawing import ALTERNATIVES, front_drawing
+from pidpanel.report.front_drawing import ALTERNATIVES, front_drawing, known_alternatives
 from pidpanel.report.inputs import ProposalResults
 from pidpanel.report.layout import panel_axes
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
@@ -90,10 +90,8 @@ def _psd(proposal: ProposalResults, layout: int, excitation: str) -> dict[str, A
     psds = proposal.psd[proposal.psd["excitation"] == excitation]
     row = summary.sort_values("bare_rms_g").iloc[-1]
     curves, frequency = [], np.zeros(0)
-    for number_of, name, colour in (
-        (layout, "with dampers", style.PLACES[0]),
-        (0, "bare", style.BARE),
-    ):
+    kinds = (layout, "with dampers", style.PLACES[0]), (0, "bare", style.BARE)
+    for number_of, name, colour in kinds:
         psd = psds[(psds["layout"] == number_of) & (psds["point"] == row["point"])]
         frequency = psd["frequency_hz"].to_numpy()
         values = psd["acceleration_psd_g2_hz"].to_numpy()
@@ -114,19 +112,19 @@ def optimise_section(proposal: ProposalResults) -> html.PageSection:
     suffix = "_reduction_db"
     variants = list(front.columns)[list(front.columns).index("basis_error") + 1 :]
     dampers = dict.fromkeys(name.partition(" of ")[2] for name in facts.index)
+    losing = [
+        name
+        for name in filter(None, dampers)
+        if facts[f"reduction_db of {name}"] < facts[f"dead_weight_reduction_db of {name}"]
+    ]
     values = {
         **_values(proposal),
         "gap": gap_text(proposal),
         "alternatives": ALTERNATIVES,
-        "others": [name for name in ALTERNATIVES if _is_known(front, name)],
+        "others": known_alternatives(front),
         "lightest": dict(equivalent.sort_values(["mass_kg", "patches"]).iloc[0]),
         "steady": dict(equivalent.sort_values("largest_regret_db").iloc[0]),
-        "losing_dampers": [
-            name
-            for name in dampers
-            if name
-            and facts[f"reduction_db of {name}"] < facts[f"dead_weight_reduction_db of {name}"]
-        ],
+        "losing_dampers": losing,
         "losing": front.loc[front["loses_to_dead_weight"], "layout"].tolist(),
         "points": records(summary[summary["layout"] == 1]),
         "layouts": [
@@ -137,10 +135,6 @@ def optimise_section(proposal: ProposalResults) -> html.PageSection:
         "variants": [n.removesuffix(suffix) for n in variants if n.endswith(suffix)],
     }
     return html.template_section("optimise.html", "Proposed layouts", values)
-
-
-def _is_known(front: pd.DataFrame, alternative: str) -> bool:
-    return bool(np.isfinite(front[f"{alternative}_reduction_db"]).any())
 
 
 def _drift(front: pd.DataFrame) -> float:
@@ -162,7 +156,7 @@ def gap_text(proposal: ProposalResults) -> str:
 def patches_text(layouts: pd.DataFrame, layout: int) -> str:
     """Return the patches of a layout in words, those of one filling together."""
     fillings: dict[str, list[str]] = {}
-    for row in records(_patches(layouts, layout)):
+    for row in records(layouts[layouts["layout"] == layout]):
         fill = row["fill_fraction"]
         name = f"{row['damper']}, {100 * fill:g} % full," if np.isfinite(fill) else row["damper"]
         place = f"({row['centre_x_m']:.3g}, {row['centre_y_m']:.3g})"
@@ -170,29 +164,23 @@ def patches_text(layouts: pd.DataFrame, layout: int) -> str:
     return "; ".join(f"{name} at {', '.join(places)} m" for name, places in fillings.items())
 
 
-def _patches(layouts: pd.DataFrame, layout: int) -> pd.DataFrame:
-    return layouts[layouts["layout"] == layout]
-
-
 def layout_figure(proposal: ProposalResults, basis: PanelBasis, layout: int) -> Figure:
     """Draw the panel with the patches of a layout."""
     vertices = basis.vertex_position
-    size = np.ptp(vertices, axis=0)
-    figure = Figure(figsize=(NARROW, 0.9 * NARROW * size[1] / size[0] + 0.5), layout="constrained")
+    length, width = np.ptp(vertices, axis=0)
+    figure = Figure(figsize=(NARROW, 0.9 * NARROW * width / length + 0.5), layout="constrained")
     axes = figure.subplots()
     edges = vertices[boundary_edges(basis.cells)]
     axes.add_collection(LineCollection(list(edges), colors="black", linewidths=0.9))
-    patches = records(_patches(proposal.layouts, layout))
-    dampers = sorted(set(proposal.layouts["damper"]))
-    for row in patches:
-        colour = style.place_colour(row["damper"], dampers)
-        corner = (row["centre_x_m"] - row["size_x_m"] / 2, row["centre_y_m"] - row["size_y_m"] / 2)
-        axes.add_patch(
-            Rectangle(
-                corner, row["size_x_m"], row["size_y_m"], facecolor=colour, edgecolor=colour,
-                alpha=0.35,
-            )
-        )  # fmt: skip
+    layouts = proposal.layouts
+    dampers = sorted(set(layouts["damper"]))
+    for row in records(layouts[layouts["layout"] == layout]):
+        colour, size = (
+            style.place_colour(row["damper"], dampers),
+            (row["size_x_m"], row["size_y_m"]),
+        )
+        corner = (row["centre_x_m"] - size[0] / 2, row["centre_y_m"] - size[1] / 2)
+        axes.add_patch(Rectangle(corner, *size, facecolor=colour, edgecolor=colour, alpha=0.35))
         fill = f"\n{100 * row['fill_fraction']:g} %" if np.isfinite(row["fill_fraction"]) else ""
         axes.annotate(
             f"{row['damper']}{fill}\n{number(row['mass_kg'])} kg",

@@ -6,19 +6,24 @@ from collections.abc import Mapping
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import response_figures, style
 from pidpanel.report.html import Chart, ColourTable, Fragment, PageCurve, PageSection, Picture
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ComparedScenarios, Scenario
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
-from pidpanel.report.rms import band_rms_of, inside_of
+from pidpanel.report.rms import band_rms_of, inside_of, psd_curve
 from pidpanel.report.text import READINGS, number
 from pidpanel.solve.bands import reduction
 
 # Where C_e is read, by ``damping.level.kind``.
 READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated acceleration"}
+
+# Of a damper in ``response/psd.nc``: name, label, whether on a logarithmic axis.
+QUANTITIES = (
+    ("equivalent_damping", "$C_e$, N s/m³", True),
+    ("apparent_mass", "apparent mass $m_a$, kg/m²", False),
+)
 
 # What the rows of reductions differ in.
 ROW_NAMES = {"fill_fraction": "fill fraction r", "patch": "patch", "oaspl_db": "sound level, dB"}
@@ -33,19 +38,12 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> PageSection:
     frequency = inputs.psd["frequency"].to_numpy()
     points = inputs.moving_points
     titles = {reading: reading_title(inputs, family, reading) for reading in readings}
+    notes = {reading: acceleration_note(inputs, family, reading) for reading in readings}
     psds = []
     for point in points:
-        charts = [
-            Chart(
-                title,
-                frequency,
-                PSD_UNIT,
-                psd_curves(inputs, family, reading, point),
-                acceleration_note(inputs, family, reading),
-            )
-            for reading, title in titles.items()
-        ]
-        curves = [curve for chart in charts for curve in chart.curves]
+        curves_of = {r: psd_curves(inputs, family, r, point) for r in readings}
+        charts = [Chart(titles[r], frequency, PSD_UNIT, curves_of[r], notes[r]) for r in readings]
+        curves = list(itertools.chain.from_iterable(curves_of.values()))
         psds.append(
             {
                 "point": point,
@@ -58,7 +56,7 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> PageSection:
         "reductions": reductions_of(inputs, family, titles) if points else [],
         "key": family.key,
         "psds": psds,
-        "damping": damping_block(inputs, family, titles),
+        "damping": damping_block(inputs, family, titles, notes),
     }
     return PageSection(name, heading, [Fragment("response.html", values)])
 
@@ -66,12 +64,8 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> PageSection:
 def stable_readings(inputs: Inputs, family: ComparedScenarios) -> list[str]:
     """Return the readings in which every scenario of a family has a response."""
     labels = [s.label for s in family.scenarios]
-    psd = inputs.psd["acceleration_psd"]
-    return [
-        reading
-        for reading in inputs.study.readings
-        if bool(np.isfinite(psd.sel(reading=reading, scenario=labels)).all())
-    ]
+    steady = np.isfinite(inputs.psd["acceleration_psd"].sel(scenario=labels))
+    return [r for r in inputs.study.readings if bool(steady.sel(reading=r).all())]
 
 
 def _known_as(inputs: Inputs, family: ComparedScenarios, scenario: Scenario) -> tuple[str, str]:
@@ -91,22 +85,16 @@ def psd_curves(
     inputs: Inputs, family: ComparedScenarios, reading: str, point: str
 ) -> list[PageCurve]:
     """Return PSDs [g²/Hz] of the bare panel at each sound level, then of the scenarios."""
-    scenarios = family.scenarios
-    psd = inputs.psd["acceleration_psd"].sel(reading=reading, point=point) / STANDARD_GRAVITY**2
-    bare = list(dict.fromkeys(s.bare.label for s in scenarios))
-    levels = {s.bare.label: f"bare panel, {s.oaspl_db or 0.0:g} dB" for s in scenarios}
-    curves = [
-        PageCurve(levels[label] if len(bare) > 1 else "bare panel",
-                  psd.sel(scenario=label).to_numpy(), style.BARE, width=0.8)
-        for label in bare
-    ]  # fmt: skip
+    scenarios, place = family.scenarios, {"reading": reading, "point": point}
+    levels = {s.bare.label: f", {s.oaspl_db or 0.0:g} dB" for s in scenarios}
+    curves = []
+    for label, level in levels.items():
+        name = "bare panel" + (level if len(levels) > 1 else "")
+        curves.append(psd_curve(inputs.psd, {**place, "scenario": label}, name, style.BARE, 0.8))
     for index, scenario in enumerate(scenarios):
-        label, colour = _known_as(inputs, family, scenario)
-        width = nested_width(index, len(scenarios))
-        values = psd.sel(scenario=scenario.label).to_numpy()
+        look = *_known_as(inputs, family, scenario), nested_width(index, len(scenarios))
         # no bands: those of several curves would hide them
-        inside = inside_of(inputs.psd, reading, scenario.label)
-        curves.append(PageCurve(label, values, colour, width=width, inside=inside))
+        curves.append(psd_curve(inputs.psd, {**place, "scenario": scenario.label}, *look))
     return curves
 
 
@@ -153,26 +141,18 @@ def reductions_of(
     return response_figures.reduction_tables(centre, rows, gained, ROW_NAMES[family.varied])
 
 
-def damping_block(inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str]) -> Picture:
+def damping_block(
+    inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str], notes: Mapping[str, str]
+) -> Picture:
     """Return C_e and m_a with which a family was computed, by reading."""
-
-    def charts(quantity: str, unit: str, *, is_log: bool = True) -> list[Chart]:
-        return [
-            Chart(
-                title,
-                inputs.psd["frequency"].to_numpy(),
-                unit,
-                [_damping_curve(inputs, family, reading, s, quantity) for s in family.scenarios],
-                acceleration_note(inputs, family, reading),
-                is_log,
-            )
-            for reading, title in titles.items()
-        ]
-
-    damping = charts("equivalent_damping", "$C_e$, N s/m³")
-    mass = charts("apparent_mass", "apparent mass $m_a$, kg/m²", is_log=False)
-    pairs = itertools.chain.from_iterable(zip(damping, mass, strict=True))
-    return chart_picture(f"damping_{family.key}", list(pairs), height=2.9)
+    frequency, charts = inputs.psd["frequency"].to_numpy(), []
+    for reading, title in titles.items():
+        for quantity, unit, is_log in QUANTITIES:
+            curves = [
+                _damping_curve(inputs, family, reading, s, quantity) for s in family.scenarios
+            ]
+            charts.append(Chart(title, frequency, unit, curves, notes[reading], is_log))
+    return chart_picture(f"damping_{family.key}", charts, height=2.9)
 
 
 def _damping_curve(

@@ -91,14 +91,11 @@ def _oscillators(
     points = list(dict.fromkeys(table["point"]))[:POINTS]
     colours = [style.BARE, style.PLACES[0]][: len(drawn)]
     natural, charts = table["natural_frequency_hz"].unique(), []
+    by_place = table.groupby(PLACE)
     for point in points:
         curves = []
         for (reading, label), colour in zip(drawn, colours, strict=True):
-            rows = table[
-                (table["reading"] == reading)
-                & (table["scenario"] == label)
-                & (table["point"] == point)
-            ]
+            rows = by_place.get_group((reading, label, point))
             rms = rows["oscillator_rms_g"].to_numpy()
             error = np.log1p(rows["oscillator_rms_error_g"].to_numpy() / rms)
             curves.append(html.PageCurve(names[label], rms, colour, log_error=error))
