@@ -44,7 +44,7 @@ def call(args: argparse.Namespace) -> int:
         folder = Path(shutil.copytree(folder, args.to, dirs_exist_ok=True, ignore=ours))
     if args.figures:
         from pidpanel.report.from_study import page_of
-        from pidpanel.report.write import write_figures
+        from pidpanel.report.html import write_figures
 
         results = make(study, args, "report.html", "report").parent
         figures = args.to or results / "figures"

@@ -15,11 +15,9 @@ from pidpanel.report import inputs, read
 from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.films import read_film
-from pidpanel.report.html import Page
-from pidpanel.report.shaker_page import shaker_page
-from pidpanel.report.study_page import study_page
+from pidpanel.report.html import Page, write_page
+from pidpanel.report.study_page import shaker_page, study_page
 from pidpanel.report.templates import sentence
-from pidpanel.report.write import write_page
 from pidpanel.study import CouponStudy, Study, StudyError, load_any_study, load_study
 from pidpanel.study.coupon import Coupon
 
@@ -96,11 +94,10 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
             name: read.read_damping(name, folder, study.coupons[name].cell.depth)
             for name in study.surfaces
         },
-        base=read.read_base(folder / "base", study.base.parts) if study.base else None,
+        base=study.base and read.read_base(folder / "base", study.base.parts),
         measurements=read.read_measurements(folder / "measurement") if study.measurements else None,
-        proposal=None
-        if study.optimise is None
-        else read.read_proposal(folder / "optimise", study.optimise.objective),
+        proposal=study.optimise
+        and read.read_proposal(folder / "optimise", study.optimise.objective),
     )
 
 
@@ -123,11 +120,7 @@ def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inp
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
         stress=read.read_by_point(response / "stress.csv"),
         maps=read.read_dataset(response / "maps.nc"),
-        severity=None
-        if study.severity is None
-        else read.read_severity(
-            folder / "severity", study.severity.quality, study.severity.duration_s
-        ),
+        severity=study.severity and read.read_severity(folder / "severity", study.severity),
     )
 
 

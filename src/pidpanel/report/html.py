@@ -18,6 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array, Flags
+from pidpanel.provenance import durable
 from pidpanel.report.style import BARE, RESOLUTION, Drawing
 from pidpanel.report.templates import PAGES, environment
 
@@ -288,3 +289,21 @@ def render(page: Page, folder: Path = PAGES) -> str:
             raise ValueError(f"{kind} with the same name: {', '.join(repeated)}")
     libraries = {path.name: path.read_text(encoding="utf-8") for path in LIBRARIES}
     return environment(folder).get_template("page.html").render(page=page, libraries=libraries)
+
+
+def write_page(page: Page, file: Path, figures: Path) -> None:
+    """Write a page, and each of its images as ``<name>.<format>`` into a folder."""
+    figures.mkdir(exist_ok=True)
+    for picture in page.pictures:
+        if picture.is_image:
+            (figures / f"{picture.name}.{picture.format}").write_bytes(picture.image)
+    durable.write_text(file, render(page))
+
+
+def write_figures(page: Page, formats: Sequence[str], figures: Path) -> None:
+    """Write the figures of a page as PNG, SVG or PDF into a folder; films are left out."""
+    figures.mkdir(parents=True, exist_ok=True)
+    for picture in page.pictures:
+        if isinstance(picture.drawn, Drawing):
+            for name in formats:
+                picture.drawn.write(figures / f"{picture.name}.{name}")

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
@@ -134,7 +133,12 @@ def measured_figure(predictions: pd.DataFrame) -> Figure:
     levels = sorted(predictions["acceleration_g"].round(3).unique())
     for level, rows in predictions.groupby(predictions["acceleration_g"].round(3)):
         colour = style.level_colour(float(level), levels)
-        _draw(values, rows, colour, f"{level:.3g} g" if len(levels) <= 8 else "")
+        for kind, shift, face in (("measured", 1.0, colour), ("atlas", 1.02, "white")):
+            x, y = shift * rows["frequency_hz"], rows[f"{kind}_equivalent_damping_n_s_m3"]
+            errors = rows[f"{kind}_equivalent_damping_error_n_s_m3"]
+            look = {"fmt": "o", "color": colour, "lw": 0.8, "ms": 4, "mfc": face}
+            named = kind == "measured" and len(levels) <= 8
+            values.errorbar(x, y, errors, **look, label=f"{level:.3g} g" if named else "")
         differences.plot(
             rows["frequency_hz"], rows["damping_difference_over_error"], "o", color=colour
         )
@@ -146,12 +150,3 @@ def measured_figure(predictions: pd.DataFrame) -> Figure:
     differences.axhspan(-2, 2, color="#dddddd", lw=0)
     differences.set_ylabel("difference\nover error")
     return figure
-
-
-def _draw(axes: Axes, rows: pd.DataFrame, colour: str, label: str) -> None:
-    name = "equivalent_damping_n_s_m3"
-    error = name.replace("damping", "damping_error")
-    for kind, shift, face, text in (("measured", 1.0, colour, label), ("atlas", 1.02, "white", "")):
-        x, y = shift * rows["frequency_hz"], rows[f"{kind}_{name}"]
-        errors = rows[f"{kind}_{error}"]
-        axes.errorbar(x, y, errors, fmt="o", color=colour, lw=0.8, ms=4, mfc=face, label=text)

@@ -12,6 +12,7 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.films import Shot
 from pidpanel.report.names import Study, names_of
 from pidpanel.report.rms import moving_points
+from pidpanel.study.severity import Severity
 
 
 @dataclass(frozen=True)
@@ -82,8 +83,7 @@ class SeverityResults:
     strength: pd.DataFrame  # ``severity/strength.csv``
     margins: pd.DataFrame  # ``severity/margins.csv``
     _: KW_ONLY
-    quality: float  # Q of the oscillators [1]
-    duration: float  # of the sound [s]
+    stated: Severity  # the section of the study
     maps: xr.Dataset | None = None  # ``severity/maps.nc``
 
 

@@ -117,19 +117,14 @@ def separate(figure: Figure, names: Sequence[Annotation], points: ArrayLike = ()
         shifts = 0.51 * steps * first.size
         boxes = np.tile(shifts, 2) + first.extents
         cut = (boxes[:, :2] < 0).any(axis=1) | (boxes[:, 2:] > figure.bbox.max).any(axis=1)
-        best = np.lexsort([np.hypot(*shifts.T), _overlaps(boxes, placed) + cut])[0]
+        low = np.maximum(boxes[:, None, :2], placed[:, :2])
+        high = np.minimum(boxes[:, None, 2:], placed[:, 2:])
+        overlaps = (low < high).all(axis=2).sum(axis=1)
+        best = np.lexsort([np.hypot(*shifts.T), overlaps + cut])[0]
         gap = NAME_GAP * point * np.array([-1, -1, 1, 1])
         placed = np.vstack([placed, boxes[best] + gap])
         x, y = np.array(name.xyann) + shifts[best] / point
         name.xyann = x, y
-
-
-def _overlaps(boxes: Array, others: Array) -> Index:
-    """Return how many of others (m, 4) each of some boxes (n, 4) lies on."""
-    low = np.maximum(boxes[:, None, :2], others[:, :2])
-    high = np.minimum(boxes[:, None, 2:], others[:, 2:])
-    overlaps: Index = (low < high).all(axis=2).sum(axis=1)
-    return overlaps
 
 
 def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:

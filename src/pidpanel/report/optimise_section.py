@@ -1,21 +1,23 @@
 """Proposed layouts on the page: where the dampers go, what they take, how good they are."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from markupsafe import Markup
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import html, style
-from pidpanel.report.front_drawing import ALTERNATIVES, front_drawing, known_alternatives
 from pidpanel.report.inputs import ProposalResults
 from pidpanel.report.layout import panel_axes
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
-from pidpanel.report.templates import sentence
+from pidpanel.report.templates import fill, sentence
 from pidpanel.report.text import number, records, value_text
 
 NARROW = 5.2  # width of a picture, two of which make a row [in]
@@ -191,3 +193,57 @@ def layout_figure(proposal: ProposalResults, basis: PanelBasis, layout: int) -> 
         axes.annotate(name, (x, y), xytext=(5, 12), textcoords="offset points", fontweight="bold")
     panel_axes(axes, vertices, 0.03)
     return figure
+
+
+WIDTH, HEIGHT = 640, 340
+LEFT, RIGHT, TOP, BOTTOM = 52, WIDTH - 12, 12, HEIGHT - 44  # edges of the axes [pixel]
+
+# Name, colour and mark of what the same mass does otherwise, by the start of its column.
+ALTERNATIVES = {
+    "dead_weight": ("dead weight in the same cells", style.PLACES[1], "M-4-4 4 4M-4 4 4-4"),
+    "face_sheets": ("thicker face sheets", style.PLACES[2], "M-4 4 0-4 4 4Z"),
+    "damping_layer": ("damping layer", style.PLACES[3], "M-4-4H4V4H-4Z"),
+}
+
+
+def known_alternatives(front: pd.DataFrame) -> list[str]:
+    """Return the `ALTERNATIVES` of which a front has reductions."""
+    return [n for n in ALTERNATIVES if np.isfinite(front[f"{n}_reduction_db"]).any()]
+
+
+def front_drawing(front: pd.DataFrame) -> Markup:
+    """Return reduction over mass as SVG; layouts of the front link to ``#layout_<number>``."""
+    rows = front[front["is_on_front"]].sort_values("mass_kg")
+    names = known_alternatives(front)
+    lowest = min(0.0, *(front[f"{n}_reduction_db"].min() for n in names))
+    highest = (front["reduction_db"] + front["reduction_error_db"]).max()
+    x, x_ticks = _scale(0.0, 1.08 * front["mass_kg"].max(), LEFT, RIGHT)
+    y, y_ticks = _scale(lowest, 1.05 * highest, BOTTOM, TOP)
+    across, reduction, error = x(rows["mass_kg"]), rows["reduction_db"], rows["reduction_error_db"]
+    alternatives = []
+    for name in names:
+        known = np.isfinite(rows[f"{name}_reduction_db"])
+        up = y(rows[f"{name}_reduction_db"])
+        places = list(zip(across[known], up[known], strict=True))
+        look = dict(zip(("name", "colour", "mark"), ALTERNATIVES[name], strict=True))
+        alternatives.append({**look, "places": places})
+    drawn = rows.assign(x=across, y=y(reduction), low=y(reduction - error),
+                        high=y(reduction + error))  # fmt: skip
+    values = {
+        "width": WIDTH, "height": HEIGHT, "left": LEFT, "right": RIGHT, "top": TOP,
+        "bottom": BOTTOM, "x_ticks": x_ticks, "y_ticks": y_ticks, "alternatives": alternatives,
+        "colour": style.PLACES[0], "rows": records(drawn),
+    }  # fmt: skip
+    return fill("front.html", values)
+
+
+def _scale(
+    low: float, high: float, start: float, end: float
+) -> tuple[Callable[[pd.Series], pd.Series], list[tuple[float, float]]]:
+    """Return values → pixels of an axis, and its ticks, each with its pixel."""
+    slope = (end - start) / (high - low)
+    ticks = np.array(MaxNLocator(6, steps=[1, 2, 5, 10]).tick_values(low, high))
+    ticks = ticks[(ticks >= low - 1e-9) & (ticks <= high)]
+    pixels = start + (ticks - low) * slope
+    placed = list(zip(ticks.tolist(), pixels.tolist(), strict=True))
+    return lambda values: start + (values - low) * slope, placed

@@ -64,8 +64,8 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> PageSection:
 def stable_readings(inputs: Inputs, family: ComparedScenarios) -> list[str]:
     """Return the readings in which every scenario of a family has a response."""
     labels = [s.label for s in family.scenarios]
-    steady = np.isfinite(inputs.psd["acceleration_psd"].sel(scenario=labels))
-    return [r for r in inputs.study.readings if bool(steady.sel(reading=r).all())]
+    psd = inputs.psd["acceleration_psd"].sel(scenario=labels)
+    return [r for r in inputs.study.readings if bool(np.isfinite(psd.sel(reading=r)).all())]
 
 
 def _known_as(inputs: Inputs, family: ComparedScenarios, scenario: Scenario) -> tuple[str, str]:

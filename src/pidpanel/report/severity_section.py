@@ -9,7 +9,7 @@ import xarray as xr
 
 from pidpanel.arrays import Flags
 from pidpanel.report import html, style
-from pidpanel.report.inputs import SeverityResults
+from pidpanel.report.inputs import Inputs, SeverityResults
 from pidpanel.report.maps_section import EXCEEDED_SHARE, case_titles, map_figure
 from pidpanel.report.names import with_names
 from pidpanel.report.response_figures import chart_picture
@@ -20,23 +20,10 @@ PLACE = ["reading", "scenario", "point"]  # columns of a row's place
 POINTS = 6  # points drawn at most; the tables have all
 
 
-def severity_section(
-    severity: SeverityResults, summary: pd.DataFrame, names: Mapping[str, str], cell_in_patch: Flags
-) -> html.PageSection:
-    """Return the section of a study with the key ``severity``.
-
-    Parameters
-    ----------
-    severity
-        What the stage left.
-    summary
-        ``response/summary.csv``: it says which scenario reduces most.
-    names
-        Of the scenarios by label.
-    cell_in_patch
-        (n_patches, n_cells) for the edges of the patches in maps.
-    """
-    drawn = drawn_scenarios(summary)
+def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSection:
+    """Return the section of a study with the key ``severity``."""
+    names = inputs.names
+    drawn = drawn_scenarios(inputs.summary)
     strength = severity.strength.assign(
         index=severity.strength[["maximum_stress_index", "tsai_wu_index"]].max(axis=1),
         has_error=np.isfinite(severity.strength["relative_error"]),
@@ -46,8 +33,8 @@ def severity_section(
     strongest = _worst(strength, strength["index"], names)
     damaged = _worst(fatigue, fatigue["damage_narrow_band"], names)
     values = {
-        "quality": severity.quality,
-        "duration": severity.duration,
+        "quality": severity.stated.quality,
+        "duration": severity.stated.duration_s,
         "best": names[drawn[-1][1]],
         "oscillators": _oscillators(severity.oscillators, drawn, names),
         "peaks": records(with_names(severity.peaks, names)),
@@ -60,7 +47,7 @@ def severity_section(
         "maps": None,
     }
     if severity.maps is not None:
-        values |= _index_maps(severity.maps, names, cell_in_patch)
+        values |= _index_maps(severity.maps, names, inputs.basis.cell_in_patch)
     return html.template_section("severity.html", "Peaks, margins and fatigue", values)
 
 

@@ -5,6 +5,7 @@ every third octave within `BAND_DEPTH` of the highest is within `BAND_LIMIT`. Wh
 coupled run, twice, could decide either way, it is said that this is open.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -66,8 +67,13 @@ def distance(rms: float, band_rms: Array, coupled: CoupledRun) -> Distance:
     }
     return Distance(
         float(relative), float(error), band, float(gap[band]), float(coupled.band_error_db[band]),
-        "no" if "no" in outcomes else "open" if "open" in outcomes else "yes",
+        least(outcomes),
     )  # fmt: skip
+
+
+def least(outcomes: Collection[Holds]) -> Holds:
+    """Return what several outcomes are together: no weighs more than open, open more than yes."""
+    return "no" if "no" in outcomes else "open" if "open" in outcomes else "yes"
 
 
 def _holds(gap: float, error: float, limit: float) -> Holds:
