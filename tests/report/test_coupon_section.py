@@ -8,9 +8,9 @@ import pytest
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.paths import STUDIES
 from pidpanel.report import coupon_figures, coupon_section
-from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.from_study import coupon_words
 from pidpanel.report.inputs import CouponResults
+from pidpanel.report.study_page import coupon_page
 from pidpanel.study import load_any_study
 from tests.page_reader import blocks_of
 

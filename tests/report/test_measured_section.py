@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.html import render
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.measured_section import agreement, measured_figure, measured_section
+from pidpanel.report.study_page import coupon_page
 
 C, M = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
 STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "study_hash": "0"}

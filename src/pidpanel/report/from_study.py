@@ -12,11 +12,10 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.report import inputs, read
-from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.films import read_film
 from pidpanel.report.html import Page, write_page
-from pidpanel.report.study_page import shaker_page, study_page
+from pidpanel.report.study_page import coupon_page, shaker_page, study_page
 from pidpanel.report.templates import sentence
 from pidpanel.study import CouponStudy, Study, StudyError, load_any_study, load_study
 from pidpanel.study.coupon import Coupon
@@ -94,10 +93,11 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
             name: read.read_damping(name, folder, study.coupons[name].cell.depth)
             for name in study.surfaces
         },
-        base=study.base and read.read_base(folder / "base", study.base.parts),
+        base=read.read_base(folder / "base", study.base.parts) if study.base else None,
         measurements=read.read_measurements(folder / "measurement") if study.measurements else None,
-        proposal=study.optimise
-        and read.read_proposal(folder / "optimise", study.optimise.objective),
+        proposal=read.read_proposal(folder / "optimise", study.optimise.objective)
+        if study.optimise
+        else None,
     )
 
 
@@ -120,7 +120,9 @@ def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inp
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
         stress=read.read_by_point(response / "stress.csv"),
         maps=read.read_dataset(response / "maps.nc"),
-        severity=study.severity and read.read_severity(folder / "severity", study.severity),
+        severity=read.read_severity(folder / "severity", study.severity)
+        if study.severity
+        else None,
     )
 
 

@@ -1,4 +1,4 @@
-"""The page of a study with a panel: which parts it has, in which order."""
+"""The pages of studies: which parts they have, in which order."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,26 +17,29 @@ from pidpanel.report.atlas_section import atlas_section
 from pidpanel.report.base_section import base_section
 from pidpanel.report.claims import patch_distance, verdict_table, verdicts
 from pidpanel.report.coupled_section import coupled_section
+from pidpanel.report.coupon_figures import design_figure, loss_factor_map
 from pidpanel.report.coupon_section import Law, coupon_section, coupon_text, losses_section
 from pidpanel.report.damping_section import damping_section
-from pidpanel.report.facts import study_facts
-from pidpanel.report.html import CAVEATS, Fragment, Page, PageSection, Picture
-from pidpanel.report.inputs import BaseResults, Inputs, PanelInputs
-from pidpanel.report.layouts_section import layouts_section
+from pidpanel.report.facts import cases_text, software_text, study_facts
+from pidpanel.report.films import film_picture
+from pidpanel.report.html import CAVEATS, Fragment, Page, PageSection, figure_picture
+from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInputs
 from pidpanel.report.maps_section import maps_section
+from pidpanel.report.measured_section import measured_section
 from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.report.names import family_of, with_names
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import is_papers_panel, panel_section
-from pidpanel.report.response_section import response_section
+from pidpanel.report.response_section import layouts_section, response_section
 from pidpanel.report.severity_section import severity_section
 from pidpanel.report.sound_section import sound_section
 from pidpanel.report.stress_section import stress_section
 from pidpanel.report.summary_section import summary_section
 from pidpanel.report.templates import lines
 from pidpanel.report.text import records
+from pidpanel.report.varied_section import findings, varied_section
 from pidpanel.report.verdict_section import verdict_section
-from pidpanel.report.warnings import coarse_mesh, doubted_coupons, study_warnings
+from pidpanel.report.warnings import coarse_mesh, coupon_warnings, doubted_coupons, study_warnings
 from pidpanel.sound.from_study import spectrum_of
 
 
@@ -152,19 +155,18 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
     warnings = _warnings(inputs, base)
     on_panel = panel_section(inputs.basis, inputs.modes, inputs.printed)
     # the drawing and the first curves make a row
-    cut = [isinstance(block, Picture) for block in on_shaker.blocks].index(True)
+    head, curves, more = on_shaker.blocks
     drawing = panel_picture(inputs, None, "The panel.")
-    head, tail = on_shaker.blocks[:cut], on_shaker.blocks[cut:]
     sections = [on_panel, *coupon_sections(inputs)]
     if inputs.coupled is not None:
         sections.append(coupled_section(inputs.coupled, names, points))
     if inputs.measurements is not None:
-        curves = {"base": curves_of(base)}
-        sections.insert(0, measurement_section(inputs.measurements, curves, names))
+        computed = {"base": curves_of(base)}
+        sections.insert(0, measurement_section(inputs.measurements, computed, names))
     return Page(
         title=study.title or study.name,
         answer=answer,
-        first=[*designs, *head, drawing, tail[0]],
+        first=[*designs, head, drawing, curves],
         caveats=warnings[:CAVEATS],
         facts=study_facts(inputs),
         assumptions=study.assumptions,
@@ -172,7 +174,7 @@ def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
         warnings=warnings[CAVEATS:],
         sections=[
             *proposed,
-            replace(on_shaker, blocks=tail[1:]),
+            replace(on_shaker, blocks=[more]),
             *(replace(section, folded=True) for section in sections),
         ],
         steps=steps,
@@ -237,3 +239,46 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
             and (bool(study.scenarios) or inputs.proposal is not None),
         }
     return lines("shaker_warnings.html", values)
+
+
+def coupon_page(
+    title: str,
+    assumptions: Sequence[str],
+    stamp: Mapping[str, str],
+    coupon: CouponResults,
+    steps: Sequence[tuple[str, str]],
+) -> Page:
+    """Return the whole page."""
+    good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
+    lost = coupon.cases[~coupon.cases["status"].isin(COUNTED)]
+    keys = coupon.varied
+    one_by_one = [] if coupon.is_design else keys
+    results = findings(good, one_by_one)
+    varied = varied_section(good, one_by_one) if one_by_one else None
+    values: dict[str, Any] = {"design": None, "map": None, "text": coupon_text(coupon)}
+    if coupon.is_design:
+        values["design"] = figure_picture("loss_factor_design", design_figure, good, keys)
+    elif varied is None and len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
+        values["map"] = figure_picture("loss_factor_map", loss_factor_map, good)
+    beside = [] if varied is None else [varied]
+    films = [] if coupon.shot is None else [film_picture(coupon.shot)]
+    warnings = coupon_warnings(coupon.cases)
+    measured = [] if coupon.measured is None else [measured_section(coupon.measured)]
+    sections = [coupon_section(replace(coupon, shot=None), varied=keys)]
+    if not coupon.is_design:
+        sections.append(losses_section(good))
+    return Page(
+        title=title,
+        answer=results[0],
+        first=[Fragment("coupon_first.html", values), *beside, *films],
+        caveats=warnings[:CAVEATS],
+        facts=[("Coupon", cases_text(coupon.cases)), ("Software", software_text(stamp, dem=True))],
+        assumptions=assumptions,
+        summary=results[1:],
+        warnings=[
+            *warnings[CAVEATS:],
+            *(f"{row['case']}: {row['status']}: {row['message']}" for _, row in lost.iterrows()),
+        ],
+        sections=[*measured, *(replace(section, folded=True) for section in sections)],
+        steps=steps,
+    )
