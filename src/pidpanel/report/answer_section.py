@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ from pidpanel.report.names import main_level
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.rms import psd_curve
 from pidpanel.report.templates import sentence
-from pidpanel.report.text import number, value_text
+from pidpanel.report.text import number, span, value_text
 from pidpanel.response.trust import NO_ERROR
 
 
@@ -159,11 +159,7 @@ def _range(responses: Sequence[PointResponse], decimals: int | None) -> str:
     if len(responses) == 1:
         return value_text(responses[0].rms, responses[0].rms_error, decimals)
     values = [response.rms for response in responses]
-    return _span(value_text(f(values), math.nan, decimals) for f in (min, max))
-
-
-def _span(texts: Iterable[str]) -> str:
-    return "–".join(dict.fromkeys(texts))
+    return span((value_text(f(values), math.nan, decimals) for f in (min, max)), "–")
 
 
 def _decibels(responses: Sequence[PointResponse], decimals: int | None) -> str:
@@ -182,7 +178,7 @@ def _mass(candidates: Sequence[Candidate]) -> str:
     if not all(math.isfinite(c.mass) for c in candidates):
         return ", mass not known"
     masses, shares = [c.mass for c in candidates], [c.share for c in candidates]
-    kg, percent = (_span(number(f(v), 2) for f in (min, max)) for v in (masses, shares))
+    kg, percent = (span((number(f(v), 2) for f in (min, max)), "–") for v in (masses, shares))
     return f", {kg} kg, {percent} % of the panel"
 
 

@@ -123,15 +123,14 @@ def loss_factor_map(cases: pd.DataFrame) -> Figure:
     amplitudes = np.unique(cases[ACCELERATION.column])
     fills = sorted(cases["fill_fraction"].unique())
     columns = min(3, len(fills))
-    rows = -(-len(fills) // columns)
     width = columns * min(3.0, 1.2 + 0.4 * len(frequencies)) + 1.0
-    height = rows * (0.5 + 0.25 * len(amplitudes)) + 0.9
-    figure = Figure(figsize=(width, height), layout="constrained")
-    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    figure, grid = layout.figure_of_axes(
+        len(fills), columns, 0.5 + 0.25 * len(amplitudes), 0.9, width, sharex=True, sharey=True
+    )
     top = float(cases[LOSS_FACTOR.column].max())
     norm = Normalize(0.0, top)
     few = len(frequencies) <= CELLS_WITH_TEXT
-    for axes, fill in zip(grid.flat, fills, strict=False):
+    for axes, fill in zip(grid, fills, strict=True):
         table = cases[cases["fill_fraction"] == fill].pivot_table(
             index=ACCELERATION.column, columns=FREQUENCY.column, values=LOSS_FACTOR.column
         )
@@ -148,8 +147,6 @@ def loss_factor_map(cases: pd.DataFrame) -> Figure:
             places = layout.pick(np.arange(float(len(ticks))), CELLS_WITH_TEXT).astype(int)
             axis.set_ticks(places, [f"{value:g}" for value in ticks[places]])
         axes.tick_params(axis="x", rotation=90)
-    for axes in grid.flat[len(fills) :]:
-        axes.set_visible(False)
     figure.supxlabel(FREQUENCY.label, fontsize=8)
     figure.supylabel("acceleration amplitude Γ, –", fontsize=8)
     scale = ScalarMappable(norm, mpl.colormaps["viridis"])

@@ -58,8 +58,7 @@ def write_coupon_page(study_file: Path, table: Path, file: Path, figures: Path) 
     """
     study = load_any_study(study_file)
     results = read_coupon(study, SECTION, table)
-    title, steps = study.title or study.name, _steps(study, study_file)
-    page = coupon_page(title, study.assumptions, stamp(study), results, steps)
+    page = coupon_page(study, stamp(study), results, _steps(study, study_file))
     write_page(page, file, figures)
 
 

@@ -32,13 +32,9 @@ def frequency_axis(axes: Axes, low: float, high: float) -> None:
     """Make x a logarithmic axis of frequency from ``low`` to ``high`` [Hz] with plain numbers."""
     axes.set(xscale="log", xlim=(low, high))
     steps = (1, 2, 5) if high > 8 * low else (1, 1.5, 2, 3, 4, 5, 7)
-    ticks = [
-        decade * step
-        for decade in (1, 10, 100, 1000, 10000)
-        for step in steps
-        if low * 0.999 <= decade * step <= high * 1.001
-    ]
-    axes.xaxis.set_major_locator(ticker.FixedLocator(ticks))
+    ticks = np.outer(10.0 ** np.arange(5), steps).ravel()
+    ticks = ticks[(low * 0.999 <= ticks) & (ticks <= high * 1.001)]
+    axes.xaxis.set_major_locator(ticker.FixedLocator(ticks.tolist()))
     axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(ticker.NullFormatter())
     axes.set_xlabel("frequency, Hz")
@@ -138,12 +134,12 @@ def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:
 
 
 def figure_of_axes(
-    count: int, columns: int, height: float, extra: float, **options: Any
+    count: int, columns: int, height: float, extra: float, width: float = WIDTH, **options: Any
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure and so many axes in rows of a height [inch]; ``extra`` is for the legend."""
     rows = -(-count // columns)
-    figure = Figure(figsize=(WIDTH, height * rows + extra), layout="constrained")
+    figure = Figure(figsize=(width, height * rows + extra), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False, **options)
-    for axes in grid.flat[count:]:
-        axes.set_visible(False)
+    for unused in grid.flat[count:]:
+        unused.remove()
     return figure, list(grid.flat[:count])

@@ -77,11 +77,8 @@ def map_figure(
         values = _on_cells(maps, name) * factor
         for row in range(count):
             ax = axes[row, column]
-            drawn = PolyCollection(
-                list(corners), array=values[row], cmap=colours, edgecolors="face"
-            )
-            drawn.set_clim(0.0, tops[name])
-            drawn.set_linewidth(0.2)
+            drawn = PolyCollection(list(corners), array=values[row], cmap=colours)
+            drawn.set(clim=(0.0, tops[name]), edgecolor="face", linewidth=0.2)
             ax.add_collection(drawn)
             ax.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
             panel_axes(ax, position, 0.0)

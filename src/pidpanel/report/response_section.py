@@ -13,7 +13,7 @@ from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ComparedScenarios, Scenario, layouts_of
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
 from pidpanel.report.rms import band_rms_of, inside_of, psd_curve
-from pidpanel.report.text import READINGS, number
+from pidpanel.report.text import READINGS, number, span
 from pidpanel.response.psd_files import is_steady
 from pidpanel.solve.bands import reduction
 
@@ -121,9 +121,8 @@ def acceleration_note(inputs: Inputs, family: ComparedScenarios, reading: str) -
     read_at = read_at[[scenario.label for scenario in family.scenarios]]
     if read_at.isna().all():
         return "$C_e$ independent of Γ"
-    low, high = number(read_at.min()), number(read_at.max())
-    kind = READ_AT[inputs.study.damping.level.kind]
-    return f"$C_e$ at {kind}, Γ = {low}" + (f" to {high}" if high != low else "")
+    gamma = span(number(value) for value in (read_at.min(), read_at.max()))
+    return f"$C_e$ at {READ_AT[inputs.study.damping.level.kind]}, Γ = {gamma}"
 
 
 def reductions_of(

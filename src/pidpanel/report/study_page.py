@@ -41,9 +41,12 @@ from pidpanel.report.varied_section import findings, varied_section
 from pidpanel.report.verdict_section import verdict_section
 from pidpanel.report.warnings import coarse_mesh, coupon_warnings, doubted_coupons, study_warnings
 from pidpanel.sound.from_study import spectrum_of
+from pidpanel.study import CouponStudy
+
+Steps = Sequence[tuple[str, str]]  # (text, command) to reproduce the results
 
 
-def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
+def study_page(inputs: Inputs, steps: Steps) -> Page:
     """Return the whole page."""
     study = inputs.study
     answer = answer_of(study, inputs.summary)
@@ -139,7 +142,7 @@ def _sections(inputs: Inputs) -> list[PageSection]:
 SAME_DB = 0.05  # reduction below which there is none
 
 
-def shaker_page(inputs: PanelInputs, steps: Sequence[tuple[str, str]]) -> Page:
+def shaker_page(inputs: PanelInputs, steps: Steps) -> Page:
     """Return the whole page."""
     study, base, names = inputs.study, inputs.base, inputs.names
     points = list(study.panel.points)
@@ -242,13 +245,9 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
 
 
 def coupon_page(
-    title: str,
-    assumptions: Sequence[str],
-    stamp: Mapping[str, str],
-    coupon: CouponResults,
-    steps: Sequence[tuple[str, str]],
+    study: CouponStudy, stamp: Mapping[str, str], coupon: CouponResults, steps: Steps
 ) -> Page:
-    """Return the whole page."""
+    """Return the whole page of a study of the coupon alone, with the stamp of its results."""
     good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
     lost = coupon.cases[~coupon.cases["status"].isin(COUNTED)]
     keys = coupon.varied
@@ -268,12 +267,12 @@ def coupon_page(
     if not coupon.is_design:
         sections.append(losses_section(good))
     return Page(
-        title=title,
+        title=study.title or study.name,
         answer=results[0],
         first=[Fragment("coupon_first.html", values), *beside, *films],
         caveats=warnings[:CAVEATS],
         facts=[("Coupon", cases_text(coupon.cases)), ("Software", software_text(stamp, dem=True))],
-        assumptions=assumptions,
+        assumptions=study.assumptions,
         summary=results[1:],
         warnings=[
             *warnings[CAVEATS:],
