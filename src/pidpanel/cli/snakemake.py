@@ -57,17 +57,18 @@ def run(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:
     sample = ["--scheduler-subsample", str(8 * jobs)]
     process = subprocess.Popen(command(study, folder, [*sample, *options, f"-j{jobs}"]))
     interrupted = False
-    while process.returncode is None:
+    while True:
         try:
-            process.wait()
+            status = process.wait()
+            break
         except KeyboardInterrupt:
             interrupted = True
             process.send_signal(signal.SIGINT)  # `kill -INT` reaches this process alone
     if interrupted:
         raise KeyboardInterrupt
-    if process.returncode:
+    if status:
         check_space(folder / "results")
-    return 1 if process.returncode else 0
+    return 1 if status else 0
 
 
 def check_space(results: Path) -> None:

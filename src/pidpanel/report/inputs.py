@@ -10,9 +10,8 @@ from pidpanel.damping.atlas import AtlasDamping
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.films import Shot
-from pidpanel.report.names import Study, names_of
+from pidpanel.report.names import Severity, Study, names_of
 from pidpanel.report.rms import moving_points
-from pidpanel.study.severity import Severity
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from pidpanel.constants import BY_DAMPER
 from pidpanel.damping import surface_files
 from pidpanel.paths import of_damper
 from pidpanel.report import inputs
-from pidpanel.study.severity import Severity
+from pidpanel.report.names import Severity
 
 # Columns of ``response/summary.csv`` with errors.
 ERROR_COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read_at_error_g")

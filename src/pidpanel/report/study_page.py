@@ -27,7 +27,7 @@ from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInpu
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.measured_section import measured_section
 from pidpanel.report.measurement_section import curves_of, measurement_section
-from pidpanel.report.names import family_of, with_names
+from pidpanel.report.names import CouponStudy, family_of, with_names
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.response_section import layouts_section, response_section
@@ -41,7 +41,6 @@ from pidpanel.report.varied_section import findings, varied_section
 from pidpanel.report.verdict_section import verdict_section
 from pidpanel.report.warnings import coarse_mesh, coupon_warnings, doubted_coupons, study_warnings
 from pidpanel.sound.from_study import spectrum_of
-from pidpanel.study import CouponStudy
 
 Steps = Sequence[tuple[str, str]]  # (text, command) to reproduce the results
 
