@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from datetime import timedelta
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pidpanel.provenance.locks import end_with
@@ -19,6 +20,8 @@ Result = TypeVar("Result")
 CORES = "PIDPANEL_CORES"
 
 SECONDS_BETWEEN_LINES = 20.0
+
+END_OF_LOG = 4096  # bytes of a log that are looked at
 
 
 def time_left(elapsed: float, done: int, total: int) -> timedelta:
@@ -54,6 +57,17 @@ def tracked(
             left = time_left(time_now - start, done, len(items))
             print(f"{done} of {len(items)} {noun}, {left} left", file=sys.stderr, flush=True)
         yield item
+
+
+def last_line(log: Path) -> str:
+    """Return the last line of a log that is not empty; none of a log that is not there."""
+    try:
+        with log.open("rb") as file:
+            file.seek(max(0, log.stat().st_size - END_OF_LOG))
+            text = file.read().decode("utf-8", "replace")
+    except OSError:
+        return ""
+    return next((line.strip() for line in reversed(text.splitlines()) if line.strip()), "")
 
 
 def computed(function: Callable[[T], Result], items: Sequence[T]) -> Iterator[Result]:

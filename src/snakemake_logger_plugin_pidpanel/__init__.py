@@ -20,7 +20,7 @@ from rich.text import Text
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from pidpanel.progress import time_left
+from pidpanel.progress import last_line, time_left
 
 JOB_BY_JOB = {
     LogEvent.JOB_INFO,
@@ -34,18 +34,10 @@ CHATTER = ("Select jobs to execute", "Execute ")
 SECONDS_BETWEEN_LINES = 60.0
 SECONDS_BETWEEN_LOOKS = 5.0  # after which the logs of the jobs that run are looked at
 
-END_OF_LOG = 4096  # bytes of a log that are looked at
-
 
 def said_last(log: Path) -> str:
     """Return how far a job has come: the last line of its log, if that tells the time left."""
-    try:
-        with log.open("rb") as file:
-            file.seek(max(0, log.stat().st_size - END_OF_LOG))
-            lines = file.read().decode("utf-8", "replace").splitlines()
-    except OSError:
-        return ""
-    last = next((line.strip() for line in reversed(lines) if line.strip()), "")
+    last = last_line(log)
     return "".join(filter(str.isprintable, last)) if last.endswith(" left") else ""
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from coupled_study import coupled_results
 
-from pidpanel.report import answer, answer_section, answer_text, warnings
+from pidpanel.report import answer, answer_section, warnings
 from pidpanel.report.answer import PointResponse
 from pidpanel.report.html import Picture
 from pidpanel.report.names import main_level
@@ -54,12 +54,12 @@ def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
 def test_the_sentence_has_place_mass_values_and_errors(study, respond):
     # red: the mass left out; the sign of the change; the error of the first alone
     weights = {"added_mass_kg": 0.3, "added_mass_percent": 5.0}
-    said = answer_text.headline(answered(study, respond, **weights))
+    said = answer_section.headline(answered(study, respond, **weights))
     assert said.startswith(
         "A at r = 0.1 and 0.7, 0.30 kg, 5.0 % of the panel: 176.6 → 125.0–127.9 g rms"
     )
     assert "(−2.80 to −3.00 ± 0.20 dB); the difference is within the uncertainty." in said
-    said = answer_text.headline(answered(study, respond, 0.01, **weights))
+    said = answer_section.headline(answered(study, respond, 0.01, **weights))
     assert "A at r = 0.1, 0.30 kg" in said and "(−3.000 ± 0.010 dB). Next is A at r = 0.7" in said
 
 
@@ -67,7 +67,7 @@ def test_without_errors_no_scenario_is_called_better(study, respond):
     # red: `has_errors` always true
     found = answered(study, respond, math.nan)
     assert len(found.best) == len(found.candidates) > 3
-    said = answer_text.headline(found)
+    said = answer_section.headline(found)
     assert "The damping has no stated error, so scenarios are not ranked." in said
     assert "±" not in said and "nan" not in said
     assert all("no stated error" in one.doubts for one in found.candidates)
@@ -75,7 +75,7 @@ def test_without_errors_no_scenario_is_called_better(study, respond):
 
 def test_a_gain_within_its_error_is_none(study, respond):
     # red: is_gain without SIGNIFICANCE
-    said = answer_text.headline(answered(study, respond, 1.6))
+    said = answer_section.headline(answered(study, respond, 1.6))
     assert said.endswith("no reduction beyond its error.")
 
 
@@ -177,7 +177,7 @@ def test_the_headline_has_the_digits_of_the_table(study, respond, inputs, error_
     summary.loc[last, ["acceleration_rms_error_g", "reduction_error_db"]] *= 9.0
     found = answer_of(study, summary)
     bare, *rows = answer_table(inputs, found).rows
-    said = answer_text.headline(found)
+    said = answer_section.headline(found)
     assert f": {bare[3].split(' ')[0]} → " in said
     if len(found.best) == 1:
         assert f" → {rows[0][3].split(' (')[0]} g rms" in said
@@ -202,18 +202,18 @@ def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study,
 
 def test_a_result_of_which_nothing_is_trusted_says_so(study, respond):
     # red: any(doubts) for all(doubts); _untrusted left out; NO_ERROR among its doubts
-    said = answer_text.headline(answered(study, respond, extrapolated_share=0.12))
+    said = answer_section.headline(answered(study, respond, extrapolated_share=0.12))
     assert said.endswith(" Caution: 12 % of the change extrapolated, extend dem to 61 g.")
     found = answered(study, respond, extrapolated_share=0.12)
     first, second, *rest = found.candidates
     partly = dataclasses.replace(
         found, candidates=(first, dataclasses.replace(second, doubts=()), *rest)
     )
-    assert "trusted" not in answer_text.headline(partly)
-    assert "trusted" not in answer_text.headline(answered(study, respond, math.nan))
+    assert "trusted" not in answer_section.headline(partly)
+    assert "trusted" not in answer_section.headline(answered(study, respond, math.nan))
     # red: KNOWN_TO left out, while the table says no
     known = dataclasses.replace(first, doubts=("known to ± 29 % only",))
-    said = answer_text.headline(dataclasses.replace(found, candidates=(known, *rest)))
+    said = answer_section.headline(dataclasses.replace(found, candidates=(known, *rest)))
     assert said.endswith(" Caution: known to ± 29 % only.")
 
 

@@ -16,10 +16,10 @@ from pidpanel.report.comparison import (
     Side,
     Value,
     comparison_lines,
+    comparison_page,
     differences,
     missing_scenarios,
 )
-from pidpanel.report.comparison_page import comparison_page
 from pidpanel.report.html import render
 
 

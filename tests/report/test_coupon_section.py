@@ -8,12 +8,13 @@ import pytest
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.paths import STUDIES
 from pidpanel.report import coupon_figures, coupon_section
-from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.from_study import coupon_words
 from pidpanel.report.inputs import CouponResults
+from pidpanel.report.study_page import coupon_page
 from pidpanel.study import load_any_study
 from tests.page_reader import blocks_of
 
+STUDY = load_any_study(STUDIES / "coupon_friction.yaml")
 STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "study_hash": "0"}
 
 
@@ -56,7 +57,7 @@ def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon)
     # red: the map behind the fold; the map without a case; η of one fill for all
     cases = coupon.cases
     cases["loss_factor"] = cases["fill_fraction"] + cases["frequency_hz"] / 1e4
-    page = coupon_page("A coupon", [], STAMP, coupon, [])
+    page = coupon_page(STUDY, STAMP, coupon, [])
     assert page.pictures[0].name == "loss_factor_map"
     assert "loss_factor_map" not in [p.name for s in page.sections for p in s.pictures]
     good = cases[cases["status"] == "ok"]
@@ -141,6 +142,6 @@ def test_a_table_of_cases_is_a_point_for_each_case_over_each_quantity(coupon):
     drawn = [axes for axes in figure.axes if axes.get_visible()]
     assert [axes.get_xlabel() for axes in drawn][-1] == "particles.friction"
     assert [len(axes.lines[0].get_xdata()) for axes in drawn] == [count] * 4
-    page = coupon_page("A design", [], STAMP, design, [])
+    page = coupon_page(STUDY, STAMP, design, [])
     assert page.pictures[0].name == "loss_factor_design"
     assert [section.name for section in page.sections] == ["coupon"]

@@ -9,8 +9,8 @@ import pytest
 
 from pidpanel.report import (
     claims,
-    layouts_section,
     response_figures,
+    response_section,
     style,
     summary_section,
 )
@@ -95,7 +95,7 @@ def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
     # red: `dotted` left out of the dead weight's curve; `curve.line` left out of draw_curve
     psd = told.psd.copy()
     psd["dead_weight_acceleration_psd"] = psd["acceleration_psd"] / 2
-    pictures = layouts_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures
+    pictures = response_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures
     assert [p.name for p in pictures] == [
         f"psd_layouts_paper_corrected_1_{point}" for point in ("middle", "corner")
     ]
@@ -115,7 +115,7 @@ def test_a_damper_beyond_its_data_and_dead_weight_do_not_look_alike_on_the_scree
     # red: one `dashed` for both
     psd = told.psd.assign(dead_weight_acceleration_psd=told.psd["acceleration_psd"] / 2)
     psd["inside"] = 0 * psd["inside"]
-    picture = layouts_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures[0]
+    picture = response_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures[0]
     curves = json.loads(picture.charts[0].json)["curves"]
     lines = {curve["label"]: curve["line"] for curve in curves}
     assert lines["two"] == "dashed" and lines["two: dead weight"] == "dotted"
@@ -135,5 +135,5 @@ def test_of_a_point_on_a_support_nothing_is_claimed_and_nothing_drawn(told):
         if verdict.finding
     ]
     assert evidence and not any("corner" in text for text in evidence)
-    section = layouts_section.layouts_section(on_support)
+    section = response_section.layouts_section(on_support)
     assert not any("corner" in picture.name for picture in section.pictures)

@@ -6,12 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.report.coupon_page import coupon_page
+from pidpanel.paths import STUDIES
 from pidpanel.report.html import render
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.measured_section import agreement, measured_figure, measured_section
+from pidpanel.report.study_page import coupon_page
+from pidpanel.study import load_any_study
 
 C, M = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
+STUDY = load_any_study(STUDIES / "coupon_friction.yaml")
 STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "study_hash": "0"}
 
 
@@ -68,9 +71,9 @@ def test_the_figure_has_a_column_for_each_fill_and_what_is_measured(compared):
 
 def test_a_page_shows_measured_points_unfolded_and_only_where_there_are_any(cases, compared):
     coupon = CouponResults(cases)
-    names = [section.name for section in coupon_page("A", [], STAMP, coupon, []).sections]
+    names = [section.name for section in coupon_page(STUDY, STAMP, coupon, []).sections]
     assert "measured" not in names
-    page = coupon_page("A", [], STAMP, dataclasses.replace(coupon, measured=compared), [])
+    page = coupon_page(STUDY, STAMP, dataclasses.replace(coupon, measured=compared), [])
     assert page.sections[0].name == "measured"
     assert not page.sections[0].folded
     text = render(page)

@@ -6,7 +6,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from pidpanel.coupon import geometry
 from pidpanel.geometry.cells import SHAPES
-from pidpanel.report import films, pictures, style
+from pidpanel.report import films, style
 from pidpanel.report.panel_section import shapes_figure
 
 
@@ -21,10 +21,10 @@ def scene(values, count=2):
     positions = np.array(
         [[x, y, height] for x, y in centres for height in (2e-3, 5e-3, 8e-3)], dtype=float
     )
-    row = pictures.CellRow(SHAPES["hexagon"].outline(6e-3), 6e-3, 12e-3, count)
+    row = films.CellRow(SHAPES["hexagon"].outline(6e-3), 6e-3, 12e-3, count)
     _, shift = row.take(positions, count)
     colours = np.resize(values, (1, len(positions)))
-    (image,) = pictures.spheres_film(
+    (image,) = films.spheres_film(
         [positions + shift], np.full(len(positions), 3e-3), colours, (0.0, 1.0), row,
         lift=np.zeros(1), pixels=240,
     )  # fmt: skip
@@ -45,8 +45,8 @@ def test_spheres_are_seen_and_coloured_by_their_value():
 
 def test_a_cell_that_moves_up_is_higher_in_its_own_frame():
     # red: a frame drawn before the eye moves, with the height of the frame before
-    row = pictures.CellRow(SHAPES["hexagon"].outline(6e-3), 6e-3, 12e-3, 1)
-    images = pictures.spheres_film(
+    row = films.CellRow(SHAPES["hexagon"].outline(6e-3), 6e-3, 12e-3, 1)
+    images = films.spheres_film(
         [np.array([[0.0, 0.0, 5e-3]])] * 4, np.array([3e-3]), np.zeros((4, 1)), (0.0, 1.0), row,
         lift=np.array([0.0, 2e-3, 2e-3, -2e-3]), pixels=120,
     )  # fmt: skip
@@ -61,12 +61,12 @@ def test_cells_are_in_a_row_with_their_own_spheres():
     width, count, drawn = 6e-3, 5, 4
     centres = np.pad(geometry.cell_centres(width, count), ((0, 0), (0, 1)))
     offset = np.array([1e-3, -2e-3, 4e-3])
-    row = pictures.CellRow(np.zeros((6, 2)), width, 12e-3, drawn)
+    row = films.CellRow(np.zeros((6, 2)), width, 12e-3, drawn)
     inside, shift = row.take(centres + offset, count)
     assert inside.tolist() == [True] * drawn + [False]
     moved = (centres + offset)[inside] + shift
     assert moved - row.centres == pytest.approx(np.tile(offset, (drawn, 1)))
-    assert np.diff(row.centres[:, 0]) == pytest.approx(np.full(3, pictures.ROW_PITCH * width))
+    assert np.diff(row.centres[:, 0]) == pytest.approx(np.full(3, films.ROW_PITCH * width))
     assert not row.centres[:, 1:].any()
 
 

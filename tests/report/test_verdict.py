@@ -26,8 +26,8 @@ def test_both_limits_hold_of_an_exact_run(rms, band_db, holds):
     assert RMS_LIMIT == 0.03
     found = distance(rms, shifted(band_db, 2), run())
     assert found.holds == holds
-    assert found.rms == pytest.approx(rms / 10.0 - 1, abs=1e-12)
-    assert found.band_db == pytest.approx(band_db, abs=1e-12)
+    assert found.difference == pytest.approx(rms / 10.0 - 1, abs=1e-12)
+    assert found.band_difference_db == pytest.approx(band_db, abs=1e-12)
     assert found.band == (2 if band_db else 0)
 
 
@@ -60,4 +60,6 @@ def test_no_weighs_more_than_open():
 
 def test_the_error_of_a_run_is_relative_to_its_rms():
     # red: the product
-    assert distance(10.0, BANDS, run(rms_error=0.2)).rms_error == pytest.approx(0.02)
+    assert distance(10.0, BANDS, run(rms_error=0.2)).coupled_g_rms_relative_error == pytest.approx(
+        0.02
+    )

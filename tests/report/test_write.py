@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from pidpanel.report import from_study, read
-from pidpanel.report.write import write_figures
+from pidpanel.report.html import write_figures
 from pidpanel.study import StudyError, load_any_study
 from tests.jobs import call
 

@@ -21,19 +21,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def call(args: argparse.Namespace) -> int:
-    from pidpanel.report.comparison import comparison_lines, read_side
+    from pidpanel.report.comparison import comparison_lines, read_side, write_comparison
 
     results = args.directory / "results"
     first, second = (read_side(*_folder(name, results)) for name in (args.a, args.b))
     if first.name == second.name:  # the same study in two folders
-        first, second = (
-            replace(side, name=str(name)) for side, name in ((first, args.a), (second, args.b))
-        )
+        first, second = replace(first, name=str(args.a)), replace(second, name=str(args.b))
     for line in comparison_lines(first, second):
         print(line)
     if args.page is not None:
-        from pidpanel.report.comparison_page import write_comparison
-
         write_comparison(first, second, args.page)
         print(args.page.absolute())
     return 0
@@ -49,9 +45,9 @@ def _folder(name: Path, results: Path) -> tuple[Path, list[str]]:
     unknown: list[str] = []
     if name.is_dir():
         folder = name.absolute()
-    elif study_path(str(name)).is_file():
-        study = load_study(study_path(str(name)))
-        check_owner(study, study_path(str(name)), results)
+    elif (file := study_path(str(name))).is_file():
+        study = load_study(file)
+        check_owner(study, file, results)
         folder, unknown = results / study.name, partly_known(study)
     else:
         raise StudyError(f"{name}: must be a study or the folder of its results")

@@ -3,7 +3,6 @@
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -92,18 +91,14 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     a, b = draft.size
     patch = _rounded(0.2 * min(a, b))
     return {
-        **{field.name: getattr(draft, field.name) for field in fields(draft)},
+        **vars(draft),
+        "draft": draft,
         "title": draft.title or file.stem,
         "name": file.stem,
         "spectrum": spectrum,
         "table": _relative_path(draft.table, file) if draft.table else "",
         "mass_key": _mass_key(Path(draft.table)) if draft.table else "",
         "shaker": _relative_path(draft.shaker, file) if draft.shaker else "",
-        "edges": draft.edges,
-        "simulated": draft.is_simulated,
-        "thickness": draft.thickness,
-        "depth_mm": draft.depth_mm,
-        "reading": draft.reading,
         "fills": fills,
         "fill": min(fills, key=lambda fill: abs(fill - 0.5)),
         "patch": patch,

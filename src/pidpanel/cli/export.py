@@ -33,25 +33,22 @@ def call(args: argparse.Namespace) -> int:
     import shutil
 
     from pidpanel.cli.results import make
-    from pidpanel.provenance.owner import check_owner
     from pidpanel.study import load_study
 
     study = load_study(args.study)
     _ = study.acoustics  # of a shaker alone nothing is exported
-    check_owner(study, args.study, args.directory / "results")
-    folder = make(args.study, args.directory, f"results/{study.name}/response/export", "export")
+    folder = make(study, args, "response/export", "export")
     if args.to is not None:
         args.to.mkdir(parents=True, exist_ok=True)
         ours = shutil.ignore_patterns(".*")  # Snakemake's time stamp
         folder = Path(shutil.copytree(folder, args.to, dirs_exist_ok=True, ignore=ours))
     if args.figures:
         from pidpanel.report.from_study import page_of
-        from pidpanel.report.write import write_figures
+        from pidpanel.report.html import write_figures
 
-        results = args.directory / "results"
-        make(args.study, args.directory, f"results/{study.name}/report.html", "report")
-        figures = args.to or results / study.name / "figures"
-        write_figures(page_of(args.study, results / study.name), args.figures, figures)
+        results = make(study, args, "report.html", "report").parent
+        figures = args.to or results / "figures"
+        write_figures(page_of(args.study, results), args.figures, figures)
         print(figures)
     for path in sorted(folder.glob("[!.]*")):
         print(path)

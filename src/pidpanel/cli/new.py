@@ -7,6 +7,7 @@ import argparse
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -64,14 +65,9 @@ def numbers(text: str, count: int, words: str) -> tuple[float, ...]:
     return values
 
 
-def place(text: str) -> tuple[float, ...]:
-    """Return a position, as ``0.4,0.2`` [m]."""
-    return numbers(text, 2, "x,y in m, such as 0.4,0.2")
-
-
-def hole(text: str) -> tuple[float, ...]:
-    """Return centre and diameter of a hole, as ``0.4,0.2,0.1`` [m]."""
-    return numbers(text, 3, "x,y,diameter in m, such as 0.4,0.2,0.1")
+# A position, and centre and diameter of a hole [m].
+place = partial(numbers, count=2, words="x,y in m, such as 0.4,0.2")
+hole = partial(numbers, count=3, words="x,y,diameter in m, such as 0.4,0.2,0.1")
 
 
 def above_zero(text: str) -> float:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.coupon.liggghts.failures import BY_INPUTS
+from pidpanel.progress import last_line
 from pidpanel.provenance.locks import hold
 from pidpanel.study import CouponStudy, Study
 
@@ -96,17 +97,6 @@ def is_running(results: Path) -> bool:
         return True
     lock.close()
     return False
-
-
-def last_line(log: Path) -> str:
-    """Return the last line of a log that is not empty; none of a log that is not there."""
-    try:
-        with log.open("rb") as file:
-            file.seek(max(0, log.stat().st_size - 4096))
-            text = file.read().decode("utf-8", "replace")
-    except OSError:
-        return ""
-    return next((line.strip() for line in reversed(text.splitlines()) if line.strip()), "")
 
 
 def failed(folder: Path, name: str, left: Mapping[str, int]) -> list[str]:

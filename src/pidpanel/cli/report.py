@@ -20,14 +20,11 @@ def call(args: argparse.Namespace) -> int:
     import webbrowser
 
     from pidpanel.cli.results import make
-    from pidpanel.provenance.owner import check_owner
     from pidpanel.study import Study, load_any_study
 
     study = load_any_study(args.study)
-    check_owner(study, args.study, args.directory / "results")
     rule = "report" if isinstance(study, Study) else "coupon_report"
-    target = f"results/{study.name}/report.html"
-    page = make(args.study, args.directory, target, rule, force=args.again).absolute()
+    page = make(study, args, "report.html", rule, force=args.again).absolute()
     print(page)
     if args.open:
         webbrowser.open(page.as_uri())

@@ -45,7 +45,7 @@ def call(args: argparse.Namespace) -> int:
     os.environ["OMP_NUM_THREADS"] = "1"  # for jobs that are forks of this process
     reuse_memory()
     from pidpanel.check import check_machine, checked_study
-    from pidpanel.cli.snakemake import MachineError, check_space, page_of, run
+    from pidpanel.cli.snakemake import MachineError, check_space, run
     from pidpanel.provenance.owner import check_owner
     from pidpanel.study import Study, StudyError
 
@@ -63,11 +63,12 @@ def call(args: argparse.Namespace) -> int:
         status = run_forked(study, args.study, args.directory, args.jobs)
     else:
         status = run(args.study, args.directory, args.jobs, options)
-    if status == 0 and not args.dry_run and page_of(study, results).exists():
-        print(page_of(study, results).absolute())
-    if status == 0 and not args.dry_run:
-        return told_of_machine(study, results)
-    return status
+    if status or args.dry_run:
+        return status
+    page = results / study.name / "report.html"
+    if page.exists():
+        print(page.absolute())
+    return told_of_machine(study, results)
 
 
 def reuse_memory() -> None:

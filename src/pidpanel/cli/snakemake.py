@@ -11,12 +11,8 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pidpanel.paths import PROFILE, SNAKEFILE
-
-if TYPE_CHECKING:  # pydantic is slow to import
-    from pidpanel.study import CouponStudy
 
 PROCESS = "pidpanel.cli.workflow_process"  # module that is Snakemake's process
 
@@ -98,13 +94,9 @@ def check_memory() -> None:
 def jobs_left(study: Path, folder: Path, *targets: str) -> dict[str, int]:
     """Return how many jobs of each rule are to be run, from a dry run of Snakemake."""
     options = [*targets, "--dry-run", "--nolock", "-j1", "--logger", "pidpanel"]
-    done = subprocess.run(
-        command(study, folder, options),
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "NO_COLOR": "1"},
-    )
+    plain = {**os.environ, "NO_COLOR": "1"}
+    call = command(study, folder, options)
+    done = subprocess.run(call, capture_output=True, text=True, check=False, env=plain)
     text = done.stdout + done.stderr
     if done.returncode:
         last = [line for line in text.splitlines() if line.strip()] or ["no message"]
@@ -118,8 +110,3 @@ def jobs_left(study: Path, folder: Path, *targets: str) -> dict[str, int]:
             break
         counts[row[1]] = int(row[2])
     return {rule: count for rule, count in counts.items() if rule not in ("all", "total")}
-
-
-def page_of(study: CouponStudy, results: Path) -> Path:
-    """Return the path of the page of a study."""
-    return results / study.name / "report.html"

@@ -91,7 +91,9 @@ class StudyAnswer:
 
         All of them where no errors are known.
         """
-        return alike(self.candidates, [self.response(c) for c in self.candidates])
+        responses = [self.response(candidate) for candidate in self.candidates]
+        pairs = zip(self.candidates, responses, strict=True)
+        return tuple(c for c, r in pairs if r is responses[0] or not are_apart(responses[0], r))
 
     @property
     def decimals(self) -> tuple[int | None, int | None]:
@@ -121,17 +123,6 @@ def are_apart(a: PointResponse, b: PointResponse) -> bool:
     error = math.sqrt(max(variance, 0.0) + (a.model_error - b.model_error) ** 2)
     # a comparison with NaN is false
     return abs(a.reduction - b.reduction) > SIGNIFICANCE * error
-
-
-def alike(
-    candidates: Sequence[Candidate], responses: Sequence[PointResponse]
-) -> tuple[Candidate, ...]:
-    """Return the first of ranked scenarios and all within its uncertainty."""
-    return tuple(
-        candidate
-        for candidate, response in zip(candidates, responses, strict=True)
-        if response is responses[0] or not are_apart(responses[0], response)
-    )
 
 
 def is_gain(response: PointResponse) -> bool | None:

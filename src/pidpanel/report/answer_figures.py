@@ -52,7 +52,6 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
     height = min(7.0, (WIDTH - 1.35) * size[1] / size[0] + 1.15)
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     axes = figure.subplots()
-    handles: dict[str, Line2D] = {}
     names: list[Annotation] = []
     if rms is not None:
         mesh = Triangulation(vertices[:, 0], vertices[:, 1], triangles_of(cells))
@@ -62,32 +61,29 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
         figure.colorbar(mapped, ax=axes, label="g rms", shrink=0.8, pad=0.02, aspect=25)
         worst = vertices[int(rms.argmax())]
         axes.plot(
-            *worst, "*", color="#111111", ms=11, mec="white", mew=0.8, clip_on=False, zorder=9
-        )
-        handles[f"largest, {rms.max():.3g} g rms"] = Line2D(
-            [], [], color="#111111", marker="*", ls=""
-        )
-    _edges(axes, basis, panel.supports, handles)
+            *worst, "*", color="#111111", ms=11, mec="white", mew=0.8, clip_on=False, zorder=9,
+            label=f"largest, {rms.max():.3g} g rms",
+        )  # fmt: skip
+    _edges(axes, basis, panel.supports)
     for name, inside in zip(basis.patch_names, basis.cell_in_patch, strict=True):
         colour = style.place_colour(name, basis.patch_names)
         line = vertices[boundary_edges(cells[inside])]
         axes.add_collection(LineCollection(list(line), colors="white", linewidths=3.0, zorder=4))
         axes.add_collection(LineCollection(list(line), colors=colour, linewidths=1.8, zorder=5))
-        low, high = line.reshape(-1, 2).min(axis=0), line.reshape(-1, 2).max(axis=0)
-        names.append(
-            _name(axes, name, ((low[0] + high[0]) / 2, low[1]), (0, -2), colour, "center", "top")
-        )
-    names += _attachments(axes, panel, handles)
+        low, high = line.min(axis=(0, 1)), line.max(axis=(0, 1))
+        below = (low[0] + high[0]) / 2, low[1]
+        names.append(_name(axes, name, below, (0, -2), colour, "center", "top"))
+    names += _attachments(axes, panel)
     for name, (x, y) in zip(basis.point_names, basis.point_position.tolist(), strict=True):
-        axes.plot(x, y, "o", color="white", mec="black", ms=5, mew=1.2, zorder=8)
+        axes.plot(
+            x, y, "o", color="white", mec="black", ms=5, mew=1.2, zorder=8, label="response point"
+        )
         names.append(_name(axes, name, (x, y), (4, 4), "black", "left", "bottom"))
-    handles["response point"] = Line2D([], [], color="white", mec="black", marker="o", ls="")
     panel_axes(axes, vertices, 0.025)
-    for side in axes.spines.values():
-        side.set_visible(False)
-    figure.legend(
-        list(handles.values()), list(handles), loc="outside lower center", ncols=3, handlelength=1.2
-    )
+    axes.spines[:].set_visible(False)
+    handles, labels = axes.get_legend_handles_labels()
+    shown = dict(zip(labels, handles, strict=True))
+    figure.legend(shown.values(), shown, loc="outside lower center", ncols=3, handlelength=1.2)
     separate(figure, names, _marked(basis, panel))
     return figure
 
@@ -104,47 +100,40 @@ def _marked(basis: PanelBasis, panel: StudiedPanel) -> list[tuple[float, float]]
     return marked
 
 
-def _attachments(axes: Axes, panel: StudiedPanel, handles: dict[str, Line2D]) -> list[Annotation]:
+def _attachments(axes: Axes, panel: StudiedPanel) -> list[Annotation]:
     names = []
     places = {name: (s.position, s.kind) for name, s in panel.supports.points.items()}
     springs = {n: a for n, a in panel.attachments.items() if isinstance(a, Spring)}
     places |= {name: (spring.position, "spring") for name, spring in springs.items()}
     for name, (position, kind) in places.items():
         marker, word = _SUPPORT[kind]
-        axes.plot(*position, marker, color="#1a1a1a", ms=6, mec="white", mew=0.8, zorder=6)
-        handles[word] = Line2D([], [], color="#1a1a1a", marker=marker, ls="")
+        axes.plot(
+            *position, marker, color="#1a1a1a", ms=6, mec="white", mew=0.8, zorder=6, label=word
+        )
         names.append(_name(axes, name, position, (0, 5), "#1a1a1a", "center", "bottom", small=True))
     for name, mass in panel.attachments.items():
         if isinstance(mass, Spring):
             continue
         along = np.array([mass.start, mass.end] if isinstance(mass, LineMass) else [mass.position])
-        axes.plot(*along.T, "D-", color="#5b2a86", ms=4.5, lw=2, mec="white", mew=0.6, zorder=6)
-        handles["mass"] = Line2D([], [], color="#5b2a86", marker="D", ls="")
-        names.append(
-            _name(axes, name, along.mean(axis=0), (0, -4), "#5b2a86", "center", "top", small=True)
-        )
+        axes.plot(
+            *along.T, "D-", color="#5b2a86", ms=4.5, lw=2, mec="white", mew=0.6, zorder=6,
+            label="mass",
+        )  # fmt: skip
+        middle = along.mean(axis=0)
+        names.append(_name(axes, name, middle, (0, -4), "#5b2a86", "center", "top", small=True))
     return names
 
 
-def _edges(axes: Axes, basis: PanelBasis, supports: Supports, handles: dict[str, Line2D]) -> None:
-    colour, width, dashes, word = _EDGE[supports.outline]
+def _edges(axes: Axes, basis: PanelBasis, supports: Supports) -> None:
+    """Draw the outline and, a little wider, the edges with supports of their own."""
     outline = basis.vertex_position[boundary_edges(basis.cells)]
-    axes.add_collection(
-        LineCollection(
-            list(outline), colors=colour, linewidths=width, linestyles=[dashes], zorder=3
-        )
-    )
-    handles[word] = Line2D([], [], color=colour, lw=width, ls=dashes)
-    for edge in supports.edges:
-        colour, width, dashes, word = _EDGE[edge.kind]
-        axes.plot(
-            *zip(edge.start, edge.end, strict=True),
-            color=colour,
-            lw=width + 0.6,
-            ls=dashes,
-            zorder=3,
-        )
-        handles[word] = Line2D([], [], color=colour, lw=width, ls=dashes)
+    edges = [([(edge.start, edge.end)], edge.kind, 0.6) for edge in supports.edges]
+    for lines, kind, wider in ((list(outline), supports.outline, 0.0), *edges):
+        colour, width, dashes, word = _EDGE[kind]
+        axes.add_collection(LineCollection(
+            lines, colors=colour, linewidths=width + wider, linestyles=[dashes], zorder=3,
+            label=word,
+        ))  # fmt: skip
 
 
 def _name(
@@ -196,9 +185,8 @@ def mass_figure(
                 textcoords="offset points", fontsize=7.5, path_effects=_HALO,
             ))  # fmt: skip
     if any(np.isfinite(response.dead_weight) for response in responses):
-        handles["same mass, no damping"] = Line2D(
-            [], [], color="#555555", marker="o", mfc="white", ls=""
-        )
+        look = {"color": "#555555", "marker": "o", "mfc": "white", "ls": ""}
+        handles["same mass, no damping"] = Line2D([], [], **look)
     if any(np.isfinite(response.reduction_error) for response in responses):
         handles["± one standard error"] = Line2D([], [], color="#555555", marker="|", ms=8, ls="")
     axes.axhline(0.0, color="black", lw=0.8)

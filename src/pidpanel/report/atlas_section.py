@@ -6,9 +6,8 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.constants import ATLAS
-from pidpanel.report import style
 from pidpanel.report.coupled_section import coupled_figure
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import AtlasResults
 from pidpanel.report.text import records
 
@@ -37,9 +36,10 @@ def atlas_section(
     frequency
         Range of the response [Hz].
     """
-    figure = style.Drawing(coupled_figure, curves(atlas, layouts, frequency), names)
-    values = {"atlas": atlas_text(atlas), "damping": Picture("atlas_damping", figure)}
-    return PageSection("atlas", "Damping from the atlas", [Fragment("atlas.html", values)])
+    beds = curves(atlas, layouts, frequency)
+    picture = figure_picture("atlas_damping", coupled_figure, beds, names)
+    values = {"atlas": atlas_text(atlas), "damping": picture}
+    return template_section("atlas.html", "Damping from the atlas", values)
 
 
 def curves(

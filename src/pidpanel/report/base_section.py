@@ -12,7 +12,7 @@ import xarray as xr
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import html, style
 from pidpanel.report.inputs import BaseResults
-from pidpanel.report.response_figures import chart_picture
+from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import READINGS, common_decimals, records, value_text
 
 MODES_SHOWN = 12  # modes with the largest effective masses in the table
@@ -39,7 +39,7 @@ def base_section(
     base: BaseResults, names: Names, points: Sequence[str], thickness_mm: float
 ) -> html.PageSection:
     """Return the section of base motion on a panel of a thickness [mm]."""
-    random, sine = None, None
+    random = sine = None
     pictures: list[html.Picture] = []
     of_sine: list[html.Picture] = []
     if base.summary is not None and base.psd is not None:
@@ -63,12 +63,8 @@ def base_section(
         "sine_pictures": of_sine if random else [],
         **_mode_values(base.modes),
     }
-    blocks: list[html.Block] = [
-        html.Fragment("base.html", values),
-        first,
-        html.Fragment("base_more.html", rest),
-    ]
-    return html.PageSection("base", "Base motion", blocks)
+    head, tail = html.Fragment("base.html", values), html.Fragment("base_more.html", rest)
+    return html.PageSection("base", "Base motion", [head, first, tail])
 
 
 def _largest(base: BaseResults) -> Iterator[tuple[str, float]]:
@@ -124,27 +120,23 @@ def _random_pictures(
     shown = psd.sel(reading=reading)
     stated, square_g = shown.sel(input="stated"), STANDARD_GRAVITY**2
     for point in points:
-        response = stated["absolute_acceleration_psd"].sel(point=point)
-        error = stated["log_error"].sel(point=point)
+        at_point = stated.sel(point=point)
+        response = at_point["absolute_acceleration_psd"]
         gain = _curves((response / stated["input_psd"]) ** 0.5, names)
-        densities = _curves(response / square_g, names, error)
+        densities = _curves(response / square_g, names, at_point["log_error"])
         charts = [
             html.Chart("transmissibility", f, "acceleration over that of the supports", gain),
-            html.Chart("absolute acceleration", f, "acceleration PSD, g²/Hz", densities),
+            html.Chart("absolute acceleration", f, PSD_UNIT, densities),
         ]
         caption = f"Random base motion at point {point}, stated input; {READINGS[reading]}."
         yield chart_picture(f"base_{point}", charts, caption, height=3.9)
     inputs = _curves(shown["input_psd"].sel(input="notched") / square_g, names)
     level = _curves(stated["input_psd"] / square_g, names)[0]
     inputs.append(replace(level, label="stated input", colour="#777777", line="dashed"))
+    force = _curves(stated["interface_force_psd"], names, stated["force_log_error"])
     charts = [
-        html.Chart(
-            "force",
-            f,
-            "force PSD, N²/Hz",
-            _curves(stated["interface_force_psd"], names, stated["force_log_error"]),
-        ),
-        html.Chart("input", f, "acceleration PSD, g²/Hz", inputs),
+        html.Chart("force", f, "force PSD, N²/Hz", force),
+        html.Chart("input", f, PSD_UNIT, inputs),
     ]
     caption = f"Force of all supports under the stated input, and inputs; {READINGS[reading]}."
     yield chart_picture("base_interface", charts, caption, height=3.9)
@@ -195,24 +187,21 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
     """Yield amplitudes at the points and of the interface force, two at a time."""
     f, reading = sine["frequency"].to_numpy(), str(sine["reading"].to_numpy()[0])
     shown, jumps = sine.sel(reading=reading), [names[label] for label in _with_jumps(sine)]
-    values = {
-        f"point {p}": (
-            shown["acceleration"].sel(point=p) / STANDARD_GRAVITY,
-            shown["acceleration_log_error"].sel(point=p),
-        )
-        for p in points
-    }
+    drawn = []
+    for point in points:
+        values = shown.sel(point=point)
+        amplitude = values["acceleration"] / STANDARD_GRAVITY
+        drawn.append((f"point {point}", "g", amplitude, values["acceleration_log_error"]))
     force = shown["interface_force"], shown["interface_force_log_error"]
     charts = []
-    for title, (amplitude, error) in {**values, "interface force": force}.items():
+    for title, unit, amplitude, error in [*drawn, ("interface force", "N", *force)]:
         up, down = (
             _curves(amplitude.sel(direction=way), names, error.sel(direction=way))
             for way in ("up", "down")
         )
         differing = [curve for curve in down if curve.label in jumps]
         dotted = [replace(c, label=f"{c.label}, down", line="dotted") for c in differing]
-        unit = f"amplitude, {'g' if title in values else 'N'}"
-        charts.append(html.Chart(title, f, unit, [*up, *dotted]))
+        charts.append(html.Chart(title, f, f"amplitude, {unit}", [*up, *dotted]))
     caption = (
         f"Sine sweep: amplitudes of absolute accelerations and force; {READINGS[reading]}. Bands: "
         "one standard error from the damping."

@@ -10,11 +10,15 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.arrays import Flags
+from pidpanel.arrays import Array, Flags
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
+from pidpanel.report import html
 from pidpanel.report.answer import SIGNIFICANCE
+from pidpanel.report.maps_section import map_figure, scale_ends
 from pidpanel.report.read import read_by_point, read_dataset, without_errors
-from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, value_text
+from pidpanel.report.response_figures import PSD_UNIT, chart_picture
+from pidpanel.report.text import DECIBEL_DECIMALS, READINGS, common_decimals, records, value_text
 
 SAME = 1e-3  # share of a value below which a difference is that of lines and meshes [1]
 
@@ -89,11 +93,8 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
         Scenarios without stated errors, from `pidpanel.report.from_study.partly_known`.
     """
     response = folder / "response"
-    summary, psd = without_errors(
-        unknown,
-        read_by_point(response / "summary.csv"),
-        read_dataset(response / "psd.nc"),
-    )
+    tables = read_by_point(response / "summary.csv"), read_dataset(response / "psd.nc")
+    summary, psd = without_errors(unknown, *tables)
     maps, inside = None, None
     if (response / "maps.nc").is_file() and (folder / "panel" / "modes.nc").is_file():
         maps = read_dataset(response / "maps.nc")
@@ -107,19 +108,14 @@ def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
     A bare panel has no error of its damping.
     """
     values: dict[Key, Value] = {}
-    errors = summary.get("acceleration_rms_error_g", pd.Series(np.nan, summary.index))
-    rows = zip(
-        summary["reading"], summary["scenario"], summary["point"], summary["patch"],
-        summary["acceleration_rms_g"], errors, strict=True,
-    )  # fmt: skip
-    for reading, scenario, point, patch, rms, error in rows:
-        if not rms > 0:
-            continue
-        is_bare = patch == "none"
-        value = Value(scenario, reading, float(rms), 0.0 if is_bare else float(error))
+    for row in records(summary[summary["acceleration_rms_g"] > 0]):
+        reading, scenario, point = (row[name] for name in ("reading", "scenario", "point"))
+        is_bare = row["patch"] == "none"
+        error = 0.0 if is_bare else row.get("acceleration_rms_error_g", math.nan)
+        value = Value(scenario, reading, row["acceleration_rms_g"], error)
         values[reading, scenario, point] = value
         key = (reading, BEST, point)
-        if not is_bare and (key not in values or rms < values[key].rms):
+        if not is_bare and (key not in values or value.rms < values[key].rms):
             values[key] = value
     return values
 
@@ -179,25 +175,19 @@ def comparison_lines(first: Side, second: Side) -> Iterator[str]:
     if not shared:
         raise NothingInCommon(
             f"{first.name}, {second.name}: no common scenario and point; points of {first.name} "
-            f"are {_names(first.summary['point'])}, "
-            f"of {second.name} {_names(second.summary['point'])}"
+            f"are {', '.join(first.summary['point'].unique())}, "
+            f"of {second.name} {', '.join(second.summary['point'].unique())}"
         )
     rows = [columns_of(first, second), *rows_of(shared)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
-        yield "  ".join(
-            f"{text:<{width}}" for text, width in zip(row, widths, strict=True)
-        ).rstrip()
+        yield "  ".join(map(str.ljust, row, widths)).rstrip()
     yield outcome(shared)
     yield from missing_scenarios(first, second)
 
 
 class NothingInCommon(ValueError):
     """Two studies without a value to compare."""
-
-
-def _names(column: pd.Series) -> str:
-    return ", ".join(dict.fromkeys(column))
 
 
 def outcome(shared: Sequence[Difference]) -> str:
@@ -208,3 +198,122 @@ def outcome(shared: Sequence[Difference]) -> str:
         f"{len(shared)} values: {named}. A difference is significant from {SIGNIFICANCE:g} "
         "standard errors on, with the errors of both studies taken as independent."
     )
+
+
+# Of the two studies, distinct for the common kinds of colour blindness.
+COLOURS = ("#0072B2", "#D55E00")
+
+
+def write_comparison(first: Side, second: Side, file: Path) -> None:
+    """Write the page of two studies against each other."""
+    page = comparison_page(first, second)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(html.render(page), encoding="utf-8")
+
+
+def comparison_page(first: Side, second: Side) -> html.Page:
+    """Return the page."""
+    shared = differences(first, second)
+    certain = [d for d in shared if d.verdict in ("lower", "higher")]
+    caption = f"Where {second.name} and {first.name} differ by more than the stated errors"
+    tables = [_table(caption, first, second, certain, is_first=True)] if certain else []
+    values = _table("Rms accelerations of both", first, second, shared)
+    return html.Page(
+        title=f"{first.name} and {second.name}",
+        answer=outcome(shared),
+        first=tables,
+        facts=_facts(first, second),
+        sections=[
+            html.PageSection("psd", "Acceleration PSDs", _psds(first, second, shared)),
+            *_maps(first, second),
+            html.PageSection("values", "All values", [values]),
+        ],
+    )
+
+
+def _table(
+    caption: str,
+    first: Side,
+    second: Side,
+    differences: list[Difference],
+    *,
+    is_first: bool = False,
+) -> html.Fragment:
+    """Return differences as a table; all of them with the scenarios that only one study has."""
+    values = {
+        "caption": caption,
+        "columns": columns_of(first, second),
+        "rows": rows_of(differences),
+        "cards": is_first,
+        "missing": [] if is_first else list(missing_scenarios(first, second)),
+    }
+    return html.Fragment("comparison.html", values)
+
+
+def _facts(first: Side, second: Side) -> list[tuple[str, str]]:
+    facts = []
+    for side in (first, second):
+        names = "study", "study_hash", "pidpanel_version"
+        study, digest, version = (side.psd.attrs.get(name, "–") for name in names)
+        facts.append((side.name, f"study {study}, hash {digest}, pidpanel {version}"))
+    return facts
+
+
+def _psds(first: Side, second: Side, shared: list[Difference]) -> list[html.Picture]:
+    """Return the PSDs of each point: both bare panels, and the best of both where there is one."""
+    pictures: list[html.Picture] = []
+    lines = np.union1d(first.psd["frequency"], second.psd["frequency"])
+    for point in dict.fromkeys(d.key[2] for d in shared):
+        for reading in dict.fromkeys(d.key[0] for d in shared):
+            rows = [d for d in shared if d.key[0] == reading and d.key[2] == point]
+            drawn = [d for d in rows if d.key[1] == BEST]
+            drawn += [d for d in rows if _is_bare(first, d)][:1]
+            curves = [
+                html.PageCurve(
+                    f"{side.name}, {value.scenario}",
+                    _resample(side, value.reading, value.scenario, point, lines),
+                    colour,
+                    "solid" if difference.key[1] == BEST else "dotted",
+                    width=0.9,
+                )
+                for difference in drawn
+                for side, value, colour in zip(
+                    (first, second), (difference.first, difference.second), COLOURS, strict=True
+                )
+            ]
+            if curves:
+                title = READINGS.get(reading, reading)
+                chart = html.Chart(title, lines, PSD_UNIT, curves, f"point {point}")
+                caption = f"Acceleration PSD at point {point}; bare panels dotted."
+                pictures.append(chart_picture(f"psd_{len(pictures)}", [chart], caption))
+    return pictures
+
+
+def _is_bare(side: Side, difference: Difference) -> bool:
+    rows: pd.DataFrame = side.summary[side.summary["scenario"] == difference.key[1]]
+    return bool(len(rows)) and bool((rows["patch"] == "none").all())
+
+
+def _resample(side: Side, reading: str, scenario: str, point: str, frequency: Array) -> Array:
+    """Return a PSD [g²/Hz] on other lines; NaN beyond its own."""
+    psd = side.psd["acceleration_psd"].sel(reading=reading, scenario=scenario, point=point)
+    side_lines = side.psd["frequency"].to_numpy()
+    values = np.interp(frequency, side_lines, psd.to_numpy(), left=np.nan, right=np.nan)
+    return values / STANDARD_GRAVITY**2
+
+
+def _maps(first: Side, second: Side) -> list[html.PageSection]:
+    """Return the maps of both with the same colours for the same values."""
+    if first.maps is None or second.maps is None:
+        return []
+    ends = [scale_ends(maps) for maps in (first.maps, second.maps)]
+    tops = {name: max(side_tops[name] for side_tops in ends) for name in ends[0]}
+    blocks = []
+    for number, side in enumerate((first, second)):
+        if side.maps is None or side.cell_in_patch is None:
+            continue
+        titles = [f"{side.name}: {scenario}" for scenario in side.maps["scenario"].to_numpy()]
+        shown = side.maps, side.cell_in_patch, titles, tops
+        caption = f"Rms acceleration and stress of {side.name}; colours as in the other map."
+        blocks.append(html.figure_picture(f"maps_{number}", map_figure, *shown, caption=caption))
+    return [html.PageSection("maps", "Maps", blocks)]

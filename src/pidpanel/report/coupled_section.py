@@ -7,10 +7,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pidpanel.report import style
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import CoupledResults
 from pidpanel.report.layout import WIDTH, frequency_axis, pick
-from pidpanel.report.text import number, plain, signed
+from pidpanel.report.text import number, plain, signed, span
 
 CURVES = 6  # patches in the figure at most
 
@@ -19,13 +19,12 @@ def coupled_section(
     results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
 ) -> PageSection:
     """Return what the coupled runs know and found: a table, and C_e and m_a over frequency."""
-    figure = style.Drawing(coupled_figure, run_itself(results.impedance), names)
+    beds = run_itself(results.impedance)
     values = {
         "rows": coupled_rows(results, names, points),
-        "damping": Picture("coupled_damping", figure),
+        "damping": figure_picture("coupled_damping", coupled_figure, beds, names),
     }
-    fragment = Fragment("coupled.html", values)
-    return PageSection("coupled", "Panel and particles together", [fragment])
+    return template_section("coupled.html", "Panel and particles together", values)
 
 
 def run_itself(impedance: pd.DataFrame) -> pd.DataFrame:
@@ -48,9 +47,9 @@ def coupled_rows(
             share = 100 * (1 - (of_scenario["linear_g_rms"] / of_scenario["g_rms"]) ** 2)
             row = {
                 "runs": str(int(of_scenario["runs"].iloc[0])),
-                "error": _range([number(value, 2) for value in (error.min(), error.max())]),
-                "residual": _range([signed(f(of_scenario["residual_db"]), 2) for f in (min, max)]),
-                "share": _range([plain(value, 1) for value in (share.min(), share.max())]),
+                "error": span(number(value, 2) for value in (error.min(), error.max())),
+                "residual": span(signed(f(of_scenario["residual_db"]), 2) for f in (min, max)),
+                "share": span(plain(value, 1) for value in (share.min(), share.max())),
             }
         else:
             near = str(beds["carried_from"].iloc[0]).split(" and ")
@@ -63,11 +62,6 @@ def coupled_rows(
         }
         rows.append(row)
     return rows
-
-
-def _range(texts: Sequence[str]) -> str:
-    low, high = texts
-    return low if low == high else f"{low} to {high}"
 
 
 def _by_patch(beds: pd.DataFrame, column: str) -> str:

@@ -3,8 +3,10 @@
 Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 """
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -28,7 +30,7 @@ class AxisQuantity:
     column: str
     label: str  # name and unit
     log: bool
-    error: str | None = None  # column of its standard error
+    error: str = ""  # column of its standard error
     symbol: str = ""  # in titles
 
 
@@ -44,44 +46,10 @@ ACCELERATION = AxisQuantity("acceleration_g", "acceleration amplitude Γ, –", 
 FEW_TICKS = 6  # most values of a sweep for a tick at each
 
 
-def _draw_fill(
-    axes: Axes, cases: pd.DataFrame, x: AxisQuantity, y: AxisQuantity, fill: float, marker: str,
-    bound: str | None,
-) -> None:  # fmt: skip
-    rows = cases[cases["fill_fraction"] == fill].sort_values(x.column)
-    colour = style.fill_colour(fill)
-    places = rows[x.column].to_numpy(float)
-    axes.errorbar(
-        places, rows[y.column],
-        yerr=rows[y.error] if y.error else None,
-        color=colour, marker=marker, capsize=1.8, elinewidth=0.7, capthick=0.7,
-    )  # fmt: skip
-    if bound:
-        axes.plot(places, rows[bound], color=colour, ls=":", lw=0.8)
-
-
-def _draw_law(
-    axes: Axes, cases: pd.DataFrame, x: AxisQuantity, fill: float, value: float,
-    law: Callable[[Array, float], Array],
-) -> None:  # fmt: skip
-    """Draw the law over frequency, or at the frequency ``value`` over the other axis."""
-    low, high = cases[x.column].min(), cases[x.column].max()
-    places = np.geomspace(low, high, 60) if x is FREQUENCY else np.array([low, high])
-    damping = law(places if x is FREQUENCY else np.full(2, value), fill)
-    axes.plot(places, damping, color=style.fill_colour(fill), ls="--", lw=0.8)
-
-
-def _scale_x(axes: Axes, cases: pd.DataFrame, x: AxisQuantity) -> None:
-    if x is FREQUENCY:
-        low, high = cases[x.column].min(), cases[x.column].max()
-        layout.frequency_axis(axes, low / 1.25, high * 1.25)
-    else:
-        ticks = np.unique(cases[x.column])
-        axes.set_xlim(cases[x.column].min() / 1.25, cases[x.column].max() * 1.25)
-        if len(ticks) <= FEW_TICKS:
-            axes.set_xticks(ticks, [f"{value:g}" for value in ticks])
-            axes.set_xticks([], minor=True)
-        axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+def _name_values(axes: Axes, values: Sequence[float] | Array) -> None:
+    """Give x a tick at each of some values, and no others."""
+    axes.set_xticks(values, [f"{value:g}" for value in values])
+    axes.set_xticks([], minor=True)
 
 
 def sweep_figure(
@@ -98,21 +66,36 @@ def sweep_figure(
     fills = sorted(cases["fill_fraction"].unique())
     columns = min(3, len(values))
     figure, grid = layout.figure_of_axes(len(values), columns, 2.55, 0.5, sharex=True, sharey=True)
+    ticks = np.unique(cases[x.column])
     for axes, value in zip(grid, values, strict=True):
         of_panel = cases[cases[panel.column] == value]
-        for number, fill in enumerate(fills):
-            _draw_fill(
-                axes, of_panel, x, y, fill, style.MARKERS[number % len(style.MARKERS)], bound
-            )
-            if law and (of_panel["fill_fraction"] == fill).any():
-                _draw_law(axes, cases, x, fill, value, law)
+        for fill, marker in zip(fills, itertools.cycle(style.MARKERS), strict=False):
+            rows = of_panel[of_panel["fill_fraction"] == fill].sort_values(x.column)
+            colour, places = style.fill_colour(fill), rows[x.column].to_numpy(float)
+            axes.errorbar(
+                places, rows[y.column], yerr=rows[y.error],
+                color=colour, marker=marker, capsize=1.8, elinewidth=0.7, capthick=0.7,
+            )  # fmt: skip
+            if bound:
+                axes.plot(places, rows[bound], color=colour, ls=":", lw=0.8)
+            if law and len(rows):
+                over_f = x is FREQUENCY
+                fine = np.geomspace(ticks[0], ticks[-1], 60) if over_f else ticks[[0, -1]]
+                damping = law(fine if over_f else np.full(2, value), fill)
+                axes.plot(fine, damping, color=colour, ls="--", lw=0.8)
         axes.set_title(_constant(panel, value), loc="left")
-        axes.set_xscale("log" if x.log else "linear")
+        axes.set_xscale("log")
         if y.log:
             axes.set_yscale("log")
         else:
             axes.axhline(0, color="#888888", lw=0.6)
-        _scale_x(axes, cases, x)
+        if x is FREQUENCY:
+            layout.frequency_axis(axes, ticks[0] / 1.25, ticks[-1] * 1.25)
+        else:
+            axes.set_xlim(ticks[0] / 1.25, ticks[-1] * 1.25)
+            if len(ticks) <= FEW_TICKS:
+                _name_values(axes, ticks)
+            axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
         axes.set(xlabel=x.label, ylabel=y.label)
         axes.tick_params(labelbottom=True, labelleft=True)
     handles = layout.fill_handles(fills)
@@ -136,36 +119,34 @@ def loss_factor_map(cases: pd.DataFrame) -> Figure:
 
     Several cases of a cell count by their mean.
     """
-    frequencies, amplitudes = (
-        np.unique(cases[FREQUENCY.column]),
-        np.unique(cases[ACCELERATION.column]),
-    )
+    frequencies = np.unique(cases[FREQUENCY.column])
+    amplitudes = np.unique(cases[ACCELERATION.column])
     fills = sorted(cases["fill_fraction"].unique())
     columns = min(3, len(fills))
-    rows = -(-len(fills) // columns)
     width = columns * min(3.0, 1.2 + 0.4 * len(frequencies)) + 1.0
-    height = rows * (0.5 + 0.25 * len(amplitudes)) + 0.9
-    figure = Figure(figsize=(width, height), layout="constrained")
-    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    figure, grid = layout.figure_of_axes(
+        len(fills), columns, 0.5 + 0.25 * len(amplitudes), 0.9, width, sharex=True, sharey=True
+    )
     top = float(cases[LOSS_FACTOR.column].max())
     norm = Normalize(0.0, top)
     few = len(frequencies) <= CELLS_WITH_TEXT
-    for axes, fill in zip(grid.flat, fills, strict=False):
+    for axes, fill in zip(grid, fills, strict=True):
         table = cases[cases["fill_fraction"] == fill].pivot_table(
             index=ACCELERATION.column, columns=FREQUENCY.column, values=LOSS_FACTOR.column
         )
         values = table.reindex(index=amplitudes, columns=frequencies).to_numpy(float)
-        layout.draw_map(
-            axes, values, norm, "viridis", lambda value: f"{value:.2g}" if few else "",
-            lambda value: value < 0.6 * top, origin="lower",
-        )  # fmt: skip
+        axes.imshow(values, cmap="viridis", norm=norm, aspect="auto", origin="lower")
+        for row, column in np.argwhere(np.isfinite(values) & few):
+            value = values[row, column]
+            look: dict[str, Any] = {"color": "white" if value < 0.6 * top else "black"}
+            axes.text(column, row, f"{value:.2g}", ha="center", va="center", fontsize=5.5, **look)
+        axes.grid(False)
+        axes.tick_params(length=2)
         axes.set_title(f"r = {fill:g}", loc="left")
         for axis, ticks in ((axes.xaxis, frequencies), (axes.yaxis, amplitudes)):
             places = layout.pick(np.arange(float(len(ticks))), CELLS_WITH_TEXT).astype(int)
             axis.set_ticks(places, [f"{value:g}" for value in ticks[places]])
         axes.tick_params(axis="x", rotation=90)
-    for axes in grid.flat[len(fills) :]:
-        axes.set_visible(False)
     figure.supxlabel(FREQUENCY.label, fontsize=8)
     figure.supylabel("acceleration amplitude Γ, –", fontsize=8)
     scale = ScalarMappable(norm, mpl.colormaps["viridis"])
@@ -200,14 +181,13 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
     balanced = cases[cases["closure"].notna()]
     figure = Figure(figsize=(layout.WIDTH, 3.1), layout="constrained")
     left, right = figure.subplots(1, 2)
-    groups = [(f"{f:g} Hz", group) for f, group in balanced.groupby(FREQUENCY.column)]
-    for number, (name, group) in enumerate(groups):
+    for number, (frequency, group) in enumerate(balanced.groupby(FREQUENCY.column)):
         look = {
             "ls": "none",
             "marker": style.MARKERS[number % len(style.MARKERS)],
             "mfc": "none",
             "color": style.PLACES[number % len(style.PLACES)],
-            "label": name,
+            "label": f"{frequency:g} Hz",
         }
         left.plot(group[ACCELERATION.column], 100 * group["normal_share"], **look)
         right.plot(group[ACCELERATION.column], 100 * group["closure"], **look)
@@ -219,9 +199,7 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
     right.set_ylim(-reach, reach)
     for axes in (left, right):
         axes.set_xscale("log")
-        amplitudes = np.unique(balanced[ACCELERATION.column])
-        axes.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
-        axes.set_xticks([], minor=True)
+        _name_values(axes, np.unique(balanced[ACCELERATION.column]))
         axes.margins(x=0.1)
         axes.set_xlabel(ACCELERATION.label)
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=6)
@@ -233,19 +211,13 @@ def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
     frequencies = sorted(cases[FREQUENCY.column].unique())
     figure = Figure(figsize=(layout.WIDTH, 3.0))
     grid = figure.subplots(1, len(frequencies), squeeze=False)[0]
-    lines = sorted(
-        {(r, a) for r, a in zip(cases["fill_fraction"], cases[ACCELERATION.column], strict=True)}
-    )
     values = list(dict.fromkeys(cases[key]))
     numeric = pd.api.types.is_numeric_dtype(cases[key])
     place = {value: value if numeric else float(i) for i, value in enumerate(values)}
-    for axes, frequency in zip(grid, frequencies, strict=True):
-        for number, (fill, acceleration) in enumerate(lines):
-            curve = cases[
-                (cases[FREQUENCY.column] == frequency)
-                & (cases["fill_fraction"] == fill)
-                & (cases[ACCELERATION.column] == acceleration)
-            ]
+    lines = cases.groupby(["fill_fraction", ACCELERATION.column])
+    for number, ((fill, acceleration), line) in enumerate(lines):
+        for axes, frequency in zip(grid, frequencies, strict=True):
+            curve = line[line[FREQUENCY.column] == frequency]
             axes.errorbar(
                 [place[value] for value in curve[key]], curve[EQUIVALENT_DAMPING.column],
                 yerr=curve[EQUIVALENT_DAMPING.error],
@@ -254,6 +226,7 @@ def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
                 ls="-" if numeric else "none", capsize=2,
                 label=f"r = {fill:g}, Γ = {acceleration:g}",
             )  # fmt: skip
+    for axes, frequency in zip(grid, frequencies, strict=True):
         axes.set_title(f"f = {frequency:g} Hz", loc="left")
         axes.set(xlabel=label, yscale="log")
         axes.yaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
@@ -263,8 +236,7 @@ def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
             axes.set_xscale("log")
             axes.xaxis.set_major_formatter("{x:g}")
         if numeric:
-            axes.set_xticks(values, [f"{value:g}" for value in values])
-            axes.set_xticks([], minor=True)
+            _name_values(axes, values)
         else:
             axes.set_xticks(list(place.values()), [style.as_typed(str(value)) for value in values])
             axes.margins(x=0.25)

@@ -1,6 +1,7 @@
 """The coupon on the page: a film, and what came out of its runs."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import pandas as pd
@@ -8,18 +9,10 @@ import pandas as pd
 from pidpanel.arrays import Array
 from pidpanel.coupon.window import CLOSURE_LIMIT
 from pidpanel.damping.surface_cases import COUNTED
-from pidpanel.report import style
-from pidpanel.report.coupon_figures import (
-    ACCELERATION,
-    EQUIVALENT_DAMPING,
-    FREQUENCY,
-    MASS_SHARE,
-    losses_figure,
-    sweep_figure,
-)
+from pidpanel.report import coupon_figures as figures
 from pidpanel.report.facts import cases_text
 from pidpanel.report.films import film_picture
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.text import counted, number, percent, records
 
@@ -45,7 +38,7 @@ def coupon_section(
     }
     if not (varied or coupon.is_design):
         values |= _sweeps(good, law)
-    return PageSection("coupon", "Coupon", [Fragment("coupon.html", values)])
+    return template_section("coupon.html", "Coupon", values)
 
 
 def _states(row: Mapping[str, Any]) -> str:
@@ -68,32 +61,31 @@ def _sweeps(cases: pd.DataFrame, law: Law | None) -> dict[str, Any]:
         apparent_mass_share_error=cases["apparent_mass_error_kg_m2"] / mass,
     )
     # over what has one value alone there is nothing to draw
-    over_g = cases[ACCELERATION.column].nunique() > 1
-    sides = [("acceleration", ACCELERATION, FREQUENCY)] if over_g else []
-    if cases[FREQUENCY.column].nunique() > 1 or not over_g:
-        sides.insert(0, ("frequency", FREQUENCY, ACCELERATION))
-    sweeps = []
+    over_g = cases[figures.ACCELERATION.column].nunique() > 1
+    sides = [("acceleration", figures.ACCELERATION, figures.FREQUENCY)] if over_g else []
+    if cases[figures.FREQUENCY.column].nunique() > 1 or not over_g:
+        sides.insert(0, ("frequency", figures.FREQUENCY, figures.ACCELERATION))
+    sweeps, draw = [], partial(figure_picture, draw=figures.sweep_figure, cases=cases)
     for name, x, panel in sides:
-        figure = style.Drawing(
-            sweep_figure, cases, x, EQUIVALENT_DAMPING, panel, law=law, bound="bound_n_s_m3"
-        )
-        picture = Picture(f"damping_over_{name}", figure)
-        sweeps.append({"damping": picture, "x": x.symbol, "panel": panel.symbol})
-    figure = style.Drawing(sweep_figure, cases, x, MASS_SHARE, panel)
-    return {"sweeps": sweeps, "mass": Picture("apparent_mass", figure)}
+        damping = draw(
+            f"damping_over_{name}", x=x, y=figures.EQUIVALENT_DAMPING, panel=panel,
+            law=law, bound="bound_n_s_m3",
+        )  # fmt: skip
+        sweeps.append({"damping": damping, "x": x.symbol, "panel": panel.symbol})
+    mass_picture = draw("apparent_mass", x=x, y=figures.MASS_SHARE, panel=panel)
+    return {"sweeps": sweeps, "mass": mass_picture}
 
 
 def losses_section(cases: pd.DataFrame) -> PageSection:
     """Return shares of the losses and errors of the energy balance."""
     closure = cases["closure"].dropna().abs()
     values = {
-        "losses": None if closure.empty else Picture("losses", style.Drawing(losses_figure, cases)),
+        "losses": None if closure.empty else figure_picture("losses", figures.losses_figure, cases),
         "median": closure.median(),
         "largest": closure.max(),
         "limit": CLOSURE_LIMIT,
     }
-    fragment = Fragment("losses.html", values)
-    return PageSection("losses", "Energy balance of the coupon", [fragment])
+    return template_section("losses.html", "Energy balance of the coupon", values)
 
 
 def coupon_text(results: CouponResults) -> str:

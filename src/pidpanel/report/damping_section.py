@@ -1,19 +1,31 @@
 """The damping on the page: the surface, the laws as an engineer quotes them."""
 
-from collections.abc import Iterable
+import itertools
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
+from matplotlib import ticker
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from pidpanel.arrays import Array
 from pidpanel.damping import forms
 from pidpanel.damping.fit import OVER_FILL, constants_at
+from pidpanel.damping.forms import Points
 from pidpanel.damping.laws import equation_5
-from pidpanel.report import damping_figures, style
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
+from pidpanel.report import style
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import DampingResults
+from pidpanel.report.layout import GREY, WIDTH, figure_of_axes, fill_handles, pick
 from pidpanel.report.text import number
 
 
@@ -23,7 +35,7 @@ def damping_section(results: DampingResults) -> PageSection:
     left = surface.leave_one_out()
     z = left["log_error"] / left["log_standard_error"]
     rms = float(np.sqrt((left["log_error"] ** 2).mean()))
-    figure = style.Drawing(damping_figures.map_figure, surface, "frequency_hz", "acceleration_g")
+    over = "frequency_hz", "acceleration_g"
     values = {
         "cases": len(surface.cases),
         "onset": surface.onset_g,
@@ -32,11 +44,11 @@ def damping_section(results: DampingResults) -> PageSection:
         "covered": (z.abs() < 1.96).mean(),
         "low": surface.low,
         "high": surface.high,
-        "map": Picture("map_frequency_acceleration", figure),
+        "map": figure_picture("map_frequency_acceleration", map_figure, surface, *over),
         **_law_values(results),
         **_form_values(results),
     }
-    return PageSection("damping", "Damping law", [Fragment("damping.html", values)])
+    return template_section("damping.html", "Damping law", values)
 
 
 def _law_values(results: DampingResults) -> dict[str, Any]:
@@ -60,12 +72,12 @@ def _law_values(results: DampingResults) -> dict[str, Any]:
         with np.errstate(invalid="ignore"):
             return np.where(a1 > 0, equation_5(2 * np.pi * frequency, a1, a2, a3), np.nan)
 
-    figure = style.Drawing(damping_figures.law_figure, results.surface, fitted)
+    picture = figure_picture("damping_law", law_figure, results.surface, fitted)
     fits = []
     for at_g, group in over_fill.groupby("acceleration_g"):
         constants = group.set_index("constant")
         fits.append({**_intervals(constants, OVER_FILL), **_fit(constants), "gamma": at_g})
-    return {"best": best, "law": Picture("damping_law", figure), "fits": fits}
+    return {"best": best, "law": picture, "fits": fits}
 
 
 def _fit(constants: pd.DataFrame) -> dict[str, Any]:
@@ -96,5 +108,162 @@ def _form_values(results: DampingResults) -> dict[str, Any]:
         values = constants.loc[list(forms.CONSTANTS), "value"].to_numpy(float)
         drawn = partial(forms.two_regimes, values)
         regimes = {**_intervals(constants, forms.CONSTANTS), **_fit(constants)}
-    figure = style.Drawing(damping_figures.collapse_figure, points, log_eta, drawn)
-    return {"regimes": regimes, "collapse": Picture("damping_collapse", figure)}
+    picture = figure_picture("damping_collapse", collapse_figure, points, log_eta, drawn)
+    return {"regimes": regimes, "collapse": picture}
+
+
+FILL, FREQUENCY, ACCELERATION = AXES
+LABELS = {
+    FILL: "fill fraction r, –",
+    FREQUENCY: "frequency, Hz",
+    ACCELERATION: "acceleration amplitude Γ, –",
+}
+TITLES = {FILL: "r = {:g}", FREQUENCY: "f = {:g} Hz", ACCELERATION: "Γ = {:g}"}
+FINE = 61  # values of the surface along each axis of a map
+
+MAPS = 5  # values of the third axis that are shown at most, a column each
+
+OUTSIDE = "#ffffff"  # colour outside the simulated range
+
+
+def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
+    """Draw C_e (above) and η (below) over two of the axes, one column per value of the third."""
+    (fixed,) = set(AXES) - {across, up}
+    values = pick(np.unique(surface.cases[fixed]), MAPS)
+    axes_of = {name: _fine(surface, name) for name in (across, up)}
+    x, y = axes_of[across], axes_of[up]
+    grid = dict(zip((across, up), np.meshgrid(x, y), strict=True))
+    maps = []
+    for value in values:
+        point = {**grid, fixed: np.full(grid[across].shape, value)}
+        points = [point[name].ravel() for name in AXES]
+        estimate = surface.evaluate(*points)
+        damping = estimate.equivalent_damping.reshape(grid[across].shape)
+        unit = surface.mass_per_fill * point[FILL] * 2 * np.pi * point[FREQUENCY]
+        maps.append((damping, damping / unit, estimate.inside.reshape(damping.shape)))
+    figure = Figure(figsize=(WIDTH, 4.7), layout="constrained")
+    grid_of = figure.subplots(2, len(values), sharex=True, sharey=True, squeeze=False)
+    for row, (label, colormap) in enumerate(
+        (("$C_e$, N s/m³", "viridis"), ("loss factor η, –", "magma"))
+    ):
+        drawn = np.concatenate([layer[row][layer[2]] for layer in maps])
+        scale = ScalarMappable(LogNorm(drawn.min(), drawn.max()), mpl.colormaps[colormap])
+        for column, (value, layers) in enumerate(zip(values, maps, strict=True)):
+            axes = grid_of[row, column]
+            axes.set_facecolor(OUTSIDE)
+            axes.pcolormesh(
+                x, y, np.where(layers[2], layers[row], np.nan), norm=scale.norm, cmap=scale.cmap,
+                shading="nearest", rasterized=True,
+            )  # fmt: skip
+            run = surface.cases[np.isclose(surface.cases[fixed], value)]
+            axes.plot(run[across], run[up], "o", ms=3, mfc="white", mec="black", mew=0.6)
+            axes.grid(False)
+            for name, axis, scaled in (
+                (across, axes.xaxis, axes.set_xscale),
+                (up, axes.yaxis, axes.set_yscale),
+            ):
+                if name != FILL:
+                    scaled("log")
+                    axis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+                    axis.set_minor_formatter(ticker.NullFormatter())
+            axes.set_xlim(x[0] / 1.1, x[-1] * 1.1)
+            if row == 0:
+                axes.set_title(TITLES[fixed].format(value), loc="left")
+            else:
+                axes.set_xlabel(LABELS[across])
+            if column == 0:
+                axes.set_ylabel(LABELS[up])
+        figure.colorbar(scale, ax=grid_of[row].tolist(), label=label, pad=0.01)
+    return figure
+
+
+def _fine(surface: DampingSurface, axis: str) -> Array:
+    low, high = (bound[AXES.index(axis)] for bound in (surface.low, surface.high))
+    return np.linspace(low, high, FINE) if axis == FILL else np.geomspace(low, high, FINE)
+
+
+# C_e [N s/m³] of frequency [Hz], shape ``(n,)``, fill fraction and Γ; NaN where undefined.
+Law = Callable[[Array, float, float], Array]
+
+
+def law_figure(surface: DampingSurface, law: Law) -> Figure:
+    """Draw cases with error bars, the surface with its band, the fitted law and the bound.
+
+    Axes for each acceleration of the cases, a colour for each fill.
+    """
+    accelerations = pick(np.unique(surface.cases[ACCELERATION]), 6)
+    fills = pick(np.unique(surface.cases[FILL]), 5)
+    columns = min(2 if len(accelerations) == 4 else 3, len(accelerations))
+    figure, grid = figure_of_axes(len(accelerations), columns, 3.1, 0.6, sharex=True, sharey=True)
+    frequency = _fine(surface, FREQUENCY)
+    for axes, gamma in zip(grid, accelerations, strict=True):
+        for fill, marker in zip(fills, itertools.cycle(style.MARKERS), strict=False):
+            colour = style.fill_colour(fill)
+            estimate = surface(frequency, fill, gamma)
+            value = np.where(estimate.inside, estimate.equivalent_damping, np.nan)
+            factor = np.exp(estimate.equivalent_damping_error / estimate.equivalent_damping)
+            band = value / factor, value * factor
+            axes.plot(frequency, value, color=colour, lw=0.9)
+            axes.fill_between(frequency, *band, color=colour, alpha=0.22, lw=0)
+            cases = surface.cases
+            cases = cases[np.isclose(cases[ACCELERATION], gamma) & np.isclose(cases[FILL], fill)]
+            axes.errorbar(
+                cases[FREQUENCY], cases[VALUE], yerr=cases[ERROR], color=colour, ls="none",
+                marker=marker, capsize=1.8, elinewidth=0.8,
+            )  # fmt: skip
+            axes.plot(frequency, law(frequency, fill, gamma), color=colour, ls="--", lw=0.9)
+            bound = 8 * surface.mass_per_fill * fill * frequency
+            axes.plot(frequency, bound, color=colour, ls=":", lw=0.7)
+        axes.set(xscale="log", yscale="log")
+        axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+        axes.set_title(TITLES[ACCELERATION].format(gamma), loc="left")
+    low, high = surface.cases[VALUE].min(), surface.cases[VALUE].max()
+    grid[0].set_ylim(low / 2, high * 5)
+    for axes in grid[(len(grid) - 1) // columns * columns :]:
+        axes.set_xlabel(LABELS[FREQUENCY])
+    for axes in grid[::columns]:
+        axes.set_ylabel("$C_e$, N s/m³")
+    handles = fill_handles(fills)
+    handles["surface ± standard error"] = Patch(color=GREY, alpha=0.35)
+    handles["Eq. 5 and 6, fitted at this Γ"] = Line2D([], [], color=GREY, ls="--")
+    handles["bound of an inelastic bed"] = Line2D([], [], color=GREY, ls=":")
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
+    return figure
+
+
+def collapse_figure(
+    points: Points, log_eta: Array, form: Callable[[Points], Array] | None
+) -> Figure:
+    """Draw loss factors of all cases over Γ and over stroke/gap, each coloured by the other."""
+    figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
+    grid = figure.subplots(1, 2, sharey=True)
+    gamma, stroke = points.acceleration_g, points.stroke_over_gap
+    eta = np.exp(log_eta)
+    gamma_label, stroke_label = LABELS[ACCELERATION], "stroke over gap W/L, –"
+    sides = (
+        (gamma, stroke, gamma_label, stroke_label, "viridis"),
+        (stroke, gamma, stroke_label, gamma_label, "plasma"),
+    )
+    for axes, (x, colour, label, colour_label, colormap) in zip(grid, sides, strict=True):
+        norm = LogNorm(colour.min(), colour.max() * 1.001)
+        drawn = axes.scatter(x, eta, c=colour, s=18 + 50 * points.fill_fraction, norm=norm,
+                             cmap=colormap, edgecolor="black", linewidth=0.3)  # fmt: skip
+        figure.colorbar(drawn, ax=axes, label=colour_label, pad=0.01)
+        axes.set(xscale="log", yscale="log")
+        axes.axhline(4 / np.pi, color="black", ls=":", lw=0.9)
+        axes.set_xlabel(label)
+    grid[0].xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+    grid[0].set_ylabel("loss factor η, –")
+    if form is not None:
+        fine = np.geomspace(stroke.min(), stroke.max(), 200)
+        norm = LogNorm(gamma.min(), gamma.max() * 1.001)
+        for value in pick(np.unique(gamma), 4):
+            h = np.full(200, float(points.onset[np.argmin(np.abs(gamma - value))]))
+            line_points = Points(np.full(200, 0.5), np.full(200, value), fine, h)
+            of_gamma = np.isclose(gamma, value)
+            in_range = (fine >= stroke[of_gamma].min()) & (fine <= stroke[of_gamma].max())
+            colour = mpl.colormaps["plasma"](norm(value))
+            line = np.where(in_range, np.exp(form(line_points)), np.nan)
+            grid[1].plot(fine, line, color=colour, lw=1.4)
+    grid[1].text(0.02, 4 / np.pi * 1.06, "4/π", transform=grid[1].get_yaxis_transform(), fontsize=7)
+    return figure

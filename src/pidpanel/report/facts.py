@@ -111,10 +111,7 @@ def run_step(study_file: Path, decks: Iterable[Path] = ()) -> tuple[str, str]:
     file = study_file.resolve()
     named = file.name if file.parent == STUDIES else str(file)
     trust = "" if all(map(comes_with_pidpanel, decks)) else " --trust-deck"
-    return (
-        "In the folder that contains results/:",
-        f"pidpanel run {shlex.quote(named)}{trust}",
-    )
+    return "In the folder that contains results/:", f"pidpanel run {shlex.quote(named)}{trust}"
 
 
 def files_step(study: str) -> tuple[str, str]:

@@ -1,6 +1,5 @@
 """The door of the report for studies: what a page tells of its study, and from where it reads."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
@@ -13,14 +12,11 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.report import inputs, read
-from pidpanel.report.coupon_page import coupon_page
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.films import read_film
-from pidpanel.report.html import Page
-from pidpanel.report.shaker_page import shaker_page
-from pidpanel.report.study_page import study_page
+from pidpanel.report.html import Page, write_page
+from pidpanel.report.study_page import coupon_page, shaker_page, study_page
 from pidpanel.report.templates import sentence
-from pidpanel.report.write import write_page
 from pidpanel.study import CouponStudy, Study, StudyError, load_any_study, load_study
 from pidpanel.study.coupon import Coupon
 
@@ -49,7 +45,7 @@ def page_of(study_file: Path, folder: Path) -> Page:
     """Return the page of `write_study_page`."""
     study = load_study(study_file)
     on_panel = read_panel_inputs(study, folder)
-    steps = [run_step(study_file, _decks(study)), files_step(study.name)]
+    steps = _steps(study, study_file)
     if study.sound is None:
         return shaker_page(on_panel, steps)
     return study_page(read_inputs(study, on_panel, folder), steps)
@@ -62,15 +58,14 @@ def write_coupon_page(study_file: Path, table: Path, file: Path, figures: Path) 
     """
     study = load_any_study(study_file)
     results = read_coupon(study, SECTION, table)
-    steps = [run_step(study_file, _decks(study)), files_step(study.name)]
-    title = study.title or study.name
-    page = coupon_page(title, study.assumptions, stamp(study), results, steps)
+    page = coupon_page(study, stamp(study), results, _steps(study, study_file))
     write_page(page, file, figures)
 
 
-def _decks(study: CouponStudy) -> Iterator[Path]:
-    for coupon in study.coupons.values():
-        yield from coupon.decks
+def _steps(study: CouponStudy, file: Path) -> list[tuple[str, str]]:
+    """Return how to reproduce the results of a study."""
+    decks = [deck for coupon in study.coupons.values() for deck in coupon.decks]
+    return [run_step(file, decks), files_step(study.name)]
 
 
 def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
@@ -99,9 +94,9 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
         },
         base=read.read_base(folder / "base", study.base.parts) if study.base else None,
         measurements=read.read_measurements(folder / "measurement") if study.measurements else None,
-        proposal=None
-        if study.optimise is None
-        else read.read_proposal(folder / "optimise", study.optimise.objective),
+        proposal=read.read_proposal(folder / "optimise", study.optimise.objective)
+        if study.optimise
+        else None,
     )
 
 
@@ -114,11 +109,8 @@ def read_atlas_results(study: Study) -> inputs.AtlasResults:
 def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inputs.Inputs:
     """Read all that the page of a study under sound is made from."""
     response = folder / "response"
-    summary, psd = read.without_errors(
-        partly_known(study),
-        read.read_by_point(response / "summary.csv"),
-        read.read_dataset(response / "psd.nc"),
-    )
+    tables = read.read_by_point(response / "summary.csv"), read.read_dataset(response / "psd.nc")
+    summary, psd = read.without_errors(partly_known(study), *tables)
     return inputs.Inputs(
         **vars(on_panel),
         summary=summary,
@@ -127,11 +119,9 @@ def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inp
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
         stress=read.read_by_point(response / "stress.csv"),
         maps=read.read_dataset(response / "maps.nc"),
-        severity=None
-        if study.severity is None
-        else read.read_severity(
-            folder / "severity", study.severity.quality, study.severity.duration_s
-        ),
+        severity=read.read_severity(folder / "severity", study.severity)
+        if study.severity
+        else None,
     )
 
 

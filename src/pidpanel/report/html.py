@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array, Flags
+from pidpanel.provenance import durable
 from pidpanel.report.style import BARE, RESOLUTION, Drawing
 from pidpanel.report.templates import PAGES, environment
 
@@ -126,7 +128,6 @@ class Picture:
     # The same as numbers, in the place of the image
     charts: Sequence[Chart] = ()
     format: Literal["png", "webp"] = "png"
-    kind: Literal["picture"] = "picture"
 
     @property
     def is_image(self) -> bool:
@@ -157,13 +158,19 @@ class Picture:
         return round(int.from_bytes(image[16:20], "big") * SHOWN_PER_INCH / RESOLUTION)
 
 
+def figure_picture(
+    name: str, draw: Callable[..., Figure], *values: Any, caption: str = "", **options: Any
+) -> Picture:
+    """Return the figure that a function draws of values and options."""
+    return Picture(name, Drawing(draw, *values, **options), caption)
+
+
 @dataclass(frozen=True)
 class Fragment:
     """A part of a page with a template of its own."""
 
     template: str  # file in ``pages``
     values: Mapping[str, Any]  # for it, by name; pictures among them
-    kind: Literal["fragment"] = "fragment"
 
 
 Block = Picture | Fragment
@@ -193,6 +200,11 @@ class PageSection:
         """
         blocks = _with_suffix(self.blocks, suffix)
         return PageSection(f"{self.name}-{suffix}", f"{self.title}: {suffix}", blocks, self.folded)
+
+
+def template_section(template: str, title: str, values: Mapping[str, Any]) -> PageSection:
+    """Return the section that is a template filled with values, and has its name."""
+    return PageSection(template.removesuffix(".html"), title, [Fragment(template, values)])
 
 
 def _with_suffix(value: Any, suffix: str) -> Any:
@@ -277,3 +289,21 @@ def render(page: Page, folder: Path = PAGES) -> str:
             raise ValueError(f"{kind} with the same name: {', '.join(repeated)}")
     libraries = {path.name: path.read_text(encoding="utf-8") for path in LIBRARIES}
     return environment(folder).get_template("page.html").render(page=page, libraries=libraries)
+
+
+def write_page(page: Page, file: Path, figures: Path) -> None:
+    """Write a page, and each of its images as ``<name>.<format>`` into a folder."""
+    figures.mkdir(exist_ok=True)
+    for picture in page.pictures:
+        if picture.is_image:
+            (figures / f"{picture.name}.{picture.format}").write_bytes(picture.image)
+    durable.write_text(file, render(page))
+
+
+def write_figures(page: Page, formats: Sequence[str], figures: Path) -> None:
+    """Write the figures of a page as PNG, SVG or PDF into a folder; films are left out."""
+    figures.mkdir(parents=True, exist_ok=True)
+    for picture in page.pictures:
+        if isinstance(picture.drawn, Drawing):
+            for name in formats:
+                picture.drawn.write(figures / f"{picture.name}.{name}")

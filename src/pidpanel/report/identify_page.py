@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
@@ -16,7 +15,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.identify.from_study import IdentificationResult, summary
 from pidpanel.identify.posterior import Posterior
 from pidpanel.report import style
-from pidpanel.report.html import Fragment, Page, PageSection, Picture, render
+from pidpanel.report.html import Fragment, Page, PageSection, figure_picture, render
 from pidpanel.report.layout import frequency_axis
 from pidpanel.report.templates import lines
 from pidpanel.report.text import records
@@ -30,45 +29,29 @@ REGIONS = (0.9, 0.5)  # shares of the posterior within the drawn regions
 PROPOSED = 8  # further tones in the table
 
 
-class Answer(NamedTuple):
-    """What a measurement says, in sentences."""
-
-    particles: list[str]  # e, μ and r with their intervals
-    fit: str
-    limitations: list[str]
-    next_tone: str  # that narrows the answer most
-
-
-def answer_of(result: IdentificationResult) -> Answer:
-    """Return the answer of an identification."""
+def answer_of(result: IdentificationResult) -> list[str]:
+    """Return e, μ and r, the fit, the limitations and the next tone, each in a sentence."""
     tones = _further(result)
     values = {
         "result": result,
         "rows": records(summary(result.posterior)),
         "further": tones[result.further.best] if tones else None,
     }
-    e, friction, fill, fit, *limitations, tone = lines("identify_answer.html", values)
-    return Answer([e, friction, fill], fit, limitations, tone)
+    return lines("identify_answer.html", values)
 
 
 def answer_lines(result: IdentificationResult) -> list[str]:
     """Return the answer in lines, the particles first if they explain the measurement."""
-    particles, fit, limitations, tone = answer_of(result)
+    *particles, fit = (answer := answer_of(result))[:4]
     first = [*particles, fit] if result.posterior.is_explained else [fit, *particles]
-    return [*first, *limitations, tone]
+    return [*first, *answer[4:]]
 
 
 def _further(result: IdentificationResult) -> list[dict[str, Any]]:
     """Return the further tones, each with its stroke [mm]."""
-    return [
-        {**row, "stroke": _stroke(row["frequency"], row["acceleration_g"])}
-        for row in records(pd.DataFrame(result.further._asdict()))
-    ]
-
-
-def _stroke(frequency: float, gamma: float) -> float:
-    """Displacement amplitude [mm]."""
-    return 1e3 * gamma * STANDARD_GRAVITY / (2 * math.pi * frequency) ** 2
+    tones = pd.DataFrame(result.further._asdict())
+    acceleration = 1e3 * tones["acceleration_g"] * STANDARD_GRAVITY
+    return records(tones.assign(stroke=acceleration / (2 * math.pi * tones["frequency"]) ** 2))
 
 
 def write_identification(result: IdentificationResult, file: Path) -> None:
@@ -78,24 +61,25 @@ def write_identification(result: IdentificationResult, file: Path) -> None:
 
 def identification_page(result: IdentificationResult) -> Page:
     """Return the page."""
-    identification, posterior, answer = result.identification, result.posterior, answer_of(result)
+    identification, posterior = result.identification, result.posterior
+    e, friction, fill, fit, *limitations, next_tone = answer_of(result)
     cell, particles = identification.coupon.cell, identification.coupon.particles
     rows = [{**row, "name": NAMES[row["parameter"]]} for row in records(summary(posterior))]
     first = {
         "particles": rows,
         "correlation": posterior.correlation[0, 1],
-        "posterior": Picture("posterior", style.Drawing(posterior_figure, posterior)),
-        "measured": Picture("measured", style.Drawing(measured_figure, result.predictions)),
+        "posterior": figure_picture("posterior", posterior_figure, posterior),
+        "measured": figure_picture("measured", measured_figure, result.predictions),
     }
     tones = sorted(_further(result), key=lambda row: -row["information"])[:PROPOSED]
-    proposed = Fragment("identify_next.html", {"line": answer.next_tone, "tones": tones})
+    proposed = Fragment("identify_next.html", {"line": next_tone, "tones": tones})
     values = Fragment("identify_values.html", {"tones": records(result.predictions)})
     size = f"{particles.diameter_mm:g} mm, {particles.density_kg_m3:g} kg/m³"
     return Page(
         title=identification.title or f"Particles of {identification.name}",
-        answer=f"{', '.join(answer.particles)}. {answer.fit}",
+        answer=f"{e}, {friction}, {fill}. {fit}",
         first=[Fragment("identify_first.html", first)],
-        caveats=answer.limitations,
+        caveats=limitations,
         facts=[
             ("measurement", identification.measured.file.name),
             ("cell", f"hexagon, {cell.across_flats_mm:g} mm × {cell.depth_mm:g} mm"),
@@ -149,7 +133,12 @@ def measured_figure(predictions: pd.DataFrame) -> Figure:
     levels = sorted(predictions["acceleration_g"].round(3).unique())
     for level, rows in predictions.groupby(predictions["acceleration_g"].round(3)):
         colour = style.level_colour(float(level), levels)
-        _draw(values, rows, colour, f"{level:.3g} g" if len(levels) <= 8 else "")
+        for kind, shift, face in (("measured", 1.0, colour), ("atlas", 1.02, "white")):
+            x, y = shift * rows["frequency_hz"], rows[f"{kind}_equivalent_damping_n_s_m3"]
+            errors = rows[f"{kind}_equivalent_damping_error_n_s_m3"]
+            look = {"fmt": "o", "color": colour, "lw": 0.8, "ms": 4, "mfc": face}
+            named = kind == "measured" and len(levels) <= 8
+            values.errorbar(x, y, errors, **look, label=f"{level:.3g} g" if named else "")
         differences.plot(
             rows["frequency_hz"], rows["damping_difference_over_error"], "o", color=colour
         )
@@ -161,12 +150,3 @@ def measured_figure(predictions: pd.DataFrame) -> Figure:
     differences.axhspan(-2, 2, color="#dddddd", lw=0)
     differences.set_ylabel("difference\nover error")
     return figure
-
-
-def _draw(axes: Axes, rows: pd.DataFrame, colour: str, label: str) -> None:
-    name = "equivalent_damping_n_s_m3"
-    error = name.replace("damping", "damping_error")
-    for kind, shift, face, text in (("measured", 1.0, colour, label), ("atlas", 1.02, "white", "")):
-        x, y = shift * rows["frequency_hz"], rows[f"{kind}_{name}"]
-        errors = rows[f"{kind}_{error}"]
-        axes.errorbar(x, y, errors, fmt="o", color=colour, lw=0.8, ms=4, mfc=face, label=text)

@@ -10,7 +10,7 @@ from pidpanel.damping.atlas import AtlasDamping
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.films import Shot
-from pidpanel.report.names import Study, names_of
+from pidpanel.report.names import Severity, Study, names_of
 from pidpanel.report.rms import moving_points
 
 
@@ -82,8 +82,7 @@ class SeverityResults:
     strength: pd.DataFrame  # ``severity/strength.csv``
     margins: pd.DataFrame  # ``severity/margins.csv``
     _: KW_ONLY
-    quality: float  # Q of the oscillators [1]
-    duration: float  # of the sound [s]
+    stated: Severity  # the section of the study
     maps: xr.Dataset | None = None  # ``severity/maps.nc``
 
 

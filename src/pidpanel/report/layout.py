@@ -1,13 +1,12 @@
 """Layout that the figures share: width, margins, legends, the axis of frequency."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
@@ -33,13 +32,9 @@ def frequency_axis(axes: Axes, low: float, high: float) -> None:
     """Make x a logarithmic axis of frequency from ``low`` to ``high`` [Hz] with plain numbers."""
     axes.set(xscale="log", xlim=(low, high))
     steps = (1, 2, 5) if high > 8 * low else (1, 1.5, 2, 3, 4, 5, 7)
-    ticks = [
-        decade * step
-        for decade in (1, 10, 100, 1000, 10000)
-        for step in steps
-        if low * 0.999 <= decade * step <= high * 1.001
-    ]
-    axes.xaxis.set_major_locator(ticker.FixedLocator(ticks))
+    ticks = np.outer(10.0 ** np.arange(5), steps).ravel()
+    ticks = ticks[(low * 0.999 <= ticks) & (ticks <= high * 1.001)]
+    axes.xaxis.set_major_locator(ticker.FixedLocator(ticks.tolist()))
     axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(ticker.NullFormatter())
     axes.set_xlabel("frequency, Hz")
@@ -118,43 +113,14 @@ def separate(figure: Figure, names: Sequence[Annotation], points: ArrayLike = ()
         shifts = 0.51 * steps * first.size
         boxes = np.tile(shifts, 2) + first.extents
         cut = (boxes[:, :2] < 0).any(axis=1) | (boxes[:, 2:] > figure.bbox.max).any(axis=1)
-        best = np.lexsort([np.hypot(*shifts.T), _overlaps(boxes, placed) + cut])[0]
+        low = np.maximum(boxes[:, None, :2], placed[:, :2])
+        high = np.minimum(boxes[:, None, 2:], placed[:, 2:])
+        overlaps = (low < high).all(axis=2).sum(axis=1)
+        best = np.lexsort([np.hypot(*shifts.T), overlaps + cut])[0]
         gap = NAME_GAP * point * np.array([-1, -1, 1, 1])
         placed = np.vstack([placed, boxes[best] + gap])
         x, y = np.array(name.xyann) + shifts[best] / point
         name.xyann = x, y
-
-
-def _overlaps(boxes: Array, others: Array) -> Index:
-    """Return how many of others (m, 4) each of some boxes (n, 4) lies on."""
-    low = np.maximum(boxes[:, None, :2], others[:, :2])
-    high = np.minimum(boxes[:, None, 2:], others[:, 2:])
-    overlaps: Index = (low < high).all(axis=2).sum(axis=1)
-    return overlaps
-
-
-def draw_map(
-    axes: Axes,
-    values: Array,
-    norm: Normalize,
-    colormap: str,
-    text: Callable[[float], str],
-    dark: Callable[[float], bool],
-    **options: Any,
-) -> None:
-    """Draw values (n_rows, n_columns) as coloured cells with their numbers; NaN is an empty cell.
-
-    ``dark`` says on which colours a number is white.
-    """
-    axes.imshow(values, cmap=colormap, norm=norm, aspect="auto", **options)
-    for (row, column), value in np.ndenumerate(values):
-        if np.isfinite(value):
-            axes.text(
-                column, row, text(value), ha="center", va="center", fontsize=5.5,
-                color="white" if dark(value) else "black",
-            )  # fmt: skip
-    axes.grid(False)
-    axes.tick_params(length=2)
 
 
 def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:
@@ -168,12 +134,12 @@ def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:
 
 
 def figure_of_axes(
-    count: int, columns: int, height: float, extra: float, **options: Any
+    count: int, columns: int, height: float, extra: float, width: float = WIDTH, **options: Any
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure and so many axes in rows of a height [inch]; ``extra`` is for the legend."""
     rows = -(-count // columns)
-    figure = Figure(figsize=(WIDTH, height * rows + extra), layout="constrained")
+    figure = Figure(figsize=(width, height * rows + extra), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False, **options)
-    for axes in grid.flat[count:]:
-        axes.set_visible(False)
+    for unused in grid.flat[count:]:
+        unused.remove()
     return figure, list(grid.flat[:count])

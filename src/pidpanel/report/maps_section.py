@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
-from pidpanel.report import style
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import panel_axes
 from pidpanel.report.text import READINGS
 
@@ -35,13 +34,13 @@ def case_titles(maps: xr.Dataset, names: Mapping[str, str]) -> list[str]:
 
 def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> PageSection:
     """Return the maps of rms acceleration and stress."""
-    figure = style.Drawing(map_figure, maps, cell_in_patch, case_titles(maps, names))
+    titles = case_titles(maps, names)
     values = {
-        "maps": Picture("maps", figure),
+        "maps": figure_picture("maps", map_figure, maps, cell_in_patch, titles),
         "layers": maps["layer"].to_numpy().tolist(),
         "exceeded_share": EXCEEDED_SHARE,
     }
-    return PageSection("maps", "Maps", [Fragment("maps.html", values)])
+    return template_section("maps.html", "Maps", values)
 
 
 def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:
@@ -78,11 +77,8 @@ def map_figure(
         values = _on_cells(maps, name) * factor
         for row in range(count):
             ax = axes[row, column]
-            drawn = PolyCollection(
-                list(corners), array=values[row], cmap=colours, edgecolors="face"
-            )
-            drawn.set_clim(0.0, tops[name])
-            drawn.set_linewidth(0.2)
+            drawn = PolyCollection(list(corners), array=values[row], cmap=colours)
+            drawn.set(clim=(0.0, tops[name]), edgecolor="face", linewidth=0.2)
             ax.add_collection(drawn)
             ax.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
             panel_axes(ax, position, 0.0)

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from pidpanel.damping.measured import DAMPING_COLUMN, MASS_COLUMN, SOURCES
 from pidpanel.report import layout, style
 from pidpanel.report.coupon_figures import ACCELERATION, FREQUENCY, AxisQuantity
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.text import records
 
 QUANTITIES = {DAMPING_COLUMN: ("C_e", "N s/m³", "$C_e$"), MASS_COLUMN: ("m_a", "kg/m²", "$m_a$")}
@@ -34,15 +34,14 @@ def measured_section(compared: pd.DataFrame) -> PageSection:
     """
     values = {
         "sources": [agreement(compared, source) for source in SOURCES[1:]],
-        "drawing": Picture("measured", style.Drawing(measured_figure, compared)),
+        "drawing": figure_picture("measured", measured_figure, compared),
         "quantities": [
             {"name": name, "unit": unit, "rows": _rows(compared, column)}
             for column in _given(compared)
             for name, unit, _ in (QUANTITIES[column],)
         ],
     }
-    fragment = Fragment("measured.html", values)
-    return PageSection("measured", "Measured, simulated, atlas", [fragment])
+    return template_section("measured.html", "Measured, simulated, atlas", values)
 
 
 def _given(compared: pd.DataFrame) -> list[str]:

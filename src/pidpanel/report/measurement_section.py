@@ -9,9 +9,9 @@ import xarray as xr
 
 from pidpanel.measurement.computed import computed_psd
 from pidpanel.report import style
-from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection, Picture
+from pidpanel.report.html import Chart, PageCurve, PageSection, Picture, template_section
 from pidpanel.report.inputs import BaseResults, MeasurementResults
-from pidpanel.report.response_figures import chart_picture
+from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import READINGS, records, with_error
 
 PSD, RATIO = "psd_g2_hz", "transmissibility"  # ends of the columns of either quantity
@@ -39,8 +39,7 @@ def measurement_section(
         for row in records(measured.differences)
     ]
     values = {"measurements": measurements, "differences": differences}
-    fragment = Fragment("measurement.html", values)
-    return PageSection("measurement", "Measured and computed", [fragment])
+    return template_section("measurement.html", "Measured and computed", values)
 
 
 def _either(row: Mapping[str, float]) -> dict[str, float]:
@@ -92,7 +91,7 @@ def _picture(
     name: str, lines: pd.DataFrame, rows: pd.DataFrame, curves: Curves, *, is_psd: bool
 ) -> Picture:
     first = rows.iloc[0]
-    column, unit = "acceleration_psd_g2_hz", "acceleration PSD, g²/Hz"
+    column, unit = "acceleration_psd_g2_hz", PSD_UNIT
     if not is_psd:
         column, unit = RATIO, "acceleration over that of the supports"
     computed, drawn = curves[first["excitation"]], []

@@ -1,21 +1,23 @@
 """Proposed layouts on the page: where the dampers go, what they take, how good they are."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from markupsafe import Markup
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import html, style
-from pidpanel.report.front_drawing import ALTERNATIVES, front_drawing
 from pidpanel.report.inputs import ProposalResults
 from pidpanel.report.layout import panel_axes
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
-from pidpanel.report.templates import sentence
+from pidpanel.report.templates import fill, sentence
 from pidpanel.report.text import number, records, value_text
 
 NARROW = 5.2  # width of a picture, two of which make a row [in]
@@ -70,13 +72,13 @@ def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> html.Fragme
     for row in records(proposal.front):
         layout = row["layout"]
         reduction = value_text(row["reduction_db"], row["reduction_error_db"])
-        figure = style.Drawing(layout_figure, proposal, basis, layout)
+        name = f"layout_drawing_{layout}"
         layouts.append(
             {
                 "layout": layout,
                 "label": f"Layout {layout}: {number(row['mass_kg'])} kg, {reduction} dB",
                 "patches": patches_text(proposal.layouts, layout),
-                "picture": html.Picture(f"layout_drawing_{layout}", figure),
+                "picture": html.figure_picture(name, layout_figure, proposal, basis, layout),
                 "psds": [_psd(proposal, layout, name) for name in proposal.excitations],
             }
         )
@@ -90,10 +92,8 @@ def _psd(proposal: ProposalResults, layout: int, excitation: str) -> dict[str, A
     psds = proposal.psd[proposal.psd["excitation"] == excitation]
     row = summary.sort_values("bare_rms_g").iloc[-1]
     curves, frequency = [], np.zeros(0)
-    for number_of, name, colour in (
-        (layout, "with dampers", style.PLACES[0]),
-        (0, "bare", style.BARE),
-    ):
+    kinds = (layout, "with dampers", style.PLACES[0]), (0, "bare", style.BARE)
+    for number_of, name, colour in kinds:
         psd = psds[(psds["layout"] == number_of) & (psds["point"] == row["point"])]
         frequency = psd["frequency_hz"].to_numpy()
         values = psd["acceleration_psd_g2_hz"].to_numpy()
@@ -114,19 +114,19 @@ def optimise_section(proposal: ProposalResults) -> html.PageSection:
     suffix = "_reduction_db"
     variants = list(front.columns)[list(front.columns).index("basis_error") + 1 :]
     dampers = dict.fromkeys(name.partition(" of ")[2] for name in facts.index)
+    losing = [
+        name
+        for name in filter(None, dampers)
+        if facts[f"reduction_db of {name}"] < facts[f"dead_weight_reduction_db of {name}"]
+    ]
     values = {
         **_values(proposal),
         "gap": gap_text(proposal),
         "alternatives": ALTERNATIVES,
-        "others": [name for name in ALTERNATIVES if _is_known(front, name)],
+        "others": known_alternatives(front),
         "lightest": dict(equivalent.sort_values(["mass_kg", "patches"]).iloc[0]),
         "steady": dict(equivalent.sort_values("largest_regret_db").iloc[0]),
-        "losing_dampers": [
-            name
-            for name in dampers
-            if name
-            and facts[f"reduction_db of {name}"] < facts[f"dead_weight_reduction_db of {name}"]
-        ],
+        "losing_dampers": losing,
         "losing": front.loc[front["loses_to_dead_weight"], "layout"].tolist(),
         "points": records(summary[summary["layout"] == 1]),
         "layouts": [
@@ -136,12 +136,7 @@ def optimise_section(proposal: ProposalResults) -> html.PageSection:
         "front": records(front),
         "variants": [n.removesuffix(suffix) for n in variants if n.endswith(suffix)],
     }
-    fragment = html.Fragment("optimise.html", values)
-    return html.PageSection("optimise", "Proposed layouts", [fragment])
-
-
-def _is_known(front: pd.DataFrame, alternative: str) -> bool:
-    return bool(np.isfinite(front[f"{alternative}_reduction_db"]).any())
+    return html.template_section("optimise.html", "Proposed layouts", values)
 
 
 def _drift(front: pd.DataFrame) -> float:
@@ -163,7 +158,7 @@ def gap_text(proposal: ProposalResults) -> str:
 def patches_text(layouts: pd.DataFrame, layout: int) -> str:
     """Return the patches of a layout in words, those of one filling together."""
     fillings: dict[str, list[str]] = {}
-    for row in records(_patches(layouts, layout)):
+    for row in records(layouts[layouts["layout"] == layout]):
         fill = row["fill_fraction"]
         name = f"{row['damper']}, {100 * fill:g} % full," if np.isfinite(fill) else row["damper"]
         place = f"({row['centre_x_m']:.3g}, {row['centre_y_m']:.3g})"
@@ -171,29 +166,23 @@ def patches_text(layouts: pd.DataFrame, layout: int) -> str:
     return "; ".join(f"{name} at {', '.join(places)} m" for name, places in fillings.items())
 
 
-def _patches(layouts: pd.DataFrame, layout: int) -> pd.DataFrame:
-    return layouts[layouts["layout"] == layout]
-
-
 def layout_figure(proposal: ProposalResults, basis: PanelBasis, layout: int) -> Figure:
     """Draw the panel with the patches of a layout."""
     vertices = basis.vertex_position
-    size = np.ptp(vertices, axis=0)
-    figure = Figure(figsize=(NARROW, 0.9 * NARROW * size[1] / size[0] + 0.5), layout="constrained")
+    length, width = np.ptp(vertices, axis=0)
+    figure = Figure(figsize=(NARROW, 0.9 * NARROW * width / length + 0.5), layout="constrained")
     axes = figure.subplots()
     edges = vertices[boundary_edges(basis.cells)]
     axes.add_collection(LineCollection(list(edges), colors="black", linewidths=0.9))
-    patches = records(_patches(proposal.layouts, layout))
-    dampers = sorted(set(proposal.layouts["damper"]))
-    for row in patches:
-        colour = style.place_colour(row["damper"], dampers)
-        corner = (row["centre_x_m"] - row["size_x_m"] / 2, row["centre_y_m"] - row["size_y_m"] / 2)
-        axes.add_patch(
-            Rectangle(
-                corner, row["size_x_m"], row["size_y_m"], facecolor=colour, edgecolor=colour,
-                alpha=0.35,
-            )
-        )  # fmt: skip
+    layouts = proposal.layouts
+    dampers = sorted(set(layouts["damper"]))
+    for row in records(layouts[layouts["layout"] == layout]):
+        colour, size = (
+            style.place_colour(row["damper"], dampers),
+            (row["size_x_m"], row["size_y_m"]),
+        )
+        corner = (row["centre_x_m"] - size[0] / 2, row["centre_y_m"] - size[1] / 2)
+        axes.add_patch(Rectangle(corner, *size, facecolor=colour, edgecolor=colour, alpha=0.35))
         fill = f"\n{100 * row['fill_fraction']:g} %" if np.isfinite(row["fill_fraction"]) else ""
         axes.annotate(
             f"{row['damper']}{fill}\n{number(row['mass_kg'])} kg",
@@ -204,3 +193,57 @@ def layout_figure(proposal: ProposalResults, basis: PanelBasis, layout: int) -> 
         axes.annotate(name, (x, y), xytext=(5, 12), textcoords="offset points", fontweight="bold")
     panel_axes(axes, vertices, 0.03)
     return figure
+
+
+WIDTH, HEIGHT = 640, 340
+LEFT, RIGHT, TOP, BOTTOM = 52, WIDTH - 12, 12, HEIGHT - 44  # edges of the axes [pixel]
+
+# Name, colour and mark of what the same mass does otherwise, by the start of its column.
+ALTERNATIVES = {
+    "dead_weight": ("dead weight in the same cells", style.PLACES[1], "M-4-4 4 4M-4 4 4-4"),
+    "face_sheets": ("thicker face sheets", style.PLACES[2], "M-4 4 0-4 4 4Z"),
+    "damping_layer": ("damping layer", style.PLACES[3], "M-4-4H4V4H-4Z"),
+}
+
+
+def known_alternatives(front: pd.DataFrame) -> list[str]:
+    """Return the `ALTERNATIVES` of which a front has reductions."""
+    return [n for n in ALTERNATIVES if np.isfinite(front[f"{n}_reduction_db"]).any()]
+
+
+def front_drawing(front: pd.DataFrame) -> Markup:
+    """Return reduction over mass as SVG; layouts of the front link to ``#layout_<number>``."""
+    rows = front[front["is_on_front"]].sort_values("mass_kg")
+    names = known_alternatives(front)
+    lowest = min(0.0, *(front[f"{n}_reduction_db"].min() for n in names))
+    highest = (front["reduction_db"] + front["reduction_error_db"]).max()
+    x, x_ticks = _scale(0.0, 1.08 * front["mass_kg"].max(), LEFT, RIGHT)
+    y, y_ticks = _scale(lowest, 1.05 * highest, BOTTOM, TOP)
+    across, reduction, error = x(rows["mass_kg"]), rows["reduction_db"], rows["reduction_error_db"]
+    alternatives = []
+    for name in names:
+        known = np.isfinite(rows[f"{name}_reduction_db"])
+        up = y(rows[f"{name}_reduction_db"])
+        places = list(zip(across[known], up[known], strict=True))
+        look = dict(zip(("name", "colour", "mark"), ALTERNATIVES[name], strict=True))
+        alternatives.append({**look, "places": places})
+    drawn = rows.assign(x=across, y=y(reduction), low=y(reduction - error),
+                        high=y(reduction + error))  # fmt: skip
+    values = {
+        "width": WIDTH, "height": HEIGHT, "left": LEFT, "right": RIGHT, "top": TOP,
+        "bottom": BOTTOM, "x_ticks": x_ticks, "y_ticks": y_ticks, "alternatives": alternatives,
+        "colour": style.PLACES[0], "rows": records(drawn),
+    }  # fmt: skip
+    return fill("front.html", values)
+
+
+def _scale(
+    low: float, high: float, start: float, end: float
+) -> tuple[Callable[[pd.Series], pd.Series], list[tuple[float, float]]]:
+    """Return values → pixels of an axis, and its ticks, each with its pixel."""
+    slope = (end - start) / (high - low)
+    ticks = np.array(MaxNLocator(6, steps=[1, 2, 5, 10]).tick_values(low, high))
+    ticks = ticks[(ticks >= low - 1e-9) & (ticks <= high)]
+    pixels = start + (ticks - low) * slope
+    placed = list(zip(ticks.tolist(), pixels.tolist(), strict=True))
+    return lambda values: start + (values - low) * slope, placed

@@ -15,8 +15,7 @@ from matplotlib.tri import Triangulation
 
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.report import style
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import WIDTH, triangles_of
 from pidpanel.report.text import records
 
@@ -35,13 +34,13 @@ PRINTED_ROUNDING = 2e-4
 def panel_section(basis: PanelBasis, modes: pd.DataFrame, printed: pd.DataFrame) -> PageSection:
     """Return the modes, beside Table 1 where the panel is the paper's."""
     first = records(modes.head(MODES_SHOWN))
-    figure = style.Drawing(shapes_figure, basis, [_title(row) for row in first])
+    titles = [_title(row) for row in first]
     values = {
-        "shapes": Picture("mode_shapes", figure),
+        "shapes": figure_picture("mode_shapes", shapes_figure, basis, titles),
         "shown": len(first),
         **_mode_values(modes, printed if is_papers_panel(modes, printed) else None),
     }
-    return PageSection("panel", "Panel", [Fragment("panel.html", values)])
+    return template_section("panel.html", "Panel", values)
 
 
 def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:

@@ -11,6 +11,7 @@ from pidpanel.constants import BY_DAMPER
 from pidpanel.damping import surface_files
 from pidpanel.paths import of_damper
 from pidpanel.report import inputs
+from pidpanel.report.names import Severity
 
 # Columns of ``response/summary.csv`` with errors.
 ERROR_COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read_at_error_g")
@@ -60,11 +61,11 @@ def read_proposal(folder: Path, objective: str) -> inputs.ProposalResults:
     return inputs.ProposalResults(*tables, search=search, objective=objective)
 
 
-def read_severity(folder: Path, quality: float, duration: float) -> inputs.SeverityResults:
-    """Read what the severity stage left, of oscillators of this Q and a duration [s]."""
+def read_severity(folder: Path, stated: Severity) -> inputs.SeverityResults:
+    """Read what the severity stage left of a section of a study."""
     tables = _tables(folder, "oscillators", "peaks", "fatigue", "strength", "margins")
     maps = None if tables[3].empty else read_dataset(folder / "maps.nc")
-    return inputs.SeverityResults(*tables, quality=quality, duration=duration, maps=maps)
+    return inputs.SeverityResults(*tables, stated=stated, maps=maps)
 
 
 def read_measurements(folder: Path) -> inputs.MeasurementResults:

@@ -4,7 +4,6 @@ Functions return a `matplotlib.figure.Figure` that belongs to no window; call th
 `style.context`.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -19,7 +18,7 @@ from matplotlib.lines import Line2D
 from pidpanel.arrays import Array
 from pidpanel.report import style
 from pidpanel.report.html import Chart, ColourTable, Picture
-from pidpanel.report.layout import DASHES, LINES, WIDTH, draw_curve, frequency_axis
+from pidpanel.report.layout import DASHES, LINES, WIDTH, draw_curve, figure_of_axes, frequency_axis
 
 PSD_UNIT = "acceleration PSD, g²/Hz"
 
@@ -77,12 +76,8 @@ def charts_figure(
 ) -> Figure:
     """Draw charts in rows of so many, those of one unit on one scale, with one legend below."""
     across = min(across, len(charts))
-    rows = math.ceil(len(charts) / across)
-    figure = Figure(figsize=(width, rows * height), layout="constrained")
-    grid = figure.subplots(rows, across, squeeze=False).ravel().tolist()
-    for unused in grid[len(charts) :]:
-        unused.remove()
-    for number, (axes, chart) in enumerate(zip(grid, charts, strict=False)):
+    figure, grid = figure_of_axes(len(charts), across, height, 0.0, width)
+    for number, (axes, chart) in enumerate(zip(grid, charts, strict=True)):
         for curve in chart.curves:
             draw_curve(axes, chart.frequency, curve)
         frequency_axis(axes, chart.frequency[0], chart.frequency[-1])

@@ -1,51 +1,52 @@
-"""Families of scenarios on the page: PSDs, reductions, the damping behind them."""
+"""Responses on the page: families of scenarios and layouts, the damping behind them."""
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.report import response_figures, style
-from pidpanel.report.html import Chart, ColourTable, Fragment, PageCurve, PageSection, Picture
+from pidpanel.report import html, response_figures, style
 from pidpanel.report.inputs import Inputs
-from pidpanel.report.names import ComparedScenarios, Scenario
+from pidpanel.report.names import ComparedScenarios, Scenario, layouts_of
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
-from pidpanel.report.rms import band_rms_of, inside_of
-from pidpanel.report.text import READINGS, number
+from pidpanel.report.rms import band_rms_of, inside_of, psd_curve
+from pidpanel.report.text import READINGS, number, span
+from pidpanel.response.psd_files import is_steady
 from pidpanel.solve.bands import reduction
 
 # Where C_e is read, by ``damping.level.kind``.
 READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated acceleration"}
 
+# Of a damper in ``response/psd.nc``: name, label, whether on a logarithmic axis.
+QUANTITIES = (
+    ("equivalent_damping", "$C_e$, N s/m³", True),
+    ("apparent_mass", "apparent mass $m_a$, kg/m²", False),
+)
+
 # What the rows of reductions differ in.
 ROW_NAMES = {"fill_fraction": "fill fraction r", "patch": "patch", "oaspl_db": "sound level, dB"}
 
 
-def response_section(inputs: Inputs, family: ComparedScenarios) -> PageSection:
+def response_section(inputs: Inputs, family: ComparedScenarios) -> html.PageSection:
     """Return one family of scenarios: PSDs at every point, reductions by band, the damping."""
     name, heading = f"response-{family.key}", family.title or f"Scenarios: {family.key}"
     readings = stable_readings(inputs, family)
     if not readings:
-        return PageSection(name, heading, [Fragment("unsteady.html", {})])
+        return html.PageSection(name, heading, [html.Fragment("unsteady.html", {})])
     frequency = inputs.psd["frequency"].to_numpy()
     points = inputs.moving_points
     titles = {reading: reading_title(inputs, family, reading) for reading in readings}
+    notes = {reading: acceleration_note(inputs, family, reading) for reading in readings}
     psds = []
     for point in points:
+        curves_of = {r: psd_curves(inputs, family, r, point) for r in readings}
         charts = [
-            Chart(
-                title,
-                frequency,
-                PSD_UNIT,
-                psd_curves(inputs, family, reading, point),
-                acceleration_note(inputs, family, reading),
-            )
-            for reading, title in titles.items()
+            html.Chart(titles[r], frequency, PSD_UNIT, curves_of[r], notes[r]) for r in readings
         ]
-        curves = [curve for chart in charts for curve in chart.curves]
+        curves = list(itertools.chain.from_iterable(curves_of.values()))
         psds.append(
             {
                 "point": point,
@@ -58,20 +59,16 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> PageSection:
         "reductions": reductions_of(inputs, family, titles) if points else [],
         "key": family.key,
         "psds": psds,
-        "damping": damping_block(inputs, family, titles),
+        "damping": damping_block(inputs, family, titles, notes),
     }
-    return PageSection(name, heading, [Fragment("response.html", values)])
+    return html.PageSection(name, heading, [html.Fragment("response.html", values)])
 
 
 def stable_readings(inputs: Inputs, family: ComparedScenarios) -> list[str]:
     """Return the readings in which every scenario of a family has a response."""
     labels = [s.label for s in family.scenarios]
-    psd = inputs.psd["acceleration_psd"]
-    return [
-        reading
-        for reading in inputs.study.readings
-        if bool(np.isfinite(psd.sel(reading=reading, scenario=labels)).all())
-    ]
+    psd = inputs.psd["acceleration_psd"].sel(scenario=labels)
+    return [r for r in inputs.study.readings if bool(np.isfinite(psd.sel(reading=r)).all())]
 
 
 def _known_as(inputs: Inputs, family: ComparedScenarios, scenario: Scenario) -> tuple[str, str]:
@@ -89,24 +86,18 @@ def _known_as(inputs: Inputs, family: ComparedScenarios, scenario: Scenario) -> 
 
 def psd_curves(
     inputs: Inputs, family: ComparedScenarios, reading: str, point: str
-) -> list[PageCurve]:
+) -> list[html.PageCurve]:
     """Return PSDs [g²/Hz] of the bare panel at each sound level, then of the scenarios."""
-    scenarios = family.scenarios
-    psd = inputs.psd["acceleration_psd"].sel(reading=reading, point=point) / STANDARD_GRAVITY**2
-    bare = list(dict.fromkeys(s.bare.label for s in scenarios))
-    levels = {s.bare.label: f"bare panel, {s.oaspl_db or 0.0:g} dB" for s in scenarios}
-    curves = [
-        PageCurve(levels[label] if len(bare) > 1 else "bare panel",
-                  psd.sel(scenario=label).to_numpy(), style.BARE, width=0.8)
-        for label in bare
-    ]  # fmt: skip
+    scenarios, place = family.scenarios, {"reading": reading, "point": point}
+    levels = {s.bare.label: f", {s.oaspl_db or 0.0:g} dB" for s in scenarios}
+    curves = []
+    for label, level in levels.items():
+        name = "bare panel" + (level if len(levels) > 1 else "")
+        curves.append(psd_curve(inputs.psd, {**place, "scenario": label}, name, style.BARE, 0.8))
     for index, scenario in enumerate(scenarios):
-        label, colour = _known_as(inputs, family, scenario)
-        width = nested_width(index, len(scenarios))
-        values = psd.sel(scenario=scenario.label).to_numpy()
+        look = *_known_as(inputs, family, scenario), nested_width(index, len(scenarios))
         # no bands: those of several curves would hide them
-        inside = inside_of(inputs.psd, reading, scenario.label)
-        curves.append(PageCurve(label, values, colour, width=width, inside=inside))
+        curves.append(psd_curve(inputs.psd, {**place, "scenario": scenario.label}, *look))
     return curves
 
 
@@ -130,14 +121,13 @@ def acceleration_note(inputs: Inputs, family: ComparedScenarios, reading: str) -
     read_at = read_at[[scenario.label for scenario in family.scenarios]]
     if read_at.isna().all():
         return "$C_e$ independent of Γ"
-    low, high = number(read_at.min()), number(read_at.max())
-    kind = READ_AT[inputs.study.damping.level.kind]
-    return f"$C_e$ at {kind}, Γ = {low}" + (f" to {high}" if high != low else "")
+    gamma = span(number(value) for value in (read_at.min(), read_at.max()))
+    return f"$C_e$ at {READ_AT[inputs.study.damping.level.kind]}, Γ = {gamma}"
 
 
 def reductions_of(
     inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str]
-) -> list[ColourTable]:
+) -> list[html.ColourTable]:
     """Return third-octave reductions of a family, by point and reading."""
     points = inputs.moving_points
     gained: dict[tuple[str, str], Array] = {}
@@ -153,33 +143,83 @@ def reductions_of(
     return response_figures.reduction_tables(centre, rows, gained, ROW_NAMES[family.varied])
 
 
-def damping_block(inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str]) -> Picture:
+def damping_block(
+    inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str], notes: Mapping[str, str]
+) -> html.Picture:
     """Return C_e and m_a with which a family was computed, by reading."""
-
-    def charts(quantity: str, unit: str, *, is_log: bool = True) -> list[Chart]:
-        return [
-            Chart(
-                title,
-                inputs.psd["frequency"].to_numpy(),
-                unit,
-                [_damping_curve(inputs, family, reading, s, quantity) for s in family.scenarios],
-                acceleration_note(inputs, family, reading),
-                is_log,
-            )
-            for reading, title in titles.items()
-        ]
-
-    damping = charts("equivalent_damping", "$C_e$, N s/m³")
-    mass = charts("apparent_mass", "apparent mass $m_a$, kg/m²", is_log=False)
-    pairs = itertools.chain.from_iterable(zip(damping, mass, strict=True))
-    return chart_picture(f"damping_{family.key}", list(pairs), height=2.9)
+    frequency, charts = inputs.psd["frequency"].to_numpy(), []
+    for reading, title in titles.items():
+        for quantity, unit, is_log in QUANTITIES:
+            curves = [
+                _damping_curve(inputs, family, reading, s, quantity) for s in family.scenarios
+            ]
+            charts.append(html.Chart(title, frequency, unit, curves, notes[reading], is_log))
+    return chart_picture(f"damping_{family.key}", charts, height=2.9)
 
 
 def _damping_curve(
     inputs: Inputs, family: ComparedScenarios, reading: str, scenario: Scenario, quantity: str
-) -> PageCurve:
+) -> html.PageCurve:
     selection = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
     values = inputs.psd[quantity].sel(selection).to_numpy()
     inside = inside_of(inputs.psd, reading, scenario.label)
     label, colour = _known_as(inputs, family, scenario)
-    return PageCurve(label, values, colour, width=1.1, inside=inside)
+    return html.PageCurve(label, values, colour, width=1.1, inside=inside)
+
+
+DRAWN_TOGETHER = 6  # layouts in one figure at most: as many as there are colours without an order
+
+
+def layouts_section(inputs: Inputs) -> html.PageSection:
+    """Return the PSDs of the explicit layouts and of their dead weights at every point."""
+    study = inputs.study
+    points = []
+    for point in inputs.moving_points:
+        psds = []
+        for reading in study.readings:
+            drawn = [s for s in layouts_of(study) if is_steady(inputs.psd, reading, s.label)]
+            for first in range(0, len(drawn), DRAWN_TOGETHER):
+                part = drawn[first : first + DRAWN_TOGETHER]
+                name = f"psd_layouts_{reading}_{first // DRAWN_TOGETHER + 1}_{point}"
+                inside = [inside_of(inputs.psd, reading, scenario.label) for scenario in part]
+                psds.append(
+                    {
+                        "picture": _psd_picture(inputs, reading, part, point, name),
+                        "has_band": len(part) == 1,
+                        "is_dashed": not np.all(inside),
+                    }
+                )
+        if psds:
+            points.append([point, psds])
+    return html.template_section("layouts.html", "Layouts", {"points": points})
+
+
+def _psd_picture(
+    inputs: Inputs, reading: str, scenarios: Sequence[Scenario], point: str, name: str
+) -> html.Picture:
+    """Return PSDs of the bare panel, of layouts and of their dead weights at a point."""
+    place = {"reading": reading, "point": point}
+    bare = dict.fromkeys(s.bare.label for s in scenarios)
+    curves = []
+    for label in bare:
+        name_of = "bare panel" if len(bare) == 1 else label
+        curves.append(psd_curve(inputs.psd, {**place, "scenario": label}, name_of, style.BARE, 0.8))
+    labels = [layout.label for layout in layouts_of(inputs.study)]
+    colours = dict(zip(labels, itertools.cycle(style.PLACES), strict=False))
+    dead, treated = [], []
+    for index, scenario in enumerate(scenarios):
+        label, colour = scenario.label, colours[scenario.label]
+        of_case = {**place, "scenario": label}
+        dead_psd = inputs.psd["dead_weight_acceleration_psd"].sel(of_case)
+        weight = dead_psd.to_numpy() / STANDARD_GRAVITY**2
+        if np.isfinite(weight).all():
+            dead.append(
+                html.PageCurve(f"{label}: dead weight", weight, style.pale(colour), "dotted", 1.0)
+            )
+        width = nested_width(index, len(scenarios))
+        # a band of one curve hides nothing; those of several would
+        has_band = len(scenarios) == 1
+        treated.append(psd_curve(inputs.psd, of_case, label, colour, width, has_band=has_band))
+    frequency = inputs.psd["frequency"].to_numpy()
+    chart = html.Chart(READINGS[reading], frequency, PSD_UNIT, [*curves, *dead, *treated])
+    return chart_picture(name, [chart])

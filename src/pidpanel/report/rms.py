@@ -53,17 +53,12 @@ def band_error_of(
     (n_scenarios, n_bands, n_points); NaN where no errors are known. Errors are common to the lines
     of a band, which has their mean, weighted with their PSD.
     """
-    frequency = psd["frequency"].to_numpy()
-    _, edge = third_octaves(frequency[0], frequency[-1])
+    _, whole = band_rms_of(psd, reading, labels, points)
     if "acceleration_psd_log_error" not in psd:
-        return np.full((len(labels), len(edge), len(points)), np.nan)
-    chosen = psd.sel(reading=reading, scenario=list(labels), point=list(points))
-    order = ("frequency", "scenario", "point")
-    values = chosen["acceleration_psd"].transpose(*order).to_numpy()
-    error = chosen["acceleration_psd_log_error"].transpose(*order).to_numpy()
-    whole = band_rms(frequency, values, edge) ** 2
-    error_square = band_rms(frequency, values * error, edge) ** 2
-    return (10 / np.log(10) * error_square / whole).transpose(1, 0, 2)
+        return np.full(whole.shape, np.nan)
+    weighted = psd["acceleration_psd"] * psd["acceleration_psd_log_error"]
+    _, error = band_rms_of(psd.assign(acceleration_psd=weighted), reading, labels, points)
+    return 10 / np.log(10) * error**2 / whole**2
 
 
 def inside_of(psd: xr.Dataset, reading: str, scenario: str) -> Flags:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from pidpanel.arrays import Flags
 from pidpanel.report import html, style
-from pidpanel.report.inputs import SeverityResults
+from pidpanel.report.inputs import Inputs, SeverityResults
 from pidpanel.report.maps_section import EXCEEDED_SHARE, case_titles, map_figure
 from pidpanel.report.names import with_names
 from pidpanel.report.response_figures import chart_picture
@@ -20,23 +20,10 @@ PLACE = ["reading", "scenario", "point"]  # columns of a row's place
 POINTS = 6  # points drawn at most; the tables have all
 
 
-def severity_section(
-    severity: SeverityResults, summary: pd.DataFrame, names: Mapping[str, str], cell_in_patch: Flags
-) -> html.PageSection:
-    """Return the section of a study with the key ``severity``.
-
-    Parameters
-    ----------
-    severity
-        What the stage left.
-    summary
-        ``response/summary.csv``: it says which scenario reduces most.
-    names
-        Of the scenarios by label.
-    cell_in_patch
-        (n_patches, n_cells) for the edges of the patches in maps.
-    """
-    drawn = drawn_scenarios(summary)
+def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSection:
+    """Return the section of a study with the key ``severity``."""
+    names = inputs.names
+    drawn = drawn_scenarios(inputs.summary)
     strength = severity.strength.assign(
         index=severity.strength[["maximum_stress_index", "tsai_wu_index"]].max(axis=1),
         has_error=np.isfinite(severity.strength["relative_error"]),
@@ -46,8 +33,8 @@ def severity_section(
     strongest = _worst(strength, strength["index"], names)
     damaged = _worst(fatigue, fatigue["damage_narrow_band"], names)
     values = {
-        "quality": severity.quality,
-        "duration": severity.duration,
+        "quality": severity.stated.quality,
+        "duration": severity.stated.duration_s,
         "best": names[drawn[-1][1]],
         "oscillators": _oscillators(severity.oscillators, drawn, names),
         "peaks": records(with_names(severity.peaks, names)),
@@ -60,9 +47,8 @@ def severity_section(
         "maps": None,
     }
     if severity.maps is not None:
-        values |= _index_maps(severity.maps, names, cell_in_patch)
-    part = html.Fragment("severity.html", values)
-    return html.PageSection("severity", "Peaks, margins and fatigue", [part])
+        values |= _index_maps(severity.maps, names, inputs.basis.cell_in_patch)
+    return html.template_section("severity.html", "Peaks, margins and fatigue", values)
 
 
 def _worst(
@@ -92,14 +78,11 @@ def _oscillators(
     points = list(dict.fromkeys(table["point"]))[:POINTS]
     colours = [style.BARE, style.PLACES[0]][: len(drawn)]
     natural, charts = table["natural_frequency_hz"].unique(), []
+    by_place = table.groupby(PLACE)
     for point in points:
         curves = []
         for (reading, label), colour in zip(drawn, colours, strict=True):
-            rows = table[
-                (table["reading"] == reading)
-                & (table["scenario"] == label)
-                & (table["point"] == point)
-            ]
+            rows = by_place.get_group((reading, label, point))
             rms = rows["oscillator_rms_g"].to_numpy()
             error = np.log1p(rows["oscillator_rms_error_g"].to_numpy() / rms)
             curves.append(html.PageCurve(names[label], rms, colour, log_error=error))
@@ -116,9 +99,9 @@ INDEX_STYLES = {
 def _index_maps(maps: xr.Dataset, names: Mapping[str, str], cell_in_patch: Flags) -> dict[str, Any]:
     """Return maps of the failure indices that the study has strengths for."""
     styles = {name: look for name, look in INDEX_STYLES.items() if name in maps}
-    figure = style.Drawing(map_figure, maps, cell_in_patch, case_titles(maps, names), styles=styles)
+    values = maps, cell_in_patch, case_titles(maps, names)
     return {
-        "maps": html.Picture("failure_maps", figure),
+        "maps": html.figure_picture("failure_maps", map_figure, *values, styles=styles),
         "largest": [(look[0], float(maps[name].max())) for name, look in styles.items()],
         "exceeded_share": EXCEEDED_SHARE,
     }

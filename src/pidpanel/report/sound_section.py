@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.report import style
-from pidpanel.report.html import Chart, Fragment, PageCurve, PageSection
+from pidpanel.report.html import Chart, PageCurve, PageSection, template_section
 from pidpanel.report.response_figures import chart_picture
 
 LEVEL, DENSITY = "band level, dB re 20 µPa", "pressure PSD on the surface, Pa²/Hz"
@@ -33,7 +33,7 @@ def sound_section(
         "high": frequency[1],
         "assumed": assumed,
     }
-    return PageSection("sound", "Sound", [Fragment("sound.html", values)])
+    return template_section("sound.html", "Sound", values)
 
 
 def _steps(bands: pd.DataFrame, column: str, unit: str, *, is_log: bool = True) -> Chart:

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from pidpanel.report.html import Fragment, PageSection
+from pidpanel.report.html import PageSection, template_section
 from pidpanel.report.text import records
 
 # Symbols of the quantities of a layer in ``response/stress.csv``.
@@ -29,4 +29,4 @@ def stress_section(stress: pd.DataFrame) -> PageSection:
         "units": units["unit"].to_dict(),
         "symbols": SYMBOLS,
     }
-    return PageSection("stress", "Strain and stress", [Fragment("stress.html", values)])
+    return template_section("stress.html", "Strain and stress", values)

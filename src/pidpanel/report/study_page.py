@@ -1,41 +1,51 @@
-"""The page of a study with a panel: which parts it has, in which order."""
+"""The pages of studies: which parts they have, in which order."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
+
+import pandas as pd
 
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
 from pidpanel.progress import tracked
 from pidpanel.report.answer import answer_of
-from pidpanel.report.answer_section import answer_fragment
-from pidpanel.report.answer_text import NOTHING_MOVES, headline
+from pidpanel.report.answer_section import NOTHING_MOVES, answer_fragment, headline, panel_picture
 from pidpanel.report.atlas_section import atlas_section
 from pidpanel.report.base_section import base_section
 from pidpanel.report.claims import patch_distance, verdict_table, verdicts
 from pidpanel.report.coupled_section import coupled_section
+from pidpanel.report.coupon_figures import design_figure, loss_factor_map
 from pidpanel.report.coupon_section import Law, coupon_section, coupon_text, losses_section
 from pidpanel.report.damping_section import damping_section
-from pidpanel.report.facts import study_facts
-from pidpanel.report.html import CAVEATS, Fragment, Page, PageSection
-from pidpanel.report.inputs import Inputs, PanelInputs
-from pidpanel.report.layouts_section import layouts_section
+from pidpanel.report.facts import cases_text, software_text, study_facts
+from pidpanel.report.films import film_picture
+from pidpanel.report.html import CAVEATS, Fragment, Page, PageSection, figure_picture
+from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInputs
 from pidpanel.report.maps_section import maps_section
+from pidpanel.report.measured_section import measured_section
 from pidpanel.report.measurement_section import curves_of, measurement_section
-from pidpanel.report.names import family_of, with_names
+from pidpanel.report.names import CouponStudy, family_of, with_names
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import is_papers_panel, panel_section
-from pidpanel.report.response_section import response_section
+from pidpanel.report.response_section import layouts_section, response_section
 from pidpanel.report.severity_section import severity_section
 from pidpanel.report.sound_section import sound_section
 from pidpanel.report.stress_section import stress_section
 from pidpanel.report.summary_section import summary_section
+from pidpanel.report.templates import lines
+from pidpanel.report.text import records
+from pidpanel.report.varied_section import findings, varied_section
 from pidpanel.report.verdict_section import verdict_section
-from pidpanel.report.warnings import study_warnings
+from pidpanel.report.warnings import coarse_mesh, coupon_warnings, doubted_coupons, study_warnings
 from pidpanel.sound.from_study import spectrum_of
 
+Steps = Sequence[tuple[str, str]]  # (text, command) to reproduce the results
 
-def study_page(inputs: Inputs, steps: Sequence[tuple[str, str]]) -> Page:
+
+def study_page(inputs: Inputs, steps: Steps) -> Page:
     """Return the whole page."""
     study = inputs.study
     answer = answer_of(study, inputs.summary)
@@ -71,22 +81,16 @@ def _claims(inputs: Inputs) -> Fragment | None:
     return verdict_table(verdicts(inputs.study, inputs.summary, inputs.psd, distance))
 
 
-def _of_coupon(inputs: PanelInputs, name: str, law: Law | None) -> list[PageSection]:
-    """Return the parts of one coupon: its runs, its losses, the surface if one is read."""
-    coupon = inputs.coupons[name]
-    good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
-    on_coupon = coupon_section(coupon, text=coupon_text(coupon), law=law)
-    sections = [on_coupon, losses_section(good)]
-    if name in inputs.damping:
-        sections.append(damping_section(inputs.damping[name]))
-    return sections
-
-
 def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSection]:
     """Return the parts of all coupons; with a law of the paper to draw beside its cases."""
     sections = []
     for name in tracked(list(inputs.coupons), "coupons of the page"):
-        of_coupon = _of_coupon(inputs, name, law)
+        coupon = inputs.coupons[name]
+        good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
+        runs = coupon_section(coupon, text=coupon_text(coupon), law=law)
+        of_coupon = [runs, losses_section(good)]
+        if name in inputs.damping:
+            of_coupon.append(damping_section(inputs.damping[name]))
         sections += of_coupon if name == SECTION else [s.with_suffix(name) for s in of_coupon]
     return sections
 
@@ -130,7 +134,149 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     sections.append(summary_section(study, inputs.summary))
     sections.append(stress_section(with_names(inputs.stress, names)))
     if inputs.severity is not None:
-        sections.append(
-            severity_section(inputs.severity, inputs.summary, names, inputs.basis.cell_in_patch)
-        )
+        sections.append(severity_section(inputs.severity, inputs))
     return sections
+
+
+SAME_DB = 0.05  # reduction below which there is none
+
+
+def shaker_page(inputs: PanelInputs, steps: Steps) -> Page:
+    """Return the whole page."""
+    study, base, names = inputs.study, inputs.base, inputs.names
+    points = list(study.panel.points)
+    if base is None:
+        raise ValueError(f"{study.name}: a page without sound and base motion")
+    on_shaker = base_section(base, names, points, study.panel.section.thickness_mm)
+    answer, *summary = _findings(base, names)
+    proposed, designs = [], []
+    if inputs.proposal is not None:
+        answer, summary = proposal_headline(inputs.proposal), [answer, *summary]
+        proposed = [optimise_section(inputs.proposal)]
+        designs = [proposal_choice(inputs.proposal, inputs.basis)]
+    warnings = _warnings(inputs, base)
+    on_panel = panel_section(inputs.basis, inputs.modes, inputs.printed)
+    # the drawing and the first curves make a row
+    head, curves, more = on_shaker.blocks
+    drawing = panel_picture(inputs, None, "The panel.")
+    sections = [on_panel, *coupon_sections(inputs)]
+    if inputs.coupled is not None:
+        sections.append(coupled_section(inputs.coupled, names, points))
+    if inputs.measurements is not None:
+        computed = {"base": curves_of(base)}
+        sections.insert(0, measurement_section(inputs.measurements, computed, names))
+    return Page(
+        title=study.title or study.name,
+        answer=answer,
+        first=[*designs, head, drawing, curves],
+        caveats=warnings[:CAVEATS],
+        facts=study_facts(inputs),
+        assumptions=study.assumptions,
+        summary=summary,
+        warnings=warnings[CAVEATS:],
+        sections=[
+            *proposed,
+            replace(on_shaker, blocks=[more]),
+            *(replace(section, folded=True) for section in sections),
+        ],
+        steps=steps,
+    )
+
+
+def _findings(base: BaseResults, names: Mapping[str, str]) -> list[str]:
+    """Return the result of each motion with each damping model in a sentence."""
+    results: list[dict[str, Any]] = []
+    if base.summary is not None:
+        rows = base.summary[(base.summary["input"] == "stated") & (base.summary["status"] == "ok")]
+        level = f"{rows['input_rms_g'].max():.3g} g rms at the supports"
+        results += _of_motion(rows, ("acceleration_rms_g", "g rms"), level, names)
+    if base.peaks is not None and base.sine is not None:
+        rows = base.peaks[base.peaks["peak_acceleration_g"].notna()]
+        level = f"a sweep of {base.sine.attrs['acceleration_g']:g} g"
+        results += _of_motion(rows, ("peak_acceleration_g", "g"), level, names)
+    return lines("shaker.html", {"results": results, "same_db": SAME_DB})
+
+
+def _of_motion(
+    rows: pd.DataFrame, quantity: tuple[str, str], level: str, names: Mapping[str, str]
+) -> Iterator[dict[str, Any]]:
+    """Yield which layout has the lowest acceleration at the point that is worst on the panel."""
+    column, unit = quantity
+    for reading, group in rows.groupby("reading", sort=False):
+        worst = group.loc[group.groupby("scenario", sort=False)[column].idxmax()]
+        bare, best = worst.iloc[0], worst.iloc[int(worst[column].argmin())]
+        yield {
+            "reading": reading,
+            "level": level,
+            "column": column,
+            "unit": unit,
+            "bare": dict(bare),
+            "best": dict(best),
+            "error": best.get(column.replace("_g", "_error_g"), math.nan),
+            "several": len(worst) > 1,
+            "gain": 20 * math.log10(bare[column] / best[column]),
+            "name": names[best["scenario"]],
+        }
+
+
+def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
+    """Return what limits the numbers, the most important first."""
+    study = inputs.study
+    values: dict[str, Any] = {
+        "study": study,
+        "names": inputs.names,
+        "outside": 0.0,
+        "unstable": [],
+        "panel_mesh": None,
+        "has_tones": False,
+        "coupons": doubted_coupons(inputs.coupons),
+    }
+    if base.summary is not None:
+        unstable = base.summary[base.summary["status"] == "unstable"]
+        values |= {
+            "outside": base.summary["outside_run_points_share"].max(),
+            "unstable": records(unstable.drop_duplicates(["reading", "scenario"])),
+            "panel_mesh": coarse_mesh(inputs.names, base.summary),
+            "has_tones": not study.is_coupled
+            and (bool(study.scenarios) or inputs.proposal is not None),
+        }
+    return lines("shaker_warnings.html", values)
+
+
+def coupon_page(
+    study: CouponStudy, stamp: Mapping[str, str], coupon: CouponResults, steps: Steps
+) -> Page:
+    """Return the whole page of a study of the coupon alone, with the stamp of its results."""
+    good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
+    lost = coupon.cases[~coupon.cases["status"].isin(COUNTED)]
+    keys = coupon.varied
+    one_by_one = [] if coupon.is_design else keys
+    results = findings(good, one_by_one)
+    varied = varied_section(good, one_by_one) if one_by_one else None
+    values: dict[str, Any] = {"design": None, "map": None, "text": coupon_text(coupon)}
+    if coupon.is_design:
+        values["design"] = figure_picture("loss_factor_design", design_figure, good, keys)
+    elif varied is None and len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
+        values["map"] = figure_picture("loss_factor_map", loss_factor_map, good)
+    beside = [] if varied is None else [varied]
+    films = [] if coupon.shot is None else [film_picture(coupon.shot)]
+    warnings = coupon_warnings(coupon.cases)
+    measured = [] if coupon.measured is None else [measured_section(coupon.measured)]
+    sections = [coupon_section(replace(coupon, shot=None), varied=keys)]
+    if not coupon.is_design:
+        sections.append(losses_section(good))
+    return Page(
+        title=study.title or study.name,
+        answer=results[0],
+        first=[Fragment("coupon_first.html", values), *beside, *films],
+        caveats=warnings[:CAVEATS],
+        facts=[("Coupon", cases_text(coupon.cases)), ("Software", software_text(stamp, dem=True))],
+        assumptions=study.assumptions,
+        summary=results[1:],
+        warnings=[
+            *warnings[CAVEATS:],
+            *(f"{row['case']}: {row['status']}: {row['message']}" for _, row in lost.iterrows()),
+        ],
+        sections=[*measured, *(replace(section, folded=True) for section in sections)],
+        steps=steps,
+    )

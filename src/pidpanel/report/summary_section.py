@@ -5,7 +5,7 @@ from itertools import product
 import pandas as pd
 
 from pidpanel.report import text
-from pidpanel.report.html import Fragment, PageSection
+from pidpanel.report.html import PageSection, template_section
 from pidpanel.report.names import Study, names_of
 
 
@@ -28,4 +28,4 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
         "rms_decimals": text.common_decimals(summary["acceleration_rms_error_g"]),
         "decimals": text.common_decimals(summary["reduction_error_db"], text.DECIBEL_DECIMALS),
     }
-    return PageSection("summary", "All scenarios", [Fragment("summary.html", values)])
+    return template_section("summary.html", "All scenarios", values)

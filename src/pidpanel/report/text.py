@@ -177,6 +177,17 @@ def capitalised(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
+def span(texts: Iterable[str], joint: str = " to ") -> str:
+    """Return the least and the greatest of some values in one text, or the only one.
+
+    Examples
+    --------
+    >>> span(["0.1", "0.3"]), span(["2", "2"])
+    ('0.1 to 0.3', '2')
+    """
+    return joint.join(dict.fromkeys(texts))
+
+
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the rows of a frame by the names of its columns."""
     return [dict(zip(frame.columns, row, strict=True)) for row in frame.itertuples(index=False)]

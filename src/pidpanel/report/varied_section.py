@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pidpanel.report import style
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
-from pidpanel.report.html import Fragment, Picture
+from pidpanel.report.html import Fragment, figure_picture
 from pidpanel.report.templates import lines
 from pidpanel.report.text import records, value_text
 
@@ -32,7 +31,7 @@ LABELS = {
 
 ROWS_SHOWN = 6  # rows of a table that are shown without being asked for
 
-VALUE, ERROR = EQUIVALENT_DAMPING.column, str(EQUIVALENT_DAMPING.error)
+VALUE, ERROR = EQUIVALENT_DAMPING.column, EQUIVALENT_DAMPING.error
 
 
 def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> Fragment:
@@ -42,9 +41,8 @@ def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> Fragment:
             "name": _name(key),
             "others": ", ".join(_name(name) for name in keys if name != key),
             "rows": varied_rows(cases, key, keys),
-            "picture": Picture(
-                f"over_{key.replace('.', '_')}",
-                style.Drawing(varied_figure, cases, key, LABELS.get(key, key)),
+            "picture": figure_picture(
+                f"over_{key.replace('.', '_')}", varied_figure, cases, key, LABELS.get(key, key)
             ),
         }
         for key in keys

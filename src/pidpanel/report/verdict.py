@@ -5,8 +5,9 @@ every third octave within `BAND_DEPTH` of the highest is within `BAND_LIMIT`. Wh
 coupled run, twice, could decide either way, it is said that this is open.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -31,14 +32,13 @@ class CoupledRun:
     band_error_db: Array  # (n,) [dB]
 
 
-@dataclass(frozen=True)
-class Distance:
-    """How far a reading is from the coupled run at a point."""
+class Distance(NamedTuple):
+    """How far a reading is from the coupled run at a point; names are those of the table."""
 
-    rms: float  # g rms over that of the coupled run, less 1
-    rms_error: float  # standard error, of the coupled run
+    difference: float  # g rms over that of the coupled run, less 1
+    coupled_g_rms_relative_error: float  # standard error of the coupled run
     band: int  # index of the third octave that is furthest off
-    band_db: float  # how far it is off [dB]
+    band_difference_db: float  # how far it is off [dB]
     band_error_db: float  # [dB]
     holds: Holds  # whether both are within their limits
 
@@ -50,7 +50,7 @@ def distance(rms: float, band_rms: Array, coupled: CoupledRun) -> Distance:
     --------
     >>> run = CoupledRun(10.0, 0.05, np.array([8.0, 6.0, 0.01]), np.array([0.1, 0.1, 0.1]))
     >>> offset = distance(10.1, np.array([8.0, 6.2, 0.02]), run)
-    >>> offset.band, round(offset.band_db, 2), offset.holds
+    >>> offset.band, round(offset.band_difference_db, 2), offset.holds
     (1, 0.28, 'yes')
     """
     counts = coupled.band_rms >= 10 ** (-BAND_DEPTH / 20) * coupled.band_rms.max()
@@ -67,8 +67,13 @@ def distance(rms: float, band_rms: Array, coupled: CoupledRun) -> Distance:
     }
     return Distance(
         float(relative), float(error), band, float(gap[band]), float(coupled.band_error_db[band]),
-        "no" if "no" in outcomes else "open" if "open" in outcomes else "yes",
+        least(outcomes),
     )  # fmt: skip
+
+
+def least(outcomes: Collection[Holds]) -> Holds:
+    """Return what several outcomes are together: no weighs more than open, open more than yes."""
+    return "no" if "no" in outcomes else "open" if "open" in outcomes else "yes"
 
 
 def _holds(gap: float, error: float, limit: float) -> Holds:

@@ -72,14 +72,10 @@ def write_verdict(
                         "oaspl_db": scenario.oaspl_db or spectrum_of(study.acoustics).oaspl,
                         "reading": reading,
                         "point": point,
-                        "g_rms": coupled.rms * (1 + offset.rms),
+                        "g_rms": coupled.rms * (1 + offset.difference),
                         "coupled_g_rms": coupled.rms,
-                        "coupled_g_rms_relative_error": offset.rms_error,
-                        "difference": offset.rms,
                         "band_hz": of_point["frequency_hz"].to_numpy()[offset.band],
-                        "band_difference_db": offset.band_db,
-                        "band_error_db": offset.band_error_db,
-                        "holds": offset.holds,
+                        **offset._asdict(),
                     }
                 )
     pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(verdict_csv, index=False, float_format="%.6g")

@@ -12,10 +12,10 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import style
-from pidpanel.report.html import Fragment, PageSection, Picture
+from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import WIDTH
 from pidpanel.report.text import READINGS, records
-from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT
+from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT, least
 from pidpanel.report.verdict_files import BARE, DEAD_WEIGHT
 from pidpanel.response.psd_files import is_steady
 from pidpanel.solve.bands import band_rms, whole_third_octaves
@@ -30,23 +30,11 @@ WORDS = {"yes": "holds", "no": "does not hold", "open": "open"}
 def worst(verdict: pd.DataFrame) -> pd.DataFrame:
     """Return of each reading and scenario what is worst of its points."""
     rows = []
-    for (reading, scenario), group in verdict.groupby(["reading", "scenario"], sort=False):
+    for _, group in verdict.groupby(["reading", "scenario"], sort=False):
         band = group.iloc[int(group["band_difference_db"].abs().to_numpy().argmax())]
         rms = group.iloc[int(group["difference"].abs().to_numpy().argmax())]
-        holds = set(group["holds"])
-        rows.append(
-            {
-                "reading": reading,
-                "scenario": scenario,
-                "oaspl_db": float(group["oaspl_db"].iloc[0]),
-                "difference": rms["difference"],
-                "rms_error": rms["coupled_g_rms_relative_error"],
-                "band_difference_db": band["band_difference_db"],
-                "band_error_db": band["band_error_db"],
-                "band_hz": band["band_hz"],
-                "holds": "no" if "no" in holds else "open" if "open" in holds else "yes",
-            }
-        )
+        of_rms = {"difference": rms["difference"], "rms_error": rms["coupled_g_rms_relative_error"]}
+        rows.append({**dict(band), **of_rms, "holds": least(set(group["holds"]))})
     return pd.DataFrame(rows)
 
 
@@ -162,10 +150,8 @@ def verdict_section(
         "bands": None,
     }
     if summary["oaspl_db"].nunique() > 1:
-        values["levels"] = Picture("verdict_level", style.Drawing(level_figure, verdict, points))
+        values["levels"] = figure_picture("verdict_level", level_figure, verdict, points)
     if psd is not None and run is not None:
         labels = [(str(label), str(label)) for label in dict.fromkeys(run["scenario"])]
-        figure = style.Drawing(band_figure, psd, run, labels, points)
-        values["bands"] = Picture("verdict_bands", figure)
-    fragment = Fragment("verdict.html", values)
-    return PageSection("verdict", "Which damping model holds", [fragment])
+        values["bands"] = figure_picture("verdict_bands", band_figure, psd, run, labels, points)
+    return template_section("verdict.html", "Which damping model holds", values)

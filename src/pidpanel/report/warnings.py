@@ -14,7 +14,7 @@ from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.panel.resolution import ORDER
 from pidpanel.paths import SECTION
 from pidpanel.report.answer import StudyAnswer, main_reading
-from pidpanel.report.answer_text import worst_map
+from pidpanel.report.answer_section import worst_map
 from pidpanel.report.inputs import CouponResults, Inputs
 from pidpanel.report.names import Study, names_of
 from pidpanel.report.templates import lines
