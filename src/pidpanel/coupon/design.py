@@ -8,6 +8,7 @@ and a longer table begins with the shorter one.
 
 import argparse
 import csv
+import itertools
 import math
 import sys
 from collections import Counter
@@ -213,10 +214,14 @@ def main() -> None:
     """Write the table to the standard output, and what is left out to the other."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("points", type=int, help="number of points of the sequence")
-    count, bead = parser.parse_args().points, Bead()
+    parser.add_argument("--skip", type=int, default=0, help="points left out at its beginning")
+    parser.add_argument("--upright", action="store_true", help="gravity across the motion alone")
+    options, bead = parser.parse_args(), Bead()
     excluded: Counter[str] = Counter()
     rows = []
-    for groups in points(count):
+    for groups in itertools.islice(points(options.points), options.skip, None):
+        if options.upright and groups.direction != "upright":
+            continue
         reason = exclusion(groups, bead)
         excluded[reason or "in the table"] += 1
         if not reason:
