@@ -9,7 +9,6 @@ import pytest
 from pidpanel.coupled.beds import cell_of, spheres_of
 from pidpanel.coupled.process import in_child
 from pidpanel.coupon import geometry, preparation
-from pidpanel.coupon.contact import rayleigh_time
 from pidpanel.coupon.liggghts.failures import RunStopped
 from pidpanel.coupon.liggghts.library import commands
 
@@ -19,10 +18,7 @@ pytestmark = pytest.mark.liggghts
 
 
 def step_of(bed):
-    packing = bed.packing
-    return 0.2 * rayleigh_time(
-        packing.sizes.smallest / 2, packing.density, MODULUS, packing.poissons_ratio
-    )
+    return 0.2 * bed.packing.smallest(MODULUS).rayleigh_time
 
 
 class Shaken(NamedTuple):

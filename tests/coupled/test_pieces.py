@@ -8,7 +8,6 @@ import pytest
 from pidpanel.coupled import pieces
 from pidpanel.coupled.checkpoints import FILE
 from pidpanel.coupled.integration import Integration
-from pidpanel.coupon.contact import rayleigh_time
 from pidpanel.coupon.liggghts.failures import RunStopped
 
 MODULUS, ROWS, SUBSTEPS, INTERVALS = 50e6, 300, 4, 4
@@ -21,9 +20,7 @@ def run(bed, plate, monkeypatch):
     """A run of 24 ms in three pieces, as a function of its folder; the bed is thrown at its lid."""
     found, folder = bed
     packing = found.packing
-    step = 0.2 * rayleigh_time(
-        packing.sizes.smallest / 2, packing.density, MODULUS, packing.poissons_ratio
-    )
+    step = 0.2 * packing.smallest(MODULUS).rayleigh_time
     rng = np.random.default_rng(1)
     force = 200.0 * rng.standard_normal((ROWS + 1, plate.count))
     start = np.stack([np.zeros(plate.count), rng.standard_normal(plate.count)])

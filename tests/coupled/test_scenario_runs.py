@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pidpanel.coupled.beds import rayleigh_time_of
 from pidpanel.coupled.checkpoints import Checkpoint
 from pidpanel.coupled.integration import Rows
 from pidpanel.coupled.pieces import run_identity
@@ -88,7 +87,7 @@ def test_rows_and_steps_are_as_short_as_they_must_be(runs):
     assert run.intervals_per_row * run.interval == pytest.approx(INTERVAL, rel=1e-12)
     assert run.intervals_per_row == 8
     rayleigh = [
-        rayleigh_time_of(patch.beds[0], soft.modulus)
+        patch.beds[0].packing.smallest(soft.modulus).rayleigh_time
         for patch, soft in zip(runs.scenario.patches, runs.softened, strict=True)
     ]
     assert rayleigh[1] < 0.9 * rayleigh[0]

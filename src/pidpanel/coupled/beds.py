@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.coupon import contact, geometry, preparation
+from pidpanel.coupon import geometry, preparation
 from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.library import Spheres
@@ -22,14 +22,6 @@ CALL_S, STEP_S, SPHERE_STEP_S = 70e-6, 5e-6, 105e-9
 def cpu_per_interval(spheres: int, substeps: int) -> float:
     """Return the CPU time of an interval of some steps [s]."""
     return CALL_S + substeps * (STEP_S + SPHERE_STEP_S * spheres)
-
-
-def rayleigh_time_of(bed: Bed, modulus: float) -> float:
-    """Return the Rayleigh time of the smallest sphere of a bed [s], at a modulus [Pa]."""
-    packing = bed.packing
-    return contact.rayleigh_time(
-        packing.sizes.smallest / 2, packing.density, modulus, packing.poissons_ratio
-    )
 
 
 def spheres_of(

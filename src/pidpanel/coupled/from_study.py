@@ -11,7 +11,7 @@ import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled import carried, estimate_files
-from pidpanel.coupled.beds import cpu_per_interval, rayleigh_time_of
+from pidpanel.coupled.beds import cpu_per_interval
 from pidpanel.coupled.excited_panel import ExcitedPanel
 from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings, SimulatedPatch
 from pidpanel.coupled.scenario_runs import INTERVALS_PER_PERIOD, STEP_RAYLEIGH, ScenarioRuns
@@ -189,7 +189,7 @@ def estimated_cpu_seconds(study: Study) -> float:
             modulus = usual_modulus(patch.youngs_modulus, packing.density)
             if keys.youngs_modulus_mpa is not None:
                 modulus = 1e6 * keys.youngs_modulus_mpa
-            steps.append(STEP_RAYLEIGH * rayleigh_time_of(patch.beds[0], modulus))
+            steps.append(STEP_RAYLEIGH * packing.smallest(modulus).rayleigh_time)
             spheres.append(round(spheres_in(packing, patch.fill_fraction)))
         substeps = max(1, int(interval / min(steps)))
         cost = sum(cpu_per_interval(count, substeps) for count in spheres)

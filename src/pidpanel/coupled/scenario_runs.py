@@ -9,7 +9,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled import force_record
-from pidpanel.coupled.beds import mass_per_area, rayleigh_time_of
+from pidpanel.coupled.beds import mass_per_area
 from pidpanel.coupled.coupled_panel import CoupledPanel
 from pidpanel.coupled.estimate import ScenarioEstimate, estimate
 from pidpanel.coupled.excited_panel import ExcitedPanel
@@ -87,7 +87,9 @@ class ScenarioRuns:
         interval = period / rows
         settled = round(settings.settling / interval)
         beds = list(zip(self.scenario.beds[number - 1], self.softened, strict=True))
-        longest = STEP_RAYLEIGH * min(rayleigh_time_of(bed, soft.modulus) for bed, soft in beds)
+        longest = STEP_RAYLEIGH * min(
+            bed.packing.smallest(soft.modulus).rayleigh_time for bed, soft in beds
+        )
         intervals, substeps = _steps(interval, longest, 1 / (INTERVALS_PER_PERIOD * high))
         first = int(np.ceil(low * period))
         frequency = np.arange(first, int(high * period) + 1) / period

@@ -152,7 +152,7 @@ def test_our_rayleigh_time_is_the_solvers():
     # fix check/timestep/gran prints the step over its own Rayleigh time, f_check[1]
     row = next(line for line in LOG.splitlines() if line.split()[:1] == ["3000"])
     printed = float(row.split()[-2])
-    ours = 5e-6 / contact.rayleigh_time(1.25e-3, 1190.0, 5e7, 0.35)
+    ours = 5e-6 / contact.ElasticSphere(1.25e-3, 1190.0, 5e7, 0.35).rayleigh_time
     assert ours == pytest.approx(printed, rel=1e-6)  # eight digits are printed
 
 
