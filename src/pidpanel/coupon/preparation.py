@@ -112,7 +112,7 @@ def _settle(packing: Packing, start: Scattered, folder: Path) -> Array:
     with Liggghts(folder, "fill") as solver:
         solver.read_deck(text)
         for _ in range(200):
-            step, _, energy = solver.run(chunk, "kinetic_energy")
+            step, _, energy = solver.run(chunk, read_energy=True)
             if step * time_step > fall_time and energy < rest:
                 break
         else:

@@ -146,7 +146,7 @@ def _repeated(run: Run, state: RunState, done: int, bed_folder: Path, home: Path
     try:
         _continued(solver, run, replace(fresh, legs=(0,)), home, done)
     except BaseException:
-        solver.__exit__(None, None, None)
+        solver.__exit__()
         raise
     return solver
 
