@@ -145,37 +145,33 @@ def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> reco
     return records.ShakeOutcome(**vars(attempt), run=run, target=target, found=shaken)
 
 
-def shake_seeds(
-    seeds: Sequence[Run], target: RunTarget, bed_files: Sequence[Path], folders: Sequence[Path]
-) -> list[records.ShakeOutcome]:
-    """Shake each seed of a case; seeds that are apart continue.
+def shake_seeds(case: Case, target: RunTarget, folder: Path) -> list[records.ShakeOutcome]:
+    """Shake each seed of a case to a target; seeds that are apart continue.
 
     A bed can dwell in a state of motion that does not last, and look steady (100 Hz, 80 g,
     μ = 0.1: C_e = 1250 N s/m³ for 60 or 90 cycles, 190 ever after). Where two seeds are apart
     (`states.are_apart`), the shorter continues by half, until they agree or have run
-    ``max_cycles``.
+    ``max_cycles``. What they leave is that of the case's own target.
     """
-    outcomes = [
-        shake_run(run, target, bed_file, folder)
-        for run, bed_file, folder in zip(seeds, bed_files, folders, strict=True)
-    ]
+    beds = [folder / "bed" / run.bed.label / "bed.json" for run in case.runs]
+    seeds = list(zip(case.runs, beds, case.folders(folder), strict=True))
+    outcomes = [shake_run(run, target, bed, home) for run, bed, home in seeds]
     while True:
         shaken = [outcome.found for outcome in outcomes if outcome.found is not None]
         if len(shaken) < len(outcomes):
             break
         damping = []
-        for run, folder, record in zip(seeds, folders, shaken, strict=True):
-            read = rows.read_shaken(run, folder, record)
+        for (run, _, home), record in zip(seeds, shaken, strict=True):
+            read = rows.read_shaken(run, home, record)
             damping.append(rows.estimates(run, read, record.mass_kg)[0])
         k = min(range(len(shaken)), key=lambda i: shaken[i].cycles)
         done = shaken[k].cycles
         if not are_apart(damping) or done >= target.max_cycles:
             break
         longer = replace(target, min_cycles=min(target.max_cycles, math.ceil(1.5 * done)))
-        continued = shake_run(seeds[k], longer, bed_files[k], folders[k])
-        spent = outcomes[k].solver_cpu_s + continued.solver_cpu_s
-        outcomes[k] = replace(continued, target=target, solver_cpu_s=round(spent, 2))
-    return outcomes
+        run, bed, home = seeds[k]
+        outcomes[k : k + 1] = _with_time_of([outcomes[k]], [shake_run(run, longer, bed, home)])
+    return [replace(outcome, target=case.target) for outcome in outcomes]
 
 
 def are_apart(damping: Sequence[cycles.Estimate]) -> bool:
@@ -192,15 +188,15 @@ def shake_case(case: Case, folder: Path) -> list[records.ShakeOutcome]:
     agree. Returns the outcomes of the case or, with several states, of `Case.with_reserve`.
     """
     target, first = case.target, first_target(case)
-    outcomes = _shake_all(case, first, folder)
+    outcomes = shake_seeds(case, first, folder)
     if not case.state_cycles:
         return outcomes
     if has_states(case, outcomes, folder):
         longer = replace(target, min_cycles=first.max_cycles, max_cycles=first.max_cycles)
-        return _with_time_of(outcomes, _shake_all(case.with_reserve, longer, folder))
+        return _with_time_of(outcomes, shake_seeds(case.with_reserve, longer, folder))
     if first.max_cycles < target.max_cycles:
         longer = replace(target, min_cycles=first.min_cycles)
-        outcomes = _with_time_of(outcomes, _shake_all(case, longer, folder))
+        outcomes = _with_time_of(outcomes, shake_seeds(case, longer, folder))
     return outcomes
 
 
@@ -234,13 +230,6 @@ def has_states(case: Case, outcomes: Sequence[records.ShakeOutcome], folder: Pat
     means = np.array([estimate.damping for estimate in estimates])
     errors = np.array([estimate.error for estimate in estimates])
     return len(estimates) > 1 and len(states.states_of(means, errors)) > 1
-
-
-def _shake_all(case: Case, target: RunTarget, folder: Path) -> list[records.ShakeOutcome]:
-    """Shake all runs of a case to a target; what they leave is that of the case's own."""
-    beds = [folder / "bed" / run.bed.label / "bed.json" for run in case.runs]
-    outcomes = shake_seeds(case.runs, target, beds, case.folders(folder))
-    return [replace(outcome, target=case.target) for outcome in outcomes]
 
 
 def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:

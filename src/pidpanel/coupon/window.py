@@ -5,17 +5,16 @@ Nothing here enters a label. A run whose balance was measured by another version
 """
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon import balance, contact, cycles, geometry
+from pidpanel.coupon import balance, cycles, geometry
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.failures import LogTruncated
-from pidpanel.coupon.liggghts.process import ContactFiles, Liggghts
+from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.records import MeasuredBalance
 
@@ -59,7 +58,17 @@ def _window(
     if len(motion.position) != frames:
         raise LogTruncated(f"{files.motion}: {len(motion.position)} of {frames} frames")
     planes = wall_planes(run.packing)
-    pairs, touches = _read_contacts(files, frames, spheres, len(planes), rolling)
+    pairs, touches = (
+        output.read_contacts(
+            path.read_text(errors="replace"),
+            str(path),
+            frames=frames,
+            ids=(spheres, partners),
+            with_wall=path is files.touches,
+            rolling=rolling,
+        )
+        for path, partners in ((files.pairs, spheres), (files.touches, len(planes)))
+    )
     for path in files:
         path.unlink()
     diameters = start_files.read_diameters((folder / deck.START_FILE).read_text())
@@ -108,42 +117,15 @@ def _frame_stride(run: Run, window: int, per_contact: int) -> int:
     return stride
 
 
-def _read_contacts(
-    files: ContactFiles, frames: int, spheres: int, planes: int, rolling: bool
-) -> Iterator[balance.Contacts]:
-    """Yield the contacts of spheres with spheres, then with walls."""
-    for path, with_wall, partners in ((files.pairs, False, spheres), (files.touches, True, planes)):
-        text = path.read_text(errors="replace")
-        yield output.read_contacts(
-            text,
-            str(path),
-            frames=frames,
-            ids=(spheres, partners),
-            with_wall=with_wall,
-            rolling=rolling,
-        )
-
-
 def _materials(run: Run) -> tuple[balance.ContactMaterial, balance.ContactMaterial]:
     """Of sphere on sphere and of sphere on wall."""
     constants = run.constants
     sphere = constants.youngs_modulus, constants.poissons_ratio
     wall = constants.wall_youngs_modulus, constants.wall_poissons_ratio
-
-    def material(
-        partner: tuple[float, float], friction: float, restitution: float
-    ) -> balance.ContactMaterial:
-        moduli, ratios = zip(sphere, partner, strict=True)
-        return balance.ContactMaterial(
-            balance.effective_modulus(moduli, ratios),
-            balance.effective_shear_modulus(moduli, ratios),
-            friction,
-            contact.damping_ratio(restitution),
-        )
-
+    material = balance.contact_material
     return (
-        material(sphere, constants.friction, constants.restitution),
-        material(wall, constants.wall_friction, constants.wall_restitution),
+        material(sphere, sphere, constants.friction, constants.restitution),
+        material(sphere, wall, constants.wall_friction, constants.wall_restitution),
     )
 
 
