@@ -98,7 +98,9 @@ def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate, integrat
         time = np.arange(rows + 1) / rows
         blow = np.where(time < 0.1, np.sin(np.pi * time / 0.1) ** 2, 0.0)
         return integrate(
-            plate.shapes,
+            plate.modal,
+            plate.at_cells,
+            plate.at_points,
             plate.area,
             np.full(8, found.packing.cell_area),
             60.0 * blow[:, None] * np.ones(plate.count),

@@ -17,10 +17,10 @@ def damped(plate):
     rng = np.random.default_rng(2)
     z = 300 * (1 + rng.random(8)) + 2j * np.pi * frequency[:, None] * (1 + rng.random(8))
     load = z * plate.area
-    felt = plate.shapes.at_cells.T
+    felt = plate.at_cells.T
     omega = 2 * np.pi * frequency[:, None, None]
     bare = plate.stiffness(frequency)[:, :, None] * np.eye(plate.count)
-    seen = plate.shapes.at_points
+    seen = plate.at_points
     return SimpleNamespace(
         receptances=Receptances.compute(frequency, plate.stiffness(frequency), felt, seen),
         load=load,

@@ -214,8 +214,7 @@ def finished(runs, missing):
     rows = Rows(*(rng.standard_normal((run.rows, n)) for n in (cells, 2, cells)))
     supplied, particles = 2.0, 0.6
     lost = 2.0 * (1 - missing) - particles
-    state = replace(
-        run.begin(0 * drawn.start),
+    state = run.begin(0 * drawn.start)._replace(
         row=run.rows,
         energies=np.array([2 * particles, supplied / run.intervals_per_row, lost / INTERVAL, 0.0]),
     )

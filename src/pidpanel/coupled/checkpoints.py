@@ -12,7 +12,7 @@ import hashlib
 import sys
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -59,8 +59,8 @@ class Checkpoint:
         durable.sync(*self.restarts)
         rows = Rows.joined(self.rows)
         values = {
-            **{f"rows_{field.name}": getattr(rows, field.name) for field in fields(Rows)},
-            **{f"state_{field.name}": getattr(self.state, field.name) for field in fields(State)},
+            **{f"rows_{name}": value for name, value in rows._asdict().items()},
+            **{f"state_{name}": value for name, value in self.state._asdict().items()},
             **{f"forces_{k}": force for k, force in enumerate(self.forces)},
         }
         with durable.replacing(folder / FILE) as draft, draft.open("wb") as file:
@@ -92,10 +92,10 @@ class Checkpoint:
             ]
             if damaged:
                 raise ValueError(f"{damaged[0]}: another hash")
-            state = {field.name: values[f"state_{field.name}"] for field in fields(State)}
+            state = State(*(values[f"state_{name}"] for name in State._fields))
             return Checkpoint(
-                (Rows(*(values[f"rows_{field.name}"] for field in fields(Rows))),),
-                State(**{**state, "row": int(state["row"])}),
+                (Rows(*(values[f"rows_{name}"] for name in Rows._fields)),),
+                state._replace(row=int(state.row)),
                 tuple(restarts),
                 tuple(values[f"forces_{k}"] for k in range(len(restarts))),
             )

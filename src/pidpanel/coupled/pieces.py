@@ -5,14 +5,14 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from pidpanel.arrays import Array
 from pidpanel.coupled.beds import cpu_per_interval, deck_of, spheres_of
 from pidpanel.coupled.checkpoints import Checkpoint, ends_of_pieces, identity_of
-from pidpanel.coupled.integration import Integration, Record, Rows
+from pidpanel.coupled.integration import Balance, Integration, Rows
 from pidpanel.coupled.process import Progress, in_child
 from pidpanel.coupon.attempts import bed_in_store
 from pidpanel.coupon.bed import Bed
@@ -55,8 +55,8 @@ def started(bed: Bed, modulus: float, folder: Path) -> StartedBed:
 
 def integrated(
     name: str, run: Integration, start: Array, beds: Sequence[StartedBed], folder: Path
-) -> Record:
-    """Return the record of a run, from its last checkpoint on."""
+) -> tuple[Rows, Balance]:
+    """Return the rows of a run and their balance, from its last checkpoint on."""
     row_s = cpu_per_row(run, [bed.spheres for bed in beds])
     identity = run_identity(run, start, beds)
     done = Checkpoint.read(folder, identity) or Checkpoint((), run.begin(start))
@@ -82,7 +82,7 @@ def integrated(
             piece = _limited(work, name, report)
         done = replace(piece, rows=(*done.rows, *piece.rows))
         done.write(folder, identity)
-    return run.record(Rows.joined(done.rows), done.state)
+    return Rows.joined(done.rows), run.balance(done.state)
 
 
 def cpu_per_row(run: Integration, spheres: Sequence[int]) -> float:
@@ -130,10 +130,11 @@ def _piece(
 
 def run_identity(run: Integration, start: Array, beds: Sequence[StartedBed]) -> str:
     """Return a hash of all that the bits of a run depend on."""
-    panel, nowhere = run.panel, {"walls_file": Path("walls"), "data_file": Path("spheres")}
+    modal, nowhere = run.modal, {"walls_file": Path("walls"), "data_file": Path("spheres")}
     return identity_of(
         INTEGRATION_VERSION,
-        *(getattr(panel, field.name) for field in fields(panel)),
+        *(modal.angular_frequency, modal.damping_ratio, modal.modal_mass),
+        *(run.at_cells, run.at_points),
         *(run.patch_area, run.cell_area, run.force, start),
         *(run.time_step, run.substeps, run.intervals_per_row, run.settled),
         *(without_comments(deck_of(b.bed, b.modulus, run.time_step, nowhere)) for b in beds),

@@ -34,9 +34,10 @@ class SettledRecord:
     rows: int
     settled: int
     interval: float  # time between rows [s]
-    # As in `integration.Record`
+    # (m, c) and (m, p) displacement [m]
     at_cells: Array
     at_points: Array
+    # (m, c) impulse of the walls on the particles since the start, per area of a cell [N s/m²]
     impulse: Array
 
     @property
