@@ -103,7 +103,7 @@ def record(seed: int, folder: Path, *, halvings: int = 0, cells: int = CELLS) ->
     held = amplitude * force_record.before_hold(lines, ROW_S)[:, None]
     force = force_record.samples(held, first, period)[np.arange(-settled, period + 1) % period]
     bare = amplitude * np.exp(-2j * np.pi * lines * settled * ROW_S)[:, None]
-    bare = bare / whole.stiffness(lines)
+    bare = bare / whole.modal.dynamic_stiffness(lines)
     start = np.stack([bare.real.sum(axis=0), (2j * np.pi * lines @ bare).real])
     run = Integration(
         MODAL, whole.at_cells, whole.points, whole.area, np.full(cells, whole.patches[0].cell_area),

@@ -54,7 +54,6 @@ def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
             tuple(
                 SimulatedPatch(
                     filling.patch,
-                    fill,
                     coupon.particles.youngs_modulus,
                     tuple(
                         bed_of(coupon, fill, cells=keys.cells, seed=run + 1)
@@ -190,7 +189,7 @@ def estimated_cpu_seconds(study: Study) -> float:
             if keys.youngs_modulus_mpa is not None:
                 modulus = 1e6 * keys.youngs_modulus_mpa
             steps.append(STEP_RAYLEIGH * packing.smallest(modulus).rayleigh_time)
-            spheres.append(round(spheres_in(packing, patch.fill_fraction)))
+            spheres.append(round(spheres_in(packing, patch.beds[0].fill_fraction)))
         substeps = max(1, int(interval / min(steps)))
         cost = sum(cpu_per_interval(count, substeps) for count in spheres)
         seconds += keys.run_s / (substeps * min(steps)) * cost

@@ -14,7 +14,7 @@ from pidpanel.coupled.beds import cpu_per_interval, deck_of, spheres_of
 from pidpanel.coupled.checkpoints import Checkpoint, ends_of_pieces, identity_of
 from pidpanel.coupled.integration import Balance, Integration, Rows
 from pidpanel.coupled.process import Progress, in_child
-from pidpanel.coupon.attempts import bed_in_store
+from pidpanel.coupon.attempts import sound_bed
 from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.liggghts.deck import WALLS_FILE, without_comments
 from pidpanel.coupon.liggghts.failures import RunFailed, RunStopped
@@ -47,7 +47,7 @@ class StartedBed(NamedTuple):
 
 def started(bed: Bed, modulus: float, folder: Path) -> StartedBed:
     """Return a bed in its folder, with a modulus [Pa]; `RunFailed` if it could not be made."""
-    outcome = bed_in_store(bed, folder / "bed.json")
+    outcome = sound_bed(bed, folder / "bed.json")
     if outcome.found is None:
         raise RunFailed(outcome.status, outcome.message)
     return StartedBed(bed, modulus, folder, outcome.found.spheres)

@@ -104,7 +104,7 @@ class ScenarioRuns:
         # what counts is a period, before it comes the end of the one before
         force = force[np.arange(-settled, rows + 1) % rows]
         turned = np.exp(-2j * np.pi * frequency * settled * interval)
-        bare = amplitude * turned[:, None] / panel.stiffness(frequency)
+        bare = amplitude * turned[:, None] / panel.modal.dynamic_stiffness(frequency)
         modal = panel.modal
         integration = Integration(
             modal,

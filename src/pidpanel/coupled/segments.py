@@ -53,12 +53,9 @@ class RecordSegments:
     def __init__(self, panel: CoupledPanel, record: SettledRecord, band: tuple[float, float]):
         self._panel, self._record, self._band = panel, record, band
         self._cells = len(panel.at_cells)
-        self._receptances = Receptances.compute(
-            record.frequency,
-            panel.stiffness(record.frequency),
-            panel.at_cells.T,
-            np.concatenate([panel.at_cells, panel.points]),
-        )
+        stiffness = panel.modal.dynamic_stiffness(record.frequency)
+        observed = np.concatenate([panel.at_cells, panel.points])
+        self._receptances = Receptances(record.frequency, stiffness, panel.at_cells.T, observed)
         rows = np.concatenate([record.at_cells, record.at_points], axis=1)
         motion = self._segments_of(rows[record.settled :])
         self.frequency, self.resolution = motion.frequency, motion.resolution

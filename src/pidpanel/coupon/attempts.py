@@ -52,7 +52,8 @@ def pour_packing(packing: Packing, file: Path) -> records.PourOutcome:
 
 def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> records.LoosenOutcome:
     """Shake a bed loose, in the folder of ``bed.json``, and write that or a failed packing."""
-    source = sound_packing(bed.packing, packing_file)
+    pour_again = partial(pour_packing, bed.packing)
+    source = _sound(records.PourOutcome, "packing", bed.packing, packing_file, pour_again)
     poured = source.found
     with exclusive_lock(_lock(file.parent)):
         if poured is None:
@@ -73,17 +74,14 @@ def _lock(folder: Path) -> Path:
     return folder.with_name(f".{folder.name}.lock")
 
 
-def sound_packing(packing: Packing, file: Path) -> records.PourOutcome:
-    """What ``packing.json`` says; a packing that is not as it was left is poured again."""
-    return _sound(records.PourOutcome, "packing", packing, file, partial(pour_packing, packing))
-
-
-def sound_bed(bed: Bed, packing_file: Path, file: Path) -> records.LoosenOutcome:
+def sound_bed(bed: Bed, file: Path) -> records.LoosenOutcome:
     """What ``bed.json`` says; a bed that is not as it was left is made again.
 
-    The same spheres to the last bit, so that jobs that do so at the same time do no harm.
+    The same spheres to the last bit, so that jobs that do so at the same time do no harm. Its
+    packing is looked for in ``../../packing`` of its folder.
     """
-    return _sound(records.LoosenOutcome, "bed", bed, file, partial(loosen_bed, bed, packing_file))
+    packing = file.parent.parent.parent / "packing" / bed.packing.label / "packing.json"
+    return _sound(records.LoosenOutcome, "bed", bed, file, partial(loosen_bed, bed, packing))
 
 
 def _sound(
@@ -108,12 +106,6 @@ def _sound(
     return outcome
 
 
-def bed_in_store(bed: Bed, file: Path) -> records.LoosenOutcome:
-    """`sound_bed` where the packings lie in ``../../packing`` of the folder of the bed."""
-    packings = file.parent.parent.parent / "packing"
-    return sound_bed(bed, packings / bed.packing.label / "packing.json", file)
-
-
 def check_sound(outcome: records.PourOutcome | records.LoosenOutcome, file: Path) -> None:
     """Refuse what is not as it was left, and a failure that need not come again."""
     if outcome.status != records.OK and outcome.status not in failures.BY_INPUTS:
@@ -132,12 +124,8 @@ def _take(source: Path, folder: Path, names: Iterable[str]) -> None:
 
 
 def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> records.ShakeOutcome:
-    """Shake a run in a folder; hand on the failure of its bed.
-
-    The packing of the bed is looked for in ``../../packing`` of the folder of ``bed.json``, should
-    the bed have to be made again.
-    """
-    bed = bed_in_store(run.bed, bed_file)
+    """Shake a run in a folder; hand on the failure of its bed."""
+    bed = sound_bed(run.bed, bed_file)
     if bed.found is None:
         attempt, shaken = _handed_on(bed), None
     else:

@@ -78,8 +78,12 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
             if solver is None and done == state.cycles and run.deck is None:
                 solver = stack.enter_context(_started(run, state, folder))
             elif solver is None:
+                # it ends before the last restart, or a restart need not hold all of the deck:
+                # LIGGGHTS runs to there from nothing, to the same bits
                 home = folder / REPEAT_FOLDER
-                solver = stack.enter_context(_repeated(run, state, done, bed_folder, home))
+                fresh = _begun(run, bed_folder, home)
+                solver = stack.enter_context(_started(run, fresh, home))
+                _continued(solver, run, replace(fresh, legs=(0,)), home, done)
                 if rows.digest(run, home, (done,), done) != rows.digest(
                     run, folder, state.legs, done
                 ):
@@ -133,22 +137,6 @@ def _end_at(state: RunState, done: int, folder: Path) -> End | None:
     name = last_file(done)
     is_sound = end is not None and files_of(folder, [name])[name] == end.last_digest
     return end if is_sound else None
-
-
-def _repeated(run: Run, state: RunState, done: int, bed_folder: Path, home: Path) -> Liggghts:
-    """LIGGGHTS after so many cycles from nothing, in another folder.
-
-    For a target that ends before the last restart, or of a deck of which a restart need not hold
-    everything. It runs to the same bits as the run did.
-    """
-    fresh = _begun(run, bed_folder, home)
-    solver = _started(run, fresh, home)
-    try:
-        _continued(solver, run, replace(fresh, legs=(0,)), home, done)
-    except BaseException:
-        solver.__exit__()
-        raise
-    return solver
 
 
 def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, folder: Path) -> End:
