@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.coupled import force_record, pieces
+from pidpanel.coupled import beds, force_record, pieces
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
 from pidpanel.coupled.estimate import estimate
 from pidpanel.coupled.integration import Integration
@@ -110,7 +110,7 @@ def record(seed: int, folder: Path, *, halvings: int = 0, cells: int = CELLS) ->
         force, ROW_S / intervals, 1, intervals, settled,
     )  # fmt: skip
     read, balance = pieces.integrated(
-        f"run {seed}", run, start, [pieces.started(bed, MODULUS, loose.parent)], folder / name
+        f"run {seed}", run, start, [beds.started(bed, MODULUS, loose.parent)], folder / name
     )
     kept = SettledRecord(
         lines, amplitude, first, rows, settled, run.row_interval, read.at_cells, read.at_points,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupled import pieces
+from pidpanel.coupled import beds, pieces
 from pidpanel.coupled.checkpoints import FILE
 from pidpanel.coupled.integration import Integration
 from pidpanel.coupon.liggghts.failures import RunStopped
@@ -25,7 +25,7 @@ def run(bed, plate, monkeypatch):
     cells = np.full(8, packing.cell_area)
     shapes = plate.modal, plate.at_cells, plate.at_points
     whole = Integration(*shapes, plate.area, cells, force, step, SUBSTEPS, INTERVALS, 50)
-    started = pieces.started(found, MODULUS, folder)
+    started = beds.started(found, MODULUS, folder)
     of_row = pieces.cpu_per_row(whole, [started.spheres])
     monkeypatch.setattr(pieces, "PIECE_S", 100 * of_row)
 

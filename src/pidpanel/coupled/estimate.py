@@ -252,13 +252,12 @@ def _variance(
     bias: float,
 ) -> Callable[[Callable[[Array], Array]], Array]:
     """Return the variance of what follows from the change of ln of the PSD, as a function of it."""
+    same = np.ones(len(variants.centre))
 
-    def changed(p: int, impedance: Impedance, ratio: Array | None = None) -> Array:
+    def changed(p: int, impedance: Impedance, ratio: Array = same) -> Array:
         impedances: list[Impedance] = [*carried]
-        impedances[p] = impedance
-        ratios = [np.ones(len(variants.centre)) for _ in fits]
-        if ratio is not None:
-            ratios[p] = ratio
+        ratios = [same] * len(fits)
+        impedances[p], ratios[p] = impedance, ratio
         return variants.change(impedances, ratios)
 
     independent, jackknifed = [], []
@@ -271,7 +270,7 @@ def _variance(
         ]
     power = EXPONENT_ERROR / EXPONENT
     further = [z.scaled(factor**power) for z, factor in zip(carried, factors, strict=True)]
-    independent.append(variants.change(further, None))
+    independent.append(variants.change(further, [same] * len(fits)))
 
     def variance(quantity: Callable[[Array], Array]) -> Array:
         parts = [quantity(change) ** 2 for change in independent]

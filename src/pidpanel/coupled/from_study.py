@@ -203,15 +203,12 @@ def write_coupled(study: Study, estimates: Sequence[Path], outputs: Files) -> No
         estimate_files.frames(scenario.label, xr.load_dataset(path, engine="scipy"))
         for scenario, path in zip(scenarios, estimates, strict=True)
     ]
-    impedances = [frame.impedance for frame in frames]
-    carried_impedances = _carried(study, dict(zip(scenarios, impedances, strict=True)))
-    for path, parts in (
-        (outputs.summary, [frame.summary for frame in frames]),
-        (outputs.third_octaves, [frame.third_octaves for frame in frames]),
-        (outputs.psd, [frame.psd for frame in frames]),
-        (outputs.impedance, impedances + carried_impedances),
-    ):
-        pd.concat(parts).to_csv(path, index=False, float_format="%.6g")
+    impedances = [tables["impedance"] for tables in frames]
+    further = _carried(study, dict(zip(scenarios, impedances, strict=True)))
+    frames += [{"impedance": rows} for rows in further]
+    for name in frames[0]:
+        table = pd.concat([tables[name] for tables in frames if name in tables])
+        table.to_csv(outputs.all[name][0], index=False, float_format="%.6g")
 
 
 def _carried(study: Study, impedances: dict[Scenario, pd.DataFrame]) -> list[pd.DataFrame]:

@@ -7,17 +7,14 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 from pidpanel.arrays import Array
-from pidpanel.coupled.beds import cpu_per_interval, deck_of, spheres_of
+from pidpanel.coupled.beds import StartedBed, cpu_per_interval, deck_of, spheres_of
 from pidpanel.coupled.checkpoints import Checkpoint, ends_of_pieces, identity_of
 from pidpanel.coupled.integration import Balance, Integration, Rows
 from pidpanel.coupled.process import Progress, in_child
-from pidpanel.coupon.attempts import sound_bed
-from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.liggghts.deck import WALLS_FILE, without_comments
-from pidpanel.coupon.liggghts.failures import RunFailed, RunStopped
+from pidpanel.coupon.liggghts.failures import RunStopped
 from pidpanel.coupon.liggghts.library import load_library
 from pidpanel.coupon.preparation import BED_FILE
 
@@ -34,23 +31,6 @@ PIECE_S = 8.0
 # `coupon.liggghts.library`. A change of the bits of a run needs a new number; runs are then
 # integrated again.
 INTEGRATION_VERSION = 1
-
-
-class StartedBed(NamedTuple):
-    """A bed of a run, the modulus of its contacts [Pa], its folder, and the number of spheres."""
-
-    bed: Bed
-    modulus: float
-    folder: Path
-    spheres: int
-
-
-def started(bed: Bed, modulus: float, folder: Path) -> StartedBed:
-    """Return a bed in its folder, with a modulus [Pa]; `RunFailed` if it could not be made."""
-    outcome = sound_bed(bed, folder / "bed.json")
-    if outcome.found is None:
-        raise RunFailed(outcome.status, outcome.message)
-    return StartedBed(bed, modulus, folder, outcome.found.spheres)
 
 
 def integrated(
@@ -106,12 +86,9 @@ def _piece(
             library = load_library()
             restarts = checkpoint.restarts or [None for _ in beds]
             particles = [
-                spheres_of(
-                    library, bed.bed, bed.modulus, run.time_step, bed.folder,
-                    Path(temporary) / str(k), restart,
-                )
+                spheres_of(library, bed, run.time_step, Path(temporary) / str(k), restart)
                 for k, (bed, restart) in enumerate(zip(beds, restarts, strict=True))
-            ]  # fmt: skip
+            ]
             for spheres, force in zip(particles, checkpoint.forces, strict=False):
                 spheres.restore_forces(force)
             rows, state = run.advance(
@@ -137,7 +114,7 @@ def run_identity(run: Integration, start: Array, beds: Sequence[StartedBed]) -> 
         *(run.at_cells, run.at_points),
         *(run.patch_area, run.cell_area, run.force, start),
         *(run.time_step, run.substeps, run.intervals_per_row, run.settled),
-        *(without_comments(deck_of(b.bed, b.modulus, run.time_step, nowhere)) for b in beds),
+        *(without_comments(deck_of(b, run.time_step, nowhere)) for b in beds),
         *((b.folder / name).read_text() for b in beds for name in (BED_FILE, WALLS_FILE)),
     )
 

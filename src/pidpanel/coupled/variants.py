@@ -119,16 +119,15 @@ class Variants:
         matrix = np.eye(len(square)) + EXPONENT * by_damping
         return np.exp(EXPONENT * np.linalg.solve(matrix, log_ratio))
 
-    def change(self, impedances: Sequence[Impedance], ratios: Sequence[Array] | None) -> Array:
+    def change(self, impedances: Sequence[Impedance], ratios: Sequence[Array]) -> Array:
         """Return the change of ln of the PSD, (nf, p + c)."""
         total = np.zeros_like(self.linear_psd)
         for p, impedance in enumerate(impedances):
             difference = impedance(self.frequency) - self.impedances[p](self.frequency)
             mass = difference.imag / (2 * np.pi * self.frequency)
             total += self.of_damping[p] * difference.real[:, None] + self.of_mass[p] * mass[:, None]
-            if ratios is not None:
-                ratio = np.interp(np.log(self.frequency), np.log(self.centre), ratios[p])
-                total += self.own_psd[p] * (ratio - 1)[:, None]
+            ratio = np.interp(np.log(self.frequency), np.log(self.centre), ratios[p])
+            total += self.own_psd[p] * (ratio - 1)[:, None]
         psd = self.psd
         return np.divide(total, psd, out=np.zeros_like(psd), where=psd > 0)
 

@@ -56,7 +56,6 @@ def cells_header(cells: int) -> tuple[str, str]:
 def read_cycles(
     text: str,
     source: str,
-    *,
     steps_per_cycle: int,
     cycles: int,
     cycles_before: int = 0,
