@@ -236,7 +236,7 @@ def _mean_squares(
     """
     force_sums = [fit.force_sums for fit in fits]
     simulated = variants.simulated_psd(impedances, force_sums, fits[0].lines)
-    linear = [run.predicted_squares(run.linear_motion(impedances), edge) for run in runs]
+    linear = [run.squares(run.linear_motion(impedances), edge) for run in runs]
     recorded = np.concatenate([run.squares(run.recorded, edge) for run in runs])
     return recorded, variants.band_squares(simulated, edge) + np.concatenate(linear)
 

@@ -62,7 +62,7 @@ class RecordSegments:
         self.count = len(motion.values)
         self._omega = 2j * np.pi * self.frequency[:, None]
         self.velocity = self._omega * motion.values[:, :, : self._cells]
-        self.recorded = motion.values[:, :, self._cells :]
+        self.recorded = motion.values
         self.pressure = pressure_segments(
             record.impulse[record.settled :], record.interval, record.segment, band
         ).values
@@ -105,16 +105,12 @@ class RecordSegments:
         parts = self._panel.slices
         return np.stack([by_cell[:, s] @ area[s] / area[s].sum() for s in parts], axis=1)
 
-    def squares(self, values: Complexes, edge: Array) -> Array:
-        """Return the mean squares of accelerations, (segments, bands, p), of displacements."""
+    def squares(self, motion: Complexes, edge: Array) -> Array:
+        """Return the mean squares of accelerations at the points, (segments, bands, p)."""
+        values = motion[:, :, self._cells :]
         psd = np.abs(self._omega**2 * values) ** 2
         return band_sums(self.frequency, psd, edge, axis=1) * self.resolution
 
-    def predicted_squares(self, motion: Complexes, edge: Array) -> Array:
-        """Return those at the points of a linear motion."""
-        return self.squares(motion[:, :, self._cells :], edge)
-
     def lines(self, edge: Array) -> Index:
         """Return the number of lines of each band."""
-        index = np.searchsorted(self.frequency, edge)
-        return index[:, 1] - index[:, 0]
+        return np.diff(np.searchsorted(self.frequency, edge), axis=1)[:, 0]

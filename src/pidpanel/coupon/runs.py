@@ -145,8 +145,7 @@ def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, f
     solver.dump(last, sphere_dump.POSITION_AND_VELOCITY)
     balance = None
     if run.lists_contacts:
-        smallest = rows.smallest_error(run, state.mass)
-        balance = window.measure_balance(solver, run, state.spheres, smallest, home)
+        balance = window.measure_balance(solver, run, state, home)
     solver.finish(solver.instant().step, state.spheres)
     durable.sync(home / last)
     (home / last).replace(folder / last)
@@ -214,11 +213,13 @@ def _continued(solver: Liggghts, run: Run, state: RunState, folder: Path, cycles
         raise RunStopped(f"{solver.log}: at step {reached.step}, not {last}")
     if reached.spheres != state.spheres:
         raise ParticlesLost(f"{solver.log}: {reached.spheres} spheres of {state.spheres}")
-    longer = state.advance(added, restart)
-    durable.sync(folder / restart, *(folder / f(len(longer.legs)) for f in rows.files_of_rows(run)))
+    legs = (*state.legs[:-1], state.legs[-1] + added)
+    durable.sync(folder / restart, *(folder / f(len(legs)) for f in rows.files_of_rows(run)))
     longer = replace(
-        longer,
-        rows_digest=rows.digest(run, folder, longer.legs, longer.cycles),
+        state,
+        legs=legs,
+        restart=restart,
+        rows_digest=rows.digest(run, folder, legs, cycles),
         files=files_of(folder, (deck.START_FILE, deck.WALLS_FILE, restart)),
     )
     longer.write(folder)

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon import balance, cycles, geometry
+from pidpanel.coupon import balance, cycles, geometry, rows
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.failures import LogTruncated
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.packing import Packing
-from pidpanel.coupon.records import MeasuredBalance
+from pidpanel.coupon.records import MeasuredBalance, RunState
 
 BALANCE_VERSION = 2  # of the algorithm that measures a balance: this module and `balance`
 
@@ -33,22 +33,20 @@ ENOUGH_FRAMES = 1500
 WINDOW = 2e-3  # shortest window of the energy balance [s]; one cycle where that is longer
 
 
-def measure_balance(
-    solver: Liggghts, run: Run, spheres: int, smallest_error: float, folder: Path
-) -> MeasuredBalance:
+def measure_balance(solver: Liggghts, run: Run, state: RunState, folder: Path) -> MeasuredBalance:
     """Energy balance over some cycles after the last of a run; see `balance`."""
     solver.end_rows(by_cell=run.cells_listed > 0)
     for per_contact in FRAMES_PER_CONTACT:
-        measured = _window(solver, run, spheres, smallest_error, folder, per_contact)
+        measured = _window(solver, run, state, folder, per_contact)
         if abs(measured.closure) <= CLOSURE_LIMIT:
             break
     return measured
 
 
 def _window(
-    solver: Liggghts, run: Run, spheres: int, smallest_error: float, folder: Path, per_contact: int
+    solver: Liggghts, run: Run, state: RunState, folder: Path, per_contact: int
 ) -> MeasuredBalance:
-    drive, steps = run.drive, run.steps_per_cycle
+    drive, steps, spheres = run.drive, run.steps_per_cycle, state.spheres
     window = max(1, math.ceil(WINDOW * drive.frequency))
     stride = _frame_stride(run, window, per_contact)
     frames = window * steps // stride + 1
@@ -96,6 +94,7 @@ def _window(
         stride * run.time_step,
     )
     # CLOSURE_LIMIT of this is the smallest error that is asked of C_e anywhere
+    smallest_error = rows.smallest_error(run, state.mass)
     smallest = cycles.dissipated_energy(smallest_error, drive.amplitude, drive.frequency)
     smallest_loss = float(smallest) / CLOSURE_LIMIT * window * run.packing.area
     return MeasuredBalance(
