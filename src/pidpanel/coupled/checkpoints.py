@@ -66,9 +66,9 @@ class Checkpoint:
             **{f"forces_{k}": force for k, force in enumerate(self.forces)},
         }
         files = files_of(folder, [path.name for path in self.restarts])
-        restarts = {"restarts": list(files), "hashes": list(files.values())}
         with durable.replacing(folder / FILE) as draft, draft.open("wb") as file:
-            np.savez(file, identity=identity, **restarts, **values)
+            hashes = list(files.values())
+            np.savez(file, identity=identity, restarts=list(files), hashes=hashes, **values)
         for path in set(folder.glob("*.restart")) - set(self.restarts):
             path.unlink()
 
