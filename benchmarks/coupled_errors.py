@@ -21,10 +21,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.coupled import force_record, pieces
+from pidpanel.coupled import beds, force_record, pieces
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
 from pidpanel.coupled.estimate import estimate
-from pidpanel.coupled.integration import Integration, PanelShapes
+from pidpanel.coupled.integration import Integration
 from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupon import attempts
@@ -103,24 +103,20 @@ def record(seed: int, folder: Path, *, halvings: int = 0, cells: int = CELLS) ->
     held = amplitude * force_record.before_hold(lines, ROW_S)[:, None]
     force = force_record.samples(held, first, period)[np.arange(-settled, period + 1) % period]
     bare = amplitude * np.exp(-2j * np.pi * lines * settled * ROW_S)[:, None]
-    bare = bare / whole.stiffness(lines)
+    bare = bare / whole.modal.dynamic_stiffness(lines)
     start = np.stack([bare.real.sum(axis=0), (2j * np.pi * lines @ bare).real])
     run = Integration(
-        PanelShapes(
-            MODAL.angular_frequency, MODAL.damping_ratio, MODAL.modal_mass, whole.at_cells,
-            whole.points,
-        ),
-        whole.area, np.full(cells, whole.patches[0].cell_area),
+        MODAL, whole.at_cells, whole.points, whole.area, np.full(cells, whole.patches[0].cell_area),
         force, ROW_S / intervals, 1, intervals, settled,
     )  # fmt: skip
-    found = pieces.integrated(
-        f"run {seed}", run, start, [pieces.started(bed, MODULUS, loose.parent)], folder / name
+    read, balance = pieces.integrated(
+        f"run {seed}", run, start, [beds.started(bed, MODULUS, loose.parent)], folder / name
     )
     kept = SettledRecord(
-        lines, amplitude, first, rows, settled, found.interval, found.at_cells, found.at_points,
-        found.impulse,
+        lines, amplitude, first, rows, settled, run.row_interval, read.at_cells, read.at_points,
+        read.impulse / run.cell_area,
     )  # fmt: skip
-    write_record(file, kept, {IDENTITY: name, "balance_error": found.balance.error})
+    write_record(file, kept, {IDENTITY: name, "balance_error": balance.error})
     return kept
 
 

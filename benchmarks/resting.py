@@ -136,7 +136,7 @@ def apparent_mass(resting: Resting, spheres: Array, folder: Path) -> tuple[Array
     speed = resting.acceleration * STANDARD_GRAVITY / (2 * math.pi * 1000)
     with Liggghts(folder, "shake") as solver:
         settled(resting, spheres, run, folder, solver)
-        before = solver.run(1, "kinetic_energy")
+        before = solver.run(1, read_energy=True)
         solver.read_deck(f"fix series all ave/time {STRIDE} 1 {STRIDE} v_p file momentum.txt")
         solver.set_velocity(0.0, 0.0, -speed)
         solver.run(math.ceil(LASTING / run.time_step))

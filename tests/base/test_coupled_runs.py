@@ -8,7 +8,7 @@ from moving import APPARENT, RATIO, WHITE
 
 from pidpanel.coupled import force_record
 from pidpanel.coupled.excited_panel import ExcitedPanel
-from pidpanel.coupled.integration import Integration, PanelShapes
+from pidpanel.coupled.integration import Integration
 from pidpanel.coupled.panel_motion import drift_free_velocity
 from pidpanel.coupled.scenario import CoupledScenario, RunSettings, SimulatedPatch
 from pidpanel.damping_ratio import DampingRatio
@@ -51,7 +51,7 @@ def coupled(panel):
         settings, panel.basis, panel.plate, panel.supported.vectors, panel.excitation, None
     )
     bed = SimpleNamespace(packing=SimpleNamespace(cell_area=0.08 / STATIONS))
-    patch = SimulatedPatch("PID-1", 0.5, 1e9, (bed,))
+    patch = SimulatedPatch("PID-1", 1e9, (bed,))
     return excited.with_patches(CoupledScenario("mass", 1.0, (patch,), ()))
 
 
@@ -67,14 +67,10 @@ def recorded(coupled, mass):
     force = force_record.samples(joined, first, ROWS)
     settled = round(SETTLED / interval)
     bare = amplitude * np.exp(-2j * np.pi * frequency * settled * interval)[:, None]
-    bare = bare / coupled.stiffness(frequency)
+    bare = bare / coupled.modal.dynamic_stiffness(frequency)
     modal, area = coupled.modal, coupled.area
     run = Integration(
-        PanelShapes(
-            modal.angular_frequency, modal.damping_ratio, modal.modal_mass, coupled.at_cells,
-            coupled.points,
-        ),
-        area, area, force[np.arange(-settled, ROWS + 1) % ROWS], interval / INTERVALS, 1,
+        modal, coupled.at_cells, coupled.points, area, area, force[np.arange(-settled, ROWS + 1) % ROWS], interval / INTERVALS, 1,
         INTERVALS, settled,
     )  # fmt: skip
     start = np.stack([bare.real.sum(axis=0), (2j * np.pi * frequency @ bare).real])
@@ -83,10 +79,10 @@ def recorded(coupled, mass):
         run.force[: ROWS + 1, free], modal.modal_mass[free], run.interval, INTERVALS
     )
     weights = DeadWeights(mass * area, run.interval)
-    record = run.record(*run.advance([weights], run.begin(start), run.rows))
-    tones = np.fft.rfft(record.at_points[settled:], axis=0)[first : first + len(frequency)]
+    rows, state = run.advance([weights], run.begin(start), run.rows)
+    tones = np.fft.rfft(rows.at_points[settled:], axis=0)[first : first + len(frequency)]
     tones = tones * (2 * np.pi * frequency[:, None]) ** 2 / (ROWS / 2)
-    return np.sum(np.abs(tones) ** 2, axis=0) / 2, record.balance
+    return np.sum(np.abs(tones) ** 2, axis=0) / 2, run.balance(state)
 
 
 def solved(panel, mass):

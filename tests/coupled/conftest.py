@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupled.excited_panel import ExcitedPanel
-from pidpanel.coupled.integration import Integration, PanelShapes
+from pidpanel.coupled.integration import Integration
 from pidpanel.coupled.scenario import RunSettings
 from pidpanel.coupon import attempts
 from pidpanel.coupon.from_study import bed_of
@@ -19,6 +19,7 @@ from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.excitation import ModalForce
+from pidpanel.solve.model import ModalBasis
 from pidpanel.study.coupon import Coupon
 
 COUPON = Coupon.model_validate(
@@ -49,9 +50,20 @@ def integrate():
 
     def whole(*of, particles, start):
         run = Integration(*of)
-        return run.record(*run.advance(particles, run.begin(start), run.rows))
+        return recorded(run, *run.advance(particles, run.begin(start), run.rows))
 
     return whole
+
+
+def recorded(run, rows, state):
+    """The rows of a run with its balance and their interval; the impulse is per area of a cell."""
+    return SimpleNamespace(
+        at_cells=rows.at_cells,
+        at_points=rows.at_points,
+        impulse=rows.impulse / run.cell_area,
+        balance=run.balance(state),
+        interval=run.row_interval,
+    )
 
 
 class Oscillators:
@@ -99,21 +111,18 @@ def _plate(nx=5, ny=3):
 
     cells = np.array([[x, y] for x in (0.35, 0.45, 0.55, 0.65) for y in (0.3, 0.4)])
     points = np.array([[0.5, 0.35], [0.2, 0.1]])
-    shapes = PanelShapes(
-        angular_frequency=2 * np.pi * frequency,
-        damping_ratio=np.full(len(order), 0.02),
-        modal_mass=np.full(len(order), 4.0 * 0.7 / 4),
-        at_cells=shape(*cells.T),
-        at_points=shape(*points.T),
-    )
+    modal = ModalBasis(frequency, np.full(len(order), 4.0 * 0.7 / 4), 0.02)
 
     def stiffness(f):
         omega = 2 * np.pi * f[:, None]
-        own = shapes.angular_frequency
-        return shapes.modal_mass * (own**2 - omega**2 + 2j * shapes.damping_ratio * own * omega)
+        own = modal.angular_frequency
+        return modal.modal_mass * (own**2 - omega**2 + 2j * modal.damping_ratio * own * omega)
 
     return SimpleNamespace(
-        shapes=shapes,
+        modal=modal,
+        recorded=recorded,
+        at_cells=shape(*cells.T),
+        at_points=shape(*points.T),
         stiffness=stiffness,
         area=np.full(8, 0.01),
         cells=cells,

@@ -12,7 +12,6 @@ from pidpanel.coupled.estimate import estimate
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.excitation import ModalForce
-from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.source import PatchParts
 
 LOW, HIGH, INTERVAL = 40.0, 700.0, 1 / 8000
@@ -49,7 +48,7 @@ def made(plate, edges, damping):
         middles = grid(np.arange(low + 0.025, high, 0.05), 0.25 + 0.05 * (np.arange(4) + 0.5))
         patches.append(
             CoupledPatch(
-                shape=plate.shapes.at_cells[cells],
+                shape=plate.at_cells[cells],
                 area=plate.area[cells],
                 position=plate.cells[cells],
                 cell_area=CELL_AREA,
@@ -58,13 +57,11 @@ def made(plate, edges, damping):
             )
         )
     root = 0.1 * np.random.default_rng(8).standard_normal((plate.count, plate.count))
-    force, shapes = root @ root.T, plate.shapes
-    frequency = shapes.angular_frequency / (2 * np.pi)
     panel = CoupledPanel(
-        modal=ModalBasis(frequency, shapes.modal_mass, shapes.damping_ratio),
-        points=shapes.at_points,
+        modal=plate.modal,
+        points=plate.at_points,
         patches=patches,
-        excitation=ModalForce(np.ones_like, force),
+        excitation=ModalForce(np.ones_like, root @ root.T),
     )
     return SimpleNamespace(root=root, stiffness=plate.stiffness, damping=damping, panel=panel)
 

@@ -37,7 +37,7 @@ class ByAcceleration:
 
 
 def scenario(factor=1.0, dampers=()):
-    patches = (SimulatedPatch("middle", 0.5, STIFF, (BED,)),)
+    patches = (SimulatedPatch("middle", STIFF, (BED,)),)
     return CoupledScenario("one", factor, patches, dampers)
 
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from pidpanel.coupled.force_record import before_hold, samples
-from pidpanel.coupled.integration import Balance, Integration, PanelShapes, Rows
+from pidpanel.coupled.integration import Balance, Integration, Rows
 from pidpanel.coupled.linear import Receptances
 from pidpanel.coupled.spectra import band_sums
 from pidpanel.solve.bands import third_octaves
+from pidpanel.solve.model import ModalBasis
 
 STEP, INTERVALS, ROWS = 1e-5, 8, 3000
 LOW, HIGH = 30.0, 800.0
@@ -22,9 +23,9 @@ def run(plate, particles, impedance, cell_area=None, intervals=INTERVALS, subste
     rng = np.random.default_rng(7)
     size = (len(frequency), plate.count)
     amplitude = rng.standard_normal(size) + 1j * rng.standard_normal(size)
-    cells = plate.shapes.at_cells
-    seen = np.concatenate([cells, plate.shapes.at_points, np.eye(plate.count)])
-    exact = Receptances.compute(frequency, plate.stiffness(frequency), cells.T, seen).motion(
+    cells = plate.at_cells
+    seen = np.concatenate([cells, plate.at_points, np.eye(plate.count)])
+    exact = Receptances(frequency, plate.stiffness(frequency), cells.T, seen).motion(
         impedance(frequency), amplitude
     )
     omega = 2j * np.pi * frequency[:, None]
@@ -38,7 +39,9 @@ def run(plate, particles, impedance, cell_area=None, intervals=INTERVALS, subste
     particles.force = -particles.stiffness * particles.place - particles.damping * particles.speed
     force = samples(amplitude * before_hold(frequency, row)[:, None], first, ROWS)
     whole = Integration(
-        plate.shapes,
+        plate.modal,
+        plate.at_cells,
+        plate.at_points,
         plate.area,
         plate.area if cell_area is None else cell_area,
         np.concatenate([force, force[:1]]),
@@ -47,7 +50,7 @@ def run(plate, particles, impedance, cell_area=None, intervals=INTERVALS, subste
         intervals,
         0,
     )
-    record = whole.record(*whole.advance([particles], whole.begin(start), whole.rows))
+    record = plate.recorded(whole, *whole.advance([particles], whole.begin(start), whole.rows))
     spectrum = np.fft.rfft(record.at_points, axis=0)[first : first + len(frequency)] / (ROWS / 2)
     return frequency, spectrum, exact[:, len(cells) : len(cells) + 2], record
 
@@ -144,13 +147,13 @@ def test_a_free_panel_and_a_ball_part_with_the_momentum_that_they_had(substeps):
     # red: `total + ahead - applied` → `2 * ahead`; `following` → `w` in `kick`
     panel_mass, ball_mass, speed = 3.0, 1.0, -2.0
     one = np.ones((1, 1))
-    panel = PanelShapes(np.zeros(1), np.zeros(1), np.array([panel_mass]), one, one)
+    panel = ModalBasis([0.0], [panel_mass], [1e-3]), one, one
     reduced = 1 / (1 / panel_mass + 1 / ball_mass)
     ball = Ball(ball_mass, reduced * (np.pi / (12 * STEP)) ** 2, speed, STEP / substeps)
     rows = 20
     no_force = np.zeros((rows + 1, 1))
     area = np.array([0.01])
-    parts = Integration(panel, area, area, no_force, STEP / substeps, substeps, 4, 0)
+    parts = Integration(*panel, area, area, no_force, STEP / substeps, substeps, 4, 0)
     _, state = parts.advance([ball], parts.begin(np.zeros((2, 1))), rows)
     velocity = state.shapes[1, 0]
     assert ball.place[0] > 0  # they have parted
@@ -199,7 +202,8 @@ def test_in_pieces_a_run_is_the_same_to_the_bit(plate, oscillators, substeps):
     # red: `previous` of the state ← `w`; `total` or `applied` begun anew; `row` from 0
     rng = np.random.default_rng(3)
     force = rng.standard_normal((31, plate.count))
-    run = Integration(plate.shapes, plate.area, plate.area, force, STEP, substeps, 2, 12)
+    shapes = plate.modal, plate.at_cells, plate.at_points
+    run = Integration(*shapes, plate.area, plate.area, force, STEP, substeps, 2, 12)
     records, start = [], rng.standard_normal((2, plate.count))
     for ends in ([30], [1, 12, 13, 30]):
         particles, pieces = dashpot(oscillators), []
@@ -207,7 +211,7 @@ def test_in_pieces_a_run_is_the_same_to_the_bit(plate, oscillators, substeps):
         for end in ends:
             piece, state = run.advance([particles], state, end)
             pieces.append(piece)
-        records.append(run.record(Rows.joined(pieces), state))
+        records.append(plate.recorded(run, Rows.joined(pieces), state))
     whole, parts = records
     assert whole.balance == parts.balance
     for name in ("at_cells", "at_points", "impulse"):
@@ -223,7 +227,8 @@ def test_the_error_is_the_share_of_the_energy_that_is_missing():
 def test_what_does_not_fit_is_refused(plate, oscillators):
     # red: either check left out
     few = oscillators(np.ones(3), np.ones(3), np.zeros(3), STEP)
-    of = (plate.shapes, plate.area, plate.area, np.zeros((3, plate.count)), STEP, 1)
+    shapes = plate.modal, plate.at_cells, plate.at_points
+    of = (*shapes, plate.area, plate.area, np.zeros((3, plate.count)), STEP, 1)
     run = Integration(*of, 2, 0)
     with pytest.raises(ValueError, match="3 cells, the panel has 8"):
         run.advance([few], run.begin(np.zeros((2, plate.count))), 2)

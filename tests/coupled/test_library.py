@@ -6,10 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from pidpanel.coupled.beds import cell_of, spheres_of
+from pidpanel.coupled.beds import StartedBed, cell_of, spheres_of, started
 from pidpanel.coupled.process import in_child
 from pidpanel.coupon import geometry, preparation
-from pidpanel.coupon.contact import rayleigh_time
 from pidpanel.coupon.liggghts.failures import RunStopped
 from pidpanel.coupon.liggghts.library import commands
 
@@ -19,10 +18,7 @@ pytestmark = pytest.mark.liggghts
 
 
 def step_of(bed):
-    packing = bed.packing
-    return 0.2 * rayleigh_time(
-        packing.sizes.smallest / 2, packing.density, MODULUS, packing.poissons_ratio
-    )
+    return 0.2 * bed.packing.smallest(MODULUS).rayleigh_time
 
 
 class Shaken(NamedTuple):
@@ -43,7 +39,7 @@ def shaken(bed, folder, intervals, substeps, acceleration):
 
         found, beds = bed
         step = step_of(found)
-        spheres = spheres_of(load_library(), found, MODULUS, step, beds, folder)
+        spheres = spheres_of(load_library(), started(found, MODULUS, beds), step, folder)
         rows = preparation.read_bed(beds)
         mass = geometry.masses(rows[:, 3], found.packing.density)
         cell = np.sort(cell_of(rows[:, :2], found.packing.centres))
@@ -97,12 +93,16 @@ def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate, integrat
         from pidpanel.coupon.liggghts.library import load_library
 
         found, beds = bed
-        spheres = spheres_of(load_library(), found, MODULUS, step_of(found), beds, tmp_path)
+        spheres = spheres_of(
+            load_library(), started(found, MODULUS, beds), step_of(found), tmp_path
+        )
         rows, intervals = 2000, 16 // substeps
         time = np.arange(rows + 1) / rows
         blow = np.where(time < 0.1, np.sin(np.pi * time / 0.1) ** 2, 0.0)
         return integrate(
-            plate.shapes,
+            plate.modal,
+            plate.at_cells,
+            plate.at_points,
             plate.area,
             np.full(8, found.packing.cell_area),
             60.0 * blow[:, None] * np.ones(plate.count),
@@ -127,7 +127,7 @@ def test_an_error_of_liggghts_has_its_words(bed, tmp_path):
     def work(progress):
         from pidpanel.coupon.liggghts.library import load_library
 
-        spheres_of(load_library(), soft, MODULUS, 1e-6, beds, tmp_path)
+        spheres_of(load_library(), StartedBed(soft, MODULUS, beds, 0), 1e-6, tmp_path)
 
     with pytest.raises(RunStopped, match="ERROR"):
         in_child(work, "soft", silence_s=60, cpu_limit_s=60)

@@ -17,12 +17,12 @@ def damped(plate):
     rng = np.random.default_rng(2)
     z = 300 * (1 + rng.random(8)) + 2j * np.pi * frequency[:, None] * (1 + rng.random(8))
     load = z * plate.area
-    felt = plate.shapes.at_cells.T
+    felt = plate.at_cells.T
     omega = 2 * np.pi * frequency[:, None, None]
     bare = plate.stiffness(frequency)[:, :, None] * np.eye(plate.count)
-    seen = plate.shapes.at_points
+    seen = plate.at_points
     return SimpleNamespace(
-        receptances=Receptances.compute(frequency, plate.stiffness(frequency), felt, seen),
+        receptances=Receptances(frequency, plate.stiffness(frequency), felt, seen),
         load=load,
         bare=bare,
         full=bare + 1j * omega * ((felt * load[:, None]) @ felt.T),
@@ -82,7 +82,7 @@ def test_without_sound_the_own_force_moves_the_panel_alone(plate, damped):
 def test_of_no_damper_the_panel_is_bare(plate, damped):
     # red: `inverse = self.inverse[lines, None]` → its real part
     frequency = damped.receptances.frequency
-    bare = Receptances.compute(
+    bare = Receptances(
         frequency, plate.stiffness(frequency), np.zeros((plate.count, 0)), damped.seen
     )
     sound = hermitian(np.random.default_rng(6), plate.count, float)

@@ -1,14 +1,11 @@
 """Real LIGGGHTS: a run that was stopped goes on to the same bits, and damage begins it anew."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
-from pidpanel.coupled import pieces
+from pidpanel.coupled import beds, pieces
 from pidpanel.coupled.checkpoints import FILE
 from pidpanel.coupled.integration import Integration
-from pidpanel.coupon.contact import rayleigh_time
 from pidpanel.coupon.liggghts.failures import RunStopped
 
 MODULUS, ROWS, SUBSTEPS, INTERVALS = 50e6, 300, 4, 4
@@ -21,25 +18,30 @@ def run(bed, plate, monkeypatch):
     """A run of 24 ms in three pieces, as a function of its folder; the bed is thrown at its lid."""
     found, folder = bed
     packing = found.packing
-    step = 0.2 * rayleigh_time(
-        packing.sizes.smallest / 2, packing.density, MODULUS, packing.poissons_ratio
-    )
+    step = 0.2 * packing.smallest(MODULUS).rayleigh_time
     rng = np.random.default_rng(1)
     force = 200.0 * rng.standard_normal((ROWS + 1, plate.count))
     start = np.stack([np.zeros(plate.count), rng.standard_normal(plate.count)])
     cells = np.full(8, packing.cell_area)
-    whole = Integration(plate.shapes, plate.area, cells, force, step, SUBSTEPS, INTERVALS, 50)
-    started = pieces.started(found, MODULUS, folder)
+    shapes = plate.modal, plate.at_cells, plate.at_points
+    whole = Integration(*shapes, plate.area, cells, force, step, SUBSTEPS, INTERVALS, 50)
+    started = beds.started(found, MODULUS, folder)
     of_row = pieces.cpu_per_row(whole, [started.spheres])
     monkeypatch.setattr(pieces, "PIECE_S", 100 * of_row)
-    return lambda where: pieces.integrated("run", whole, start, [started], where)
+
+    def recorded(where):
+        rows, balance = pieces.integrated("run", whole, start, [started], where)
+        found = plate.recorded(whole, rows, whole.begin(start))
+        found.balance = balance
+        return found
+
+    return recorded
 
 
 def same(one, other):
     return all(
-        np.array_equal(getattr(one, field.name), getattr(other, field.name))
-        for field in dataclasses.fields(one)
-        if field.name != "balance"
+        np.array_equal(getattr(one, name), getattr(other, name))
+        for name in ("at_cells", "at_points", "impulse")
     )
 
 

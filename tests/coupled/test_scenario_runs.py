@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pidpanel.coupled.beds import rayleigh_time_of
 from pidpanel.coupled.checkpoints import Checkpoint
 from pidpanel.coupled.integration import Rows
 from pidpanel.coupled.pieces import run_identity
@@ -66,7 +65,7 @@ def runs(excited, tmp_path):
         beds = tuple(bed(diameter, seed) for seed in (1, 2))
         for extra, one in enumerate(beds):
             stored(one, tmp_path / "bed" / one.label, SPHERES[diameter] + extra)
-        patches.append(SimulatedPatch(name, 0.5, 3.3e9, beds))
+        patches.append(SimulatedPatch(name, 3.3e9, beds))
     scenario = CoupledScenario("one", 1e5, tuple(patches), ())
     return ScenarioRuns(excited, scenario, tmp_path, tmp_path / "records")
 
@@ -88,7 +87,7 @@ def test_rows_and_steps_are_as_short_as_they_must_be(runs):
     assert run.intervals_per_row * run.interval == pytest.approx(INTERVAL, rel=1e-12)
     assert run.intervals_per_row == 8
     rayleigh = [
-        rayleigh_time_of(patch.beds[0], soft.modulus)
+        patch.beds[0].packing.smallest(soft.modulus).rayleigh_time
         for patch, soft in zip(runs.scenario.patches, runs.softened, strict=True)
     ]
     assert rayleigh[1] < 0.9 * rayleigh[0]
@@ -215,8 +214,7 @@ def finished(runs, missing):
     rows = Rows(*(rng.standard_normal((run.rows, n)) for n in (cells, 2, cells)))
     supplied, particles = 2.0, 0.6
     lost = 2.0 * (1 - missing) - particles
-    state = replace(
-        run.begin(0 * drawn.start),
+    state = run.begin(0 * drawn.start)._replace(
         row=run.rows,
         energies=np.array([2 * particles, supplied / run.intervals_per_row, lost / INTERVAL, 0.0]),
     )

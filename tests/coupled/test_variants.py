@@ -1,6 +1,5 @@
 """The response and its changes with C_e, m_a and own force, against a solve of all equations."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +8,7 @@ import scipy.optimize
 
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
 from pidpanel.coupled.own_force import OwnForce
-from pidpanel.coupled.variants import Variants, simulated_psd
+from pidpanel.coupled.variants import Variants
 from pidpanel.solve.bands import band_rms
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis
@@ -64,7 +63,7 @@ def closed_form(case, damping, mass, own):
     """PSDs (nf, p + c); ``own`` are factors of the own force of each patch over frequency."""
     panel = case.panel
     omega = 2j * np.pi * LINES[:, None, None]
-    full = panel.stiffness(LINES)[:, :, None] * np.eye(4)
+    full = panel.modal.dynamic_stiffness(LINES)[:, :, None] * np.eye(4)
     force = panel.excitation.spectrum(LINES)[:, None, None] * panel.excitation(LINES)
     place = np.log(LINES)
     for patch, c, m, ratio, given in zip(
@@ -86,7 +85,7 @@ def closed_form(case, damping, mass, own):
 
 def computed(case):
     impedances = [damper(case.size * c, case.size * m) for c, m in zip(DAMPING, MASS, strict=True)]
-    return Variants.compute(case.panel, LINES, CENTRE, impedances, case.forces)
+    return Variants(case.panel, LINES, CENTRE, impedances, case.forces)
 
 
 def test_the_own_force_of_each_patch_adds_to_the_response():
@@ -141,7 +140,7 @@ def test_changes_are_those_of_the_whole_response(level):
     change = found.change(changed, ratios)
     wanted = np.log(after / before)
     assert np.abs(change - wanted).max() < 0.04 * np.abs(wanted).max()
-    of_damper = found.change(changed, None)
+    of_damper = found.change(changed, [np.ones(4)] * 2)
     wanted = np.log(closed_form(case, damping, mass, (1, 1)) / before)
     assert np.abs(of_damper - wanted).max() < 0.04 * np.abs(wanted).max()
     points = [(2 * np.pi * LINES[:, None]) ** 4 * psd[:, :2] for psd in (before, after)]
@@ -182,8 +181,12 @@ def test_the_own_force_of_the_simulated_cells_moves_the_points():
     root = rng.standard_normal((2, 2, 4, 3, 3))
     sums = root @ np.swapaxes(root, -1, -2)  # (patch, segment, band, cell, cell)
     dampers = [damper(c, m) for c, m in zip(DAMPING, MASS, strict=True)]
-    found = simulated_psd(case.panel, LINES, CENTRE, dampers, sums, lines)
-    full, force = case.panel.stiffness(LINES)[:, :, None] * np.eye(4), np.zeros((500, 4, 4))
+    variants = Variants(case.panel, LINES, CENTRE, dampers, case.forces)
+    found = variants.simulated_psd(dampers, sums, lines)
+    full, force = (
+        case.panel.modal.dynamic_stiffness(LINES)[:, :, None] * np.eye(4),
+        np.zeros((500, 4, 4)),
+    )
     for k, patch in enumerate(case.panel.patches):
         for shape, area in zip(patch.shape, patch.area, strict=True):
             z = dampers[k](LINES) * area * 2j * np.pi * LINES
@@ -202,7 +205,8 @@ def test_a_change_counts_with_the_acceleration_that_it_changes():
     # of a flat PSD of the acceleration: a change that grows as f is that in the middle of each band
     # red: f⁴ → f⁵; `values * width` → `/`
     flat = np.repeat(LINES[:, None] ** -4.0, 8, axis=1)
-    found = replace(computed(made()), linear_psd=flat, own_psd=np.zeros((2, *flat.shape)))
+    found = computed(made())
+    found.linear_psd, found.own_psd = flat, np.zeros((2, *flat.shape))
     change = np.repeat(LINES[:, None], 8, axis=1)
     assert found.total_change(change) == pytest.approx([182.5, 182.5], rel=1e-3)
     middle = EDGE.mean(axis=1)

@@ -151,8 +151,10 @@ def test_work_and_weight_are_what_a_free_sphere_gains():
 
 
 def test_the_effective_modulus_of_two_materials_is_that_of_springs_in_series():
-    assert balance.effective_modulus((2e9, 2e9), (0.0, 0.0)) == pytest.approx(1e9)
-    assert balance.effective_modulus((2e9, 1e20), (0.5, 0.3)) == pytest.approx(2e9 / 0.75)
+    alike = balance.contact_material((2e9, 0.0), (2e9, 0.0), 0.3, 0.5)
+    assert alike.effective_modulus == pytest.approx(1e9)
+    unlike = balance.contact_material((2e9, 0.5), (1e20, 0.3), 0.3, 0.5)
+    assert unlike.effective_modulus == pytest.approx(2e9 / 0.75)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -338,9 +340,9 @@ def test_a_force_that_pulls_rubs_as_one_that_pushes():
 
 def test_two_unlike_materials_are_springs_in_series():
     # 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂: the softer decides, its Poisson's ratio counts
-    # red: 1 - n2**2 → 1 + n2**2 in `effective_modulus`
-    found = balance.effective_modulus((3e9, 5e7), (0.3, 0.4))
-    assert 1 / found == pytest.approx(0.91 / 3e9 + 0.84 / 5e7)
+    # red: 1 - n**2 → 1 + n**2 in `contact_material`
+    found = balance.contact_material((3e9, 0.3), (5e7, 0.4), 0.3, 0.5)
+    assert 1 / found.effective_modulus == pytest.approx(0.91 / 3e9 + 0.84 / 5e7)
 
 
 def test_a_listed_force_beyond_coulomb_is_cut_back_to_it():
@@ -437,4 +439,5 @@ def test_the_effective_shear_modulus_is_that_of_mindlin():
     # 1/G* = (2 − ν)/G for each, G = E/(2(1 + ν)); red: (1 + ν) in the denominator
     moduli, ratios = (3.0e9, 7.0e10), (0.35, 0.2)
     compliance = sum((2 - n) / (e / (2 * (1 + n))) for e, n in zip(moduli, ratios, strict=True))
-    assert balance.effective_shear_modulus(moduli, ratios) == pytest.approx(1 / compliance)
+    material = balance.contact_material(*zip(moduli, ratios, strict=True), 0.3, 0.5)
+    assert material.effective_shear_modulus == pytest.approx(1 / compliance)

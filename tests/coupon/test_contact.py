@@ -8,6 +8,8 @@ from scipy.optimize import brentq
 from pidpanel.coupon import contact
 
 R, RHO, E, NU, V = 1e-3, 1190.0, 5e7, 0.35, 0.15
+SPHERE = contact.ElasticSphere(R, RHO, E, NU)
+STIFF = contact.ElasticSphere(R, RHO, 3.2e9, NU)
 
 
 def impact():
@@ -29,14 +31,14 @@ def impact():
 def test_overlap_and_duration_are_those_of_the_integrated_impact():
     overlap, duration = impact()
     # the integration is good to 1e-7, its sampling of the maximum to 1e-6
-    assert contact.wall_overlap(R, RHO, E, NU, V) == pytest.approx(overlap, rel=1e-5)
-    assert contact.wall_contact_time(R, RHO, E, NU, V) == pytest.approx(duration, rel=1e-5)
+    assert SPHERE.wall_overlap(V) == pytest.approx(overlap, rel=1e-5)
+    assert SPHERE.wall_contact_time(V) == pytest.approx(duration, rel=1e-5)
 
 
 def choose(choices=(5e7, 2e8, 8e8), frequency=100.0, speed=0.15, time=0.02, overlap=0.1):
     return contact.softest_modulus(
-        choices, 3.2e9, radius=R, density=RHO, poissons_ratio=NU, speed=speed,
-        frequency=frequency, contact_time_per_period=time, overlap_per_radius=overlap,
+        choices, STIFF, speed=speed, frequency=frequency,
+        contact_time_per_period=time, overlap_per_radius=overlap,
     )  # fmt: skip
 
 
@@ -51,7 +53,7 @@ def test_where_no_choice_is_stiff_enough_the_material_itself_is_taken():
 
 def test_a_fast_drive_asks_for_stiffness_because_of_overlap():
     # at 10 m/s the 50 MPa sphere would sink in by 0.19 R
-    assert contact.wall_overlap(R, RHO, 5e7, NU, 10.0) > 0.15 * R
+    assert SPHERE.wall_overlap(10.0) > 0.15 * R
     assert choose(frequency=30.0, speed=10.0) > 5e7
 
 
@@ -71,11 +73,12 @@ def rayleigh_share(nu):
 def test_a_rayleigh_wave_crosses_half_the_girth_of_a_sphere_in_the_rayleigh_time(nu):
     # π R over c_R, whose share of the shear wave's speed the linear fit 0.1631 ν + 0.8766 meets
     # within 0.3 % from ν = 0.2 up
-    # red: 2 * (1 + poissons_ratio) → 2 / …; 0.1631 → 0.17941 in `rayleigh_time`
+    # red: 2 * (1 + self.poissons_ratio) → 2 / …; 0.1631 → 0.17941 in `rayleigh_time`
     radius, density, modulus = 2e-3, 1190.0, 5e7
     shear_wave = np.sqrt(modulus / (2 * (1 + nu)) / density)
     time = np.pi * radius / (rayleigh_share(nu) * shear_wave)
-    assert contact.rayleigh_time(radius, density, modulus, nu) == pytest.approx(time, rel=3e-3)
+    sphere = contact.ElasticSphere(radius, density, modulus, nu)
+    assert sphere.rayleigh_time == pytest.approx(time, rel=3e-3)
 
 
 def test_the_bias_of_a_soft_sphere_grows_with_its_contact_and_is_none_of_the_material_itself():
@@ -97,16 +100,15 @@ def test_the_bias_of_a_bed_that_crosses_is_that_of_its_overlaps_where_they_say_m
 def test_a_modulus_serves_up_to_the_very_limits_of_time_and_depth():
     # a choice whose contact lasts and sinks in just as long and deep as allowed is taken, one a
     # thousandth beyond is not
-    # red: * frequency → / frequency; overlap_per_radius * radius → / radius; <= → < modulus >=
-    radius, density, nu, speed, frequency = 1e-3, 1190.0, 0.35, 0.15, 100.0
-    args = (radius, density, 5e7, nu, speed)
-    time = contact.wall_contact_time(*args) * frequency
-    depth = contact.wall_overlap(*args) / radius
+    # red: * frequency → / frequency; overlap_per_radius * sphere.radius → / sphere.radius; <= → < modulus >=
+    speed, frequency = 0.15, 100.0
+    time = SPHERE.wall_contact_time(speed) * frequency
+    depth = SPHERE.wall_overlap(speed) / R
 
     def chosen(time, depth):
         return contact.softest_modulus(
-            (5e7,), 3.2e9, radius=radius, density=density, poissons_ratio=nu, speed=speed,
-            frequency=frequency, contact_time_per_period=time, overlap_per_radius=depth,
+            (5e7,), STIFF, speed=speed, frequency=frequency,
+            contact_time_per_period=time, overlap_per_radius=depth,
         )  # fmt: skip
 
     assert chosen(1.001 * time, 1.001 * depth) == 5e7

@@ -76,9 +76,9 @@ def test_a_row_is_a_case_with_its_groups(tmp_path):
         assert run.packing.depth / run.packing.diameter == pytest.approx(groups.depth, rel=1e-3)
         assert run.constants.wall_friction == pytest.approx(groups.friction, rel=1e-3)
         assert (run.bed.gravity == 0) == (groups.direction == "none")
-        assert run.time_step / contact.rayleigh_time(
+        assert run.time_step / contact.ElasticSphere(
             1e-3, 1190, run.constants.youngs_modulus, 0.35
-        ) <= time_step_rayleigh(groups.restitution) * (1 + 1e-9)
+        ).rayleigh_time <= time_step_rayleigh(groups.restitution) * (1 + 1e-9)
 
 
 def test_a_bed_that_bounces_has_short_contacts_or_those_of_its_material(tmp_path):

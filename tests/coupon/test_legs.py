@@ -90,15 +90,17 @@ def test_a_last_leg_that_is_not_done_is_to_be_tried_again(tmp_path, monkeypatch)
     case = two_seeds()
     monkeypatch.setattr(runs, "cycles_between_restarts", lambda run, spheres: 4)
     prepared(case, tmp_path, seeds=1)
-    file = tmp_path / "leg.json"
+    file, request = tmp_path / "leg.json", tmp_path / "request.json"
+    values = {"case": coding.encode(case), "runs": [0], "is_last": True}
+    request.write_text(json.dumps(values))
     with pytest.raises(deadline.Continues):  # red: `is_last` not looked at
-        legs.shake_leg(case, [0], None, tmp_path, file, seconds=0.0, is_last=True)
+        legs.shake_leg(request, None, tmp_path, file, seconds=0.0)
     assert not file.exists()
     state = coding.read(RunState, case.folders(tmp_path)[0] / "state.json")
     assert state.cycles == 4
     ended = tmp_path / "ended.json"
     ended.write_text(json.dumps({"status": legs.DONE}))
-    legs.shake_leg(case, [0], ended, tmp_path, file, seconds=0.0, is_last=True)
+    legs.shake_leg(request, ended, tmp_path, file, seconds=0.0)
     # red: every status taken for one that goes on
     assert json.loads(file.read_text())["status"] == legs.DONE
     assert coding.read(RunState, case.folders(tmp_path)[0] / "state.json") == state

@@ -186,15 +186,14 @@ def test_c_e_stays_below_the_inelastic_bound(tmp_path, bed_file):
     )
 
 
-def test_seeds_that_are_apart_go_on_until_they_agree_or_to_the_end(tmp_path, bed_file, monkeypatch):
+def test_seeds_that_are_apart_go_on_until_they_agree_or_to_the_end(tmp_path, monkeypatch):
     limits = {"relative_error": 0.5, "min_cycles": 10, "max_cycles": 30}
-    (case,) = cases_of(coupon(accuracy=limits))
+    (case,) = cases_of(coupon(accuracy={**limits, "seeds": 2}))
     asked = []
 
     def cycles_of(name, apart):
         monkeypatch.setattr(attempts, "are_apart", lambda found: asked.append(found) or apart)
-        folders = [tmp_path / name / "s1", tmp_path / name / "s2"]
-        outcomes = attempts.shake_seeds(case.runs[:1] * 2, case.target, [bed_file] * 2, folders)
+        outcomes = attempts.shake_seeds(case, case.target, tmp_path / name)
         assert {o.status for o in outcomes} == {"ok"}
         assert {o.target.min_cycles for o in outcomes} == {10}
         return [o.shaken.cycles for o in outcomes]

@@ -5,13 +5,16 @@ from collections.abc import Mapping
 from ctypes import CDLL
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.coupon import contact, geometry, preparation
+from pidpanel.coupon import geometry, preparation
+from pidpanel.coupon.attempts import sound_bed
 from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.liggghts import deck
+from pidpanel.coupon.liggghts.failures import RunFailed
 from pidpanel.coupon.liggghts.library import Spheres
 
 # CPU time of a call of LIGGGHTS with what the panel does meanwhile, of a step, and of a sphere in
@@ -24,52 +27,55 @@ def cpu_per_interval(spheres: int, substeps: int) -> float:
     return CALL_S + substeps * (STEP_S + SPHERE_STEP_S * spheres)
 
 
-def rayleigh_time_of(bed: Bed, modulus: float) -> float:
-    """Return the Rayleigh time of the smallest sphere of a bed [s], at a modulus [Pa]."""
-    packing = bed.packing
-    return contact.rayleigh_time(
-        packing.sizes.smallest / 2, packing.density, modulus, packing.poissons_ratio
-    )
+class StartedBed(NamedTuple):
+    """A bed of a run, the modulus of its contacts [Pa], its folder, and the number of spheres."""
+
+    bed: Bed
+    modulus: float
+    folder: Path
+    spheres: int
+
+
+def started(bed: Bed, modulus: float, folder: Path) -> StartedBed:
+    """Return a bed in its folder, with a modulus [Pa]; `RunFailed` if it could not be made."""
+    outcome = sound_bed(bed, folder / "bed.json")
+    if outcome.found is None:
+        raise RunFailed(outcome.status, outcome.message)
+    return StartedBed(bed, modulus, folder, outcome.found.spheres)
 
 
 def spheres_of(
-    library: CDLL,
-    bed: Bed,
-    modulus: float,
-    time_step: float,
-    bed_folder: Path,
-    folder: Path,
-    restart: Path | None = None,
+    library: CDLL, started: StartedBed, time_step: float, folder: Path, restart: Path | None = None
 ) -> Spheres:
     """Return the spheres of a bed in LIGGGHTS."""
-    packing = bed.packing
-    spheres = preparation.read_bed(bed_folder)
+    bed, packing = started.bed, started.bed.packing
+    spheres = preparation.read_bed(started.folder)
     cell = cell_of(spheres[:, :2], packing.centres)
     order = np.argsort(cell, kind="stable")
     spheres, cell = spheres[order], cell[order]
-    preparation.write_start(folder, packing, spheres, bed_folder)
+    preparation.write_start(folder, packing, spheres, started.folder)
     start = {"data_file": folder / deck.START_FILE}
     if restart is not None:
         # a name that LIGGGHTS takes, wherever the results are
         start = {"restart_file": Path(shutil.copy(restart, folder / "start.restart"))}
     mass = geometry.masses(spheres[:, 3], packing.density)
-    text = deck_of(bed, modulus, time_step, {**start, "walls_file": folder / deck.WALLS_FILE})
+    text = deck_of(started, time_step, {**start, "walls_file": folder / deck.WALLS_FILE})
     gravity = bed.gravity * bed.gravity_direction[2]
     return Spheres(library, text, cell, mass, gravity, time_step)
 
 
-def deck_of(bed: Bed, modulus: float, time_step: float, files: Mapping[str, Path]) -> str:
+def deck_of(started: StartedBed, time_step: float, files: Mapping[str, Path]) -> str:
     """Return the deck of a bed."""
-    packing, constants = bed.packing, bed.constants
-    softer = modulus / constants.youngs_modulus
+    bed, constants = started.bed, started.bed.constants
+    softer = started.modulus / constants.youngs_modulus
     values = {
         **replace(
             constants,
-            youngs_modulus=modulus,
+            youngs_modulus=started.modulus,
             wall_youngs_modulus=constants.wall_youngs_modulus * softer,
         ).deck_values,
         **files,
-        "skin": 0.3 * packing.diameter,
+        "skin": 0.3 * bed.packing.diameter,
         "gravity": bed.gravity,
         "gravity_direction": " ".join(f"{part:.12g}" for part in bed.gravity_direction),
         "time_step": time_step,

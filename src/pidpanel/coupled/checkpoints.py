@@ -10,15 +10,17 @@ from __future__ import annotations
 
 import hashlib
 import sys
-import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupled.integration import Rows, State
+from pidpanel.coupon.liggghts.failures import FileDamaged
+from pidpanel.coupon.records import check_files, files_of
 from pidpanel.provenance import durable
 
 FILE = "state.npz"  # rows so far, the state, and the restarts that belong to it with their hashes
@@ -59,18 +61,14 @@ class Checkpoint:
         durable.sync(*self.restarts)
         rows = Rows.joined(self.rows)
         values = {
-            **{f"rows_{field.name}": getattr(rows, field.name) for field in fields(Rows)},
-            **{f"state_{field.name}": getattr(self.state, field.name) for field in fields(State)},
+            **{f"rows_{name}": value for name, value in rows._asdict().items()},
+            **{f"state_{name}": value for name, value in self.state._asdict().items()},
             **{f"forces_{k}": force for k, force in enumerate(self.forces)},
         }
+        files = files_of(folder, [path.name for path in self.restarts])
         with durable.replacing(folder / FILE) as draft, draft.open("wb") as file:
-            np.savez(
-                file,
-                identity=identity,
-                restarts=[path.name for path in self.restarts],
-                hashes=[_hash(path) for path in self.restarts],
-                **values,
-            )
+            hashes = list(files.values())
+            np.savez(file, identity=identity, restarts=list(files), hashes=hashes, **values)
         for path in set(folder.glob("*.restart")) - set(self.restarts):
             path.unlink()
 
@@ -84,22 +82,16 @@ class Checkpoint:
                 values = dict(file)
             if str(values["identity"]) != identity:
                 return None
-            restarts = [folder / str(name) for name in values["restarts"]]
-            damaged = [
-                path
-                for path, stored_hash in zip(restarts, values["hashes"], strict=True)
-                if _hash(path) != str(stored_hash)
-            ]
-            if damaged:
-                raise ValueError(f"{damaged[0]}: another hash")
-            state = {field.name: values[f"state_{field.name}"] for field in fields(State)}
+            restarts, hashes = values["restarts"].tolist(), values["hashes"].tolist()
+            check_files(folder, dict(zip(restarts, hashes, strict=True)))
+            state = State(*(values[f"state_{name}"] for name in State._fields))
             return Checkpoint(
-                (Rows(*(values[f"rows_{field.name}"] for field in fields(Rows))),),
-                State(**{**state, "row": int(state["row"])}),
-                tuple(restarts),
+                (Rows(*(values[f"rows_{name}"] for name in Rows._fields)),),
+                state._replace(row=int(state.row)),
+                tuple(folder / name for name in restarts),
                 tuple(values[f"forces_{k}"] for k in range(len(restarts))),
             )
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        except (OSError, ValueError, KeyError, EOFError, BadZipFile, FileDamaged) as error:
             print(f"{folder}: damaged ({error}); restarted from the beginning", file=sys.stderr)
             return None
 
@@ -113,7 +105,3 @@ def ends_of_pieces(first: int, rows: int, rows_of_piece: int) -> Sequence[int]:
     ([10, 20, 25], [25], [])
     """
     return [*range(first + rows_of_piece, rows, rows_of_piece), rows] if first < rows else []
-
-
-def _hash(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()

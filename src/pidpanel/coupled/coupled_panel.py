@@ -69,10 +69,6 @@ class CoupledPanel:
         """Return the cross-PSD of the modal forces (nf, n, n) [N²/Hz]."""
         return self.excitation.spectrum(frequency)[:, None, None] * self.excitation(frequency)
 
-    def stiffness(self, frequency: Array) -> Complexes:
-        """Return Z₀ (nf, n) [N/m] at (nf,) [Hz]."""
-        return self.modal.dynamic_stiffness(frequency)
-
     @property
     def slices(self) -> list[slice]:
         """Cells of each patch."""

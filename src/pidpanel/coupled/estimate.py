@@ -29,7 +29,7 @@ from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch, Impedance
 from pidpanel.coupled.impedance import BandImpedance, ImpedanceSums
 from pidpanel.coupled.own_force import OwnForce, fitted_own_force
 from pidpanel.coupled.segments import RecordSegments, SettledRecord
-from pidpanel.coupled.variants import EXPONENT, EXPONENT_ERROR, Variants, simulated_psd
+from pidpanel.coupled.variants import EXPONENT, EXPONENT_ERROR, Variants
 
 # Passes in which the instrument is the motion with the impedance of the pass before; C_e moves
 # by less than 1 % from the second to the third.
@@ -115,9 +115,9 @@ def estimate(
     fits, impedances = _fits(panel, runs, centre, edge, lines)
     forces = [fit.own_force() for fit in fits]
     squares = np.concatenate([run.velocity_squares() for run in runs]).mean(axis=0)
-    factors = Variants.compute(panel, frequency, centre, impedances, forces).at_motion(squares)
+    factors = Variants(panel, frequency, centre, impedances, forces).at_motion(squares)
     carried = [z.scaled(factor) for z, factor in zip(impedances, factors, strict=True)]
-    variants = Variants.compute(panel, frequency, centre, carried, forces)
+    variants = Variants(panel, frequency, centre, carried, forces)
     variance = _variance(variants, fits, carried, factors, bias)
     recorded, predicted = _mean_squares(variants, runs, impedances, fits, edge)
     band_residual, band_excess = _residual(recorded, predicted)
@@ -234,15 +234,9 @@ def _mean_squares(
 
     Both are (segments, bands, p).
     """
-    simulated = simulated_psd(
-        variants.panel,
-        variants.frequency,
-        variants.centre,
-        impedances,
-        [fit.force_sums for fit in fits],
-        fits[0].lines,
-    )
-    linear = [run.predicted_squares(run.linear_motion(impedances), edge) for run in runs]
+    force_sums = [fit.force_sums for fit in fits]
+    simulated = variants.simulated_psd(impedances, force_sums, fits[0].lines)
+    linear = [run.squares(run.linear_motion(impedances), edge) for run in runs]
     recorded = np.concatenate([run.squares(run.recorded, edge) for run in runs])
     return recorded, variants.band_squares(simulated, edge) + np.concatenate(linear)
 
@@ -258,13 +252,12 @@ def _variance(
     bias: float,
 ) -> Callable[[Callable[[Array], Array]], Array]:
     """Return the variance of what follows from the change of ln of the PSD, as a function of it."""
+    same = np.ones(len(variants.centre))
 
-    def changed(p: int, impedance: Impedance, ratio: Array | None = None) -> Array:
+    def changed(p: int, impedance: Impedance, ratio: Array = same) -> Array:
         impedances: list[Impedance] = [*carried]
-        impedances[p] = impedance
-        ratios = [np.ones(len(variants.centre)) for _ in fits]
-        if ratio is not None:
-            ratios[p] = ratio
+        ratios = [same] * len(fits)
+        impedances[p], ratios[p] = impedance, ratio
         return variants.change(impedances, ratios)
 
     independent, jackknifed = [], []
@@ -277,7 +270,7 @@ def _variance(
         ]
     power = EXPONENT_ERROR / EXPONENT
     further = [z.scaled(factor**power) for z, factor in zip(carried, factors, strict=True)]
-    independent.append(variants.change(further, None))
+    independent.append(variants.change(further, [same] * len(fits)))
 
     def variance(quantity: Callable[[Array], Array]) -> Array:
         parts = [quantity(change) ** 2 for change in independent]

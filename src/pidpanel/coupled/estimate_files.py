@@ -91,17 +91,8 @@ def _point_variables(estimate: ScenarioEstimate) -> dict[str, Any]:
     }
 
 
-class Frames(NamedTuple):
-    """Tables of a scenario; units as in the names of the columns."""
-
-    summary: pd.DataFrame
-    third_octaves: pd.DataFrame
-    impedance: pd.DataFrame
-    psd: pd.DataFrame
-
-
-def frames(scenario: str, stored: xr.Dataset) -> Frames:
-    """Return the tables of a scenario."""
+def frames(scenario: str, stored: xr.Dataset) -> dict[str, pd.DataFrame]:
+    """Return the tables of a scenario by name; units as in the names of the columns."""
     frequency = stored["frequency"].to_numpy()
     scale = ((2 * np.pi * frequency) ** 4 / STANDARD_GRAVITY**2)[:, None]
     psd, linear = (
@@ -144,12 +135,12 @@ def frames(scenario: str, stored: xr.Dataset) -> Frames:
         "error_db": DECIBEL * stored["displacement_psd_log_error"].to_numpy(),
         "linear_acceleration_psd_g2_hz": linear,
     }
-    return Frames(
-        summary,
-        long_table(centre, third_octaves),
-        _impedance(scenario, stored),
-        long_table(frequency, lines),
-    )
+    return {
+        "summary": summary,
+        "third_octaves": long_table(centre, third_octaves),
+        "psd": long_table(frequency, lines),
+        "impedance": _impedance(scenario, stored),
+    }
 
 
 # Columns of the table by the names in the file of an estimate.

@@ -49,21 +49,17 @@ def draw_modal_force(
         turned = np.exp(2j * np.pi * rng.random(columns.shape[::2]))
         exact: Complexes = (columns @ turned[:, :, None])[:, :, 0]
         return exact * np.sqrt(2 * excitation.spectrum(frequency) * step)[:, None]
-    amplitude: Complexes | None = None
     upper = np.clip(np.searchsorted(nodes, frequency, side="right"), 1, len(nodes) - 1)
     factor_below: Array | Complexes = _factor(excitation(nodes[:1])[0])
+    amplitude = np.empty((len(frequency), len(factor_below)), complex)
     for index in range(1, len(nodes)):
         factor_above = _factor(excitation(nodes[index : index + 1])[0])
         lines = upper == index
         part = (frequency[lines] - nodes[index - 1]) / (nodes[index] - nodes[index - 1])
         part = np.clip(part, 0, 1)[:, None]
-        if amplitude is None:
-            amplitude = np.empty((len(frequency), len(factor_above)), complex)
         turned = np.exp(2j * np.pi * rng.random((int(lines.sum()), len(factor_above))))
         amplitude[lines] = (1 - part) * (turned @ factor_below.T) + part * (turned @ factor_above.T)
         factor_below = factor_above
-    if amplitude is None:
-        raise ValueError("one node of the modal force: two or more are needed")
     return amplitude * np.sqrt(2 * excitation.spectrum(frequency) * step)[:, None]
 
 

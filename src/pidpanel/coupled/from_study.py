@@ -11,7 +11,7 @@ import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled import carried, estimate_files
-from pidpanel.coupled.beds import cpu_per_interval, rayleigh_time_of
+from pidpanel.coupled.beds import cpu_per_interval
 from pidpanel.coupled.excited_panel import ExcitedPanel
 from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings, SimulatedPatch
 from pidpanel.coupled.scenario_runs import INTERVALS_PER_PERIOD, STEP_RAYLEIGH, ScenarioRuns
@@ -54,7 +54,6 @@ def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
             tuple(
                 SimulatedPatch(
                     filling.patch,
-                    fill,
                     coupon.particles.youngs_modulus,
                     tuple(
                         bed_of(coupon, fill, cells=keys.cells, seed=run + 1)
@@ -189,8 +188,8 @@ def estimated_cpu_seconds(study: Study) -> float:
             modulus = usual_modulus(patch.youngs_modulus, packing.density)
             if keys.youngs_modulus_mpa is not None:
                 modulus = 1e6 * keys.youngs_modulus_mpa
-            steps.append(STEP_RAYLEIGH * rayleigh_time_of(patch.beds[0], modulus))
-            spheres.append(round(spheres_in(packing, patch.fill_fraction)))
+            steps.append(STEP_RAYLEIGH * packing.smallest(modulus).rayleigh_time)
+            spheres.append(round(spheres_in(packing, patch.beds[0].fill_fraction)))
         substeps = max(1, int(interval / min(steps)))
         cost = sum(cpu_per_interval(count, substeps) for count in spheres)
         seconds += keys.run_s / (substeps * min(steps)) * cost
@@ -204,15 +203,12 @@ def write_coupled(study: Study, estimates: Sequence[Path], outputs: Files) -> No
         estimate_files.frames(scenario.label, xr.load_dataset(path, engine="scipy"))
         for scenario, path in zip(scenarios, estimates, strict=True)
     ]
-    impedances = [frame.impedance for frame in frames]
-    carried_impedances = _carried(study, dict(zip(scenarios, impedances, strict=True)))
-    for path, parts in (
-        (outputs.summary, [frame.summary for frame in frames]),
-        (outputs.third_octaves, [frame.third_octaves for frame in frames]),
-        (outputs.psd, [frame.psd for frame in frames]),
-        (outputs.impedance, impedances + carried_impedances),
-    ):
-        pd.concat(parts).to_csv(path, index=False, float_format="%.6g")
+    impedances = [tables["impedance"] for tables in frames]
+    further = _carried(study, dict(zip(scenarios, impedances, strict=True)))
+    frames += [{"impedance": rows} for rows in further]
+    for name in frames[0]:
+        table = pd.concat([tables[name] for tables in frames if name in tables])
+        table.to_csv(outputs.all[name][0], index=False, float_format="%.6g")
 
 
 def _carried(study: Study, impedances: dict[Scenario, pd.DataFrame]) -> list[pd.DataFrame]:

@@ -85,21 +85,17 @@ class ImpedanceSums:
             np.concatenate([part.scatter for part in parts]),
         )
 
-    def impedance(self, segments: Array | None = None, cells: Array | None = None) -> BandImpedance:
-        """Return Z of each band, with weights of the segments and the cells."""
-        segments = np.ones(len(self.force)) if segments is None else segments
+    def impedance(self, cells: Array | None = None) -> BandImpedance:
+        """Return Z of each band, with weights of the cells."""
         cells = np.ones(self.force.shape[1]) if cells is None else cells
-        force, velocity = (
-            np.einsum("scb,s,c->b", values, segments, cells)
-            for values in (self.force, self.velocity)
-        )
-        ratio = force / velocity
-        of_x, of_y, product = np.einsum("sgkb,s->kgb", self.scatter, segments)
-        total = np.einsum("scb,s->b", self.velocity, segments)
-        whole = np.einsum("scb,s->b", self.force, segments) / total
+        force, velocity = (np.einsum("scb,c->cb", v, cells) for v in (self.force, self.velocity))
+        ratio = force.sum(axis=0) / velocity.sum(axis=0)
+        of_x, of_y, product = np.einsum("sgkb->kgb", self.scatter)
+        total = self.velocity.sum(axis=(0, 1))
+        whole = self.force.sum(axis=(0, 1)) / total
         scatter = of_x.real - 2 * (whole.conj() * product).real + np.abs(whole) ** 2 * of_y.real
         variance, by_cell = LINES_PER_FREEDOM * np.maximum(scatter, 0.0) / np.abs(total) ** 2
-        frequency = (np.einsum("sb,s->b", self.moment, segments) / total).real
+        frequency = (self.moment.sum(axis=0) / total).real
         # what scatters from cell to cell is left to the jackknife over the cells
         value, covariance = smoothed(ratio, variance, np.maximum(variance - by_cell, 0.0))
         size, direction = np.linalg.eigh(covariance / 2)

@@ -17,26 +17,16 @@ particles and the gain of the panel. Each is computed separately: ∫ f q̇ dt, 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupled.panel_motion import energy, free_motion
 from pidpanel.coupon.liggghts.library import Spheres
-
-
-@dataclass(frozen=True)
-class PanelShapes:
-    """Shapes of the panel: modes and residual vectors."""
-
-    # (n,) of each shape [rad/s], [1], [kg]
-    angular_frequency: Array
-    damping_ratio: Array
-    modal_mass: Array
-    at_cells: Array  # (c, n) the shapes at the cells [1]
-    at_points: Array  # (p, n) the shapes at the response points [1]
+from pidpanel.solve.model import ModalBasis
 
 
 @dataclass(frozen=True)
@@ -54,24 +44,10 @@ class Balance:
         return (self.excitation - self.modes - self.particles - self.gain) / self.excitation
 
 
-@dataclass(frozen=True)
-class Record:
-    """Time histories of a run."""
-
-    interval: float  # time between rows [s]
-    # (m, c) and (m, p) displacement [m]
-    at_cells: Array
-    at_points: Array
-    # (m, c) impulse of the walls on the particles since the start, per area of a cell [N s/m²]
-    impulse: Array
-    balance: Balance  # from the row ``settled`` to the end
-
-
-@dataclass(frozen=True)
-class Rows:
+class Rows(NamedTuple):
     """Rows of a piece of a run."""
 
-    # As in `Record`
+    # (m, c) and (m, p) displacement [m]
     at_cells: Array
     at_points: Array
     impulse: Array  # (m, c) impulse of the walls on the particles since the start [N s]
@@ -79,16 +55,10 @@ class Rows:
     @staticmethod
     def joined(pieces: Sequence[Rows]) -> Rows:
         """Return consecutive pieces as one."""
-        return Rows(
-            *(
-                np.concatenate([getattr(piece, field.name) for piece in pieces])
-                for field in fields(Rows)
-            )
-        )
+        return Rows(*(np.concatenate(parts) for parts in zip(*pieces, strict=True)))
 
 
-@dataclass(frozen=True)
-class State:
+class State(NamedTuple):
     """State of the panel at a row; with that of the particles it determines the rest of the run."""
 
     row: int
@@ -115,7 +85,9 @@ class Integration:
         If a row has an odd number of intervals.
     """
 
-    panel: PanelShapes
+    modal: ModalBasis  # modes and residual vectors of the panel
+    at_cells: Array  # (c, n) the shapes at the cells [1]
+    at_points: Array  # (p, n) the shapes at the response points [1]
     # (c,) area of the patch that each cell represents, and area of the cell [m²]
     patch_area: Array
     cell_area: Array
@@ -140,10 +112,15 @@ class Integration:
         """Δ [s]."""
         return self.substeps * self.time_step
 
+    @property
+    def row_interval(self) -> float:
+        """Time between rows [s]."""
+        return self.intervals_per_row * self.interval
+
     def begin(self, start: Array) -> State:
         """Return the state at row 0 for q [m] and q̇ [m/s], (2, n)."""
         shapes = np.array(start, dtype=np.float64)
-        displacement, velocity = shapes @ self.panel.at_cells.T
+        displacement, velocity = shapes @ self.at_cells.T
         zero = np.zeros(len(displacement))
         previous = displacement - self.interval * velocity
         return State(0, shapes, displacement, previous, zero, zero.copy(), np.zeros(4))
@@ -156,15 +133,15 @@ class Integration:
         progress: Callable[[int], None] = lambda _: None,
     ) -> tuple[Rows, State]:
         """Integrate from a state to a row."""
-        panel, interval, per_row = self.panel, self.interval, self.intervals_per_row
-        mass, omega = panel.modal_mass, panel.angular_frequency
-        direct, cross = free_motion(omega, panel.damping_ratio, interval)
-        damping = 2 * panel.damping_ratio * omega * mass
-        shape, ratio = np.ascontiguousarray(panel.at_cells.T), self.patch_area / self.cell_area
+        modal, interval, per_row = self.modal, self.interval, self.intervals_per_row
+        mass, omega = modal.modal_mass, modal.angular_frequency
+        direct, cross = free_motion(omega, modal.damping_ratio, interval)
+        damping = 2 * modal.damping_ratio * omega * mass
+        shape, ratio = np.ascontiguousarray(self.at_cells.T), self.patch_area / self.cell_area
         velocity_per_impulse = np.ascontiguousarray(shape * ratio / mass[:, None])
         # Simpson's rule in every row: a tone of a tenth of the rate of rows to 3e-5
         simpson = {0: 1 / 3, per_row // 2: 2 / 3}
-        widths = (len(ratio), len(panel.at_points), len(ratio))
+        widths = (len(ratio), len(self.at_points), len(ratio))
         rows = Rows(*(np.empty((end - state.row, width)) for width in widths))
         parts = _slices(particles, len(ratio))
         shapes = state.shapes.copy()
@@ -177,7 +154,7 @@ class Integration:
             if row == self.settled:
                 work = supplied = lost = 0.0
                 start_energy = energy(mass, omega, shapes)
-            rows.at_points[index] = panel.at_points @ q
+            rows.at_points[index] = self.at_points @ q
             rows.at_cells[index] = w
             rows.impulse[index] = total
             push = self.force[row] * velocity_per_force
@@ -210,22 +187,15 @@ class Integration:
         sums = np.array([work, supplied, lost, start_energy])
         return rows, State(end, shapes, w, previous, total, applied, sums)
 
-    def record(self, rows: Rows, state: State) -> Record:
-        """Return the record of all rows and of the state at the last of them."""
-        duration = self.intervals_per_row * self.interval
+    def balance(self, state: State) -> Balance:
+        """Return the balance of the energies from the row ``settled`` to a state."""
         work, supplied, lost, start_energy = state.energies.tolist()
-        panel = self.panel
-        return Record(
-            interval=duration,
-            at_cells=rows.at_cells,
-            at_points=rows.at_points,
-            impulse=rows.impulse / self.cell_area,
-            balance=Balance(
-                excitation=supplied * self.intervals_per_row,
-                modes=lost * duration,
-                particles=0.5 * work,
-                gain=energy(panel.modal_mass, panel.angular_frequency, state.shapes) - start_energy,
-            ),
+        modal = self.modal
+        return Balance(
+            excitation=supplied * self.intervals_per_row,
+            modes=lost * self.row_interval,
+            particles=0.5 * work,
+            gain=energy(modal.modal_mass, modal.angular_frequency, state.shapes) - start_energy,
         )
 
 

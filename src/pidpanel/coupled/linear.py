@@ -12,7 +12,6 @@ modes as −Σ φ n a.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,37 +20,30 @@ from pidpanel.arrays import Array, Complexes
 LINES_AT_ONCE = 64  # frequency lines solved together
 
 
-@dataclass(frozen=True)
 class Receptances:
-    """Receptances of the bare panel between dampers and motions Wᵀq of interest."""
+    """Receptances of the bare panel between dampers and motions Wᵀq of interest.
 
-    frequency: Array  # (nf,) [Hz]
-    inverse: Complexes  # (nf, n) diagonal of Z₀⁻¹ [m/N]
-    # (n, r) E and (s, n) Wᵀ [1]
-    felt: Array
-    observed: Array
-    # (nf, s, r) Wᵀ Z₀⁻¹ E and (nf, r, r) R [m/N]
-    across: Complexes
-    coupling: Complexes
+    Parameters
+    ----------
+    frequency
+        (nf,) [Hz].
+    stiffness
+        (nf, n) diagonal of Z₀ [N/m].
+    felt, observed
+        (n, r) E and (s, n) Wᵀ [1].
+    """
 
-    @staticmethod
-    def compute(
-        frequency: Array, stiffness: Complexes, felt: Array, observed: Array
-    ) -> Receptances:
-        """Return the receptances."""
-        inverse = 1 / stiffness
+    def __init__(
+        self, frequency: Array, stiffness: Complexes, felt: Array, observed: Array
+    ) -> None:
+        self.frequency, self.felt, self.observed = frequency, felt, observed
+        inverse = self.inverse = 1 / stiffness
         motions = np.concatenate([observed, felt.T])
         products = np.empty((len(frequency), len(motions), felt.shape[1]), complex)
         for lines in _chunks(len(frequency)):
             products[lines] = (motions * inverse[lines, None, :]) @ felt
-        return Receptances(
-            frequency,
-            inverse,
-            felt,
-            observed,
-            products[:, : len(observed)],
-            products[:, len(observed) :],
-        )
+        # (nf, s, r) Wᵀ Z₀⁻¹ E and (nf, r, r) R [m/N]
+        self.across, self.coupling = products[:, : len(observed)], products[:, len(observed) :]
 
     def motion(self, load: Complexes, amplitude: Complexes) -> Complexes:
         """Return the motions Wᵀq (nf, s) [m] under given modal forces."""

@@ -5,19 +5,16 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 from pidpanel.arrays import Array
-from pidpanel.coupled.beds import cpu_per_interval, deck_of, spheres_of
+from pidpanel.coupled.beds import StartedBed, cpu_per_interval, deck_of, spheres_of
 from pidpanel.coupled.checkpoints import Checkpoint, ends_of_pieces, identity_of
-from pidpanel.coupled.integration import Integration, Record, Rows
+from pidpanel.coupled.integration import Balance, Integration, Rows
 from pidpanel.coupled.process import Progress, in_child
-from pidpanel.coupon.attempts import bed_in_store
-from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.liggghts.deck import WALLS_FILE, without_comments
-from pidpanel.coupon.liggghts.failures import RunFailed, RunStopped
+from pidpanel.coupon.liggghts.failures import RunStopped
 from pidpanel.coupon.liggghts.library import load_library
 from pidpanel.coupon.preparation import BED_FILE
 
@@ -36,27 +33,10 @@ PIECE_S = 8.0
 INTEGRATION_VERSION = 1
 
 
-class StartedBed(NamedTuple):
-    """A bed of a run, the modulus of its contacts [Pa], its folder, and the number of spheres."""
-
-    bed: Bed
-    modulus: float
-    folder: Path
-    spheres: int
-
-
-def started(bed: Bed, modulus: float, folder: Path) -> StartedBed:
-    """Return a bed in its folder, with a modulus [Pa]; `RunFailed` if it could not be made."""
-    outcome = bed_in_store(bed, folder / "bed.json")
-    if outcome.found is None:
-        raise RunFailed(outcome.status, outcome.message)
-    return StartedBed(bed, modulus, folder, outcome.found.spheres)
-
-
 def integrated(
     name: str, run: Integration, start: Array, beds: Sequence[StartedBed], folder: Path
-) -> Record:
-    """Return the record of a run, from its last checkpoint on."""
+) -> tuple[Rows, Balance]:
+    """Return the rows of a run and their balance, from its last checkpoint on."""
     row_s = cpu_per_row(run, [bed.spheres for bed in beds])
     identity = run_identity(run, start, beds)
     done = Checkpoint.read(folder, identity) or Checkpoint((), run.begin(start))
@@ -82,7 +62,7 @@ def integrated(
             piece = _limited(work, name, report)
         done = replace(piece, rows=(*done.rows, *piece.rows))
         done.write(folder, identity)
-    return run.record(Rows.joined(done.rows), done.state)
+    return Rows.joined(done.rows), run.balance(done.state)
 
 
 def cpu_per_row(run: Integration, spheres: Sequence[int]) -> float:
@@ -106,12 +86,9 @@ def _piece(
             library = load_library()
             restarts = checkpoint.restarts or [None for _ in beds]
             particles = [
-                spheres_of(
-                    library, bed.bed, bed.modulus, run.time_step, bed.folder,
-                    Path(temporary) / str(k), restart,
-                )
+                spheres_of(library, bed, run.time_step, Path(temporary) / str(k), restart)
                 for k, (bed, restart) in enumerate(zip(beds, restarts, strict=True))
-            ]  # fmt: skip
+            ]
             for spheres, force in zip(particles, checkpoint.forces, strict=False):
                 spheres.restore_forces(force)
             rows, state = run.advance(
@@ -130,13 +107,14 @@ def _piece(
 
 def run_identity(run: Integration, start: Array, beds: Sequence[StartedBed]) -> str:
     """Return a hash of all that the bits of a run depend on."""
-    panel, nowhere = run.panel, {"walls_file": Path("walls"), "data_file": Path("spheres")}
+    modal, nowhere = run.modal, {"walls_file": Path("walls"), "data_file": Path("spheres")}
     return identity_of(
         INTEGRATION_VERSION,
-        *(getattr(panel, field.name) for field in fields(panel)),
+        *(modal.angular_frequency, modal.damping_ratio, modal.modal_mass),
+        *(run.at_cells, run.at_points),
         *(run.patch_area, run.cell_area, run.force, start),
         *(run.time_step, run.substeps, run.intervals_per_row, run.settled),
-        *(without_comments(deck_of(b.bed, b.modulus, run.time_step, nowhere)) for b in beds),
+        *(without_comments(deck_of(b, run.time_step, nowhere)) for b in beds),
         *((b.folder / name).read_text() for b in beds for name in (BED_FILE, WALLS_FILE)),
     )
 

@@ -31,7 +31,6 @@ class SimulatedPatch:
     """A patch whose particles are simulated."""
 
     name: str
-    fill_fraction: float
     youngs_modulus: float  # of the particles [Pa]
     beds: tuple[Bed, ...]  # one for each run
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled import force_record
-from pidpanel.coupled.beds import mass_per_area, rayleigh_time_of
+from pidpanel.coupled.beds import StartedBed, mass_per_area, started
 from pidpanel.coupled.coupled_panel import CoupledPanel
 from pidpanel.coupled.estimate import ScenarioEstimate, estimate
 from pidpanel.coupled.excited_panel import ExcitedPanel
-from pidpanel.coupled.integration import Integration, PanelShapes
+from pidpanel.coupled.integration import Integration
 from pidpanel.coupled.panel_motion import drift_free_velocity
-from pidpanel.coupled.pieces import StartedBed, integrated, run_identity, started
+from pidpanel.coupled.pieces import integrated, run_identity
 from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.scenario import CoupledScenario
 from pidpanel.coupled.segments import SettledRecord
@@ -87,7 +87,9 @@ class ScenarioRuns:
         interval = period / rows
         settled = round(settings.settling / interval)
         beds = list(zip(self.scenario.beds[number - 1], self.softened, strict=True))
-        longest = STEP_RAYLEIGH * min(rayleigh_time_of(bed, soft.modulus) for bed, soft in beds)
+        longest = STEP_RAYLEIGH * min(
+            bed.packing.smallest(soft.modulus).rayleigh_time for bed, soft in beds
+        )
         intervals, substeps = _steps(interval, longest, 1 / (INTERVALS_PER_PERIOD * high))
         first = int(np.ceil(low * period))
         frequency = np.arange(first, int(high * period) + 1) / period
@@ -102,16 +104,12 @@ class ScenarioRuns:
         # what counts is a period, before it comes the end of the one before
         force = force[np.arange(-settled, rows + 1) % rows]
         turned = np.exp(-2j * np.pi * frequency * settled * interval)
-        bare = amplitude * turned[:, None] / panel.stiffness(frequency)
+        bare = amplitude * turned[:, None] / panel.modal.dynamic_stiffness(frequency)
         modal = panel.modal
         integration = Integration(
-            PanelShapes(
-                modal.angular_frequency,
-                modal.damping_ratio,
-                modal.modal_mass,
-                panel.at_cells,
-                panel.points,
-            ),
+            modal,
+            panel.at_cells,
+            panel.points,
             panel.area,
             np.concatenate([np.full(len(patch.area), patch.cell_area) for patch in panel.patches]),
             force,
@@ -144,30 +142,32 @@ class ScenarioRuns:
         A run that was stopped resumes from its checkpoint, to the same bits.
         """
         run, name = self.drawn(number), f"{self.scenario.name}, run {number}"
+        integration = run.integration
         path = self.folder / f"run{number}.nc"
-        identity = run_identity(run.integration, run.start, run.beds)
+        identity = run_identity(integration, run.start, run.beds)
         stored = read_record(path, identity)
         if stored is not None:
             return stored
         checkpoints = path.with_suffix("")
-        record = integrated(name, run.integration, run.start, run.beds, checkpoints)
-        error = record.balance.error
+        rows, balance = integrated(name, integration, run.start, run.beds, checkpoints)
+        error = balance.error
         if not abs(error) <= BALANCE_LIMIT:
             raise EnergyNotClosed(
                 f"{name}: {100 * error:.2g} % of the energy put in is missing; allowed is "
                 f"{100 * BALANCE_LIMIT:g} %"
             )
         settled = SettledRecord(
-            run.frequency, run.amplitude, run.first, run.integration.rows, run.integration.settled,
-            record.interval, record.at_cells, record.at_points, record.impulse,
+            run.frequency, run.amplitude, run.first, integration.rows, integration.settled,
+            integration.row_interval, rows.at_cells, rows.at_points,
+            rows.impulse / integration.cell_area,
         )  # fmt: skip
         attributes: dict[str, str | float | list[float]] = {
             **self.excited.settings.attributes,
             IDENTITY: identity,
             "balance_error": error,
-            "share_of_particles": record.balance.particles / record.balance.excitation,
+            "share_of_particles": balance.particles / balance.excitation,
             "youngs_modulus_pa": [float(soft.modulus) for soft in self.softened],
-            "time_step_s": run.integration.time_step,
+            "time_step_s": integration.time_step,
             "mass_per_area_kg_m2": self.masses(number).tolist(),
         }
         write_record(path, settled, attributes)

@@ -34,9 +34,10 @@ class SettledRecord:
     rows: int
     settled: int
     interval: float  # time between rows [s]
-    # As in `integration.Record`
+    # (m, c) and (m, p) displacement [m]
     at_cells: Array
     at_points: Array
+    # (m, c) impulse of the walls on the particles since the start, per area of a cell [N s/m²]
     impulse: Array
 
     @property
@@ -52,19 +53,16 @@ class RecordSegments:
     def __init__(self, panel: CoupledPanel, record: SettledRecord, band: tuple[float, float]):
         self._panel, self._record, self._band = panel, record, band
         self._cells = len(panel.at_cells)
-        self._receptances = Receptances.compute(
-            record.frequency,
-            panel.stiffness(record.frequency),
-            panel.at_cells.T,
-            np.concatenate([panel.at_cells, panel.points]),
-        )
+        stiffness = panel.modal.dynamic_stiffness(record.frequency)
+        observed = np.concatenate([panel.at_cells, panel.points])
+        self._receptances = Receptances(record.frequency, stiffness, panel.at_cells.T, observed)
         rows = np.concatenate([record.at_cells, record.at_points], axis=1)
         motion = self._segments_of(rows[record.settled :])
         self.frequency, self.resolution = motion.frequency, motion.resolution
         self.count = len(motion.values)
         self._omega = 2j * np.pi * self.frequency[:, None]
         self.velocity = self._omega * motion.values[:, :, : self._cells]
-        self.recorded = motion.values[:, :, self._cells :]
+        self.recorded = motion.values
         self.pressure = pressure_segments(
             record.impulse[record.settled :], record.interval, record.segment, band
         ).values
@@ -107,16 +105,12 @@ class RecordSegments:
         parts = self._panel.slices
         return np.stack([by_cell[:, s] @ area[s] / area[s].sum() for s in parts], axis=1)
 
-    def squares(self, values: Complexes, edge: Array) -> Array:
-        """Return the mean squares of accelerations, (segments, bands, p), of displacements."""
+    def squares(self, motion: Complexes, edge: Array) -> Array:
+        """Return the mean squares of accelerations at the points, (segments, bands, p)."""
+        values = motion[:, :, self._cells :]
         psd = np.abs(self._omega**2 * values) ** 2
         return band_sums(self.frequency, psd, edge, axis=1) * self.resolution
 
-    def predicted_squares(self, motion: Complexes, edge: Array) -> Array:
-        """Return those at the points of a linear motion."""
-        return self.squares(motion[:, :, self._cells :], edge)
-
     def lines(self, edge: Array) -> Index:
         """Return the number of lines of each band."""
-        index = np.searchsorted(self.frequency, edge)
-        return index[:, 1] - index[:, 0]
+        return np.diff(np.searchsorted(self.frequency, edge), axis=1)[:, 0]

@@ -11,12 +11,12 @@ A softer sphere allows a longer time step. Two things go wrong with it:
 Runs in docs/coupled.md; ``benchmarks/convergence.py`` makes them.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import contact
 from pidpanel.coupon.bed import Bed
 from pidpanel.damping.surface_cases import clear_gap
 
@@ -62,32 +62,23 @@ def softening_bias(material_modulus: float, bed: Bed, motion: RmsMotion, modulus
     radius = packing.sizes.largest / 2
     layers = bed.fill_fraction * packing.depth / packing.diameter
 
-    def excess(measure: str) -> float:
-        values = []
-        for stiffness in (modulus, material_modulus):
-            sphere = (radius, packing.density, stiffness, packing.poissons_ratio)
-            if measure == "time":
-                time = contact.wall_contact_time(*sphere, motion.velocity)
-                values.append(time * STANDARD_GRAVITY / motion.velocity)
-            else:
-                depth = contact.wall_overlap(*sphere, FASTEST * motion.velocity)
-                values.append(depth / radius)
-        return max(values[0] - values[1], 0.0)
-
-    bias = PER_LAYER * layers * excess("time")
+    velocity = motion.velocity
+    pair = [replace(packing.smallest(m), radius=radius) for m in (modulus, material_modulus)]
+    soft, stiff = (s.wall_contact_time(velocity) * STANDARD_GRAVITY / velocity for s in pair)
+    deep, shallow = (s.wall_overlap(FASTEST * velocity) / radius for s in pair)
+    bias = PER_LAYER * layers * max(soft - stiff, 0.0)
     gap = packing.depth * float(clear_gap(np.array(bed.fill_fraction)))
     if motion.stroke >= CROSSES * gap:
-        bias = max(bias, PER_OVERLAP * excess("overlap"))
+        bias = max(bias, PER_OVERLAP * (deep - shallow))
     return bias
 
 
 def softened_modulus(material_modulus: float, bed: Bed, motion: RmsMotion) -> float:
     """Return the softest modulus whose bias is allowed [Pa]; that of the material if none is."""
     for modulus in CHOICES:
-        if (
-            modulus < material_modulus
-            and softening_bias(material_modulus, bed, motion, modulus) <= LARGEST_BIAS
-        ):
+        if modulus >= material_modulus:
+            break
+        if softening_bias(material_modulus, bed, motion, modulus) <= LARGEST_BIAS:
             return modulus
     return material_modulus
 

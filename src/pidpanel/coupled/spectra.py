@@ -23,17 +23,6 @@ class Segments:
         return float(self.frequency[1] - self.frequency[0])
 
 
-def segment_count(rows: int, length: int) -> int:
-    """Return the number of segments that overlap by half.
-
-    Examples
-    --------
-    >>> segment_count(100, 40), segment_count(30, 40)
-    (4, 1)
-    """
-    return max(1, 2 * rows // length - 1)
-
-
 def segment_spectra(
     rows: Array, interval: float, length: int, band: tuple[float, float]
 ) -> Segments:
@@ -43,7 +32,7 @@ def segment_spectra(
     frequency = np.fft.rfftfreq(length, interval)
     inside = (frequency >= band[0]) & (frequency < band[1])
     last = len(rows) - length
-    count = segment_count(len(rows), length)
+    count = max(1, 2 * len(rows) // length - 1)  # they overlap by half
     values = []
     for start in np.linspace(0, last, count).round().astype(int):
         part = rows[start : start + length]

@@ -6,7 +6,6 @@ All is in closed form and linear in changes of C_e, m_a and own force.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,30 +24,25 @@ EXPONENT, EXPONENT_ERROR = 0.75, 0.35
 SMALL = 0.01  # change of Z, over its size, from which derivatives are taken [1]
 
 
-@dataclass(frozen=True)
 class Variants:
-    """PSDs of the displacement at the points and the cells, and their changes with the damping."""
+    """PSDs of the displacement at the points and the cells, and their changes with the damping.
 
-    panel: CoupledPanel
-    # (nf,) [Hz] and (bands,) nodes of the own force [Hz]
-    frequency: Array
-    centre: Array
-    impedances: Sequence[Impedance]
-    linear_psd: Array  # (nf, p + c) without own force [m²/Hz]
-    own_psd: Array  # (patches, nf, p + c) of the own force of each patch [m²/Hz]
-    # (patches, nf, p + c) derivatives of the whole PSD by C_e and m_a
-    of_damping: Array
-    of_mass: Array
+    Parameters
+    ----------
+    frequency, centre
+        (nf,) [Hz] and (bands,) nodes of the own force [Hz].
+    """
 
-    @staticmethod
-    def compute(
+    def __init__(
+        self,
         panel: CoupledPanel,
         frequency: Array,
         centre: Array,
         impedances: Sequence[Impedance],
         forces: Sequence[OwnForce],
-    ) -> Variants:
-        """Compute them."""
+    ) -> None:
+        self.panel, self.frequency, self.centre = panel, frequency, centre
+        self.impedances = impedances
         factors = [patch.factor for patch in panel.patches]
         felt = np.concatenate(factors, axis=1)
         owner = np.repeat(np.arange(len(factors)), [factor.shape[1] for factor in factors])
@@ -67,7 +61,9 @@ class Variants:
                 changed[p] += unit * step[p]
                 sets.append((changed, total))
         observed = np.concatenate([panel.points, panel.at_cells])
-        psds = Receptances.compute(frequency, panel.stiffness(frequency), felt, observed).psds(
+        psds = Receptances(
+            frequency, panel.modal.dynamic_stiffness(frequency), felt, observed
+        ).psds(
             [values[owner].T for values, _ in sets],
             lambda lines: panel.load(frequency[lines]),
             [
@@ -78,16 +74,12 @@ class Variants:
         base, whole, patches = psds[0], psds[1], len(loads)
         changed = psds[2 + patches :].reshape(patches, 2, *base.shape)
         slope = (changed - whole) / step[:, None, :, None]
-        return Variants(
-            panel,
-            frequency,
-            centre,
-            impedances,
-            base,
-            psds[2 : 2 + patches] - base,
-            slope[:, 0],
-            slope[:, 1] * (2 * np.pi * frequency)[None, :, None],
-        )
+        self.linear_psd = base  # (nf, p + c) without own force [m²/Hz]
+        # (patches, nf, p + c) of the own force of each patch [m²/Hz]
+        self.own_psd = psds[2 : 2 + patches] - base
+        # (patches, nf, p + c) derivatives of the whole PSD by C_e and m_a
+        self.of_damping = slope[:, 0]
+        self.of_mass = slope[:, 1] * (2 * np.pi * frequency)[None, :, None]
 
     @property
     def points(self) -> slice:
@@ -127,16 +119,15 @@ class Variants:
         matrix = np.eye(len(square)) + EXPONENT * by_damping
         return np.exp(EXPONENT * np.linalg.solve(matrix, log_ratio))
 
-    def change(self, impedances: Sequence[Impedance], ratios: Sequence[Array] | None) -> Array:
+    def change(self, impedances: Sequence[Impedance], ratios: Sequence[Array]) -> Array:
         """Return the change of ln of the PSD, (nf, p + c)."""
         total = np.zeros_like(self.linear_psd)
         for p, impedance in enumerate(impedances):
             difference = impedance(self.frequency) - self.impedances[p](self.frequency)
             mass = difference.imag / (2 * np.pi * self.frequency)
             total += self.of_damping[p] * difference.real[:, None] + self.of_mass[p] * mass[:, None]
-            if ratios is not None:
-                ratio = np.interp(np.log(self.frequency), np.log(self.centre), ratios[p])
-                total += self.own_psd[p] * (ratio - 1)[:, None]
+            ratio = np.interp(np.log(self.frequency), np.log(self.centre), ratios[p])
+            total += self.own_psd[p] * (ratio - 1)[:, None]
         psd = self.psd
         return np.divide(total, psd, out=np.zeros_like(psd), where=psd > 0)
 
@@ -161,32 +152,26 @@ class Variants:
         )
         return np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0)
 
+    def simulated_psd(
+        self, impedances: Sequence[Impedance], own_sums: Sequence[Array], lines: Array
+    ) -> Array:
+        """Return the PSDs (nf, p) at the points of the own force of the simulated cells."""
+        panel, frequency = self.panel, self.frequency
+        load = np.zeros((len(self.centre), panel.points.shape[1], panel.points.shape[1]))
+        for patch, sums in zip(panel.patches, own_sums, strict=True):
+            weighted = patch.shape * patch.area[:, None]
+            psd = sums.sum(axis=0) / lines.sum(axis=0)[:, None, None]
+            load += weighted.T @ psd @ weighted
+        stiffness = panel.modal.dynamic_stiffness(frequency)
+        receptances = Receptances(frequency, stiffness, panel.at_cells.T, panel.points)
+        (result,) = receptances.psds(
+            [cell_load(panel, frequency, impedances)],
+            None,
+            [interpolated_load(frequency, self.centre, load)],
+        )
+        return result
+
     def band_squares(self, psd: Array, edge: Array) -> Array:
         """Return the mean squares (bands, p) of accelerations of PSDs (nf, p) [m²/Hz]."""
         squares = band_rms(self.frequency, (2 * np.pi * self.frequency[:, None]) ** 4 * psd, edge)
         return squares**2
-
-
-def simulated_psd(
-    panel: CoupledPanel,
-    frequency: Array,
-    centre: Array,
-    impedances: Sequence[Impedance],
-    own_sums: Sequence[Array],
-    lines: Array,
-) -> Array:
-    """Return the PSDs (nf, p) at the points of the own force of the simulated cells."""
-    load = np.zeros((len(centre), panel.points.shape[1], panel.points.shape[1]))
-    for patch, sums in zip(panel.patches, own_sums, strict=True):
-        weighted = patch.shape * patch.area[:, None]
-        psd = sums.sum(axis=0) / lines.sum(axis=0)[:, None, None]
-        load += weighted.T @ psd @ weighted
-    receptances = Receptances.compute(
-        frequency, panel.stiffness(frequency), panel.at_cells.T, panel.points
-    )
-    (result,) = receptances.psds(
-        [cell_load(panel, frequency, impedances)],
-        None,
-        [interpolated_load(frequency, centre, load)],
-    )
-    return result

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
@@ -12,6 +11,7 @@ from pidpanel.atlas.groups import Direction
 from pidpanel.constants import LIGGGHTS_VERSION, STANDARD_GRAVITY
 from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.cases import Case
+from pidpanel.coupon.packing import Constants
 
 # Statuses of cases that count. A run that is not steady has an error as large as its drift. The
 # energy balance misses losses of strongly damped contacts with friction (docs/atlas.md); the
@@ -93,15 +93,14 @@ def _check_groups(case: Case) -> None:
     faults = {
         "cells must be hexagons": packing.shape != "hexagon",
         "particles must have one size": packing.sizes.kind != "mono",
-        "walls must have the constants of the particles": constants
-        != replace(
-            constants,
-            wall_youngs_modulus=constants.youngs_modulus,
-            wall_poissons_ratio=constants.poissons_ratio,
-            wall_restitution=constants.restitution,
-            wall_friction=constants.friction,
-        ),
         "there must be no rolling friction": constants.has_rolling_friction,
+        "walls must have the constants of the particles": constants
+        != Constants.alike(
+            constants.youngs_modulus,
+            constants.poissons_ratio,
+            constants.restitution,
+            constants.friction,
+        ),
     }
     for says, is_wrong in faults.items():
         if is_wrong:

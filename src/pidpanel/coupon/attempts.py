@@ -52,7 +52,8 @@ def pour_packing(packing: Packing, file: Path) -> records.PourOutcome:
 
 def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> records.LoosenOutcome:
     """Shake a bed loose, in the folder of ``bed.json``, and write that or a failed packing."""
-    source = sound_packing(bed.packing, packing_file)
+    pour_again = partial(pour_packing, bed.packing)
+    source = _sound(records.PourOutcome, "packing", bed.packing, packing_file, pour_again)
     poured = source.found
     with exclusive_lock(_lock(file.parent)):
         if poured is None:
@@ -73,17 +74,14 @@ def _lock(folder: Path) -> Path:
     return folder.with_name(f".{folder.name}.lock")
 
 
-def sound_packing(packing: Packing, file: Path) -> records.PourOutcome:
-    """What ``packing.json`` says; a packing that is not as it was left is poured again."""
-    return _sound(records.PourOutcome, "packing", packing, file, partial(pour_packing, packing))
-
-
-def sound_bed(bed: Bed, packing_file: Path, file: Path) -> records.LoosenOutcome:
+def sound_bed(bed: Bed, file: Path) -> records.LoosenOutcome:
     """What ``bed.json`` says; a bed that is not as it was left is made again.
 
-    The same spheres to the last bit, so that jobs that do so at the same time do no harm.
+    The same spheres to the last bit, so that jobs that do so at the same time do no harm. Its
+    packing is looked for in ``../../packing`` of its folder.
     """
-    return _sound(records.LoosenOutcome, "bed", bed, file, partial(loosen_bed, bed, packing_file))
+    packing = file.parent.parent.parent / "packing" / bed.packing.label / "packing.json"
+    return _sound(records.LoosenOutcome, "bed", bed, file, partial(loosen_bed, bed, packing))
 
 
 def _sound(
@@ -108,12 +106,6 @@ def _sound(
     return outcome
 
 
-def bed_in_store(bed: Bed, file: Path) -> records.LoosenOutcome:
-    """`sound_bed` where the packings lie in ``../../packing`` of the folder of the bed."""
-    packings = file.parent.parent.parent / "packing"
-    return sound_bed(bed, packings / bed.packing.label / "packing.json", file)
-
-
 def check_sound(outcome: records.PourOutcome | records.LoosenOutcome, file: Path) -> None:
     """Refuse what is not as it was left, and a failure that need not come again."""
     if outcome.status != records.OK and outcome.status not in failures.BY_INPUTS:
@@ -132,12 +124,8 @@ def _take(source: Path, folder: Path, names: Iterable[str]) -> None:
 
 
 def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> records.ShakeOutcome:
-    """Shake a run in a folder; hand on the failure of its bed.
-
-    The packing of the bed is looked for in ``../../packing`` of the folder of ``bed.json``, should
-    the bed have to be made again.
-    """
-    bed = bed_in_store(run.bed, bed_file)
+    """Shake a run in a folder; hand on the failure of its bed."""
+    bed = sound_bed(run.bed, bed_file)
     if bed.found is None:
         attempt, shaken = _handed_on(bed), None
     else:
@@ -145,37 +133,33 @@ def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> reco
     return records.ShakeOutcome(**vars(attempt), run=run, target=target, found=shaken)
 
 
-def shake_seeds(
-    seeds: Sequence[Run], target: RunTarget, bed_files: Sequence[Path], folders: Sequence[Path]
-) -> list[records.ShakeOutcome]:
-    """Shake each seed of a case; seeds that are apart continue.
+def shake_seeds(case: Case, target: RunTarget, folder: Path) -> list[records.ShakeOutcome]:
+    """Shake each seed of a case to a target; seeds that are apart continue.
 
     A bed can dwell in a state of motion that does not last, and look steady (100 Hz, 80 g,
     μ = 0.1: C_e = 1250 N s/m³ for 60 or 90 cycles, 190 ever after). Where two seeds are apart
     (`states.are_apart`), the shorter continues by half, until they agree or have run
-    ``max_cycles``.
+    ``max_cycles``. What they leave is that of the case's own target.
     """
-    outcomes = [
-        shake_run(run, target, bed_file, folder)
-        for run, bed_file, folder in zip(seeds, bed_files, folders, strict=True)
-    ]
+    beds = [folder / "bed" / run.bed.label / "bed.json" for run in case.runs]
+    seeds = list(zip(case.runs, beds, case.folders(folder), strict=True))
+    outcomes = [shake_run(run, target, bed, home) for run, bed, home in seeds]
     while True:
         shaken = [outcome.found for outcome in outcomes if outcome.found is not None]
         if len(shaken) < len(outcomes):
             break
         damping = []
-        for run, folder, record in zip(seeds, folders, shaken, strict=True):
-            read = rows.read_shaken(run, folder, record)
+        for (run, _, home), record in zip(seeds, shaken, strict=True):
+            read = rows.read_shaken(run, home, record)
             damping.append(rows.estimates(run, read, record.mass_kg)[0])
         k = min(range(len(shaken)), key=lambda i: shaken[i].cycles)
         done = shaken[k].cycles
         if not are_apart(damping) or done >= target.max_cycles:
             break
         longer = replace(target, min_cycles=min(target.max_cycles, math.ceil(1.5 * done)))
-        continued = shake_run(seeds[k], longer, bed_files[k], folders[k])
-        spent = outcomes[k].solver_cpu_s + continued.solver_cpu_s
-        outcomes[k] = replace(continued, target=target, solver_cpu_s=round(spent, 2))
-    return outcomes
+        run, bed, home = seeds[k]
+        outcomes[k : k + 1] = _with_time_of([outcomes[k]], [shake_run(run, longer, bed, home)])
+    return [replace(outcome, target=case.target) for outcome in outcomes]
 
 
 def are_apart(damping: Sequence[cycles.Estimate]) -> bool:
@@ -192,15 +176,15 @@ def shake_case(case: Case, folder: Path) -> list[records.ShakeOutcome]:
     agree. Returns the outcomes of the case or, with several states, of `Case.with_reserve`.
     """
     target, first = case.target, first_target(case)
-    outcomes = _shake_all(case, first, folder)
+    outcomes = shake_seeds(case, first, folder)
     if not case.state_cycles:
         return outcomes
     if has_states(case, outcomes, folder):
         longer = replace(target, min_cycles=first.max_cycles, max_cycles=first.max_cycles)
-        return _with_time_of(outcomes, _shake_all(case.with_reserve, longer, folder))
+        return _with_time_of(outcomes, shake_seeds(case.with_reserve, longer, folder))
     if first.max_cycles < target.max_cycles:
         longer = replace(target, min_cycles=first.min_cycles)
-        outcomes = _with_time_of(outcomes, _shake_all(case, longer, folder))
+        outcomes = _with_time_of(outcomes, shake_seeds(case, longer, folder))
     return outcomes
 
 
@@ -234,13 +218,6 @@ def has_states(case: Case, outcomes: Sequence[records.ShakeOutcome], folder: Pat
     means = np.array([estimate.damping for estimate in estimates])
     errors = np.array([estimate.error for estimate in estimates])
     return len(estimates) > 1 and len(states.states_of(means, errors)) > 1
-
-
-def _shake_all(case: Case, target: RunTarget, folder: Path) -> list[records.ShakeOutcome]:
-    """Shake all runs of a case to a target; what they leave is that of the case's own."""
-    beds = [folder / "bed" / run.bed.label / "bed.json" for run in case.runs]
-    outcomes = shake_seeds(case.runs, target, beds, case.folders(folder))
-    return [replace(outcome, target=case.target) for outcome in outcomes]
 
 
 def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:

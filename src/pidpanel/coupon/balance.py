@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Index
+from pidpanel.coupon import contact
 
 
 @dataclass(frozen=True)
@@ -82,13 +83,8 @@ class EnergyBalance:
     @property
     def dissipated(self) -> float:
         """All losses [J]."""
-        return (
-            self.sphere_normal
-            + self.sphere_tangential
-            + self.wall_normal
-            + self.wall_tangential
-            + self.rolling
-        )
+        between_spheres = self.sphere_normal + self.sphere_tangential
+        return between_spheres + self.wall_normal + self.wall_tangential + self.rolling
 
     @property
     def residual(self) -> float:
@@ -97,32 +93,25 @@ class EnergyBalance:
         return self.dissipated - supplied
 
 
-def effective_modulus(
-    youngs_modulus: tuple[float, float], poissons_ratio: tuple[float, float]
-) -> float:
-    """E* of two materials in contact [Pa]: 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂.
+def contact_material(
+    first: tuple[float, float], second: tuple[float, float], friction: float, restitution: float
+) -> ContactMaterial:
+    """Contact of two materials with moduli [Pa] and Poisson's ratios.
+
+    1/E* = Σ (1 − ν²)/E, 1/G* = Σ 2(2 − ν)(1 + ν)/E.
 
     Examples
     --------
-    >>> round(effective_modulus((2e9, 2e9), (0.0, 0.0)))
-    1000000000
+    >>> material = contact_material((2e9, 0.0), (2e9, 0.0), 0.3, 0.8)
+    >>> round(material.effective_modulus), round(material.effective_shear_modulus)
+    (1000000000, 250000000)
     """
-    (e1, e2), (n1, n2) = youngs_modulus, poissons_ratio
-    return 1 / ((1 - n1**2) / e1 + (1 - n2**2) / e2)
-
-
-def effective_shear_modulus(
-    youngs_modulus: tuple[float, float], poissons_ratio: tuple[float, float]
-) -> float:
-    """G* of two materials in contact [Pa]: 1/G* = Σ 2(2−ν)(1+ν)/E.
-
-    Examples
-    --------
-    >>> round(effective_shear_modulus((8e9, 8e9), (0.0, 0.0)))
-    1000000000
-    """
-    return 1 / sum(
-        2 * (2 - n) * (1 + n) / e for e, n in zip(youngs_modulus, poissons_ratio, strict=True)
+    sides = (first, second)
+    return ContactMaterial(
+        1 / sum((1 - n**2) / e for e, n in sides),
+        1 / sum(2 * (2 - n) * (1 + n) / e for e, n in sides),
+        friction,
+        contact.damping_ratio(restitution),
     )
 
 
@@ -136,9 +125,7 @@ def _dot(a: Array, b: Array) -> Array:
     return result
 
 
-def _relative_velocity(
-    contacts: Contacts, spheres: SphereFrames, velocity: Array, spin: Array, arms: Array
-) -> Array:
+def _relative_velocity(contacts: Contacts, velocity: Array, spin: Array, arms: Array) -> Array:
     """Velocity (n, 3) of the first surface against the second in each contact [m/s].
 
     ``arms`` (1 or 2, n, 3) go from the centre of each sphere to the contact; a wall has none and
@@ -153,18 +140,11 @@ def _relative_velocity(
 
 
 def contact_losses(
-    contacts: Contacts,
-    spheres: SphereFrames,
-    material: ContactMaterial,
-    normal: Array,
-    overlap: Array,
-    *,
-    with_wall: bool,
+    contacts: Contacts, spheres: SphereFrames, material: ContactMaterial, planes: Array | None
 ) -> tuple[Array, Array, Array, Array]:
     """Power lost in each contact along the normal, the surface and in rolling [W]; 2/5 F δ [J].
 
-    ``normal`` (n, 3) is the unit vector towards the first sphere, ``overlap`` δ (n,) [m]. A wall
-    does not move.
+    ``planes`` are those of walls, which do not move; None between spheres.
 
     Notes
     -----
@@ -174,17 +154,22 @@ def contact_losses(
     without a viscous part, which the list may have added. In a contact that sticks, spring and
     viscous force together may exceed μ|F_n|: LIGGGHTS limits only the spring.
     """
-    i, j = contacts.first, contacts.second
+    i, j, f = contacts.first, contacts.second, contacts.frame
     radii, masses = [spheres.radius[i]], [spheres.mass[i]]
-    if not with_wall:
+    # towards the first sphere, and how deep they touch
+    if planes is None:
+        separation = spheres.position[f, i] - spheres.position[f, j]
+        distance = np.sqrt(_dot(separation, separation))
+        normal, overlap = separation / distance[:, None], radii[0] + spheres.radius[j] - distance
         radii, masses = [*radii, spheres.radius[j]], [*masses, spheres.mass[j]]
+    else:
+        normal = planes[j, :3]
+        overlap = radii[0] + planes[j, 3] - _dot(spheres.position[f, i], normal)
     # the contact lies half the overlap inside each surface; LIGGGHTS has it so at walls, too
     sides = zip((-1, 1), radii, strict=False)
     arms = np.array([side * (radius - overlap / 2)[:, None] * normal for side, radius in sides])
-    velocity = _relative_velocity(contacts, spheres, spheres.velocity, spheres.spin, arms)
-    earlier = _relative_velocity(
-        contacts, spheres, spheres.earlier_velocity, spheres.earlier_spin, arms
-    )
+    velocity = _relative_velocity(contacts, spheres.velocity, spheres.spin, arms)
+    earlier = _relative_velocity(contacts, spheres.earlier_velocity, spheres.earlier_spin, arms)
     speed, earlier_speed = _dot(velocity, normal), _dot(earlier, normal)
     slip = velocity - speed[:, None] * normal
     earlier_slip = earlier - earlier_speed[:, None] * normal
@@ -208,8 +193,7 @@ def contact_losses(
     if contacts.torque is not None:
         # what is left of the torque is rolling friction
         rest = contacts.torque - np.cross(arms[0], contacts.force - along[:, None] * normal)
-        f = contacts.frame
-        turning = spheres.spin[f, i] - (0.0 if with_wall else spheres.spin[f, j])
+        turning = spheres.spin[f, i] - (spheres.spin[f, j] if planes is None else 0.0)
         rolling = -_dot(rest, turning)
     return -(along - hertz) * earlier_speed, -_dot(sideways, slip), rolling, 2 / 5 * hertz * depth
 
@@ -228,26 +212,6 @@ def _acting(
     slides |= np.abs(size - listed_limit) <= ROUNDING * size
     sliding = listed * (limit / np.maximum(size, 1e-300))[:, None]
     return np.where(slides[:, None], sliding, spring - earlier_viscous)
-
-
-def _pair_losses(
-    pairs: Contacts, spheres: SphereFrames, material: ContactMaterial
-) -> tuple[Array, Array, Array, Array]:
-    i, j, f = pairs.first, pairs.second, pairs.frame
-    separation = spheres.position[f, i] - spheres.position[f, j]
-    distance = np.sqrt(_dot(separation, separation))
-    overlap = spheres.radius[i] + spheres.radius[j] - distance
-    normal = separation / distance[:, None]
-    return contact_losses(pairs, spheres, material, normal, overlap, with_wall=False)
-
-
-def _wall_losses(
-    touches: Contacts, spheres: SphereFrames, planes: Array, material: ContactMaterial
-) -> tuple[Array, Array, Array, Array]:
-    normal, offset = planes[touches.second, :3], planes[touches.second, 3]
-    place = spheres.position[touches.frame, touches.first]
-    overlap = spheres.radius[touches.first] + offset - _dot(place, normal)
-    return contact_losses(touches, spheres, material, normal, overlap, with_wall=True)
 
 
 def _kinetic_energy(spheres: SphereFrames) -> Array:
@@ -276,8 +240,8 @@ def energy_balance(
     that of the inertial force along z as seen from the cells, ``gravity`` (3,) [m/s²].
     """
     frames = len(spheres.position)
-    pair = _pair_losses(pairs, spheres, materials[0])
-    wall = _wall_losses(touches, spheres, planes, materials[1])
+    pair = contact_losses(pairs, spheres, materials[0], None)
+    wall = contact_losses(touches, spheres, materials[1], planes)
 
     def per_frame(frame: Index, values: Array) -> Array:
         return np.bincount(frame, values, minlength=frames).astype(float)

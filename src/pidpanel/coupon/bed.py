@@ -130,20 +130,14 @@ class Run:
         count = self.packing.count
         return count if self.deck is None and 1 < count <= MOST_CELLS else 0
 
-    def _impact(self, youngs_modulus: float) -> tuple[float, float, float, float, float]:
-        """Values of a sphere's impact on a wall at the speed of the drive, for `contact`."""
-        packing, ratio = self.packing, self.constants.poissons_ratio
-        radius = packing.sizes.smallest / 2
-        return radius, packing.density, youngs_modulus, ratio, self.drive.speed
-
     def contact_time_at(self, youngs_modulus: float) -> float:
         """Duration of a sphere's impact on a wall at the speed of the drive [s]."""
-        return contact.wall_contact_time(*self._impact(youngs_modulus))
+        return self.packing.smallest(youngs_modulus).wall_contact_time(self.drive.speed)
 
     def overlap_at(self, youngs_modulus: float) -> float:
         """Deepest overlap of that impact over the radius [1]."""
-        impact = self._impact(youngs_modulus)
-        return contact.wall_overlap(*impact) / impact[0]
+        sphere = self.packing.smallest(youngs_modulus)
+        return sphere.wall_overlap(self.drive.speed) / sphere.radius
 
     def deck_values(self, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
         """Variables of the template for the run, or a leg of it from a restart."""
@@ -233,13 +227,7 @@ def run_at(
     ``time_step_rayleigh`` is the longest time step over the Rayleigh time of the smallest sphere
     [1].
     """
-    packing = bed.packing
-    longest = time_step_rayleigh * contact.rayleigh_time(
-        packing.sizes.smallest / 2,
-        packing.density,
-        constants.youngs_modulus,
-        constants.poissons_ratio,
-    )
+    longest = time_step_rayleigh * bed.packing.smallest(constants.youngs_modulus).rayleigh_time
     steps = samples_per_cycle * math.ceil(drive.period / longest / samples_per_cycle)
     return Run(
         bed=bed,

@@ -1,52 +1,51 @@
 """Closed forms of one elastic contact: how stiff, how long, how deep."""
 
 import math
+from dataclasses import dataclass, replace
 
 # 2 ∫₀¹ dx/√(1 − x^{5/2}): duration of a Hertz contact in units of δ_max/v.
 HERTZ_DURATION = 2.9432750
 
 
-def rayleigh_time(
-    radius: float, density: float, youngs_modulus: float, poissons_ratio: float
-) -> float:
-    """Time in which a Rayleigh wave runs half round a sphere [s].
-
-    T_R = π R √(ρ/G) / (0.1631 ν + 0.8766), G = E/(2(1+ν)): the measure with which LIGGGHTS' ``fix
-    check/timestep/gran`` compares the time step; R [m], ρ [kg/m³], E [Pa].
+@dataclass(frozen=True)
+class ElasticSphere:
+    """A sphere by what its contacts depend on.
 
     Examples
     --------
-    >>> f"{rayleigh_time(1e-3, 1190.0, 5e7, 0.35):.4g}"
+    >>> f"{ElasticSphere(1e-3, 1190.0, 5e7, 0.35).rayleigh_time:.4g}"
     '2.697e-05'
     """
-    shear_modulus = youngs_modulus / (2 * (1 + poissons_ratio))
-    return (
-        math.pi * radius * math.sqrt(density / shear_modulus) / (0.1631 * poissons_ratio + 0.8766)
-    )
 
+    radius: float  # R [m]
+    density: float  # ρ [kg/m³]
+    youngs_modulus: float  # E [Pa]
+    poissons_ratio: float  # ν [1]
 
-def wall_overlap(
-    radius: float, density: float, youngs_modulus: float, poissons_ratio: float, speed: float
-) -> float:
-    """Deepest overlap of a sphere that hits a wall of its own material head-on [m].
+    @property
+    def rayleigh_time(self) -> float:
+        """Time in which a Rayleigh wave runs half round the sphere [s].
 
-    ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)); Johnson, *Contact Mechanics* (1985), eq.
-    11.22.
-    """
-    mass = density * 4 / 3 * math.pi * radius**3
-    effective_modulus = youngs_modulus / (2 * (1 - poissons_ratio**2))
-    return (15 * mass * speed**2 / (16 * effective_modulus * math.sqrt(radius))) ** 0.4
+        T_R = π R √(ρ/G) / (0.1631 ν + 0.8766), G = E/(2(1+ν)): the measure with which LIGGGHTS'
+        ``fix check/timestep/gran`` compares the time step.
+        """
+        shear_modulus = self.youngs_modulus / (2 * (1 + self.poissons_ratio))
+        wave = math.sqrt(self.density / shear_modulus)
+        return math.pi * self.radius * wave / (0.1631 * self.poissons_ratio + 0.8766)
 
+    def wall_overlap(self, speed: float) -> float:
+        """Deepest overlap where it hits a wall of its own material head-on [m].
 
-def wall_contact_time(
-    radius: float, density: float, youngs_modulus: float, poissons_ratio: float, speed: float
-) -> float:
-    """Duration of the impact of `wall_overlap` [s]: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
-    return (
-        HERTZ_DURATION
-        * wall_overlap(radius, density, youngs_modulus, poissons_ratio, speed)
-        / speed
-    )
+        ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)); Johnson, *Contact Mechanics* (1985),
+        eq. 11.22.
+        """
+        mass = self.density * 4 / 3 * math.pi * self.radius**3
+        effective_modulus = self.youngs_modulus / (2 * (1 - self.poissons_ratio**2))
+        return (15 * mass * speed**2 / (16 * effective_modulus * math.sqrt(self.radius))) ** 0.4
+
+    def wall_contact_time(self, speed: float) -> float:
+        """Duration of that impact [s]: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
+        return HERTZ_DURATION * self.wall_overlap(speed) / speed
 
 
 def damping_ratio(restitution: float) -> float:
@@ -122,11 +121,8 @@ def modulus_bias(
 
 def softest_modulus(
     choices: tuple[float, ...],
-    material_modulus: float,
+    material: ElasticSphere,
     *,
-    radius: float,
-    density: float,
-    poissons_ratio: float,
     speed: float,
     frequency: float,
     contact_time_per_period: float,
@@ -139,12 +135,10 @@ def softest_modulus(
     is returned: it is the truth, however long its contacts.
     """
     for modulus in sorted(choices):
-        if modulus >= material_modulus:
+        if modulus >= material.youngs_modulus:
             break
-        args = (radius, density, modulus, poissons_ratio, speed)
-        if (
-            wall_contact_time(*args) * frequency <= contact_time_per_period
-            and wall_overlap(*args) <= overlap_per_radius * radius
-        ):
+        sphere = replace(material, youngs_modulus=modulus)
+        is_short = sphere.wall_contact_time(speed) * frequency <= contact_time_per_period
+        if is_short and sphere.wall_overlap(speed) <= overlap_per_radius * sphere.radius:
             return modulus
-    return material_modulus
+    return material.youngs_modulus

@@ -13,6 +13,7 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -121,15 +122,20 @@ def exclusion(groups: Groups, bead: Bead) -> str:
         return "no gravity, and a stroke with which the bed hardly touches its walls"
     if not FREQUENCIES[0] <= f <= FREQUENCIES[1]:
         return f"a frequency outside {FREQUENCIES[0]:g} to {FREQUENCIES[1]:g} Hz"
-    material = (bead.diameter / 2, bead.density, bead.youngs_modulus, bead.poissons_ratio)
-    if contact.wall_overlap(*material, v) > DEEPEST_OVERLAP * bead.diameter / 2:
+    if sphere(bead).wall_overlap(v) > DEEPEST_OVERLAP * bead.diameter / 2:
         return f"overlaps of more than {DEEPEST_OVERLAP:g} radii: no hard particles"
-    if contact.wall_contact_time(*material, v) * f > LONGEST_CONTACT:
+    if sphere(bead).wall_contact_time(v) * f > LONGEST_CONTACT:
         return f"contacts of more than {LONGEST_CONTACT:g} periods: no hard particles"
     work = CYCLES * steps_per_cycle(groups, bead) * spheres * cell_count(groups)
     if work > MOST_WORK:
         return f"more than {MOST_WORK:.0g} steps of a particle in {CYCLES} cycles"
     return ""
+
+
+def sphere(bead: Bead) -> contact.ElasticSphere:
+    """Return a particle as `contact` takes it."""
+    radius = bead.diameter / 2
+    return contact.ElasticSphere(radius, bead.density, bead.youngs_modulus, bead.poissons_ratio)
 
 
 def bounces(groups: Groups) -> bool:
@@ -144,10 +150,7 @@ def modulus(groups: Groups, bead: Bead) -> float:
     longest = 0.02 / (1.0 if crosses else contact.deepening(layers, gamma))
     return contact.softest_modulus(
         tuple(1e6 * choice for choice in CHOICES_MPA),
-        bead.youngs_modulus,
-        radius=bead.diameter / 2,
-        density=bead.density,
-        poissons_ratio=bead.poissons_ratio,
+        sphere(bead),
         speed=speed(groups, bead),
         frequency=frequency(groups, bead),
         contact_time_per_period=min(longest, BOUNCING_CONTACT) if bounces(groups) else longest,
@@ -157,10 +160,9 @@ def modulus(groups: Groups, bead: Bead) -> float:
 
 def steps_per_cycle(groups: Groups, bead: Bead) -> float:
     """Return about the time steps of a cycle."""
-    rayleigh = contact.rayleigh_time(
-        bead.diameter / 2, bead.density, modulus(groups, bead), bead.poissons_ratio
-    )
-    return 1 / (frequency(groups, bead) * time_step_rayleigh(groups.restitution) * rayleigh)
+    softened = replace(sphere(bead), youngs_modulus=modulus(groups, bead))
+    step = time_step_rayleigh(groups.restitution) * softened.rayleigh_time
+    return 1 / (frequency(groups, bead) * step)
 
 
 def time_step_rayleigh(restitution: float) -> float:

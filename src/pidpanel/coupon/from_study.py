@@ -236,10 +236,7 @@ def _constants(
     longest, deepest = stiffness.limits(stroke_per_gap)
     modulus = contact.softest_modulus(
         stiffness.choices if thrown else (),
-        spheres.youngs_modulus,
-        radius=packing.sizes.largest / 2,
-        density=packing.density,
-        poissons_ratio=spheres.poissons_ratio,
+        replace(packing.smallest(spheres.youngs_modulus), radius=packing.sizes.largest / 2),
         speed=drive.speed,
         frequency=drive.frequency,
         contact_time_per_period=longest / deepening,

@@ -7,7 +7,6 @@ bit.
 """
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 
 from pidpanel.coupon import attempts, coding, deadline
@@ -17,26 +16,12 @@ from pidpanel.coupon.cases import Case
 CONTINUES, DONE = "continues", "done"
 
 
-def write_leg(
-    request: Path, before: Path | None, folder: Path, file: Path, *, seconds: float
-) -> None:
-    """Shake the leg that a request asks for; see `shake_leg`."""
-    values = json.loads(request.read_text(encoding="utf-8"))
-    case, is_last = coding.decode(Case, values["case"]), bool(values["is_last"])
-    shake_leg(case, values["runs"], before, folder, file, seconds=seconds, is_last=is_last)
-
-
 def shake_leg(
-    case: Case,
-    numbers: Sequence[int],
-    previous: Path | None,
-    folder: Path,
-    file: Path,
-    *,
-    seconds: float,
-    is_last: bool,
+    request: Path, previous: Path | None, folder: Path, file: Path, *, seconds: float
 ) -> None:
-    """Shake runs of a case, one after the other, for so long; write how the leg ended."""
+    """Shake the runs of a request one after the other, for so long; write how the leg ended."""
+    values = json.loads(request.read_text(encoding="utf-8"))
+    case = coding.decode(Case, values["case"])
     status = CONTINUES
     if previous is not None:
         status = json.loads(previous.read_text(encoding="utf-8"))["status"]
@@ -44,12 +29,12 @@ def shake_leg(
         try:
             with deadline.limit(seconds):
                 target, folders = attempts.first_target(case), case.folders(folder)
-                for number in numbers:
+                for number in values["runs"]:
                     run = case.runs[number]
                     bed = folder / "bed" / run.bed.label / "bed.json"
                     attempts.shake_run(run, target, bed, folders[number])
             status = DONE
         except deadline.Continues:
-            if is_last:
+            if values["is_last"]:
                 raise
     file.write_text(json.dumps({"status": status}) + "\n", encoding="utf-8")

@@ -139,9 +139,12 @@ class Packing:
     @property
     def pour_time_step(self) -> float:
         """Time step of the pour [s]."""
-        return POURING.time_step_rayleigh * contact.rayleigh_time(
-            self.sizes.smallest / 2, self.density, POURING.youngs_modulus, self.poissons_ratio
-        )
+        return POURING.time_step_rayleigh * self.smallest(POURING.youngs_modulus).rayleigh_time
+
+    def smallest(self, youngs_modulus: float) -> contact.ElasticSphere:
+        """The smallest sphere, with a modulus [Pa]."""
+        radius = self.sizes.smallest / 2
+        return contact.ElasticSphere(radius, self.density, youngs_modulus, self.poissons_ratio)
 
     def deck_text(self, *, drag: float, chunk_steps: int) -> str:
         """Deck that pours the packing.

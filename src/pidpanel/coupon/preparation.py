@@ -84,13 +84,10 @@ def pour(packing: Packing, folder: Path) -> Poured:
     full = geometry.full_count(start.cell, settled[:, 2], packing.depth, start.diameters)
     chosen = geometry.lowest(start.cell, settled[:, 2], full)
     volume = math.pi / 6 * float((start.diameters[chosen] ** 3).sum())
-    np.savetxt(
+    _write_table(
         folder / PACKING_FILE,
         np.column_stack([start.cell, settled, start.diameters]),
-        fmt=["%d", "%.12g", "%.12g", "%.12g", "%.12g"],
-        delimiter=",",
-        header="cell,x_m,y_m,z_m,diameter_m",
-        comments="",
+        "cell,x_m,y_m,z_m,diameter_m",
     )
     return Poured(
         poured=len(settled),
@@ -112,7 +109,7 @@ def _settle(packing: Packing, start: Scattered, folder: Path) -> Array:
     with Liggghts(folder, "fill") as solver:
         solver.read_deck(text)
         for _ in range(200):
-            step, _, energy = solver.run(chunk, "kinetic_energy")
+            step, _, energy = solver.run(chunk, read_energy=True)
             if step * time_step > fall_time and energy < rest:
                 break
         else:
@@ -160,20 +157,18 @@ def loosen(bed: Bed, packing_folder: Path, folder: Path, full: int) -> Loosened:
     frames = sphere_dump.read_dump(dump.read_text(), str(dump))
     overlaps = [geometry.deepest_overlap(frame, spheres[:, 3]) for frame in frames]
     best = int(np.argmin(overlaps))
-    np.savetxt(
-        folder / BED_FILE,
-        np.column_stack([frames[best], spheres[:, 3]]),
-        fmt="%.12g",
-        delimiter=",",
-        header="x_m,y_m,z_m,diameter_m",
-        comments="",
-    )
+    table = np.column_stack([frames[best], spheres[:, 3]])
+    _write_table(folder / BED_FILE, table, "x_m,y_m,z_m,diameter_m")
     for path in (dump, folder / deck.START_FILE, folder / deck.cycles_file(1)):
         path.unlink()
     return Loosened(spheres=len(spheres), deepest_overlap_m=overlaps[best])
 
 
 # ------------------------------------------------------------------ files of spheres and walls
+
+
+def _write_table(file: Path, table: Array, header: str) -> None:
+    np.savetxt(file, table, fmt="%.12g", delimiter=",", header=header, comments="")
 
 
 def read_packing(folder: Path) -> tuple[Index, Array]:

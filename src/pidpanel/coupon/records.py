@@ -185,11 +185,6 @@ class RunState:
         earlier = (earlier_end for earlier_end in ends if earlier_end.cycles != end.cycles)
         return replace(self, ends=(*earlier, end), balance_version=balance_version)
 
-    def advance(self, cycles: int, restart: str) -> RunState:
-        """The state after so many more cycles of the last leg; its hashes are those of before."""
-        legs = (*self.legs[:-1], self.legs[-1] + cycles)
-        return replace(self, legs=legs, restart=restart)
-
     def write(self, folder: Path) -> None:
         """Write ``state.json``."""
         coding.write(folder / "state.json", self)

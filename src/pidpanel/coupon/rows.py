@@ -35,15 +35,27 @@ class CellEstimate(NamedTuple):
     apparent_mass: float  # m_a in the same rows [kg/m²]
 
 
-def read_rows(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> Array:
-    """First rows of a run, checked, (cycles_wanted, 7); see `output.read_cycles`.
+def read_rows(
+    run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int, *, by_cell: bool = False
+) -> Array:
+    """First rows of a run, checked, (cycles_wanted, 7), or those by cell; see `output.read_cycles`.
 
     Raises
     ------
     LogTruncated, NotFinite
         With the file, the line and the offending text.
     """
-    return _read(run, folder, legs, cycles_wanted, deck.cycles_file, output.CYCLES_HEADER)
+    file_of, header = deck.cycles_file, output.CYCLES_HEADER
+    if by_cell:
+        file_of, header = deck.cells_file, output.cells_header(run.cells_listed)
+    rows, count = [], run.cycles_before
+    for number, leg in enumerate(legs, 1):
+        path, steps = folder / file_of(number), run.steps_per_cycle
+        rows.append(output.read_cycles(rows_text(path), str(path), steps, leg, count, header))
+        count += leg
+    if sum(legs) < cycles_wanted:
+        raise LogTruncated(f"{folder}: {sum(legs)} of {cycles_wanted} cycles")
+    return np.concatenate(rows)[:cycles_wanted]
 
 
 def read_cells(run: Run, folder: Path, shaken: Shaken) -> Array:
@@ -51,39 +63,9 @@ def read_cells(run: Run, folder: Path, shaken: Shaken) -> Array:
 
     Of a single cell, and where the deck does not list them, those of all cells together.
     """
-    if run.cells_listed:
-        header = output.cells_header(run.cells_listed)
-        read = _read(run, folder, shaken.legs, shaken.cycles, deck.cells_file, header)[:, 1:]
-    else:
-        read = read_rows(run, folder, shaken.legs, shaken.cycles)[:, 1:3]
-    return read.reshape(shaken.cycles, -1, 2)
-
-
-def _read(
-    run: Run,
-    folder: Path,
-    legs: Sequence[int],
-    cycles_wanted: int,
-    file_of: Callable[[int], str],
-    header: tuple[str, str],
-) -> Array:
-    rows, count = [], 0
-    for number, leg in enumerate(legs, 1):
-        path = folder / file_of(number)
-        rows.append(
-            output.read_cycles(
-                rows_text(path),
-                str(path),
-                steps_per_cycle=run.steps_per_cycle,
-                cycles=leg,
-                cycles_before=run.cycles_before + count,
-                header=header,
-            )
-        )
-        count += leg
-    if count < cycles_wanted:
-        raise LogTruncated(f"{folder}: {count} of {cycles_wanted} cycles")
-    return np.concatenate(rows)[:cycles_wanted]
+    by_cell = run.cells_listed > 0
+    read = read_rows(run, folder, shaken.legs, shaken.cycles, by_cell=by_cell)
+    return read[:, 1 : None if by_cell else 3].reshape(shaken.cycles, -1, 2)
 
 
 def read_shaken(run: Run, folder: Path, shaken: Shaken) -> Array:

@@ -78,8 +78,12 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
             if solver is None and done == state.cycles and run.deck is None:
                 solver = stack.enter_context(_started(run, state, folder))
             elif solver is None:
+                # it ends before the last restart, or a restart need not hold all of the deck:
+                # LIGGGHTS runs to there from nothing, to the same bits
                 home = folder / REPEAT_FOLDER
-                solver = stack.enter_context(_repeated(run, state, done, bed_folder, home))
+                fresh = _begun(run, bed_folder, home)
+                solver = stack.enter_context(_started(run, fresh, home))
+                _continued(solver, run, replace(fresh, legs=(0,)), home, done)
                 if rows.digest(run, home, (done,), done) != rows.digest(
                     run, folder, state.legs, done
                 ):
@@ -135,30 +139,13 @@ def _end_at(state: RunState, done: int, folder: Path) -> End | None:
     return end if is_sound else None
 
 
-def _repeated(run: Run, state: RunState, done: int, bed_folder: Path, home: Path) -> Liggghts:
-    """LIGGGHTS after so many cycles from nothing, in another folder.
-
-    For a target that ends before the last restart, or of a deck of which a restart need not hold
-    everything. It runs to the same bits as the run did.
-    """
-    fresh = _begun(run, bed_folder, home)
-    solver = _started(run, fresh, home)
-    try:
-        _continued(solver, run, replace(fresh, legs=(0,)), home, done)
-    except BaseException:
-        solver.__exit__(None, None, None)
-        raise
-    return solver
-
-
 def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, folder: Path) -> End:
     """Write the spheres as they are and measure the energy balance, after the last cycle."""
     last = last_file(done)
     solver.dump(last, sphere_dump.POSITION_AND_VELOCITY)
     balance = None
     if run.lists_contacts:
-        smallest = rows.smallest_error(run, state.mass)
-        balance = window.measure_balance(solver, run, state.spheres, smallest, home)
+        balance = window.measure_balance(solver, run, state, home)
     solver.finish(solver.instant().step, state.spheres)
     durable.sync(home / last)
     (home / last).replace(folder / last)
@@ -226,11 +213,13 @@ def _continued(solver: Liggghts, run: Run, state: RunState, folder: Path, cycles
         raise RunStopped(f"{solver.log}: at step {reached.step}, not {last}")
     if reached.spheres != state.spheres:
         raise ParticlesLost(f"{solver.log}: {reached.spheres} spheres of {state.spheres}")
-    longer = state.advance(added, restart)
-    durable.sync(folder / restart, *(folder / f(len(longer.legs)) for f in rows.files_of_rows(run)))
+    legs = (*state.legs[:-1], state.legs[-1] + added)
+    durable.sync(folder / restart, *(folder / f(len(legs)) for f in rows.files_of_rows(run)))
     longer = replace(
-        longer,
-        rows_digest=rows.digest(run, folder, longer.legs, longer.cycles),
+        state,
+        legs=legs,
+        restart=restart,
+        rows_digest=rows.digest(run, folder, legs, cycles),
         files=files_of(folder, (deck.START_FILE, deck.WALLS_FILE, restart)),
     )
     longer.write(folder)

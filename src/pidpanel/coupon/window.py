@@ -5,19 +5,18 @@ Nothing here enters a label. A run whose balance was measured by another version
 """
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon import balance, contact, cycles, geometry
+from pidpanel.coupon import balance, cycles, geometry, rows
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.failures import LogTruncated
-from pidpanel.coupon.liggghts.process import ContactFiles, Liggghts
+from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.packing import Packing
-from pidpanel.coupon.records import MeasuredBalance
+from pidpanel.coupon.records import MeasuredBalance, RunState
 
 BALANCE_VERSION = 2  # of the algorithm that measures a balance: this module and `balance`
 
@@ -34,22 +33,20 @@ ENOUGH_FRAMES = 1500
 WINDOW = 2e-3  # shortest window of the energy balance [s]; one cycle where that is longer
 
 
-def measure_balance(
-    solver: Liggghts, run: Run, spheres: int, smallest_error: float, folder: Path
-) -> MeasuredBalance:
+def measure_balance(solver: Liggghts, run: Run, state: RunState, folder: Path) -> MeasuredBalance:
     """Energy balance over some cycles after the last of a run; see `balance`."""
     solver.end_rows(by_cell=run.cells_listed > 0)
     for per_contact in FRAMES_PER_CONTACT:
-        measured = _window(solver, run, spheres, smallest_error, folder, per_contact)
+        measured = _window(solver, run, state, folder, per_contact)
         if abs(measured.closure) <= CLOSURE_LIMIT:
             break
     return measured
 
 
 def _window(
-    solver: Liggghts, run: Run, spheres: int, smallest_error: float, folder: Path, per_contact: int
+    solver: Liggghts, run: Run, state: RunState, folder: Path, per_contact: int
 ) -> MeasuredBalance:
-    drive, steps = run.drive, run.steps_per_cycle
+    drive, steps, spheres = run.drive, run.steps_per_cycle, state.spheres
     window = max(1, math.ceil(WINDOW * drive.frequency))
     stride = _frame_stride(run, window, per_contact)
     frames = window * steps // stride + 1
@@ -59,7 +56,17 @@ def _window(
     if len(motion.position) != frames:
         raise LogTruncated(f"{files.motion}: {len(motion.position)} of {frames} frames")
     planes = wall_planes(run.packing)
-    pairs, touches = _read_contacts(files, frames, spheres, len(planes), rolling)
+    pairs, touches = (
+        output.read_contacts(
+            path.read_text(errors="replace"),
+            str(path),
+            frames=frames,
+            ids=(spheres, partners),
+            with_wall=path is files.touches,
+            rolling=rolling,
+        )
+        for path, partners in ((files.pairs, spheres), (files.touches, len(planes)))
+    )
     for path in files:
         path.unlink()
     diameters = start_files.read_diameters((folder / deck.START_FILE).read_text())
@@ -87,6 +94,7 @@ def _window(
         stride * run.time_step,
     )
     # CLOSURE_LIMIT of this is the smallest error that is asked of C_e anywhere
+    smallest_error = rows.smallest_error(run, state.mass)
     smallest = cycles.dissipated_energy(smallest_error, drive.amplitude, drive.frequency)
     smallest_loss = float(smallest) / CLOSURE_LIMIT * window * run.packing.area
     return MeasuredBalance(
@@ -108,42 +116,15 @@ def _frame_stride(run: Run, window: int, per_contact: int) -> int:
     return stride
 
 
-def _read_contacts(
-    files: ContactFiles, frames: int, spheres: int, planes: int, rolling: bool
-) -> Iterator[balance.Contacts]:
-    """Yield the contacts of spheres with spheres, then with walls."""
-    for path, with_wall, partners in ((files.pairs, False, spheres), (files.touches, True, planes)):
-        text = path.read_text(errors="replace")
-        yield output.read_contacts(
-            text,
-            str(path),
-            frames=frames,
-            ids=(spheres, partners),
-            with_wall=with_wall,
-            rolling=rolling,
-        )
-
-
 def _materials(run: Run) -> tuple[balance.ContactMaterial, balance.ContactMaterial]:
     """Of sphere on sphere and of sphere on wall."""
     constants = run.constants
     sphere = constants.youngs_modulus, constants.poissons_ratio
     wall = constants.wall_youngs_modulus, constants.wall_poissons_ratio
-
-    def material(
-        partner: tuple[float, float], friction: float, restitution: float
-    ) -> balance.ContactMaterial:
-        moduli, ratios = zip(sphere, partner, strict=True)
-        return balance.ContactMaterial(
-            balance.effective_modulus(moduli, ratios),
-            balance.effective_shear_modulus(moduli, ratios),
-            friction,
-            contact.damping_ratio(restitution),
-        )
-
+    material = balance.contact_material
     return (
-        material(sphere, constants.friction, constants.restitution),
-        material(wall, constants.wall_friction, constants.wall_restitution),
+        material(sphere, sphere, constants.friction, constants.restitution),
+        material(sphere, wall, constants.wall_friction, constants.wall_restitution),
     )
 
 

@@ -60,7 +60,8 @@ def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, 
         wall_youngs_modulus=ALUMINA_GLASS.wall_youngs_modulus / softened,
     )
     material = DENSITY, constants.youngs_modulus, constants.poissons_ratio
-    time_step = 0.05 * contact.rayleigh_time(DIAMETER / 2, *material)
+    sphere = contact.ElasticSphere(DIAMETER / 2, *material)
+    time_step = 0.05 * sphere.rayleigh_time
     angles = np.radians([*RESTITUTION, *SPIN])
     vx, vz = SPEED * np.sin(angles), -SPEED * np.cos(angles)
     gap = 2.5e-4 * DIAMETER
@@ -70,7 +71,7 @@ def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, 
     ]
     # two bodies of alumina are stiffer than alumina on glass, by less than three in time
     slowest = float(-vz.max())
-    lasting = gap / slowest + 5 * contact.wall_contact_time(DIAMETER / 2, *material, slowest)
+    lasting = gap / slowest + 5 * sphere.wall_contact_time(slowest)
     ends = contacts.moved(
         folder,
         spheres,

@@ -1,5 +1,6 @@
 """Output of LIGGGHTS: the numbers that were written, or a failure by its name."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -152,7 +153,7 @@ def test_our_rayleigh_time_is_the_solvers():
     # fix check/timestep/gran prints the step over its own Rayleigh time, f_check[1]
     row = next(line for line in LOG.splitlines() if line.split()[:1] == ["3000"])
     printed = float(row.split()[-2])
-    ours = 5e-6 / contact.rayleigh_time(1.25e-3, 1190.0, 5e7, 0.35)
+    ours = 5e-6 / contact.ElasticSphere(1.25e-3, 1190.0, 5e7, 0.35).rayleigh_time
     assert ours == pytest.approx(printed, rel=1e-6)  # eight digits are printed
 
 
@@ -201,16 +202,23 @@ LOCAL = (
 )
 
 
+def frames_of(text):
+    return sphere_dump.read_frames(text, "pairs.dump", "ENTRIES", 2)
+
+
 def test_contacts_are_read_with_their_frame_and_a_frame_may_have_none():
-    frame, table = output.read_local_dump(LOCAL, "pairs.dump", frames=3, columns=2)
-    assert frame.tolist() == [0, 0, 2]
+    counts, table = frames_of(LOCAL)
+    assert counts == [2, 0, 1]
     assert table.tolist() == [[1, 0.5], [2, 0.25], [3, 0.125]]
 
 
 def test_contacts_cut_anywhere_are_named():
-    for end in range(len(LOCAL)):
+    # red: the number of frames not asked for
+    text = re.sub(r"^(\d) (0\.\d+) $", r"\1 2 \2 0 0 ", LOCAL, flags=re.MULTILINE)
+    assert len(contacts(text, frames=3).first) == 3
+    for end in range(len(text)):
         with pytest.raises(failures.LogTruncated, match=r"pairs\.dump"):
-            output.read_local_dump(LOCAL[:end], "pairs.dump", frames=3, columns=2)
+            contacts(text[:end], frames=3)
 
 
 @pytest.mark.parametrize(
@@ -228,7 +236,7 @@ def test_contacts_cut_anywhere_are_named():
 )
 def test_garbled_contacts_are_named(line, instead, failure):
     with pytest.raises(failure, match=r"pairs\.dump"):
-        output.read_local_dump(LOCAL.replace(line, instead), "pairs.dump", frames=3, columns=2)
+        frames_of(LOCAL.replace(line, instead))
 
 
 CONTACTS = (
@@ -238,9 +246,14 @@ CONTACTS = (
 )
 
 
-def contacts(text, *, spheres=3, partners=3, with_wall=False):
+def contacts(text, *, frames=1, spheres=3, partners=3, with_wall=False):
     return output.read_contacts(
-        text, "pairs.dump", frames=1, ids=(spheres, partners), with_wall=with_wall, rolling=False
+        text,
+        "pairs.dump",
+        frames=frames,
+        ids=(spheres, partners),
+        with_wall=with_wall,
+        rolling=False,
     )
 
 
@@ -262,10 +275,6 @@ def test_a_contact_with_a_sphere_that_is_not_there_is_named(garbled):
 def test_frames_of_contacts_out_of_order_are_named():
     # red: the steps of the frames not read
     with pytest.raises(failures.LogTruncated, match="step '0' out of order"):
-        output.read_local_dump(
-            LOCAL.replace("TIMESTEP\n4", "TIMESTEP\n0"), "p", frames=3, columns=2
-        )
+        frames_of(LOCAL.replace("TIMESTEP\n4", "TIMESTEP\n0"))
     with pytest.raises(failures.LogTruncated, match="step 'x' out of order"):
-        output.read_local_dump(
-            LOCAL.replace("TIMESTEP\n4", "TIMESTEP\nx"), "p", frames=3, columns=2
-        )
+        frames_of(LOCAL.replace("TIMESTEP\n4", "TIMESTEP\nx"))

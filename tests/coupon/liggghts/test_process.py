@@ -132,7 +132,7 @@ def test_an_instant_says_the_step_the_spheres_and_what_was_asked(begun):
     folder, _ = begun
     with Liggghts(folder, "shake") as solver:
         solver.read_deck(deck_of_speed(folder, 0.25))
-        found = solver.run(0, "kinetic_energy")
+        found = solver.run(0, read_energy=True)
         assert solver.instant() == (0, 3, 0.0)
         solver.finish(0, 3)
     mass = 1190 * np.pi / 6 * 2.5e-3**3

@@ -76,6 +76,10 @@ def render(name: str, values: Mapping[str, Any], folder: Path = TEMPLATES) -> st
     return _environment(folder).get_template(name).render(values)
 
 
+_COMMENT = re.compile(r"""("[^"]*"|'[^']*')|#.*""")  # or what is quoted, which stays as it is
+_BLANKS = re.compile(r"""("[^"]*"|'[^']*')|\s+""")
+
+
 def without_comments(text: str) -> str:
     r"""A deck as LIGGGHTS takes it: no comments, no blank lines, no indents, one space for several.
 
@@ -84,24 +88,9 @@ def without_comments(text: str) -> str:
     >>> without_comments("# pour\n\nrun  10 # steps\nprint 'a  # b'\n")
     "run 10\nprint 'a  # b'"
     """
-    lines = (_without_comment(line) for line in text.splitlines())
+    lines = (_COMMENT.sub(r"\1", line) for line in text.splitlines())
+    lines = (_BLANKS.sub(lambda part: part[1] or " ", line).strip() for line in lines)
     return "\n".join(line for line in lines if line)
-
-
-_QUOTED = re.compile(r"""("[^"]*"|'[^']*')""")
-
-
-def _without_comment(line: str) -> str:
-    stripped = ""
-    for number, piece in enumerate(_QUOTED.split(line)):
-        if number % 2:  # quoted: stays as it is
-            stripped += piece
-            continue
-        code, mark, _ = piece.partition("#")
-        stripped += re.sub(r"\s+", " ", code)
-        if mark:
-            break
-    return stripped.strip()
 
 
 def undeclared(text: str, declared: Iterable[str]) -> list[str]:

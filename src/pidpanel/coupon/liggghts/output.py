@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pidpanel.arrays import Array, Index
+from pidpanel.arrays import Array
 from pidpanel.coupon.balance import Contacts
 from pidpanel.coupon.liggghts import sphere_dump
 from pidpanel.coupon.liggghts.failures import LogTruncated, NotFinite, ParticlesLost, RunStopped
@@ -56,7 +56,6 @@ def cells_header(cells: int) -> tuple[str, str]:
 def read_cycles(
     text: str,
     source: str,
-    *,
     steps_per_cycle: int,
     cycles: int,
     cycles_before: int = 0,
@@ -176,7 +175,10 @@ def read_contacts(
     text: str, source: str, *, frames: int, ids: tuple[int, int], with_wall: bool, rolling: bool
 ) -> Contacts:
     """Read the local dump of contacts between spheres or with walls."""
-    frame, table = read_local_dump(text, source, frames=frames, columns=8 if rolling else 5)
+    counts, table = sphere_dump.read_frames(text, source, "ENTRIES", 8 if rolling else 5)
+    if len(counts) != frames:
+        raise LogTruncated(f"{source}: {len(counts)} of {frames} frames")
+    frame = np.repeat(np.arange(frames), counts)
     left, right = table[:, 0].astype(int), table[:, 1].astype(int)
     # the wall's triangle comes first and counts from 0, ids of spheres from 1
     first, second = (right - 1, left) if with_wall else (left - 1, right - 1)
@@ -214,46 +216,3 @@ def read_binary_dump(content: bytes, source: str, *, atoms: int, columns: int) -
     if (table[:, :, 0] != np.arange(1, atoms + 1)).any():
         raise ParticlesLost(f"{source}: the ids are not 1 to {atoms}")
     return table
-
-
-_ENTRIES = re.compile(r"ITEM: NUMBER OF ENTRIES\n(\d+)\n")
-
-
-def read_local_dump(text: str, source: str, *, frames: int, columns: int) -> tuple[Index, Array]:
-    """Rows of a ``dump local`` of so many frames with the frame of each, (n,), (n, columns)."""
-    if not text.endswith("\n"):
-        raise LogTruncated(f"{source}: cut in its last line")
-    counts: list[int] = []
-    bodies: list[str] = []
-    steps: list[int] = []
-    parts = text.split("ITEM: TIMESTEP\n")[1:]
-    if len(parts) != frames:
-        raise LogTruncated(f"{source}: {len(parts)} of {frames} frames")
-    for number, part in enumerate(parts):
-        head, mark, rest = part.partition("ITEM: ENTRIES")
-        count = _ENTRIES.search(head)
-        body = rest.partition("\n")[2]
-        if not mark or not count:
-            raise LogTruncated(f"{source}, frame {number}: no head")
-        step = head.partition("\n")[0]
-        if not step.isdecimal() or (steps and int(step) <= steps[-1]):
-            raise LogTruncated(f"{source}, frame {number}: step {step!r} out of order")
-        steps.append(int(step))
-        listed = body.count("\n")
-        if listed != int(count[1]):
-            raise LogTruncated(f"{source}, frame {number}: {listed} of {count[1]} contacts")
-        counts.append(int(count[1]))
-        bodies.append(body)
-    lines = "".join(bodies).splitlines()
-    if not lines:
-        return np.empty(0, int), np.empty((0, columns))
-    try:
-        table: Array = np.loadtxt(lines, float, comments=None, ndmin=2)
-    except ValueError as error:
-        ragged = "number of columns" in str(error)
-        raise (LogTruncated if ragged else NotFinite)(f"{source}: {error}") from None
-    if table.shape != (sum(counts), columns):
-        raise LogTruncated(f"{source}: {table.shape}, not {sum(counts)} contacts × {columns}")
-    if not np.isfinite(table).all():
-        raise NotFinite(f"{source}: a value is not finite")
-    return np.repeat(np.arange(frames), counts), table

@@ -21,8 +21,7 @@ import time
 from collections import deque
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from types import TracebackType
-from typing import IO, Literal, NamedTuple
+from typing import IO, NamedTuple
 
 from pidpanel.constants import LIGGGHTS_VERSION as VERSION
 from pidpanel.coupon.liggghts import failures, output, sphere_dump
@@ -60,9 +59,6 @@ LONE_RANK = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_sessi
 _RUN = re.compile(r"^\s*run\s+(\d+)\s*$", re.MULTILINE)
 _THERMO = re.compile(r"^\s*thermo\s+(\d+)\s*$", re.MULTILINE)
 
-Reading = Literal["kinetic_energy"]
-_READINGS: dict[Reading, str] = {"kinetic_energy": "ke"}  # expressions of LIGGGHTS
-
 
 class Instant(NamedTuple):
     """Step that a simulation has reached."""
@@ -70,7 +66,7 @@ class Instant(NamedTuple):
     # Its number, and how many spheres there are
     step: int
     spheres: int
-    value: float  # what was asked to be read, SI; 0 if nothing was
+    kinetic_energy: float  # of all spheres without their spin [J]; 0 where it was not read
 
 
 class ContactFiles(NamedTuple):
@@ -141,18 +137,13 @@ class Liggghts:
         try:
             self._check_version()
         except BaseException:
-            self.__exit__(None, None, None)
+            self.__exit__()
             raise
 
     def __enter__(self) -> Liggghts:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._process.poll() is None:
             self._process.kill()
         self._process.wait()
@@ -187,18 +178,9 @@ class Liggghts:
         steps = sum(map(int, _RUN.findall(text)))
         self._execute(text, steps=steps, is_deck=True)
 
-    def run(self, steps: int, read: Reading | None = None) -> Instant:
-        """Run so many steps.
-
-        Parameters
-        ----------
-        steps
-            More than were run before.
-        read
-            What to read at the end: the kinetic energy of all spheres without their spin [J].
-        """
-        value = "0" if read is None else _READINGS[read]
-        return self._execute(RUN.format(steps=steps), value, steps=steps)
+    def run(self, steps: int, *, read_energy: bool = False) -> Instant:
+        """Run so many steps more, and read the kinetic energy at the end."""
+        return self._execute(RUN.format(steps=steps), "ke" if read_energy else "0", steps=steps)
 
     def run_cycles(self, cycles: int, steps: int, restart: str) -> Instant:
         """Run so many cycles of so many steps; write a restart, from which a deck can go on."""

@@ -20,7 +20,8 @@ DENSITY = 1190.0
 DIAMETER = 2e-3
 MODULUS = 5e7
 FRICTION = 0.3
-RAYLEIGH = contact.rayleigh_time(DIAMETER / 2, DENSITY, MODULUS, POISSONS_RATIO)
+SPHERE = contact.ElasticSphere(DIAMETER / 2, DENSITY, MODULUS, POISSONS_RATIO)
+RAYLEIGH = SPHERE.rayleigh_time
 STEP = 0.1 * RAYLEIGH
 STEP_TEXT = f"step {STEP * 1e6:.2g} µs (0.1 Rayleigh)"
 
@@ -139,15 +140,11 @@ def energy_lost(folder: Path, restitution: float, step: float) -> Array:
         for lane, gap in enumerate(gaps)
     ]
     # long enough for the slowest rebound to part them again
-    steps = math.ceil((gaps[-1] / (2 * speed) + 4 * _contact_time(speed)) / time_step)
+    steps = math.ceil((gaps[-1] / (2 * speed) + 4 * SPHERE.wall_contact_time(speed)) / time_step)
     constants = alike(MODULUS, restitution, FRICTION)
     ends = moved(folder, spheres, constants, time_step, steps, ("vx",))
     initial, final = (ends[[0, -1], :, 0] ** 2).reshape(2, 2, PAIRS).sum(axis=1)
     return np.asarray(1 - final / initial)
-
-
-def _contact_time(speed: float) -> float:
-    return contact.wall_contact_time(DIAMETER / 2, DENSITY, MODULUS, POISSONS_RATIO, speed)
 
 
 def rolling_speed(folder: Path, speed: float, spin: float = 0.0) -> float:
@@ -241,7 +238,7 @@ def impacts(
         for side in ((1, -1) if pairs else (1,))
         for lane, (ahead, u, w) in enumerate(zip(early, vx, vz, strict=True))
     ]
-    lasting = 0.001 * DIAMETER / float(-vz.max()) + 4 * _contact_time(float(-vz.max()))
+    lasting = 0.001 * DIAMETER / float(-vz.max()) + 4 * SPHERE.wall_contact_time(float(-vz.max()))
     columns = ("vx", "vz", "omegay")
     steps = math.ceil(lasting / STEP)
     ends = moved(folder, spheres, constants, STEP, steps, columns, floor=not pairs)
@@ -279,9 +276,9 @@ def oblique_rows(folder: Path) -> list[Row]:
 def peak_rows(folder: Path) -> list[Row]:
     """The largest force of an elastic impact on a wall."""
     speed, radius = IMPACT_SPEED, DIAMETER / 2
-    deepest = contact.wall_overlap(radius, DENSITY, MODULUS, POISSONS_RATIO, speed)
+    deepest = SPHERE.wall_overlap(speed)
     sphere = FreeSphere(0.0, radius + 0.001 * DIAMETER, vz=-speed)
-    steps = math.ceil((0.001 * DIAMETER / speed + 1.5 * _contact_time(speed)) / STEP)
+    steps = math.ceil((0.001 * DIAMETER / speed + 1.5 * SPHERE.wall_contact_time(speed)) / STEP)
     frames = moved(
         folder, [sphere], alike(MODULUS, 1.0, 0.0), STEP, steps, ("fz",), floor=True, stride=1
     )
