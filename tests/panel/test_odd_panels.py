@@ -205,10 +205,29 @@ def test_modes_of_a_thin_plate_do_not_hang_on_elements_beside_its_supports(
 
 @pytest.mark.parametrize("radius", [0, 0.03])
 def test_the_stated_shift_of_a_thin_plate_contains_that_of_feet(radius):
-    # red: `has_feet` left out of `shift_of_wave`
+    # red: `feet` left out of `roughness`
     panel, _ = of([1.2, 0.9], THIN, triangles(0.19), 500, held(*(foot(*at, radius) for at in FEET)))
     shift = StudiedPanel(Panel(**panel)).shift_of_wave(1e-3, 100.0, 0.0)
     assert shift == pytest.approx(FOOT_SHIFT if radius else 0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("count", "first"), [(1, 41.268), (2, 40.019), (4, 39.345)])
+def test_the_stated_shift_of_rectangles_contains_that_at_the_ends_of_clamped_parts(count, first):
+    # 38.658 Hz as above; red: `ends` left out, or those at corners counted
+    grid = quadrilaterals(12 * count, 9 * count)
+    panel = Panel(**of([1.2, 0.9], THIN, grid, 500, PARTS)[0])
+    shift = StudiedPanel(panel).shift_of_wave(0.1 / count, 1.0, 0.0)
+    assert 1 < shift / (first / 38.658 - 1) < 1.2
+    whole = panel.model_copy(
+        update={
+            "supports": Panel(**of([1.2, 0.9], THIN, grid, 500, edge([0, 0], [1.2, 0]))[0]).supports
+        }
+    )
+    assert StudiedPanel(whole).shift_of_wave(0.1, 1.0, 0.0) < 1e-6
+    refined = panel.model_copy(
+        update={"mesh": panel.mesh.model_copy(update={"kind": "triangles", "size_m": 0.1})}
+    )
+    assert StudiedPanel(refined).shift_of_wave(0.1, 1.0, 0.0) < 1e-6
 
 
 def grid(nx, ny, a, b):

@@ -170,6 +170,19 @@ def fine_places(
     return places
 
 
+def roughness(area: BaseGeometry, supports: Supports, is_grid: bool) -> dict[str, float]:
+    """Return what elements see less of than of waves, as arguments of `frequency_shift`."""
+    ends = {end for edge in supports.edges for end in (edge.start, edge.end)}
+    slack = _slack(area)
+    corners = shapely.MultiPoint(shapely.get_coordinates(area.simplify(slack)))
+    inside = [end for end in ends if shapely.Point(end).distance(corners) > slack]
+    return {
+        "free_edges": free_edges(area, supports),
+        "feet": float(any(point.radius for point in supports.points.values())),
+        "ends": is_grid * len(inside) / float(np.sqrt(area.area)),
+    }
+
+
 def free_edges(area: BaseGeometry, supports: Supports) -> float:
     """Return half the length of the free boundary over the area [1/m]."""
     free = area.boundary.difference(_supported(area, supports, 0.0).buffer(_slack(area)))

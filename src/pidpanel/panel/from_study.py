@@ -182,9 +182,8 @@ class StudiedPanel:
     @property
     def shift_of_wave(self) -> Callable[[float, float, float], float]:
         """`frequency_shift` of edges [m], frequencies [Hz] and masses [kg/m²] on this panel."""
-        edges = fit.free_edges(self.area, self.supports)
-        feet = any(point.radius for point in self.supports.points.values())
-        return partial(frequency_shift, self.element, self.section, free_edges=edges, has_feet=feet)
+        rough = fit.roughness(self.area, self.supports, self.panel.mesh.kind == "quadrilaterals")
+        return partial(frequency_shift, self.element, self.section, **rough)
 
     @property
     def obstacles(self) -> list[BaseGeometry]:
