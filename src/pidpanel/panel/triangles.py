@@ -40,7 +40,7 @@ def mesh_triangles(
     holes: Mapping[str, Shape] = EMPTY,
     imprints: Mapping[str, Shape] = EMPTY,
     anchors: Mapping[str, Position] = EMPTY,
-    held: Mapping[Position, float] = EMPTY,
+    held: Mapping[Position, float] | None = None,
     corner_size: float | None = None,
     patch_sizes: Mapping[str, float] = EMPTY,
 ) -> PanelMesh:
@@ -103,7 +103,7 @@ def mesh_triangles(
             _size_on(surfaces[name], size, element_size) for name, size in patch_sizes.items()
         ]
         corners = reentrant_corners([outline, *holes.values()]).tolist()
-        fields += _grown({**held, **{(x, y): 0.0 for x, y in corners}}, smallest)
+        fields += _grown({**(held or {}), **{(x, y): 0.0 for x, y in corners}}, smallest)
         _refine(fields, min([smallest, *patch_sizes.values()]), element_size)
         gmsh.model.mesh.generate(2)
         write_mesh(path)
