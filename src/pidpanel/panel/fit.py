@@ -158,7 +158,7 @@ def fine_places(
 
     The deflection is not smooth there. With two clamped parts of free edges modes were 4 to 5 % too
     high at elements of 10 to 19 cm, now 0.02 %. On thin plates also hinges, springs, masses and
-    feet (0.4 to 0.7 % with three of 3 cm), but not hold-downs without a foot: their frequencies
+    feet (0.4 to 1.2 % with three of 3 cm), but not hold-downs without a foot: their frequencies
     have no limit.
     """
     places = dict.fromkeys([end for e in supports.edges for end in (e.start, e.end)], 0.0)
