@@ -5,6 +5,7 @@ import pytest
 
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.panel.resolution import FOOT_SHIFT
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.study.panel import Panel
 
@@ -166,6 +167,67 @@ def test_an_odd_panel_that_the_stage_cannot_carry_out_is_refused_in_one_line(tmp
     assert says in str(caught.value) and "\n" not in str(caught.value)
     with pytest.raises(ValueError):
         basis_for(studied, frequency, tmp_path)
+
+
+PARTS = held(
+    edges=[
+        {"from_m": [0.2, 0], "to_m": [0.6, 0], "kind": "clamped"},
+        {"from_m": [0.4, 0.9], "to_m": [0.8, 0.9], "kind": "clamped"},
+    ]
+)
+FEET = ((0.1, 0.1), (1.1, 0.2), (0.25, 0.8))
+
+
+@pytest.mark.parametrize(
+    ("supports", "frequencies", "tolerance"),
+    [
+        # elements of 5 µm at the ends of the parts; red: `edges` left out of `fine_places` (4 %)
+        (PARTS, [38.658, 70.578, 95.890, 131.114], 3e-4),
+        # elements of 3 cm; red: `points` or `attached` left out (0.01 and 0.03 %)
+        (held(*({"at_m": at, "kind": "hinge"} for at in FEET)), [27.461, 50.363, 92.546], 3e-5),
+        (held(*(spring(*at, 1e6) for at in FEET)), [26.843, 49.074, 86.957], 3e-5),
+        # elements of 3 cm, of 3 mm at the rims; red: radius of 0 in `fine_places` (0.2 %)
+        (held(*(foot(*at, 0.03) for at in FEET)), [48.439, 98.414, 142.101], 4e-4),
+        (held(*(foot(*at, 0.03, "hinge") for at in FEET)), [27.912, 50.692, 94.105], 4e-4),
+    ],
+    ids=["parts clamped", "hinges", "springs", "hold-downs", "feet that turn"],
+)
+def test_modes_of_a_thin_plate_do_not_hang_on_elements_beside_its_supports(
+    tmp_path, supports, frequencies, tolerance
+):
+    panel, _ = of(
+        [1.2, 0.9], THIN, triangles(0.19), 500, supports, patches=patch(0.7, 0.4, 0.2, 0.2)
+    )
+    found = basis_for(StudiedPanel(Panel(**panel)), 200, tmp_path).natural_frequency
+    elastic = found[found > 1][: len(frequencies)]
+    np.testing.assert_allclose(elastic, frequencies, rtol=tolerance)
+
+
+@pytest.mark.parametrize("radius", [0, 0.03])
+def test_the_stated_shift_of_a_thin_plate_contains_that_of_feet(radius):
+    # red: `feet` left out of `roughness`
+    panel, _ = of([1.2, 0.9], THIN, triangles(0.19), 500, held(*(foot(*at, radius) for at in FEET)))
+    shift = StudiedPanel(Panel(**panel)).shift_of_wave(1e-3, 100.0, 0.0)
+    assert shift == pytest.approx(FOOT_SHIFT if radius else 0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("count", "first"), [(1, 41.268), (2, 40.019), (4, 39.345)])
+def test_the_stated_shift_of_rectangles_contains_that_at_the_ends_of_clamped_parts(count, first):
+    # 38.658 Hz as above; red: `ends` left out, or those at corners counted
+    grid = quadrilaterals(12 * count, 9 * count)
+    panel = Panel(**of([1.2, 0.9], THIN, grid, 500, PARTS)[0])
+    shift = StudiedPanel(panel).shift_of_wave(0.1 / count, 1.0, 0.0)
+    assert 1 < shift / (first / 38.658 - 1) < 1.2
+    whole = panel.model_copy(
+        update={
+            "supports": Panel(**of([1.2, 0.9], THIN, grid, 500, edge([0, 0], [1.2, 0]))[0]).supports
+        }
+    )
+    assert StudiedPanel(whole).shift_of_wave(0.1, 1.0, 0.0) < 1e-6
+    refined = panel.model_copy(
+        update={"mesh": panel.mesh.model_copy(update={"kind": "triangles", "size_m": 0.1})}
+    )
+    assert StudiedPanel(refined).shift_of_wave(0.1, 1.0, 0.0) < 1e-6
 
 
 def grid(nx, ny, a, b):

@@ -88,6 +88,11 @@ def test_what_the_data_would_have_to_cover_is_named(damper):
     below = Response(np.array([1234.5]), np.zeros((1, 91), bool))
     # red: 1.23e+03 g
     assert extrapolation_of([damper], below, LINES[:91]).missing == "lab to 1230 g"
+    # red: "lab to  at 20 to 200 Hz" of damping without amplitudes
+    steady = dataclasses.replace(damper, model=Steady())
+    nowhere = Response(np.array([np.nan]), np.zeros((1, 181), bool))
+    missing = extrapolation_of([steady], nowhere, LINES).missing
+    assert missing == "lab to 20 to 200 Hz and r = 1"
     whole = extrapolation_of([damper], Response(np.array([30.0]), np.ones((1, 181), bool)), LINES)
     assert whole.missing == "" and not whole.weight.any()
 

@@ -182,8 +182,8 @@ class StudiedPanel:
     @property
     def shift_of_wave(self) -> Callable[[float, float, float], float]:
         """`frequency_shift` of edges [m], frequencies [Hz] and masses [kg/m²] on this panel."""
-        edges = fit.free_edges(self.area, self.supports)
-        return partial(frequency_shift, self.element, self.section, free_edges=edges)
+        rough = fit.roughness(self.area, self.supports, self.panel.mesh.kind == "quadrilaterals")
+        return partial(frequency_shift, self.element, self.section, **rough)
 
     @property
     def obstacles(self) -> list[BaseGeometry]:
@@ -281,6 +281,7 @@ class StudiedPanel:
             holes=self._holes,
             imprints=self._feet,
             anchors=self._anchors,
+            held=fit.fine_places(self.supports, self.attachments, self.section),
             corner_size=spec.corner_size_m,
             patch_sizes=patch_sizes or {},
         )

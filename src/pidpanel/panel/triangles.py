@@ -26,6 +26,7 @@ GROWTH = 0.5
 # Of the element size, at re-entrant corners: 0.1 mm where elements measure 5 cm. The frequency of
 # a simply supported plate then errs by about 0.1 %, as (corner size)^(2/3).
 CORNER_SHARE = 2e-3
+FOOT_SHARE = 0.1  # size of elements at the rim of a foot over its radius
 EMPTY: Mapping[str, Any] = {}
 
 
@@ -39,12 +40,14 @@ def mesh_triangles(
     holes: Mapping[str, Shape] = EMPTY,
     imprints: Mapping[str, Shape] = EMPTY,
     anchors: Mapping[str, Position] = EMPTY,
+    held: Mapping[Position, float] | None = None,
     corner_size: float | None = None,
     patch_sizes: Mapping[str, float] = EMPTY,
 ) -> PanelMesh:
     """Mesh a polygon by unstructured triangles with embedded patches and points.
 
-    At re-entrant corners the slope of the deflection is singular, and elements shrink towards them.
+    At re-entrant corners, where the support of an edge changes and at feet the deflection is not
+    smooth, and elements shrink towards them.
 
     Parameters
     ----------
@@ -54,6 +57,9 @@ def mesh_triangles(
         May touch the outline and each other, or overlap; anywhere on the panel [m].
     imprints, anchors
         Shapes whose edges elements follow, such as the feet of supports; further vertices [m].
+    held
+        Those of the anchors to which elements shrink, as to the corners, and the radius of the foot
+        there, to whose rim they shrink [m]; 0 without one.
     corner_size
         Length of the element edges at re-entrant corners [m]; 2e-3 of `element_size` if None.
     patch_sizes
@@ -96,7 +102,8 @@ def mesh_triangles(
         fields = [
             _size_on(surfaces[name], size, element_size) for name, size in patch_sizes.items()
         ]
-        fields += _grown([outline, *holes.values()], smallest)
+        corners = reentrant_corners([outline, *holes.values()]).tolist()
+        fields += _grown({**(held or {}), **{(x, y): 0.0 for x, y in corners}}, smallest)
         _refine(fields, min([smallest, *patch_sizes.values()]), element_size)
         gmsh.model.mesh.generate(2)
         write_mesh(path)
@@ -144,14 +151,16 @@ def _size_on(surfaces: Sequence[int], size: float, elsewhere: float) -> int:
     return field
 
 
-def _grown(shapes: Iterable[Shape], smallest: float) -> list[int]:
-    """Return fields of sizes that grow linearly with the distance from re-entrant corners."""
+def _grown(radii: Mapping[Position, float], smallest: float) -> list[int]:
+    """Return fields of sizes that grow linearly with the distance from points or rims of feet."""
     fields = []
-    for x, y in reentrant_corners(shapes):
+    for (x, y), radius in radii.items():
         fields.append(gmsh.model.mesh.field.add("MathEval"))
         # gmsh reads no exponents here
         distance = f"Sqrt((x - ({x:.12f}))^2 + (y - ({y:.12f}))^2)"
-        size = f"{smallest:.12f} + {GROWTH:g} * {distance}"
+        if radius:
+            distance = f"(Abs({distance} - {radius:.12f}) + {distance} - {radius:.12f}) / 2"
+        size = f"{max(smallest, FOOT_SHARE * radius):.12f} + {GROWTH:g} * {distance}"
         gmsh.model.mesh.field.setString(fields[-1], "F", size)
     return fields
 

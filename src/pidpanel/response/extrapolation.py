@@ -71,12 +71,13 @@ def extrapolation_of(
         distance = np.minimum(by_motion, _distance_in_frequency(frequency, inside))
         unreached = frequency[~np.isfinite(by_motion)]
         weight = np.maximum(weight, np.minimum(distance / FAR, 1.0))
-        reach = f"{float(f'{gamma:.3g}'):g} g" if np.isfinite(gamma) else ""
+        reach = f" {float(f'{gamma:.3g}'):g} g" if np.isfinite(gamma) else ""
         if unreached.size:
-            reach += f" at {unreached.min():.0f} to {unreached.max():.0f} Hz"
+            # of a damping without amplitudes the frequencies are all
+            reach += f"{' at' if reach else ''} {unreached.min():.0f} to {unreached.max():.0f} Hz"
         if not np.isfinite(distance).any():
             reach += f" and r = {damper.fill_fraction:g}"
-        missing[damper.source] = f"{damper.source} to {reach}"
+        missing[damper.source] = f"{damper.source} to{reach}"
     return Extrapolation(weight, " and ".join(missing.values()))
 
 

@@ -6,11 +6,14 @@ from collections.abc import Iterator, Mapping
 from pidpanel.paths import SECTION
 from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.mistakes import LONGEST_NAME, Mistake
 
-NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+NAME = f"[A-Za-z0-9][A-Za-z0-9_-]{{,{LONGEST_NAME - 1}}}"
 # Of what names folders: studies and dampers.
-NAME_WORDS = "letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"
+NAME_WORDS = (
+    f"up to {LONGEST_NAME} letters a to z or A to Z, digits, '_' and '-', the first a letter or a "
+    "digit"
+)
 
 RESERVED = ("coupon", "verification")  # folders of the results that belong to all studies
 

@@ -13,6 +13,7 @@ Keys = tuple[str | int, ...]  # way to a place of a study: names of keys, and in
 
 
 LONGEST_NAME = 80
+MOST_NAMES = 1000  # under one key; what reads them takes a time that grows with their square
 
 
 class Mistake(NamedTuple):
@@ -58,13 +59,18 @@ def one_line(text: str) -> str:
 def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
     """Yield the names under a key that cannot name a file and a group of a mesh.
 
-    At most `LONGEST_NAME` characters: with those of others a name is part of that of a file.
+    At most `LONGEST_NAME` characters: with those of others a name is part of that of a file. More
+    than `MOST_NAMES` are one mistake.
 
     Examples
     --------
     >>> [mistake.keys for mistake in mistakes_of_names("points", ["A", "B/C", ""])]
     [('points', 'B/C'), ('points', '')]
     """
+    names = list(names)
+    if len(names) > MOST_NAMES:
+        yield Mistake((key,), f"has {len(names)} names; allowed are {MOST_NAMES}")
+        return
     for name in names:
         text = name.strip()
         plain = name.isprintable() and text == name and not set(name) & {"/", '"'}

@@ -237,13 +237,15 @@ class Panel(SectionModel):
 
     @property
     def single_points(self) -> tuple[str, ...]:
-        """Supports without a foot, springs and point masses, if the section has transverse shear.
+        """What stands at single points of which frequencies depend on the mesh, like a logarithm.
 
-        The deflection there depends on the mesh, like a logarithm.
+        With transverse shear supports without a foot, springs and point masses; on a thin plate
+        hold-downs without a foot, since no single point of it resists a slope.
         """
+        points = self.support_input.points.items()
         if self.section.kind == "thin":
-            return ()
-        supports = (name for name, p in self.support_input.points.items() if not p.radius_m)
+            return tuple(n for n, p in points if p.kind == "hold_down" and not p.radius_m)
+        supports = (name for name, p in points if not p.radius_m)
         return (*supports, *(name for name, mass in self.masses.items() if mass.from_m is None))
 
     def places(self) -> Iterator[tuple[Keys, Position | Node | PointSupportInput | Mass]]:

@@ -68,11 +68,17 @@ class Study(CouponStudy):
 
     def mistakes(self) -> Iterator[Mistake]:
         yield from super().mistakes()
+        too_many = [
+            *mistakes_of_names("dampers", self.dampers),
+            *mistakes_of_names("scenarios", self.scenarios),
+        ]
+        yield from too_many
+        if too_many:
+            return
         yield from self._mistakes_of_dampers()
         yield from self._mistakes_of_readings()
         yield from requirements.mistakes_of_severity(self)
         yield from requirements.mistakes_of_base(self)
-        yield from mistakes_of_names("scenarios", self.scenarios)
         mistakes = list(self.mistakes_of_scenarios())
         yield from mistakes
         if mistakes:

@@ -241,6 +241,21 @@ def test_a_solver_that_is_not_done_in_its_time_is_ended(endless):
         deque(solver._lines("'run 20'", longest=0.5), 0)
 
 
+def test_a_solver_that_prints_a_line_now_and_then_in_a_deck_or_at_its_end_is_ended(
+    endless, monkeypatch
+):
+    # red: infinity in place of either, and ten million lines take a week
+    monkeypatch.setattr(process, "LONGEST_DECK", 0.5)
+    monkeypatch.setattr(process, "LONGEST_END", 0.4)
+    folder = endless("while :; do echo step; sleep 0.05; done")
+    with Liggghts(folder, "deck") as solver:
+        with pytest.raises(failures.RunHung, match=r"not done in 0\.5 s"):
+            solver.read_deck("run 20")
+    with Liggghts(folder, "end") as solver:
+        with pytest.raises(failures.RunHung, match=r"not done in 0\.4 s: its end"):
+            solver.finish()
+
+
 def test_the_time_limit_is_that_of_the_steps_between_two_reports(begun):
     # a run of many cycles may take hours, but reports every cycle
     # red: `steps` in place of the smaller of the two; `self._spheres` left at 0

@@ -36,6 +36,9 @@ QUIET = 30.0
 # ordinary core (15 µs and 0.35 µs), since a machine may be shared.
 SLOWEST_STEP = 4.5e-4, 1.05e-5
 
+# Longest time of a deck and of the end [s], in which lines may come one by one.
+LONGEST_DECK, LONGEST_END = 86_400.0, 600.0
+
 MOST_LINES = 10_000_000  # lines after which a command counts as hung
 
 # Lines that are not read yet, after which LIGGGHTS waits, and characters of a line: what a
@@ -247,7 +250,7 @@ class Liggghts:
         RunStopped, RunHung, ParticlesLost, LogTruncated
         """
         self._input.close()
-        lines = deque(self._lines("its end"), LINES_WAITING)
+        lines = deque(self._lines("its end", LONGEST_END), LINES_WAITING)
         if self._process.wait() != 0:
             raise self._failure(lines)
         if last_step is not None and spheres is not None:
@@ -300,7 +303,7 @@ class Liggghts:
         """Send commands that run so many steps, then evaluate an expression of LIGGGHTS.
 
         A line comes at least every ``report`` steps; by default, as often as the deck says. How
-        many spheres a deck makes is not known, nor how long that takes.
+        many spheres a deck makes is not known, so it may take `LONGEST_DECK`.
         """
         text = f'{commands.rstrip()}\nprint "MARK step $(step) atoms $(atoms) value $({value})"\n'
         self._deck.write(text)
@@ -309,7 +312,7 @@ class Liggghts:
         try:
             self._input.write(text)
             self._input.flush()
-            longest = math.inf if is_deck else self._patience(steps)
+            longest = LONGEST_DECK if is_deck else self._patience(steps)
             silence = self._patience(min(steps, report or self._report_steps))
             last_command = repr(commands.strip().rpartition("\n")[2])
             for line in self._lines(last_command, longest, silence):
@@ -319,7 +322,7 @@ class Liggghts:
                     return Instant(int(mark[1]), self._spheres, self._number(mark[3]))
                 lines.append(line)
         except BrokenPipeError:
-            lines.extend(self._lines("its end"))
+            lines.extend(self._lines("its end", LONGEST_END))
         raise self._failure(lines)
 
     def _number(self, word: str) -> float:
