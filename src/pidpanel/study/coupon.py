@@ -128,8 +128,8 @@ class Coupon(SectionModel):
     ``sweep.acceleration_g``, ``particles.friction`` or ``cell.depth_mm``."""
     measured: Annotated[Path, file_in()] | None = None
     """CSV table of measured C_e and m_a of these particles in this cell, with the columns of a
-    [table of damping](../tables.md#tables) and an amplitude in each row. The report compares them with
-    the simulated cases and the atlas."""
+    [table of damping](../tables.md#tables) and an amplitude in each row. The report compares them
+    with the simulated cases and the atlas."""
     accuracy: Accuracy = Accuracy()
     """How long each case runs."""
     deck: Annotated[Path, file_in(TEMPLATES)] | None = None
