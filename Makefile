@@ -12,7 +12,9 @@ export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
 .PHONY: run verification validation test quick slurm bench mutants drills fuzz check lock docs reference ready
 
+# the answer of the atlas first, if the study has it next to simulated damping; then the study
 run: ready
+	-@python -m pidpanel.workflow.first "$$STUDY" $(CORES)
 	snakemake -j$(CORES) --configfile "$$STUDY"
 
 verification: ready

@@ -69,7 +69,7 @@ TABLES = [
     ("acceleration_g", "acceleration_m_s2", f"{LAB}, line 2: column 'acceleration_m_s2': unknown; did you mean acceleration_g?"),
     ("apparent_mass_kg_m2", "temperature", f"{LAB}, line 2: column 'temperature': unknown; allowed are@", "@@"),
     ("fill_fraction,", "frequency_hz,", f"{LAB}, line 2: column frequency_hz: given twice"),
-    (C, "loss_factor", f"{LAB}, line 2: column particle_mass_per_area_kg_m2: missing; needed beside loss_factor", "@@"),
+    (C, "loss_factor", f"{LAB}, line 2: column particle_mass_per_area_kg_m2: missing; needed with loss_factor", "@@"),
     ("0.4,100,1,820,5.1", "40,100,1,820,5.1", f"{LAB}, line 3: fill_fraction = 40: must be above 0 and at most 1 (in percent?)"),
     ("0.4,100,1,820,5.1", "0,100,1,820,5.1", f"{LAB}, line 3: fill_fraction = 0: must be above 0 and at most 1"),
     ("0.4,100,1,820,5.1", "0.4,0,1,820,5.1", f"{LAB}, line 3: frequency_hz = 0: must be above 0"),

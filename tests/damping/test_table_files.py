@@ -124,19 +124,19 @@ FAULTS = {
     ),
     "loss factor without mass": (
         f"{F},{ETA}\n100,0.1\n",
-        [f"line 1: column {M}: missing; needed beside loss_factor"],
+        [f"line 1: column {M}: missing; needed with loss_factor"],
     ),
     "half an impedance": (
         f"{F},impedance_real_n_s_m3\n100,5\n",
-        ["line 1: column impedance_imag_n_s_m3: missing; needed beside impedance_real_n_s_m3"],
+        ["line 1: column impedance_imag_n_s_m3: missing; needed with impedance_real_n_s_m3"],
     ),
     "mass twice": (
         f"{F},impedance_real_n_s_m3,impedance_imag_n_s_m3,apparent_mass_kg_m2\n100,5,1,1\n",
-        ["line 1: column apparent_mass_kg_m2: not allowed beside impedance_imag_n_s_m3"],
+        ["line 1: column apparent_mass_kg_m2: not allowed with impedance_imag_n_s_m3"],
     ),
     "an error alone": (
         f"{F},{C},apparent_mass_error_kg_m2\n100,5,1\n",
-        ["line 1: column apparent_mass_kg_m2: missing; needed beside apparent_mass_error_kg_m2"],
+        ["line 1: column apparent_mass_kg_m2: missing; needed with apparent_mass_error_kg_m2"],
     ),
     "two amplitudes": (
         f"{F},acceleration_g,displacement_mm,{C}\n100,5,1,1\n",
@@ -185,7 +185,7 @@ def test_every_fault_is_told_in_one_line_with_its_place(tmp_path, name):
 @pytest.mark.parametrize(
     ("text", "begin"),
     [
-        (f"{F},{C}\n100,5\n", f"line 1: column apparent_mass_kg_m2: missing; needed beside {C}"),
+        (f"{F},{C}\n100,5\n", f"line 1: column apparent_mass_kg_m2: missing; needed with {C}"),
         (f"{F},fill_fraction,{C},apparent_mass_kg_m2\n100,1,5,1\n",
          "line 1: column fill_fraction: not allowed in an impedance"),
         (f"{F}\n100\n", f"line 1: column {C} or impedance_real_n_s_m3: missing"),

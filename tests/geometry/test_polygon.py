@@ -85,7 +85,7 @@ HOLE = {"H": Circle((0.25, 0.25), 0.1)}
         (L_SHAPE, HOLE | {"I": Circle((0.3, 0.3), 0.1)}, {}, {}, "holes 'H' and 'I' meet"),
         (L_SHAPE, HOLE, {"P": Rectangle((0.5, 0.5), (0.2, 0.2))}, {}, "patch 'P' = [0.4, 0.6] x [0.4, 0.6] m leaves the panel"),
         (L_SHAPE, HOLE, {"P": Rectangle((0.35, 0.25), (0.2, 0.2))}, {}, "patch 'P' = [0.25, 0.45] x [0.15, 0.35] m lies over hole 'H'"),
-        (L_SHAPE, HOLE, {"P": Rectangle((0.25, 0.25), (0.4, 0.4))}, {}, "lies over hole 'H'; patches must lie beside"),
+        (L_SHAPE, HOLE, {"P": Rectangle((0.25, 0.25), (0.4, 0.4))}, {}, "lies over hole 'H'; patches must not overlap"),
         (L_SHAPE, HOLE, {}, {"7": (0.25, 0.2)}, "point '7' = (0.25, 0.2) m lies in hole 'H'"),
         (L_SHAPE, HOLE, {}, {"7": (0.75, 0.75)}, "point '7' = (0.75, 0.75) m leaves the panel"),
     ],

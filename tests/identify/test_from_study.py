@@ -108,7 +108,7 @@ def test_a_damper_on_its_side_is_said_to_tell_less_of_e(tmp_path, capsys, identi
     across = "  gravity_direction: [1, 0, 0]\n"
     file.write_text(STUDY + across + MEASURED)
     assert main(["identify", str(file), "-d", str(tmp_path)]) == 0
-    says = "Gravity lies across the motion"
+    says = "Gravity acts across the motion"
     assert says in capsys.readouterr().out
     assert not any(says in line for line in identified[1])
 
@@ -136,6 +136,13 @@ def test_the_identified_particles_are_a_damper_of_a_study(identified, tmp_path):
     assert particles.restitution == pytest.approx(summary.loc["restitution", "value"], abs=5e-4)
     assert particles.friction == pytest.approx(summary.loc["friction", "value"], rel=5e-3)
     assert study.dampers["lab"].coupon.cell.depth_mm == 25
+
+
+def test_tones_that_all_lie_outside_the_atlas_are_refused(laboratory):
+    # red: an answer, with a hint in its last lines
+    kilohertz = ROWS + "0.03,20,1478.7,4.4555\n0.08,20,413.3,-0.1645\n"
+    with pytest.raises(StudyError, match=r"measured.file = .*: no tone lies in the atlas.*in Hz"):
+        identify_file(laboratory(table=kilohertz))
 
 
 def test_differences_are_those_of_the_table(laboratory):

@@ -45,7 +45,7 @@ def test_a_study_is_written_beside_the_first_and_over_nothing(design):
         ("design.yaml", False, "exists; --force"),
         ("design.yaml", True, "exists; --force"),
         ("best.txt", False, "must end in .yaml"),
-        ("folder/best.yaml", False, "must be beside"),
+        ("folder/best.yaml", False, "must be in the folder of"),
     ):
         with pytest.raises(StudyError, match=says):
             check_target(design.parent / name, design, force=force)

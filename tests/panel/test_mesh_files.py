@@ -372,7 +372,7 @@ def test_nodes_at_one_place_take_no_memory_by_pairs(tmp_path):
         ("INCLUDE '/etc/hostname'\n", "deck.bdf:1: card INCLUDE is not read; allowed are GRID"),
         ("INCLUDE 'deck.bdf'\n", "deck.bdf:1: card INCLUDE is not read; allowed are GRID"),
         ("INCLUDE '/etc/\n        hostname'\n", "deck.bdf:1: card INCLUDE is not read"),
-        ("GRID,9,,0.,0.,0.\n" + 50000 * "+\n", "deck.bdf:10: a card goes on beyond 64 fields"),
+        ("GRID,9,,0.,0.,0.\n" + 50000 * "+\n", "deck.bdf:10: a card has more than 64 fields"),
         ("".join(f"X{k}\n" for k in range(50000)), "deck.bdf: 981 further mistakes"),
     ],
 )

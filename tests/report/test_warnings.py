@@ -47,7 +47,7 @@ def test_beds_that_may_ride_or_cross_are_simulated_on_demand(said, respond):
     summary.loc[summary["scenario"] == "B_r0.5_150dB", "between_share"] = 0.31
     (text,) = (t for t in said(summary) if "cross their" in t and READINGS["paper_corrected"] in t)
     assert "B, r = 0.5, 150 dB: beds may ride on the floor" in text and "up to 31 %" in text
-    assert text.endswith("damping.readings: [atlas, coupled] simulates which.")
+    assert text.endswith("use damping.readings: [atlas, coupled].")
 
 
 def test_motion_beyond_a_tenth_of_the_thickness_is_told(said, respond):
@@ -176,7 +176,7 @@ def test_particles_without_mass_are_named_with_the_key_that_gives_them_theirs(
     monkeypatch.setattr(Study, "massless_dampers", {"bed": "dampers.bed.apparent_mass"})
     (text,) = (text for text in said(respond({})[0]) if "no mass" in text)
     assert text.startswith("The particles of bed have no mass in the computation")
-    assert "With dampers.bed.apparent_mass they have their own" in text
+    assert "dampers.bed.apparent_mass includes their mass" in text
 
 
 def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, said):

@@ -126,7 +126,7 @@ def test_particles_with_a_mass_that_does_not_act_are_known(damper, is_massless, 
     ("values", "says"),
     [
         ({"apparent_mass_kg_m2": 357, "particle_mass_per_area_kg_m2": 1}, "more than 10 times"),
-        ({"apparent_mass_kg_m2": 1, "apparent_mass": "particles"}, "not allowed beside"),
+        ({"apparent_mass_kg_m2": 1, "apparent_mass": "particles"}, "not allowed with"),
         ({"apparent_mass": "particles"}, "requires particle_mass_per_area_kg_m2"),
     ],
 )

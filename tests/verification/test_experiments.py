@@ -38,8 +38,27 @@ def test_the_page_says_what_is_missing_and_what_was_not_known():
     row = page.Row(experiments.KHARAZ, "x at 2°", 1.1, 1.0, "1", np.nan, "with care", "a paper")
     text = html.render(page.validation_page([row]))
     assert "No measurement of a honeycomb panel" in text
-    assert "quoted from memory" in text
+    assert "could not be checked" in text
     assert "+10 %" in text
+
+
+def test_ways_of_computing_the_same_quantities_are_columns():
+    # red: `len(variants.pop()) > 1` left out, or columns where the ways differ
+    def rows(*quantities):
+        values = [experiments.KHARAZ, 1.1, 1.0, "1", np.nan, "with care", "a paper"]
+        return [page.Row(values[0], quantity, *values[1:]) for quantity in quantities]
+
+    alike = [f"{x} at {y}°, {z}" for z in ("real", "soft") for x in "es" for y in (2, 4)]
+    text = html.render(page.validation_page(rows(*alike)))
+    assert text.count("computed, soft</th>") == 1 and text.count("1.100 (+10 %)") == 8
+    text = html.render(page.validation_page(rows("m, real", "k, soft")))
+    assert "computed, soft" not in text
+
+
+def test_a_difference_of_zero_has_no_sign():
+    # red: `if value` left out: "+0 %"
+    row = page.Row("a", "period", 2.0, 2.0, "1", np.nan, "with care", "a paper")
+    assert page.percent(row, row.error, "+") == "0 %"
 
 
 def test_a_number_without_a_reference_is_shown_alone():

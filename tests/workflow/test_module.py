@@ -112,6 +112,15 @@ def test_without_a_study_one_line_says_how_to_name_it(tmp_path):
     assert "no study: snakemake --configfile study.yaml" in refusal(tmp_path)
 
 
+def test_a_value_without_a_study_file_is_named(tmp_path):
+    # red: `not files` alone, which asked for a study that config/config.yaml names
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config" / "config.yaml").write_text("study: l_panel.yaml\n")
+    for value in ("panel={damping_ratio: 0.02}", "stduy=l_panel.yaml"):
+        key = value.partition("=")[0]
+        assert f"--config {key}: not a setting" in refusal(tmp_path, "--config", value)
+
+
 def test_a_profile_in_the_working_folder_is_not_evaluated(tmp_path):
     # red: no --workflow-profile in `cli.snakemake.command`: Snakemake evaluated this at once
     profile = tmp_path / "profiles" / "default" / "config.yaml"

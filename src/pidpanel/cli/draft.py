@@ -16,11 +16,12 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.study import StudyError, load_study
+from pidpanel.study.atlas import DEPTH, WIDTH
 from pidpanel.study.dampers import is_massless_table
 from pidpanel.study.files import found_file
 
-LOWEST, HIGHEST = 30.0, 2000.0
-FILLS = (0.3, 0.5, 0.7, 0.9)  # of a response, where the spectrum goes that far [Hz]
+LOWEST, HIGHEST = 30.0, 2000.0  # of a response, where the spectrum goes that far [Hz]
+FILLS = (0.3, 0.5, 0.7, 0.9)
 
 # How often elements are made 0.8 times as long until the mesh resolves the waves, and then 0.48
 # times: resonances are too high by 1 %, then by 0.05 %, which is 0.2 dB beside one with ζ = 1 %.
@@ -99,6 +100,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         "table": _relative_path(draft.table, file) if draft.table else "",
         "mass_key": _mass_key(Path(draft.table)) if draft.table else "",
         "shaker": _relative_path(draft.shaker, file) if draft.shaker else "",
+        "atlas": (WIDTH, DEPTH),
         "fills": fills,
         "fill": min(fills, key=lambda fill: abs(fill - 0.5)),
         "patch": patch,

@@ -54,7 +54,9 @@ def check_target(file: Path, study: Path, *, force: bool) -> None:
     if file.exists() and (not force or file.samefile(study)):
         raise StudyError(f"{file}: exists; --force overwrites it")
     if file.absolute().parent != study.absolute().parent:
-        raise StudyError(f"{file}: must be beside {study}: its tables are named relative to it")
+        raise StudyError(
+            f"{file}: must be in the folder of {study}: its tables are named relative to it"
+        )
 
 
 def write_study(study: Path, table: Path, file: Path) -> None:

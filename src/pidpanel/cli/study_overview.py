@@ -227,10 +227,10 @@ def _range(values: Sequence[float]) -> str:
 
     Examples
     --------
-    >>> _range([0.3, 0.1]), _range([2.0])
-    ('0.1 to 0.3', '2')
+    >>> _range([0.3, 0.1]), _range([2.0]), _range([56.1, 168.7])
+    ('0.1 to 0.3', '2', '56 to 170')
     """
-    low, high = f"{min(values):.2g}", f"{max(values):.2g}"
+    low, high = (f"{float(f'{value:.2g}'):g}" for value in (min(values), max(values)))
     return low if low == high else f"{low} to {high}"
 
 

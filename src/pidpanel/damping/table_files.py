@@ -134,9 +134,9 @@ def _faults_of_header(header: Sequence[str], allowed: Sequence[str]) -> Iterator
         *([(DAMPING, MASS)] if LOSS_FACTOR not in allowed else []),
     ):
         if name in header and name in allowed and needed not in meant:
-            yield f"column {needed}: missing; needed beside {name}"
+            yield f"column {needed}: missing; needed with {name}"
     if REAL in header and MASS in header:
-        yield f"column {MASS}: not allowed beside {IMAGINARY}, which is ω times it"
+        yield f"column {MASS}: not allowed with {IMAGINARY}, which is ω times it"
 
 
 def _note_repeats(table: UserTable) -> None:

@@ -272,8 +272,8 @@ def check_panel(
         for hole_name, hole in holes.items():
             if overlap(patch.corners, hole.corners, slack):
                 raise ValueError(
-                    f"patch {name!r} = {patch} lies over hole {hole_name!r}; patches must lie"
-                    " beside holes"
+                    f"patch {name!r} = {patch} lies over hole {hole_name!r}; patches must"
+                    " not overlap holes"
                 )
     for name, point in points.items():
         if location([point], around, slack)[0] < 0:

@@ -86,6 +86,14 @@ def identify_file(file: Path) -> IdentificationResult:
     relative_error = identification.measured.relative_error or NEXT_ERROR
     further = next_tones(atlas, specimen, measured, posterior, tones, relative_error)
     predictions = _predictions(atlas, specimen, measured, posterior)
+    if not predictions["inside"].any():
+        strokes = predictions["stroke_per_gap"]
+        says = (
+            f"no tone lies in the atlas, Γ from {GAMMA[0]:g} to {GAMMA[1]:g} and W/L from "
+            f"{STROKE[0]:g} to {STROKE[1]:g}; W/L is {strokes.min():.2g} to {strokes.max():.2g} "
+            "(is the frequency in Hz?)"
+        )
+        raise Document(file).error([Mistake(("measured", "file"), says)])
     return IdentificationResult(identification, atlas, measured, posterior, predictions, further)
 
 

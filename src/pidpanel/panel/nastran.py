@@ -123,7 +123,7 @@ def _cards(
             if pending is None:
                 faults.append(f"{path}:{number}: a continuation without a card")
             elif len(pending[2]) > MOST_FIELDS:
-                faults.append(f"{path}:{number}: a card goes on beyond {MOST_FIELDS} fields")
+                faults.append(f"{path}:{number}: a card has more than {MOST_FIELDS} fields")
                 break
             else:
                 pending[2].extend(fields)

@@ -123,13 +123,13 @@ class Coupon(SectionModel):
     """Values of any other key of the coupon, such as ``particles.friction: [0.1, 0.3, 0.6]``. The
     whole sweep is run for each value, and for every combination of several keys."""
     cases: Path | None = None
-    """CSV table of cases in place of ``sweep`` and ``vary``, such as a design of experiments. A row
+    """CSV table of cases instead of ``sweep`` and ``vary``, such as a design of experiments. A row
     is a case, a column a key of the coupon such as ``sweep.fill_fraction``, ``sweep.frequency_hz``,
     ``sweep.acceleration_g``, ``particles.friction`` or ``cell.depth_mm``."""
     measured: Annotated[Path, file_in()] | None = None
     """CSV table of measured C_e and m_a of these particles in this cell, with the columns of a
-    [table of damping](../tables.md#tables) and an amplitude in each row. The report shows them
-    beside the simulated cases and the atlas."""
+    [table of damping](../tables.md#tables) and an amplitude in each row. The report compares them
+    with the simulated cases and the atlas."""
     accuracy: Accuracy = Accuracy()
     """How long each case runs."""
     deck: Annotated[Path, file_in(TEMPLATES)] | None = None
@@ -169,7 +169,7 @@ class Coupon(SectionModel):
 
     @property
     def decks(self) -> tuple[Path, ...]:
-        """Deck templates in place of ``templates/shake.in.j2``."""
+        """Deck templates instead of ``templates/shake.in.j2``."""
         return tuple(deck for deck in (self.deck, *self.vary.get("deck", ())) if deck is not None)
 
     @field_validator("vary")

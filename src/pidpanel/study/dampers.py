@@ -221,7 +221,7 @@ class Damper(SectionModel):
     def _mistakes_of_mass(self) -> Iterator[Mistake]:
         """Yield an m_a that is given twice, or of particles whose mass is not known."""
         if self.apparent_mass_kg_m2 is not None:
-            yield Mistake(("apparent_mass",), "not allowed beside apparent_mass_kg_m2")
+            yield Mistake(("apparent_mass",), "not allowed with apparent_mass_kg_m2")
         if self.table is None and self.particle_mass_per_area_kg_m2 is None:
             yield Mistake(("apparent_mass",), "requires particle_mass_per_area_kg_m2")
 

@@ -39,7 +39,7 @@ class Measured(SectionModel):
     acceleration_rms_g: Annotated[float, Quantity(0.01, 1000, units=GRAVITIES)] | None = None
     """Rms acceleration of a random test [g]."""
     spectrum: Annotated[Path, file_in()] | None = None
-    """CSV table of the acceleration PSD of a random test, in place of ``acceleration_rms_g``."""
+    """CSV table of the acceleration PSD of a random test, instead of ``acceleration_rms_g``."""
     relative_error: RelativeError | None = None
     """Standard error of C_e over itself, and of m_a over the mass of the particles, for a file
     without errors."""

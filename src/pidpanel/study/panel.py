@@ -149,7 +149,7 @@ class Patch(Area):
     """Cells that may be filled with particles; or a group (property number) of a mesh file."""
 
     group: Text | None = None
-    """Property number (Nastran) or physical group (gmsh) of a mesh file, in place of a shape."""
+    """Property number (Nastran) or physical group (gmsh) of a mesh file, instead of a shape."""
     _shapes: ClassVar[tuple[set[str], ...]] = (*Area._shapes, {"group"})
     _allowed: ClassVar[str] = f"{Area._allowed}, or group"
 

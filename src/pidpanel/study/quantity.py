@@ -83,7 +83,7 @@ class Quantity:
         return above_low and (value <= self.high if self.high_itself else value < self.high)
 
     def refuses(self, value: float) -> str:
-        """Return what is allowed in place of a value, and what was likely meant; empty if it is."""
+        """Return what is allowed instead of a value, and what was likely meant; empty if it is."""
         if self.holds(value):
             return ""
         hint = self._unit_hint(value)

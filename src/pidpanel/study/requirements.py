@@ -42,7 +42,7 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
     elif study.is_coupled and study.base.random is None:
         yield Mistake(("base", "random"), f"missing; required for the damping model '{COUPLED}'")
     elif study.readings == (COUPLED,) and study.base.sine is not None:
-        says = f"needs a damping model of single tones in damping.readings beside '{COUPLED}'"
+        says = f"needs a damping model of single tones in damping.readings next to '{COUPLED}'"
         yield Mistake(("base", "sine"), says)
     if study.damping.level.by == "element":
         yield Mistake(("damping", "level", "by"), "must be patch with a section base")

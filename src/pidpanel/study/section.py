@@ -164,7 +164,7 @@ class CoreInput(SectionModel):
     thickness_mm: Annotated[float, Quantity(0.5, 1000, units=SMALL_MILLIMETRES)]
     """Thickness [mm]."""
     grade: Text | None = None
-    """Grade in ``workflow/data/materials/honeycomb_5056.csv``, in place of moduli and density."""
+    """Grade in ``workflow/data/materials/honeycomb_5056.csv``, instead of moduli and density."""
     shear_modulus_l_mpa: ShearModulus | None = None
     """Transverse shear modulus along the ribbon, G_L [MPa]."""
     shear_modulus_w_mpa: ShearModulus | None = None
@@ -230,7 +230,7 @@ class SandwichSectionInput(SectionModel):
     faces: Annotated[tuple[PlyInput, ...], Field(min_length=1)] | None = None
     """Plies of both faces, the outermost first."""
     top: Annotated[tuple[PlyInput, ...], Field(min_length=1)] | None = None
-    """Plies of the upper face (+z), the outermost first; with ``bottom``, in place of ``faces``."""
+    """Plies of the upper face (+z), outermost first; with ``bottom``, instead of ``faces``."""
     bottom: Annotated[tuple[PlyInput, ...], Field(min_length=1)] | None = None
     """Plies of the lower face (−z), the outermost first."""
     core: CoreInput

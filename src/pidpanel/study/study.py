@@ -50,7 +50,7 @@ class Study(CouponStudy):
     panel: Panel
     """The panel."""
     base: BaseMotion | None = None
-    """Motion of the supports on a shaker, computed beside the sound or without any."""
+    """Motion of the supports on a shaker, computed in addition to sound or without it."""
     sound: Annotated[Sound | None, BeforeValidator(sound_or_base)] = Field(
         default=None, validate_default=True
     )

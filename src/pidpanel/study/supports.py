@@ -27,7 +27,7 @@ class PointSupportInput(SectionModel):
     at_m: Position | None = None
     """Position (x, y) [m]."""
     grid: Number | None = None
-    """Node of a mesh file, in place of ``at_m``."""
+    """Node of a mesh file, instead of ``at_m``."""
     radius_m: Annotated[float, Quantity(0, 5, units=METRES)] = 0.0
     """Radius of the rigid foot of a hinge or a hold-down [m]; 0 for a point."""
     stiffness_n_m: Annotated[float, Quantity(1e-3, 1e12)] | None = None
@@ -74,7 +74,7 @@ class Mass(SectionModel):
     at_m: Position | None = None
     """Position (x, y) of a mass at a point [m]."""
     grid: Number | None = None
-    """Node of a mesh file, in place of ``at_m``."""
+    """Node of a mesh file, instead of ``at_m``."""
     from_m: Position | None = None
     """Start (x, y) of a mass along a line [m]."""
     to_m: Position | None = None

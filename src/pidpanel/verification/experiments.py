@@ -239,7 +239,7 @@ def period_rows(folder: Path) -> list[Row]:
     )  # fmt: skip
     return [
         comparison.row(
-            f"period {number} in the order of Γ, first at Γ = {gamma:g} [cycles]",
+            f"period {number} of the sequence, from Γ = {gamma:g} [cycles]",
             value, reference, gamma,
         )
         for number, ((gamma, value), reference) in enumerate(

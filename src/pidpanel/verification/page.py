@@ -19,6 +19,7 @@ from pidpanel.verification.rows import Row, read_rows
 
 def percent(row: Row, value: float, sign: str = "") -> str:
     """Return an error or tolerance: relative in %, or in the unit where the reference is 0."""
+    sign = sign if value else ""
     if row.reference:
         text = f"{100 * value:{sign}.2g}"
         if "e" in text:
@@ -64,10 +65,7 @@ def _sections(template: str, cases: Mapping[str, Sequence[Row]]) -> list[PageSec
             f"case-{index}",
             case,
             [
-                Fragment(
-                    template,
-                    {"rows": rows, "percent": percent, "unknown": UNKNOWN.get(case)},
-                )
+                Fragment(template, {"rows": rows, "percent": percent}),
             ],
         )
         for index, (case, rows) in enumerate(cases.items())
@@ -113,6 +111,19 @@ def write_verification_page(rows: Iterable[Path], file: Path) -> None:
     durable.write_text(file, render(page))
 
 
+def _experiment(case: str, rows: Sequence[Row]) -> Fragment:
+    """Return an experiment: a row per quantity, with a column per way of computing all of them."""
+    quantities: dict[str, dict[str, Row]] = {}
+    for row in rows:
+        quantity, _, variant = row.quantity.rpartition(", ")
+        quantities.setdefault(quantity, {})[variant] = row
+    values = {"rows": rows, "percent": percent, "unknown": UNKNOWN.get(case)}
+    variants = {tuple(members) for members in quantities.values()}
+    if len(quantities) > 1 and len(variants) == 1 and len(variants.pop()) > 1:
+        return Fragment("validation_variants.html", {**values, "quantities": quantities})
+    return Fragment("validation.html", values)
+
+
 def validation_page(rows: Sequence[Row]) -> Page:
     """Return the page of experiments: measured, computed, difference, what was not known."""
     cases = _by_case(rows)
@@ -120,12 +131,16 @@ def validation_page(rows: Sequence[Row]) -> Page:
         title="Validation: experiments that others made",
         facts=[("Software", f"pidpanel {version('pidpanel')}, LIGGGHTS {VERSION}")],
         summary=[
-            "No measurement of a honeycomb panel with particles could be had with all its inputs, "
-            "so that no number here is of a whole panel.",
-            f"{len(cases)} experiments on single impacts and beds are computed from their stated "
-            "inputs. Nothing is fitted, and no number has a tolerance.",
+            "No measurement of a honeycomb panel with particles is available with all its inputs. "
+            "So no number here describes a whole panel.",
+            f"The page compares {len(cases)} experiments on single impacts and beds with "
+            "computations from their stated inputs. Nothing is fitted, and no number has a "
+            "tolerance.",
         ],
-        sections=_sections("validation.html", cases),
+        sections=[
+            PageSection(f"case-{index}", case, [_experiment(case, members)])
+            for index, (case, members) in enumerate(cases.items())
+        ],
         steps=[("From the root of the project:", "make validation")],
     )
 

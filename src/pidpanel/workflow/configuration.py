@@ -25,7 +25,10 @@ def study_file(config: Mapping[str, Any], files: Sequence[str | Path]) -> Path:
         if values := sorted(config.keys() & Study.model_fields.keys() - SETTINGS):
             raise StudyError(f"{name}: {values[0]}: {ONE_FILE}")
         return study_path(name).resolve()
-    if not has_study(config) or not files:
+    keys = sorted(config.keys() - SETTINGS)
+    if keys and not files:
+        raise StudyError(f"--config {keys[0]}: {NO_VALUE}")
+    if not keys:
         raise StudyError(
             "no study: snakemake --configfile study.yaml, or its name in config/config.yaml"
         )
@@ -41,4 +44,9 @@ def study_file(config: Mapping[str, Any], files: Sequence[str | Path]) -> Path:
 ONE_FILE = (
     "the configuration has another value than the file of the study; a study is one file: change "
     "the value there instead of --config or a further --configfile"
+)
+
+NO_VALUE = (
+    "not a setting, and a study is one file: change the value there, and name the file with "
+    "--configfile, --config study=… or in config/config.yaml"
 )

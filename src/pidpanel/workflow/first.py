@@ -1,0 +1,52 @@
+"""The first answer of `make run`: a study with the damping of the atlas alone, in seconds."""
+
+import sys
+from pathlib import Path
+
+from pidpanel.check import checked_study
+from pidpanel.constants import ATLAS
+from pidpanel.paths import study_path
+from pidpanel.provenance import durable
+from pidpanel.provenance.owner import OwnerError, check_owner
+from pidpanel.study import Study, StudyError, load_study
+from pidpanel.study.writing import text_of, values_of, with_changes
+from pidpanel.workflow.forked import run_rules
+from pidpanel.workflow.plan import Plan
+from pidpanel.workflow.rules import panel_rules
+
+
+def first_study(file: Path, results: Path) -> Path | None:
+    """Write a study without its simulated damping; None if it has none, or no atlas."""
+    study = checked_study(file)
+    if not isinstance(study, Study) or ATLAS not in study.readings:
+        return None
+    if not (study.coupons or study.is_coupled):
+        return None
+    name = f"{study.name}_first"
+    values = with_changes(values_of(file), {"damping.readings": [ATLAS]})
+    results.mkdir(parents=True, exist_ok=True)
+    path = results / f"{name}.yaml"
+    durable.write_text(path, text_of(values, name))
+    return path
+
+
+def main(name: str, jobs: str) -> int:
+    """Compute the first answer, and print its page; return the exit code."""
+    results = Path("results")
+    try:
+        path = first_study(study_path(name).resolve(), results)
+        if path is None:
+            return 0
+        study = load_study(path)
+        check_owner(study, path, results)
+    except (StudyError, OwnerError):  # the run itself says so
+        return 0
+    plan = Plan(study, path.resolve())
+    if not run_rules(plan, panel_rules(plan, study), int(jobs)):
+        return 1
+    print(f"first answer, from the atlas: {(results / study.name / 'report.html').absolute()}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
