@@ -125,8 +125,7 @@ def _gathered(members: Index, along_x: Array, along_y: Array, load: Array, sprea
     products = along_x[members, :, None] * along_y[members, None, :]
     local = products.reshape(len(members), -1).T @ load[members]
     nodes = (along_x.shape[1], along_y.shape[1], load.shape[1])
-    gathered: Array = np.einsum("xyi,yY->xYi", local.reshape(nodes), spread, optimize=True)
-    return gathered
+    return np.einsum("xyi,yY->xYi", local.reshape(nodes), spread, optimize=True)
 
 
 def degree(reach: float) -> int:
@@ -163,7 +162,4 @@ def lagrange(x: Array, node: Array, weight: Array) -> Array:
     top = len(node) - 1
     factor = np.arange(top + 1) + 0.5
     at_node = np.polynomial.legendre.legvander(node, top)
-    polynomials: Array = (
-        np.polynomial.legendre.legvander(x, top) @ ((factor * at_node) * weight[:, None]).T
-    )
-    return polynomials
+    return np.polynomial.legendre.legvander(x, top) @ ((factor * at_node) * weight[:, None]).T

@@ -136,8 +136,7 @@ def values_of(plate: PlateMatrices, shapes: Shapes, points: Index) -> dict[str, 
 def _overlap_of(vectors: Array, overlap: sp.csr_array) -> Array:
     """VᵀD V (n, n) of a patch."""
     _, D, rows = on_patch(overlap, vectors)
-    product: Array = rows.T @ (D @ rows)
-    return product
+    return rows.T @ (D @ rows)
 
 
 def patch_areas(basis: PanelBasis) -> Array:

@@ -57,8 +57,7 @@ class Region:
 def element_sizes(vertices: Array, cells: Index) -> Array:
     """Return the size of each cell [m]: of a triangle the mean edge, of a rectangle the longest."""
     edges = edge_lengths(vertices, cells)
-    sizes: Array = edges.mean(axis=1) if cells.shape[1] == 3 else edges.max(axis=1)
-    return sizes
+    return edges.mean(axis=1) if cells.shape[1] == 3 else edges.max(axis=1)
 
 
 def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> float:

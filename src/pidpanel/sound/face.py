@@ -31,8 +31,7 @@ class PanelQuadrature:
     @property
     def center(self) -> Array:
         """(2,) middle of the box round the panel [m]."""
-        middle: Array = (self.position.min(axis=0) + self.position.max(axis=0)) / 2
-        return middle
+        return (self.position.min(axis=0) + self.position.max(axis=0)) / 2
 
     @property
     def diameter(self) -> float:
@@ -138,5 +137,4 @@ def _folded(load: Array) -> tuple[Array, Array]:
 
 def _half_axis(points: Array) -> Array:
     """Return the distances from the middle of symmetric points, the half that is not negative."""
-    half: Array = (points - points[::-1])[-((len(points) + 1) // 2) :] / 2
-    return half
+    return (points - points[::-1])[-((len(points) + 1) // 2) :] / 2
