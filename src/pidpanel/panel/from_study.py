@@ -19,16 +19,10 @@ from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
-from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
+from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.panel.resolution import (
-    Region,
-    check_resolution,
-    element_sizes,
-    frequency_shift,
-    longest_edge,
-)
+from pidpanel.panel.resolution import Elements, Region, element_sizes
 from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
@@ -44,7 +38,7 @@ from pidpanel.study.supports import Node
 ELEMENTS_ACROSS = 2
 
 
-def section_of(panel: Panel) -> ThinSection | ShearSection:
+def section_of(panel: Panel) -> layup.Section:
     """Return the section of a panel in SI units."""
     spec = panel.section
     if spec.kind == "thin":
@@ -107,7 +101,7 @@ class StudiedPanel:
         return mesh
 
     @cached_property
-    def section(self) -> ThinSection | ShearSection:
+    def section(self) -> layup.Section:
         """The section of the whole panel, in SI units."""
         return section_of(self.panel)
 
@@ -160,10 +154,11 @@ class StudiedPanel:
         return attachments
 
     @property
-    def element(self) -> str:
-        """Section and shape of the elements, a key of `resolution.LONGEST_EDGE`."""
+    def elements(self) -> Elements:
+        """The elements by the kind of the section and their shape."""
         is_grid = self.panel.mesh.kind == "quadrilaterals"
-        return f"{self.panel.section.kind} {'quadrilaterals' if is_grid else 'triangles'}"
+        shape = "quadrilaterals" if is_grid else "triangles"
+        return Elements(f"{self.panel.section.kind} {shape}", self.section)
 
     @property
     def navier_size(self) -> tuple[float, float] | None:
@@ -181,9 +176,9 @@ class StudiedPanel:
 
     @property
     def shift_of_wave(self) -> Callable[[float, float, float], float]:
-        """`frequency_shift` of edges [m], frequencies [Hz] and masses [kg/m²] on this panel."""
+        """`Elements.frequency_shift` of edges [m], frequencies [Hz] and added masses [kg/m²]."""
         edges = fit.free_edges(self.area, self.supports)
-        return partial(frequency_shift, self.element, self.section, free_edges=edges)
+        return partial(self.elements.frequency_shift, free_edges=edges)
 
     @property
     def obstacles(self) -> list[BaseGeometry]:
@@ -243,7 +238,7 @@ class StudiedPanel:
         ]
         ratio = self.panel.modal_damping.least(0.0, frequency)
         try:
-            check_resolution(self.element, regions, self.section, frequency, ratio)
+            self.elements.check(regions, frequency, ratio)
         except ValueError as error:
             if self.foreign is None:
                 raise
@@ -255,7 +250,7 @@ class StudiedPanel:
             return {}
         ratio = self.panel.modal_damping.least(0.0, frequency)
         sizes = {
-            name: longest_edge(self.element, self.section, frequency, mass, ratio)
+            name: self.elements.longest_edge(frequency, mass, ratio)
             for name, mass in damper_mass.items()
             if mass > 0
         }

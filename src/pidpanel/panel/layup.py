@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.panel.section import Layer
+from pidpanel.panel.section import Layer, SolidSection, ThinSection
 
 
 @dataclass(frozen=True)
@@ -173,3 +173,7 @@ class SandwichSection:
     def core_stress(self) -> Array:
         """t = S γ / d, in the axes of the panel [Pa], shape (2, 2)."""
         return self.shear / self.distance
+
+
+ShearSection = SolidSection | SandwichSection
+Section = ThinSection | ShearSection

@@ -17,8 +17,6 @@ sandwich, 25 mm            0.014 %  0.001 %  0.20 %   0.044 %
 =========================  =======  =======  =======  =======
 """
 
-from typing import Protocol
-
 import numpy as np
 import scipy.sparse as sp
 from skfem import (
@@ -33,6 +31,7 @@ from skfem import (
 from skfem.helpers import dot, grad
 
 from pidpanel.arrays import Array, Index
+from pidpanel.panel.layup import ShearSection
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import (
     AssembledPlate,
@@ -42,7 +41,7 @@ from pidpanel.panel.plate import (
     corner_mean,
     overlap_form,
 )
-from pidpanel.panel.section import Section, SolidSection
+from pidpanel.panel.section import SolidSection
 from pidpanel.panel.supports import (
     Block,
     Supports,
@@ -58,18 +57,6 @@ LAGRANGE = {2: ElementTriP2, 3: ElementTriP3, 4: ElementTriP4}
 # Degree of the deflection.
 SANDWICH_DEGREE, SOLID_DEGREE = 3, 4
 SIMPLY_SUPPORTED = Supports()
-
-
-class ShearSection(Section, Protocol):
-    """A section with core shear and rotary inertia."""
-
-    @property
-    def shear(self) -> Array:
-        """S, shear force (q_x, q_y) per shear angle [N/m], shape (2, 2)."""
-
-    @property
-    def rotary_inertia(self) -> float:
-        """Mass moment of the normals [kg]."""
 
 
 @BilinearForm

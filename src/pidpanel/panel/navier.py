@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.mindlin import ShearSection
+from pidpanel.panel.layup import ShearSection
 
 
 def thin_plate_frequency(

@@ -4,8 +4,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.layup import SandwichSection
-from pidpanel.panel.mindlin import ShearSection
+from pidpanel.panel.layup import SandwichSection, Section
 from pidpanel.panel.navier import (
     is_aligned,
     mode_orders,
@@ -16,7 +15,7 @@ from pidpanel.panel.section import ThinSection
 
 
 def mode_table(
-    basis: PanelBasis, size: tuple[float, float] | None, section: ThinSection | ShearSection
+    basis: PanelBasis, size: tuple[float, float] | None, section: Section
 ) -> pd.DataFrame:
     """Return the modes with their frequencies and the closed form where there is one.
 
@@ -46,7 +45,7 @@ def mode_table(
     return table
 
 
-def section_table(section: ThinSection | ShearSection, area: float) -> pd.DataFrame:
+def section_table(section: Section, area: float) -> pd.DataFrame:
     """Return matrices and masses of the section and of a panel of an area [m²], entry by entry."""
     entries: list[tuple[str, np.ndarray | float, str]] = []
     if isinstance(section, SandwichSection):
