@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel import mindlin
-from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
+from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
@@ -200,8 +200,8 @@ def receptance(frequency, position, count=400):
     ("attached", "impedance", "bracket"),
     [
         # 1 / receptance + what is attached = 0, between the poles of the receptance
-        (PointMass((0.4, 0.3), 2.0), lambda f: -2.0 * (2 * np.pi * f) ** 2, (1.0, 64.8)),
-        (Spring((0.4, 0.3), 5e5), lambda f: 5e5, (65.0, 124.0)),
+        (Attachment([(0.4, 0.3)], 2.0), lambda f: -2.0 * (2 * np.pi * f) ** 2, (1.0, 64.8)),
+        (Attachment([(0.4, 0.3)], stiffness=5e5), lambda f: 5e5, (65.0, 124.0)),
     ],
     ids=["mass", "spring"],
 )
@@ -211,7 +211,7 @@ def test_a_mass_or_a_spring_moves_the_first_frequency_as_the_receptance_says(
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", SIZE, (15, 10), {}, {})
     plate = with_attachments(assemble_thin_plate(mesh, THIN), [attached], mesh)
     exact = brentq(
-        lambda f: 1 + receptance(f, attached.position) * impedance(f), *bracket, xtol=1e-6
+        lambda f: 1 + receptance(f, attached.ends[0]) * impedance(f), *bracket, xtol=1e-6
     )
     frequency, _ = normal_modes(plate, 300.0)
     # elements of 10 cm under a point force; the series is cut at 400 x 400: 1e-5
@@ -223,9 +223,9 @@ def test_a_mass_or_a_spring_moves_the_first_frequency_as_the_receptance_says(
 def test_a_mass_along_a_line_is_many_point_masses(tmp_path):
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", SIZE, (6, 4), {}, {})
     plate = assemble_thin_plate(mesh, THIN)
-    line = LineMass((0.1, 0.2), (1.3, 0.7), 3.0)
+    line = Attachment([(0.1, 0.2), (1.3, 0.7)], 3.0)
     share = (np.arange(80) + 0.5) / 80
-    points = [PointMass((0.1 + 1.2 * s, 0.2 + 0.5 * s), 3.0 / 80) for s in share]
+    points = [Attachment([(0.1 + 1.2 * s, 0.2 + 0.5 * s)], 3.0 / 80) for s in share]
     one, many = (with_attachments(plate, what, mesh).mass for what in ([line], points))
     # the midpoint rule with 80 points errs by (h k)^2 / 24
     scale = abs(plate.mass).max()

@@ -36,6 +36,31 @@ class CondensedFace:
     values: Array
 
 
+@dataclass(frozen=True)
+class MovedFace:
+    """A face that moves in n shapes, as the force of a field on them needs it."""
+
+    # (n_quadrature, 2) points [m] for integrals of a pressure on the shapes
+    quadrature_position: Array
+    quadrature_weight: Array  # (n_quadrature,) weights [m²]
+    # (n_quadrature, n) w of each shape at these points [1]; of a condensed face the values that
+    # give its integrals
+    shape_at_quadrature: Array
+    # κ [rad/m] of the shortest waves whose integrals with the shapes these points give; ∞ for the
+    # points of the mesh
+    quadrature_wavenumber: float
+    vertex_position: Array  # (n_vertices, 2) vertices of the mesh [m]
+    cells: Index  # (n_cells, 4) or (n_cells, 3) vertex numbers of the cells
+    shape_at_vertices: Array  # (n_vertices, n) w of each shape at the vertices [1]
+
+
+@dataclass(frozen=True)
+class WettedFace(MovedFace):
+    """The same as the air that it moves needs it."""
+
+    face_overlap: Array  # (n, n) ∫ φ_i φ_j dA over the face [m²]
+
+
 def condensed(
     position: Array, weight: Array, values: Array, wavenumber_max: float
 ) -> CondensedFace:

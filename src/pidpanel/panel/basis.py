@@ -9,6 +9,7 @@ import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.geometry.plane_waves import WettedFace
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
@@ -16,7 +17,7 @@ from pidpanel.panel.shapes import Shapes, on_patch, panel_shapes
 
 
 @dataclass(frozen=True)
-class PanelBasis:
+class PanelBasis(WettedFace):
     """Real shapes that diagonalise M and K, with their values wherever they are needed.
 
     The modes come first, by frequency, then the residual vectors, by frequency. Every shape φ
@@ -29,19 +30,6 @@ class PanelBasis:
     is_residual: Flags
     shape_at_points: Array  # (n_points, n) w of each shape at the response points [1]
     patch_overlap: Array  # (n_patches, n, n) ∫_patch φ_i φ_j dA [m²]
-    # (n_quadrature, 2) points [m] for integrals of a pressure on the shapes
-    quadrature_position: Array
-    quadrature_weight: Array  # (n_quadrature,) weights [m²]
-    # (n_quadrature, n) w of each shape at these points [1]; of a condensed face the values that
-    # give its integrals, see `pidpanel.panel.face`
-    shape_at_quadrature: Array
-    # κ [rad/m] of the shortest waves whose integrals with the shapes these points give; ∞ for the
-    # points of the mesh
-    quadrature_wavenumber: float
-    face_overlap: Array  # (n, n) ∫ φ_i φ_j dA over the face [m²]
-    vertex_position: Array  # (n_vertices, 2) vertices of the mesh [m]
-    cells: Index  # (n_cells, 4) or (n_cells, 3) vertex numbers of the cells
-    shape_at_vertices: Array  # (n_vertices, n) w of each shape at the vertices [1]
     # (n_vertices, 3, n) κ of each shape at the vertices [1/m]; see `pidpanel.panel.section`
     curvature_at_vertices: Array
     # (n_vertices, 2, n) γ of each shape at the vertices [1/m]: shapes have no unit, w has m

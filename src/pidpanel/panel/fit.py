@@ -10,7 +10,7 @@ from shapely.geometry.base import BaseGeometry
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Circle, Shape, show, signed_area
-from pidpanel.panel.attachments import LineMass, PointMass, Spring
+from pidpanel.panel.attachments import Attachment
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import NONE_FREE
 from pidpanel.panel.supports import (
@@ -59,9 +59,14 @@ def narrowest(outline: Shape) -> float:
     return float(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).min())
 
 
-def place_of(name: str, attached: Spring | PointMass) -> str:
+def place_of(name: str, attached: Attachment) -> str:
     """Return how messages name the place of a spring, which is a support, or of a mass."""
-    return f"support {name}" if isinstance(attached, Spring) else name
+    return f"support {name}" if attached.stiffness else name
+
+
+def geometry_of(attached: Attachment) -> BaseGeometry:
+    """Return the point or the line of an attachment."""
+    return (shapely.LineString if len(attached.ends) > 1 else shapely.Point)(attached.ends)
 
 
 def foot_of(point: PointSupport) -> Circle:
@@ -70,7 +75,7 @@ def foot_of(point: PointSupport) -> Circle:
 
 
 def check_fit(
-    area: BaseGeometry, supports: Supports, attachments: Mapping[str, Spring | PointMass | LineMass]
+    area: BaseGeometry, supports: Supports, attachments: Mapping[str, Attachment]
 ) -> None:
     """Refuse supports that are not along the boundary and what is attached beside the panel."""
     slack = _slack(area)
@@ -85,17 +90,13 @@ def check_fit(
             )
     around = area.buffer(slack)
     for name, part in attachments.items():
-        if isinstance(part, LineMass):
-            if not around.covers(shapely.LineString([part.start, part.end])):
-                raise ValueError(
-                    f"point '{name} to_m' = {show(part.end)}: the line to it from"
-                    f" {show(part.start)} leaves the panel; it must lie on the panel"
-                )
-        elif not around.covers(shapely.Point(part.position)):
-            raise ValueError(
-                f"point {place_of(name, part)!r} = {show(part.position)} leaves the panel; it must"
-                " lie on the panel"
-            )
+        if around.covers(geometry_of(part)):
+            continue
+        *starts, end = map(show, part.ends)
+        place = f"point {place_of(name, part)!r} = {end}"
+        if starts:
+            place = f"point '{name} to_m' = {end}: the line to it from {starts[0]}"
+        raise ValueError(f"{place} leaves the panel; it must lie on the panel")
 
 
 def check_feet(area: BaseGeometry, supports: Supports) -> None:

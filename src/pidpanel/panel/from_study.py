@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel, signed_area
 from pidpanel.panel import fit, layup, supports
-from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
+from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.face import face_wavenumber, with_condensed_face
 from pidpanel.panel.flat_mesh import FlatMesh
@@ -139,18 +139,19 @@ class StudiedPanel:
         )
 
     @cached_property
-    def attachments(self) -> dict[str, Spring | PointMass | LineMass]:
+    def attachments(self) -> dict[str, Attachment]:
         """The springs and masses by name."""
-        attachments: dict[str, Spring | PointMass | LineMass] = {
-            name: Spring(self._place(p.at_m, p.grid), p.stiffness_n_m)
+        attachments = {
+            name: Attachment((self._place(p.at_m, p.grid),), stiffness=p.stiffness_n_m)
             for name, p in self.panel.support_input.points.items()
             if p.stiffness_n_m is not None
         }
         for name, mass in self.panel.masses.items():
             if mass.from_m is not None and mass.to_m is not None:
-                attachments[name] = LineMass(mass.from_m, mass.to_m, mass.mass_kg)
+                ends: tuple[Position, ...] = (mass.from_m, mass.to_m)
             else:
-                attachments[name] = PointMass(self._place(mass.at_m, mass.grid), mass.mass_kg)
+                ends = (self._place(mass.at_m, mass.grid),)
+            attachments[name] = Attachment(ends, mass.mass_kg)
         return attachments
 
     @property
@@ -184,14 +185,8 @@ class StudiedPanel:
     def obstacles(self) -> list[BaseGeometry]:
         """What stands on the panel: supports at points with their feet, springs and masses [m]."""
         feet = [shapely.Polygon(foot.corners) for foot in self._feet.values()]
-        points = [point.position for point in self.supports.points.values()]
-        lines = []
-        for attached in self.attachments.values():
-            if isinstance(attached, LineMass):
-                lines.append(shapely.LineString([attached.start, attached.end]))
-            else:
-                points.append(attached.position)
-        return [*feet, *lines, *map(shapely.Point, points)]
+        points = [shapely.Point(point.position) for point in self.supports.points.values()]
+        return [*feet, *points, *map(fit.geometry_of, self.attachments.values())]
 
     def check(self, frequency: float, damper_mass: Mapping[str, float] | None = None) -> None:
         """Refuse what cannot be meshed or assembled, or is too coarse for a frequency [Hz].
@@ -341,10 +336,9 @@ class StudiedPanel:
     def _attached(self) -> dict[str, Position]:
         positions: dict[str, Position] = {}
         for name, attached in self.attachments.items():
-            if isinstance(attached, LineMass):
-                positions |= {f"{name} from_m": attached.start, f"{name} to_m": attached.end}
-            else:
-                positions[fit.place_of(name, attached)] = attached.position
+            place = fit.place_of(name, attached)
+            names = [place] if len(attached.ends) == 1 else [f"{name} from_m", f"{name} to_m"]
+            positions |= zip(names, attached.ends, strict=True)
         return positions
 
     def _place(self, position: Position | None, grid: int | None) -> Position:

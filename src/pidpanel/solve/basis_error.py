@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.geometry.plane_waves import CondensedFace, condensed
+from pidpanel.geometry.plane_waves import CondensedFace, MovedFace, condensed
 from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.matrices import StoredPlate
@@ -38,19 +38,6 @@ LINES = (2, 12)  # fewest and most lines of a scenario
 # Coordinates times columns of all scenarios that set the number of lines: on a panel of 50 000
 # coordinates with three points and 22 scenarios the check has 3 lines each.
 WORK = 1.2e7
-
-
-@dataclass(frozen=True)
-class MovedFace:
-    """Motions of the face as shapes; see `sound.from_study.FaceShapes`."""
-
-    quadrature_position: Array
-    quadrature_weight: Array
-    shape_at_quadrature: Array
-    quadrature_wavenumber: float
-    vertex_position: Array
-    cells: Index
-    shape_at_vertices: Array
 
 
 ForceAt = Callable[[float, MovedFace], Matrices]  # (frequency [Hz], shapes) → G (n, n) [m⁴]

@@ -23,11 +23,6 @@ class PanelQuadrature:
     # (n, n) ∫ φ_i φ_j dA [m²]; from the points where it is not given. A condensed face needs it.
     overlap: Array | None = None
 
-    def __post_init__(self) -> None:
-        for name in ("position", "weight", "shape"):
-            array = np.asarray(getattr(self, name), dtype=np.float64)
-            object.__setattr__(self, name, array)
-
     @property
     def center(self) -> Array:
         """(2,) middle of the box round the panel [m]."""
@@ -38,17 +33,6 @@ class PanelQuadrature:
         """L [m], diameter of a circle round the box's middle that holds all points."""
         return float(2 * np.max(np.linalg.norm(self.position - self.center, axis=1)))
 
-    @property
-    def is_grid(self) -> bool:
-        """Whether the points are symmetric rows and columns, as those of a condensed face."""
-        x, y = (np.unique(axis) for axis in self.position.T)
-        if x.size * y.size != len(self.position):
-            return False
-        grid = np.stack([axis.ravel() for axis in np.meshgrid(x, y, indexing="ij")], axis=1)
-        mirrored = 2 * self.center - self.position[::-1]
-        close = np.allclose(mirrored, self.position, rtol=0, atol=1e-12 * self.diameter)
-        return bool(np.array_equal(grid, self.position)) and close
-
     @cached_property
     def product_integral(self) -> Array:
         """(n, n) ∫ φ_i φ_j dA [m²]."""
@@ -56,11 +40,6 @@ class PanelQuadrature:
             return self.overlap
         root = np.sqrt(self.weight)[:, None] * self.shape
         return root.T @ root
-
-    @property
-    def shape_square_integral(self) -> Array:
-        """(n,) ∫ φ_i² dA [m²]."""
-        return np.diagonal(self.product_integral)
 
     def of_shapes(self, chosen: Index) -> "PanelQuadrature":
         """Return the panel with these shapes alone."""
