@@ -36,10 +36,11 @@ from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import (
     AssembledPlate,
     assembled_plate,
-    at_quadrature,
+    bending_form,
+    bent,
     corner_basis,
-    corner_mean,
     overlap_form,
+    vertex_values,
 )
 from pidpanel.panel.section import SolidSection
 from pidpanel.panel.supports import (
@@ -57,18 +58,6 @@ LAGRANGE = {2: ElementTriP2, 3: ElementTriP3, 4: ElementTriP4}
 # Degree of the deflection.
 SANDWICH_DEGREE, SOLID_DEGREE = 3, 4
 SIMPLY_SUPPORTED = Supports()
-
-
-@BilinearForm
-def bending_form(b, c, section):  # type: ignore[no-untyped-def]
-    """Return the virtual work of bending, ∫ κ(c)·D κ(b) dA."""
-    return np.einsum("i...,ij,j...->...", _bent(c), section.bending, _bent(b))
-
-
-def _bent(b):  # type: ignore[no-untyped-def]
-    """Return −κ = (b_x,x, b_y,y, b_x,y + b_y,x)."""
-    G = grad(b)
-    return np.array([G[0, 0], G[1, 1], G[0, 1] + G[1, 0]])
 
 
 @BilinearForm
@@ -128,41 +117,25 @@ def assemble_shear_plate(
         ],
         format="csr",
     )
-    curvature, shear = _recovery(deflection, rotation, free_w, free_b)
+    w, b = corner_basis(skmesh, of_deflection), corner_basis(skmesh, of_rotation)
     return assembled_plate(
         mesh,
         deflection,
         free_w,
         stiffness=sp.csr_array(free.T @ stiffness @ free),
         mass=sp.csr_array(free.T @ mass @ free),
-        curvature_at_vertices=curvature,
-        shear_at_vertices=shear,
+        curvature_at_vertices=tuple(
+            vertex_values(b, lambda b, k=k: -bent(b)[k], free_b) for k in range(3)
+        ),
+        shear_at_vertices=tuple(
+            sp.csr_array(
+                vertex_values(w, lambda w, k=k: grad(w)[k], free_w)
+                - vertex_values(b, lambda b, k=k: np.asarray(b)[k], free_b)
+            )
+            for k in range(2)
+        ),
         section=section,
     )
-
-
-def _recovery(
-    of_deflection: CellBasis, of_rotation: CellBasis, free_w: sp.csr_array, free_b: sp.csr_array
-) -> tuple[tuple[sp.csr_array, ...], tuple[sp.csr_array, ...]]:
-    """Return the matrices of curvature and shear angle at the vertices."""
-    mesh = of_deflection.mesh
-    deflection = corner_basis(mesh, of_deflection.elem)
-    rotation = corner_basis(mesh, of_rotation.elem)
-    mean = corner_mean(mesh)
-
-    def matrix(basis: CellBasis, value, free: sp.csr_array) -> sp.csr_array:  # type: ignore[no-untyped-def]
-        values = [value(function[0]) for function in basis.basis]
-        return sp.csr_array(mean @ at_quadrature(basis, values) @ free)
-
-    curvature = tuple(matrix(rotation, lambda b, k=k: -_bent(b)[k], free_b) for k in range(3))
-    shear = tuple(
-        sp.csr_array(
-            matrix(deflection, lambda w, k=k: grad(w)[k], free_w)
-            - matrix(rotation, lambda b, k=k: np.asarray(b)[k], free_b)
-        )
-        for k in range(2)
-    )
-    return curvature, shear
 
 
 def _support_blocks(

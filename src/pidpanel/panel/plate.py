@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from skfem import BilinearForm, CellBasis, Element, Mesh
+from skfem.element import DiscreteField
 
 from pidpanel.arrays import Array
 from pidpanel.panel.layup import Section
@@ -38,6 +39,18 @@ class AssembledPlate(PlateMatrices):
 def overlap_form(w, v, _):  # type: ignore[no-untyped-def]
     """Return ∫ w v dA: times m″ the mass matrix; over a patch, D of the paper's Eq. 7."""
     return w * v
+
+
+@BilinearForm
+def bending_form(b, c, section):  # type: ignore[no-untyped-def]
+    """Return the virtual work of bending, ∫ κ(c)·D κ(b) dA."""
+    return np.einsum("i...,ij,j...->...", bent(c), section.bending, bent(b))
+
+
+def bent(field):  # type: ignore[no-untyped-def]
+    """Return −κ of a deflection with second derivatives, or of a rotation of the normals."""
+    G = field.grad if field.hess is None else field.hess
+    return np.array([G[0, 0], G[1, 1], G[0, 1] + G[1, 0]])
 
 
 def assembled_plate(
@@ -146,8 +159,20 @@ def corner_basis(mesh: Mesh, element: Element) -> CellBasis:
     return CellBasis(mesh, element, quadrature=(corners, np.ones(corners.shape[1])))
 
 
-def corner_mean(mesh: Mesh) -> sp.csr_array:
-    """Return the matrix (n_vertices, n_cells · n_corners) of the mean over cells at a vertex."""
-    vertex = mesh.t.T.ravel()
+def vertex_values(
+    corners: CellBasis, value: Callable[[DiscreteField], Array], free: sp.csr_array
+) -> sp.csr_array:
+    """Return the matrix (n_vertices, n) of a value of the field, the mean over cells at a vertex.
+
+    Parameters
+    ----------
+    corners
+        A `corner_basis`.
+    free
+        From the free coordinates to those of the elements.
+    """
+    vertex = corners.mesh.t.T.ravel()
     share = 1 / np.bincount(vertex)[vertex]
-    return sp.csr_array((share, (vertex, np.arange(len(vertex)))))
+    mean = sp.csr_array((share, (vertex, np.arange(len(vertex)))))
+    values = [value(function[0]) for function in corners.basis]
+    return sp.csr_array(mean @ at_quadrature(corners, values) @ free)
