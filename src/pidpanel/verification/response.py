@@ -16,7 +16,7 @@ from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import uniform_modal_force
 from pidpanel.verification import response_layouts
-from pidpanel.verification.rows import Row
+from pidpanel.verification.rows import Comparison, Row
 
 
 def nafems_rows(folder: Path) -> list[Row]:
@@ -64,12 +64,10 @@ def nafems_rows(folder: Path) -> list[Row]:
         for quantity, (computed, target, closed, unit) in values.items():
             tolerance = 1e-3 if size == finest else np.nan
             for source, reference in (("NAFEMS R0016", target), ("sine series", closed)):
+                comparison = Comparison(case, unit, tolerance, method, source)
                 rows.append(
-                    Row(
-                        case, quantity, float(computed), reference, unit, tolerance, method, source,
-                        resolution=len(mesh.cells),
-                    )
-                )  # fmt: skip
+                    comparison.row(quantity, computed, reference, resolution=len(mesh.cells))
+                )
     return rows
 
 
@@ -87,14 +85,10 @@ def miles_rows(folder: Path) -> list[Row]:
     )
     stiffness = mass * (2 * np.pi * frequency) ** 2
     expected = np.sqrt(np.pi / 2 * frequency / (2 * zeta) * force_psd) / stiffness
-    computed = float(PanelResponse(lines, bare.point_psd).displacement_rms[0])
+    computed = PanelResponse(lines, bare.point_psd).displacement_rms[0]
     method = "8 lines to the bandwidth, 1 Hz to 10 kHz"
-    return [
-        Row(
-            "One mode in white noise", "rms displacement", computed, float(expected), "m", 5e-4,
-            method, "Miles 1954",
-        )
-    ]  # fmt: skip
+    comparison = Comparison("One mode in white noise", "m", 5e-4, method, "Miles 1954")
+    return [comparison.row("rms displacement", computed, expected)]
 
 
 # Each computes in a folder and returns its rows.
