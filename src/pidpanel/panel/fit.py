@@ -1,6 +1,6 @@
 """Whether what holds and loads a panel fits it: refused before it is meshed or assembled."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from itertools import combinations
 
 import numpy as np
@@ -107,14 +107,11 @@ def check_feet(area: BaseGeometry, supports: Supports) -> None:
         name: shapely.Polygon(foot_of(p).corners) if p.radius else shapely.Point(p.position)
         for name, p in supports.points.items()
     }
-    for name, place in places.items():
-        if supports.points[name].radius and edges.dwithin(place, slack):
-            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {SEPARATION}")
-    for foot, neighbour in combinations(places, 2):
-        radii = [supports.points[name].radius for name in (foot, neighbour)]
-        if any(radii) and places[foot].dwithin(places[neighbour], slack):
-            first, second = (foot, neighbour) if radii[0] else (neighbour, foot)
-            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {SEPARATION}")
+    _check_separate(
+        supports,
+        lambda name: edges.dwithin(places[name], slack),
+        lambda foot, neighbour: places[foot].dwithin(places[neighbour], slack),
+    )
 
 
 def check_held(mesh: PanelMesh, supports: Supports) -> None:
@@ -124,17 +121,29 @@ def check_held(mesh: PanelMesh, supports: Supports) -> None:
     for name, point in supports.points.items():
         if point.radius == 0:
             vertices[name] = {vertex_at(mesh, name, point.position)}
-            continue
-        vertices[name] = set(mesh.cells[foot_cells(mesh, name, point)].ravel().tolist())
-        if vertices[name] & edge:
-            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {SEPARATION}")
-    for foot, neighbour in combinations(vertices, 2):
-        radii = [supports.points[name].radius for name in (foot, neighbour)]
-        if any(radii) and vertices[foot] & vertices[neighbour]:
-            first, second = (foot, neighbour) if radii[0] else (neighbour, foot)
-            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {SEPARATION}")
+        else:
+            vertices[name] = set(mesh.cells[foot_cells(mesh, name, point)].ravel().tolist())
+    _check_separate(
+        supports,
+        lambda name: bool(vertices[name] & edge),
+        lambda foot, neighbour: bool(vertices[foot] & vertices[neighbour]),
+    )
     if len(edge.union(*vertices.values())) == len(mesh.vertices):
         raise ValueError(NONE_FREE)
+
+
+def _check_separate(
+    supports: Supports, on_edge: Callable[[str], bool], meet: Callable[[str, str], bool]
+) -> None:
+    """Refuse feet on a supported edge, and those that meet another support at a point."""
+    points = supports.points
+    for name, point in points.items():
+        if point.radius and on_edge(name):
+            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {SEPARATION}")
+    for pair in combinations(points, 2):
+        first, second = sorted(pair, key=lambda name: not points[name].radius)
+        if points[first].radius and meet(first, second):
+            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {SEPARATION}")
 
 
 def check_foot_areas(mesh: PanelMesh, supports: Supports) -> None:

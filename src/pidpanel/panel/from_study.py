@@ -31,35 +31,11 @@ from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
 from pidpanel.study.masses import damper_masses, resolved_masses
 from pidpanel.study.panel import EXTENT, MOST_ELEMENTS, Panel
-from pidpanel.study.section import MaterialInput, PlyInput
+from pidpanel.study.section import MaterialInput
 from pidpanel.study.supports import Node
 
 # Elements across a panel that is narrower than its elements should be long.
 ELEMENTS_ACROSS = 2
-
-
-def section_of(panel: Panel) -> layup.Section:
-    """Return the section of a panel in SI units."""
-    spec = panel.section
-    if spec.kind == "thin":
-        D, mass = spec.bending_stiffness_n_m, spec.mass_per_area_kg_m2
-        return ThinSection(D, mass, spec.poissons_ratio, spec.thickness)
-    if spec.kind == "solid":
-        return SolidSection(
-            spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3, spec.thickness
-        )
-    materials = {name: _material(material) for name, material in spec.materials.items()}
-    shear_l, shear_w, density = spec.core.properties
-
-    def face(plies: tuple[PlyInput, ...]) -> tuple[layup.Ply, ...]:
-        return tuple(layup.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
-
-    return layup.SandwichSection(
-        face(spec.plies("top")),
-        face(spec.plies("bottom")),
-        layup.Core(shear_l, shear_w, density, spec.core.thickness, spec.core.ribbon),
-        spec.extra_mass_per_area_kg_m2,
-    )
 
 
 def _material(spec: MaterialInput) -> layup.Material:
@@ -103,7 +79,21 @@ class StudiedPanel:
     @cached_property
     def section(self) -> layup.Section:
         """The section of the whole panel, in SI units."""
-        return section_of(self.panel)
+        spec = self.panel.section
+        if spec.kind == "thin":
+            D, mass = spec.bending_stiffness_n_m, spec.mass_per_area_kg_m2
+            return ThinSection(D, mass, spec.poissons_ratio, spec.thickness)
+        if spec.kind == "solid":
+            return SolidSection(
+                spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3, spec.thickness
+            )
+        materials = {name: _material(material) for name, material in spec.materials.items()}
+        top, bottom = (
+            tuple(layup.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
+            for plies in (spec.plies("top"), spec.plies("bottom"))
+        )
+        core = layup.Core(*spec.core.properties, spec.core.thickness, spec.core.ribbon)
+        return layup.SandwichSection(top, bottom, core, spec.extra_mass_per_area_kg_m2)
 
     @cached_property
     def patches(self) -> dict[str, Shape | str]:
@@ -194,19 +184,23 @@ class StudiedPanel:
         ``damper_mass`` has the heaviest damper of each patch by name [kg/m²]. A `ValueError` says
         in one line what is wrong and what is allowed.
         """
-        spec = self.panel.mesh
+        spec, mesh = self.panel.mesh, None
         check_names(self.patches, self.points)
-        if spec.kind == "quadrilaterals":
-            a, b = self._size
-            check_grid(
-                self._size, spec.elements, self._rectangles, {**self.points, **self._anchors}
-            )
-            edge = max(a / spec.elements[0], b / spec.elements[1])
-            edges, areas = dict.fromkeys(self.shapes, edge), self._areas
-            fit.check_fit(fit.area_within(self._outline, ()), self.supports, self.attachments)
-        elif self.foreign is not None:
-            mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
-            fit.check_fit(fit.area_of(mesh), self.supports, self.attachments)
+        places = {**self.points, **self._anchors}
+        if self.foreign is not None:
+            mesh = self.foreign.panel_mesh(self.patches, places)
+        elif spec.kind == "quadrilaterals":
+            check_grid(self._size, spec.elements, self._rectangles, places)
+        else:
+            patches, places = {**self.shapes, **self._feet}, {**places, **self._attached}
+            check_panel(self._outline, self._holes, patches, places)
+        fit.check_fit(self.area, self.supports, self.attachments)
+        if mesh is None:
+            fit.check_feet(self.area, self.supports)
+            edge, areas = self._element_size, self._areas
+            edges = dict.fromkeys(self.shapes, edge)
+            edges |= self.patch_sizes(frequency, damper_mass or {})
+        else:
             fit.check_held(mesh, self.supports)
             fit.check_foot_areas(mesh, self.supports)
             length = element_sizes(mesh.vertices, mesh.cells)
@@ -214,17 +208,6 @@ class StudiedPanel:
             edges = {name: float(length[cells].max()) for name, cells in mesh.patch_cells.items()}
             areas = {name: area_of_cell[cells].sum() for name, cells in mesh.patch_cells.items()}
             areas[""] = area_of_cell.sum()
-        else:
-            check_panel(
-                self._outline, self._holes, {**self.shapes, **self._feet},
-                {**self.points, **self._anchors, **self._attached},
-            )  # fmt: skip
-            area = fit.area_within(self._outline, self._holes.values())
-            fit.check_fit(area, self.supports, self.attachments)
-            fit.check_feet(area, self.supports)
-            edge = self._element_size
-            edges, areas = dict.fromkeys(self.shapes, edge), self._areas
-            edges |= self.patch_sizes(frequency, damper_mass or {})
         mass = {name: value for name, value in (damper_mass or {}).items() if value > 0}
         rest = max(areas[""] - sum(areas[name] for name in mass), 0.0)
         regions = [
@@ -297,8 +280,11 @@ class StudiedPanel:
 
     @property
     def _element_size(self) -> float:
-        """Of triangles [m]; a narrow panel has shorter ones than stated."""
-        return min(self.panel.mesh.size_m or 0.0, fit.narrowest(self._outline) / ELEMENTS_ACROSS)
+        """Longest edge [m]; a narrow panel has shorter triangles than stated."""
+        spec = self.panel.mesh
+        if spec.kind == "quadrilaterals":
+            return max(np.array(self._size) / spec.elements)
+        return min(spec.size_m or 0.0, fit.narrowest(self._outline) / ELEMENTS_ACROSS)
 
     @property
     def _areas(self) -> dict[str, float]:
@@ -377,7 +363,7 @@ def write_panel(
     shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=damper_masses(study))
     basis = basis_of(mesh, plate, shapes)
     write_plate(plate_nc, plate.with_shapes(shapes.vectors), stamp(study))
-    sound = 2 * np.pi * study.response.frequency_hz[1] / study.wave_speed
+    sound = 2 * np.pi * highest / study.wave_speed
     condensed = with_condensed_face(basis, face_wavenumber(basis, sound))
     write_basis(modes_nc, condensed, stamp(study))
     write_shapes(modes_vtu, basis)

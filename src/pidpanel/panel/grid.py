@@ -31,10 +31,18 @@ def check_grid(
     for name, point in points.items():
         _check_inside_rectangle(f"point {name!r} = {show(point)}", (point,), size)
 
-    columns, rows = (
-        _cut_lines(k, size[k] / elements[k], elements[k], patches, points) for k in (0, 1)
-    )
-    return columns, rows
+    columns, rows = ({0, count} for count in elements)
+    for axis, lines in enumerate((columns, rows)):
+        spacing = size[axis] / elements[axis]
+        for name, patch in patches.items():
+            for edge in (patch.lower[axis], patch.upper[axis]):
+                complaint = f"edge {'xy'[axis]} = {edge:g} m is not on an element edge"
+                lines.add(_grid_line(edge, spacing, f"patch {name!r} = {patch}: {complaint}"))
+        for name, point in points.items():
+            complaint = f"{'xy'[axis]} = {point[axis]:g} m is not at a grid point"
+            label = f"point {name!r} = {show(point)}"
+            lines.add(_grid_line(point[axis], spacing, f"{label}: {complaint}"))
+    return sorted(columns), sorted(rows)
 
 
 def mesh_quadrilaterals(
@@ -60,28 +68,8 @@ def mesh_quadrilaterals(
         for name, point in points.items():
             node = (round(point[0] / spacing[0]), round(point[1] / spacing[1]))
             add_group(0, [corners[node]], name)
-        gmsh.model.mesh.generate(2)
         write_mesh(path)
     return read_mesh(path, patches, points)
-
-
-def _cut_lines(
-    axis: int,
-    spacing: float,
-    elements: int,
-    patches: Mapping[str, Rectangle],
-    points: Mapping[str, tuple[float, float]],
-) -> list[int]:
-    """Return the numbers of the grid lines across one axis that bound patches or carry points."""
-    lines = {0, elements}
-    for name, patch in patches.items():
-        for edge in (patch.lower[axis], patch.upper[axis]):
-            complaint = f"edge {'xy'[axis]} = {edge:g} m is not on an element edge"
-            lines.add(_grid_line(edge, spacing, f"patch {name!r} = {patch}: {complaint}"))
-    for name, point in points.items():
-        complaint = f"{'xy'[axis]} = {point[axis]:g} m is not at a grid point"
-        lines.add(_grid_line(point[axis], spacing, f"point {name!r} = {show(point)}: {complaint}"))
-    return sorted(lines)
 
 
 def _draw_blocks(

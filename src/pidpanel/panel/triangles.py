@@ -97,8 +97,12 @@ def mesh_triangles(
             _size_on(surfaces[name], size, element_size) for name, size in patch_sizes.items()
         ]
         fields += _grown([outline, *holes.values()], smallest)
-        _refine(fields, min([smallest, *patch_sizes.values()]), element_size)
-        gmsh.model.mesh.generate(2)
+        if fields:  # elements are as small as the smallest of them
+            minimum = gmsh.model.mesh.field.add("Min")
+            gmsh.model.mesh.field.setNumbers(minimum, "FieldsList", fields)
+            gmsh.model.mesh.field.setAsBackgroundMesh(minimum)
+            least = min([smallest, *patch_sizes.values(), element_size])
+            gmsh.option.setNumber("Mesh.MeshSizeMin", least)
         write_mesh(path)
     mesh = read_mesh(path, patches, points)
     check_patch_areas(mesh, patches, 1e-6)
@@ -125,14 +129,8 @@ def _draw_loop(shape: Shape) -> int:
     """Draw the edges of a polygon and return the gmsh curve loop."""
     occ = gmsh.model.occ
     corners = [occ.addPoint(x, y, 0.0) for x, y in shape.corners]
-    return int(
-        occ.addCurveLoop(
-            [
-                occ.addLine(start, end)
-                for start, end in zip(corners, corners[1:] + corners[:1], strict=True)
-            ]
-        )
-    )
+    ends = zip(corners, corners[1:] + corners[:1], strict=True)
+    return int(occ.addCurveLoop([occ.addLine(*pair) for pair in ends]))
 
 
 def _size_on(surfaces: Sequence[int], size: float, elsewhere: float) -> int:
@@ -154,12 +152,3 @@ def _grown(shapes: Iterable[Shape], smallest: float) -> list[int]:
         size = f"{smallest:.12f} + {GROWTH:g} * {distance}"
         gmsh.model.mesh.field.setString(fields[-1], "F", size)
     return fields
-
-
-def _refine(fields: Sequence[int], smallest: float, largest: float) -> None:
-    """Let elements be as small as the smallest of the fields."""
-    if fields:
-        minimum = gmsh.model.mesh.field.add("Min")
-        gmsh.model.mesh.field.setNumbers(minimum, "FieldsList", fields)
-        gmsh.model.mesh.field.setAsBackgroundMesh(minimum)
-        gmsh.option.setNumber("Mesh.MeshSizeMin", min(smallest, largest))
