@@ -82,7 +82,7 @@ def test_an_l_shape_has_the_sines_of_its_cells_among_its_modes(tmp_path, kind):
     orders = np.array([(1, 1), (1, 2), (2, 2)]).T
     if kind == "thin":
         plate = assemble_thin_plate(mesh, THIN)
-        exact = thin_plate_frequency(*orders, CELL, 3273.07, 4.0)
+        exact = thin_plate_frequency(*orders, CELL, ThinSection(3273.07, 4.0))
         tolerance = 2e-5
     else:
         # sines that vanish on the lines of the cells are modes of an isotropic section only
@@ -191,7 +191,7 @@ def test_a_clamped_edge_of_a_strip_is_that_of_a_beam(section):
 def receptance(frequency, position, count=400):
     """w / F at a point of the thin rectangle: sum of phi^2 / (m (w_mn^2 - w^2)), Navier."""
     m, n = np.mgrid[1 : count + 1, 1 : count + 1]
-    own = 2 * np.pi * thin_plate_frequency(m, n, SIZE, 3273.07, 4.0)
+    own = 2 * np.pi * thin_plate_frequency(m, n, SIZE, ThinSection(3273.07, 4.0))
     phi = np.sin(m * np.pi * position[0] / SIZE[0]) * np.sin(n * np.pi * position[1] / SIZE[1])
     return np.sum(phi**2 / (1.5 * (own**2 - (2 * np.pi * frequency) ** 2)))
 

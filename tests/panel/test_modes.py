@@ -307,7 +307,9 @@ def test_a_panel_that_is_stiff_in_its_range_keeps_the_first_modes_above_it(tmp_p
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", (0.3, 0.2), (12, 8), {}, {"c": (0.15, 0.1)})
     basis = panel_basis(mesh, assemble_thin_plate(mesh, SECTION), 400.0)
     m, n = np.mgrid[1:12, 1:12]
-    exact = np.sort(thin_plate_frequency(m, n, (0.3, 0.2), 3273.07, 4.0).ravel())[:LEAST_MODES]
+    exact = np.sort(thin_plate_frequency(m, n, (0.3, 0.2), ThinSection(3273.07, 4.0)).ravel())[
+        :LEAST_MODES
+    ]
     assert basis.natural_frequency.size == LEAST_MODES
     # bicubics, two to a half wave and more: 2e-3
     np.testing.assert_allclose(basis.natural_frequency, exact, rtol=2e-3)

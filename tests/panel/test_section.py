@@ -273,7 +273,7 @@ def test_rigid_faces_leave_a_shear_membrane():
 def in_series(D, S, mass):
     """Frequencies of springs in series: 1/ω² = 1/ω_b² + 1/ω_s², ω_s² = S k²/m″."""
     k2 = navier.wave_number_squared(*ORDERS, SIZE)
-    bends = navier.thin_plate_frequency(*ORDERS, SIZE, D, mass)
+    bends = navier.thin_plate_frequency(*ORDERS, SIZE, ThinSection(D, mass))
     shears = np.sqrt(S * k2 / mass) / (2 * np.pi)
     return (bends**-2.0 + shears**-2.0) ** -0.5
 

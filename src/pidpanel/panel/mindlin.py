@@ -92,31 +92,17 @@ def assemble_shear_plate(
     of_deflection, of_rotation = LAGRANGE[degree](), ElementVector(LAGRANGE[degree - 1]())
     deflection = CellBasis(skmesh, of_deflection, intorder=2 * degree)
     rotation = CellBasis(skmesh, of_rotation, intorder=2 * degree)
-    free = free_coordinates(
-        deflection.N + rotation.N, _support_blocks(mesh, deflection, rotation, supports)
-    )
+    held = _support_blocks(mesh, deflection, rotation, supports)
+    free = free_coordinates(deflection.N + rotation.N, held)
     free_w, free_b = sp.csr_array(free[: deflection.N]), sp.csr_array(free[deflection.N :])
     S, D = {"shear": section.shear}, {"bending": section.bending}
     coupling = sp.csr_array(shear_form.assemble(rotation, deflection, **S))
-    stiffness = sp.block_array(
-        [
-            [sp.csr_array(shear_form.assemble(deflection, **S)), coupling],
-            [
-                coupling.T,
-                sp.csr_array(
-                    shear_form.assemble(rotation, **S) + bending_form.assemble(rotation, **D)
-                ),
-            ],
-        ],
-        format="csr",
-    )
-    mass = sp.block_diag(
-        [
-            section.mass_per_area * overlap_form.assemble(deflection),
-            section.rotary_inertia * inertia_form.assemble(rotation),
-        ],
-        format="csr",
-    )
+    of_rotations = shear_form.assemble(rotation, **S) + bending_form.assemble(rotation, **D)
+    blocks = [[shear_form.assemble(deflection, **S), coupling], [coupling.T, of_rotations]]
+    stiffness = sp.block_array(blocks, format="csr")
+    translation = section.mass_per_area * overlap_form.assemble(deflection)
+    turning = section.rotary_inertia * inertia_form.assemble(rotation)
+    mass = sp.block_diag([translation, turning], format="csr")
     w, b = corner_basis(skmesh, of_deflection), corner_basis(skmesh, of_rotation)
     return assembled_plate(
         mesh,
@@ -185,12 +171,8 @@ def _support_blocks(
             x, y = deflection.doflocs[:, w_dofs]
             dof_sets = (rotation.nodal_dofs, rotation.facet_dofs, rotation.interior_dofs)
             along_x = np.isin(b_dofs, np.concatenate([dofs[::2].ravel() for dofs in dof_sets]))
-            rigid = np.vstack(
-                [
-                    np.column_stack([np.ones_like(x), x, y]),
-                    np.column_stack([np.zeros(len(b_dofs)), along_x, ~along_x]),
-                ]
-            )
+            of_w = np.column_stack([np.ones_like(x), x, y])
+            rigid = np.vstack([of_w, np.column_stack([0 * along_x, along_x, ~along_x])])
             dofs = np.concatenate([w_dofs, deflection.N + b_dofs])
             blocks.append(Block(name, dofs, foot_motion(rigid, point)))
     return blocks

@@ -38,8 +38,7 @@ def mode_table(
     table.insert(2, "n", n)
     table["share_of_sine"] = share
     if isinstance(section, ThinSection):
-        stiffness, mass = section.bending_stiffness, section.mass_per_area
-        table.insert(4, "navier_hz", thin_plate_frequency(m, n, size, stiffness, mass))
+        table.insert(4, "navier_hz", thin_plate_frequency(m, n, size, section))
     elif is_aligned(section):
         table.insert(4, "navier_hz", shear_plate_frequency(m, n, size, section))
     return table
