@@ -7,7 +7,6 @@ from scipy.optimize import brentq
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel import mindlin
 from pidpanel.panel.attachments import Attachment, with_attachments
-from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mesh import PanelMesh
@@ -20,6 +19,7 @@ from pidpanel.panel.supports import EdgeSupport, PointSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.verification.panel import CASES
+from tests.panel_basis import panel_basis
 
 SIZE = (1.5, 1.0)
 OUTLINE = Polygon(((0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)))

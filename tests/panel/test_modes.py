@@ -11,7 +11,7 @@ import scipy.sparse.linalg as spla
 
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel import modes as modes_module
-from pidpanel.panel.basis import panel_basis, patch_areas
+from pidpanel.panel.basis import patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import count_modes_below, is_rigid, normal_modes
 from pidpanel.panel.navier import mode_orders, thin_plate_frequency
@@ -19,6 +19,7 @@ from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import LEAST_MODES, residual_vectors
 from pidpanel.panel.thin import assemble_thin_plate
+from tests.panel_basis import panel_basis
 
 A, B = 1.5, 1.0
 SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)

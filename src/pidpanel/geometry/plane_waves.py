@@ -23,6 +23,8 @@ HALF_TOLERANCE = 1e-10
 # Edge, in shortest wavelengths, of the boxes in which points are gathered first.
 WAVES_IN_A_BOX = 2.0
 
+gauss = np.polynomial.legendre.leggauss  # nodes and weights on [−1, 1]
+
 
 @dataclass(frozen=True)
 class CondensedFace:
@@ -171,12 +173,6 @@ def degree(reach: float) -> int:
         int(np.flatnonzero((2 * order + 1) * np.abs(spherical_jn(order, at)) > allowed)[-1]) + 1
         for at, allowed in ((reach, TOLERANCE), (reach / 2, HALF_TOLERANCE))
     )
-
-
-def gauss(count: int) -> tuple[Array, Array]:
-    """Return Gauss-Legendre nodes and weights on [−1, 1]."""
-    node, weight = np.polynomial.legendre.leggauss(count)
-    return node, weight
 
 
 def lagrange(x: Array, node: Array, weight: Array) -> Array:

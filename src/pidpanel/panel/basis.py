@@ -1,6 +1,5 @@
 """The basis of a panel: its shapes with their values wherever the stages downstream need them."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +12,7 @@ from pidpanel.geometry.plane_waves import WettedFace
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.panel.shapes import Shapes, on_patch, panel_shapes
+from pidpanel.panel.shapes import Shapes, on_patch
 
 
 @dataclass(frozen=True)
@@ -45,21 +44,6 @@ class PanelBasis(WettedFace):
     cell_in_patch: Flags  # (n_patches, n_cells) the cells of each patch
     point_names: tuple[str, ...]  # names of the response points, in the order of `shape_at_points`
     patch_names: tuple[str, ...]  # names of the patches, in the order of `patch_overlap`
-
-
-def panel_basis(
-    mesh: PanelMesh,
-    plate: AssembledPlate,
-    frequency_limit: float,
-    residual_tolerance: float = 1e-4,
-    damper_mass: Mapping[str, float] | None = None,
-) -> PanelBasis:
-    """Compute the modes below a frequency and the shapes that the patches of the mesh need.
-
-    Parameters and errors are those of `panel_shapes`.
-    """
-    shapes = panel_shapes(plate, frequency_limit, residual_tolerance, damper_mass)
-    return basis_of(mesh, plate, shapes)
 
 
 def basis_of(mesh: PanelMesh, plate: AssembledPlate, shapes: Shapes) -> PanelBasis:

@@ -129,14 +129,10 @@ class SandwichSection:
         return self.core.thickness + faces / 2
 
     @property
-    def _ribbon_axes(self) -> Array:
-        c, s = np.cos(self.core.ribbon), np.sin(self.core.ribbon)
-        return np.array([[c, s], [-s, c]])
-
-    @property
     def shear(self) -> Array:
         """S = G d² / t_c in the axes of the panel [N/m], shape (2, 2)."""
-        R = self._ribbon_axes
+        c, s = np.cos(self.core.ribbon), np.sin(self.core.ribbon)
+        R = np.array([[c, s], [-s, c]])
         G = R.T @ np.diag([self.core.shear_modulus_l, self.core.shear_modulus_w]) @ R
         return G * self.distance**2 / self.core.thickness
 

@@ -91,14 +91,10 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
     """
     vertices, edges = [], {}
     loops = boundary_loops(mesh.vertices, mesh.cells)
-    kinds = [
-        np.full(
-            len(loop),
-            supports.outline if signed_area(mesh.vertices[loop]) > 0 else supports.holes,
-            dtype=object,
-        )
-        for loop in loops
-    ]
+    kinds = []
+    for loop in loops:
+        kind = supports.outline if signed_area(mesh.vertices[loop]) > 0 else supports.holes
+        kinds.append(np.full(len(loop), kind, dtype=object))
     for support in supports.edges:
         _mark(mesh, loops, kinds, support)
     for loop, kind_of in zip(loops, kinds, strict=True):

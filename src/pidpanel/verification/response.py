@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel.basis import panel_basis
+from pidpanel.panel.basis import basis_of
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.solve import stress
@@ -35,7 +36,8 @@ def nafems_rows(folder: Path) -> list[Row]:
     for size in (2 * finest, finest):
         path = folder / f"nafems_{size:g}.msh"
         mesh = mesh_triangles(path, outline, size, {}, {"centre": (5.0, 5.0)})
-        basis = panel_basis(mesh, assemble_thin_plate(mesh, section), 40.0)
+        plate = assemble_thin_plate(mesh, section)
+        basis = basis_of(mesh, plate, panel_shapes(plate, 40.0))
         modal = ModalBasis(basis.natural_frequency, basis.modal_mass, 0.02)
         face = PanelQuadrature(
             basis.quadrature_position, basis.quadrature_weight, basis.shape_at_quadrature

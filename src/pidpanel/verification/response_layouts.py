@@ -87,11 +87,8 @@ class DampedPanel:
         K, M = plate.stiffness, plate.mass
         Z = K - omega**2 * M + 1j * omega * (RAYLEIGH[0] * M + RAYLEIGH[1] * K)
         for name, damper in dampers.items():
-            Z = (
-                Z
-                + (1j * omega * damper.damping - omega**2 * damper.mass)
-                * (plate.patch_overlap[name])
-            )
+            stiffness = 1j * omega * damper.damping - omega**2 * damper.mass
+            Z = Z + stiffness * plate.patch_overlap[name]
         pull = plate.interpolate(self.basis.point_position).toarray().T.astype(complex)
         answer = spla.splu(sp.csc_matrix(Z)).solve(pull)
         k = float(wavenumber(frequency, SPEED))
