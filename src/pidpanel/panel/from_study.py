@@ -22,7 +22,7 @@ from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.panel.resolution import Elements, Region, element_sizes
+from pidpanel.panel.resolution import ElementKind, Region, element_sizes
 from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
@@ -145,11 +145,11 @@ class StudiedPanel:
         return attachments
 
     @property
-    def elements(self) -> Elements:
+    def elements(self) -> ElementKind:
         """The elements by the kind of the section and their shape."""
         is_grid = self.panel.mesh.kind == "quadrilaterals"
         shape = "quadrilaterals" if is_grid else "triangles"
-        return Elements(f"{self.panel.section.kind} {shape}", self.section)
+        return ElementKind(f"{self.panel.section.kind} {shape}", self.section)
 
     @property
     def navier_size(self) -> tuple[float, float] | None:
@@ -167,7 +167,7 @@ class StudiedPanel:
 
     @property
     def shift_of_wave(self) -> Callable[[float, float, float], float]:
-        """`Elements.frequency_shift` of edges [m], frequencies [Hz] and added masses [kg/m²]."""
+        """`ElementKind.frequency_shift` of edges [m], frequencies [Hz] and added masses [kg/m²]."""
         edges = fit.free_edges(self.area, self.supports)
         return partial(self.elements.frequency_shift, free_edges=edges)
 

@@ -94,7 +94,7 @@ def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> fl
 
 
 @dataclass(frozen=True)
-class Elements:
+class ElementKind:
     """Elements of a panel, and what a mesh of them does to its resonances."""
 
     kind: str  # a key of `LONGEST_EDGE`

@@ -16,18 +16,17 @@ from pidpanel.geometry.plane_mesh import boundary_edges, edge_lengths
 from pidpanel.geometry.polygon import Position, signed_area
 from pidpanel.panel.mesh import PanelMesh
 
-EDGE_KINDS = ("simply_supported", "simply_supported_soft", "clamped", "free")
 # Edges that turn by less are read as a smooth curve drawn by straight pieces.
 SMOOTH_TURN = np.radians(30.0)
 
 
 @dataclass(frozen=True)
 class EdgeSupport:
-    """Support of one of `EDGE_KINDS` between two points of a straight edge of the outline [m]."""
+    """Support between two points of a straight edge of the outline [m]."""
 
     start: Position
     end: Position
-    kind: str
+    kind: str  # "simply_supported", "simply_supported_soft", "clamped" or "free"
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class PointSupport:
 class Supports:
     """All supports of a panel."""
 
-    outline: str = "simply_supported"  # kind of the outer boundary, one of `EDGE_KINDS`
+    outline: str = "simply_supported"  # kind of the outer boundary, as of an `EdgeSupport`
     holes: str = "free"
     edges: Sequence[EdgeSupport] = ()  # straight parts of the boundary that differ; later ones win
     points: Mapping[str, PointSupport] = field(default_factory=dict)

@@ -142,7 +142,7 @@ class WavenumberTable:
     def _stand_for_all(self, band: int) -> tuple[Index, float]:
         """Return the shapes (r,) whose forces tell those of all in a band, and how well.
 
-        An empty array where no tolerance holds, or only with too many shapes.
+        An empty array where no tolerance holds.
         """
         empty = np.zeros(0, dtype=np.int64), 0.0
         top = self.wavenumber_max / BAND**band
@@ -162,8 +162,7 @@ class WavenumberTable:
                 for force in (matrix, lower)
             )
             if all(holds):
-                is_low_rank = rank <= FACTOR_SHARE * len(matrix)
-                return (pivots, tolerance) if is_low_rank else empty
+                return pivots, tolerance
         return empty
 
     def _checked(self, wavenumber: ArrayLike) -> Array:
