@@ -10,7 +10,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from pidpanel.geometry.plane_mesh import cell_areas
-from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel, signed_area
+from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
 from pidpanel.panel import fit, layup, supports
 from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.basis import basis_of
@@ -190,7 +190,7 @@ class StudiedPanel:
         if self.foreign is not None:
             mesh = self.foreign.panel_mesh(self.patches, places)
         elif spec.kind == "quadrilaterals":
-            check_grid(self._size, spec.elements, self._rectangles, places)
+            check_grid(self._size, spec.elements, self.shapes, places)
         else:
             patches, places = {**self.shapes, **self._feet}, {**places, **self._attached}
             check_panel(self._outline, self._holes, patches, places)
@@ -238,9 +238,7 @@ class StudiedPanel:
         """Mesh the panel, triangles with `patch_sizes`, and write the mesh to a ``.msh`` file."""
         spec = self.panel.mesh
         if spec.kind == "quadrilaterals":
-            return mesh_quadrilaterals(
-                path, self._size, spec.elements, self._rectangles, self.points
-            )
+            return mesh_quadrilaterals(path, self._size, spec.elements, self.shapes, self.points)
         if self.foreign is not None:
             mesh = self.foreign.panel_mesh(self.patches, self.points)
             write_triangles(path, mesh)
@@ -292,10 +290,6 @@ class StudiedPanel:
         areas = {name: abs(signed_area(shape.corners)) for name, shape in self.shapes.items()}
         holes = sum(abs(signed_area(hole.corners)) for hole in self._holes.values())
         return {**areas, "": abs(signed_area(self._outline.corners)) - holes}
-
-    @property
-    def _rectangles(self) -> dict[str, Rectangle]:
-        return {name: s for name, s in self.shapes.items() if isinstance(s, Rectangle)}
 
     @property
     def _holes(self) -> dict[str, Shape]:

@@ -54,10 +54,11 @@ def section_table(section: Section, area: float) -> pd.DataFrame:
         entries += [("A", A, "N/m"), ("B", B, "N"), ("D", D, "N m")]
     entries.append(("bending", section.bending, "N m"))
     if not isinstance(section, ThinSection):
-        entries.append(("shear", section.shear, "N/m"))
-        entries.append(("rotary_inertia", section.rotary_inertia, "kg"))
-    entries.append(("mass_per_area", section.mass_per_area, "kg/m2"))
-    entries.append(("area", area, "m2"))
+        entries += [
+            ("shear", section.shear, "N/m"),
+            ("rotary_inertia", section.rotary_inertia, "kg"),
+        ]
+    entries += [("mass_per_area", section.mass_per_area, "kg/m2"), ("area", area, "m2")]
     entries.append(("mass", area * section.mass_per_area, "kg"))
     rows = []
     for name, value, unit in entries:
