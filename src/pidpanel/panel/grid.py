@@ -12,7 +12,6 @@ from pidpanel.geometry.polygon import Shape, show
 from pidpanel.panel.mesh import (
     PANEL_GROUP,
     PanelMesh,
-    add_group,
     check_names,
     gmsh_session,
     read_mesh,
@@ -64,12 +63,13 @@ def mesh_quadrilaterals(
     spacing = (size[0] / elements[0], size[1] / elements[1])
     with gmsh_session():
         corners, surfaces = _draw_blocks(columns, rows, spacing)
-        add_group(2, list(surfaces), PANEL_GROUP)
+        gmsh.model.addPhysicalGroup(2, list(surfaces), name=PANEL_GROUP)
         for name, patch in patches.items():
-            add_group(2, [s for s, centre in surfaces.items() if _covers(patch, centre)], name)
+            inside = [surface for surface, place in surfaces.items() if _covers(patch, place)]
+            gmsh.model.addPhysicalGroup(2, inside, name=name)
         for name, point in points.items():
             node = (round(point[0] / spacing[0]), round(point[1] / spacing[1]))
-            add_group(0, [corners[node]], name)
+            gmsh.model.addPhysicalGroup(0, [corners[node]], name=name)
         write_mesh(path)
     return read_mesh(path, patches, points)
 

@@ -121,12 +121,6 @@ def write_mesh(path: Path) -> None:
     gmsh.write(str(path))
 
 
-def add_group(dimension: int, tags: Sequence[int], name: str) -> None:
-    """Name a set of model entities."""
-    group = gmsh.model.addPhysicalGroup(dimension, tags)
-    gmsh.model.setPhysicalName(dimension, group, name)
-
-
 def row_order(positions: Array) -> Index:
     """Return the order of points by rows, by y, then by x; rounding does not split a row."""
     extent = np.ptp(positions, axis=0).max()

@@ -12,7 +12,6 @@ from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
 from pidpanel.panel.mesh import (
     PANEL_GROUP,
     PanelMesh,
-    add_group,
     check_names,
     check_patch_areas,
     gmsh_session,
@@ -82,16 +81,17 @@ def mesh_triangles(
             _, pieces = occ.fragment([panel], tools)
         occ.synchronize()
 
-        add_group(2, sorted({tag for dim, tag in pieces[0] if dim == 2}), PANEL_GROUP)
+        whole = sorted({tag for dim, tag in pieces[0] if dim == 2})
+        gmsh.model.addPhysicalGroup(2, whole, name=PANEL_GROUP)
         pieces_of = iter(pieces[1:])
         surfaces = {}
         for name in patches:
             surfaces[name] = sorted({tag for _, tag in next(pieces_of)})
-            add_group(2, surfaces[name], name)
+            gmsh.model.addPhysicalGroup(2, surfaces[name], name=name)
         for _ in imprints:
             next(pieces_of)
         for name in points:
-            add_group(0, sorted({tag for _, tag in next(pieces_of)}), name)
+            gmsh.model.addPhysicalGroup(0, sorted({tag for _, tag in next(pieces_of)}), name=name)
         gmsh.option.setNumber("Mesh.MeshSizeMax", element_size)
         fields = [
             _size_on(surfaces[name], size, element_size) for name, size in patch_sizes.items()

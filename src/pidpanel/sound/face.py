@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.geometry.plane_waves import condensed
+from pidpanel.geometry.plane_waves import MovedFace, condensed
 from pidpanel.sound.wavenumber_table import FieldError, spare_nodes
 
 
@@ -22,6 +22,12 @@ class PanelQuadrature:
     wavenumber: float = np.inf
     # (n, n) ∫ φ_i φ_j dA [m²]; from the points where it is not given. A condensed face needs it.
     overlap: Array | None = None
+
+    @classmethod
+    def from_face(cls, face: MovedFace, overlap: Array | None = None) -> "PanelQuadrature":
+        """Return the quadrature of a face, with ∫ φ_i φ_j dA [m²] where it is known."""
+        points, values = face.quadrature_position, face.shape_at_quadrature
+        return cls(points, face.quadrature_weight, values, face.quadrature_wavenumber, overlap)
 
     @property
     def center(self) -> Array:

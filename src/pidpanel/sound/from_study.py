@@ -105,7 +105,10 @@ def modal_force_tables(
     sound: Sound, frequency_max: float, shapes: MovedFace
 ) -> dict[str, WavenumberTable]:
     """Tabulate G [m⁴] of the field of a study over the wavenumber, up to a frequency [Hz]."""
-    k_max, face = float(field.wavenumber(frequency_max, sound.speed_m_s)), _face(shapes)
+    k_max, face = (
+        float(field.wavenumber(frequency_max, sound.speed_m_s)),
+        PanelQuadrature.from_face(shapes),
+    )
     match sound.field:
         case "diffuse":
             table = field.tabulate_diffuse(k_max, face)
@@ -121,7 +124,7 @@ def modal_force_at(sound: Sound, frequency: float, shapes: MovedFace) -> Array |
 
     Parameters are those of `modal_force_tables`.
     """
-    k, face = field.wavenumber(frequency, sound.speed_m_s), _face(shapes)
+    k, face = field.wavenumber(frequency, sound.speed_m_s), PanelQuadrature.from_face(shapes)
     match sound.field:
         case "diffuse":
             if np.isfinite(face.wavenumber):  # a condensed face is a grid
@@ -137,7 +140,7 @@ def modal_force_at(sound: Sound, frequency: float, shapes: MovedFace) -> Array |
 def _constant_force(sound: Sound, shapes: MovedFace) -> Array:
     """G of a field that is the same at every frequency."""
     if sound.field == "uniform":
-        return field.uniform_modal_force(_face(shapes))
+        return field.uniform_modal_force(PanelQuadrature.from_face(shapes))
     area = field.lumped_area(shapes.vertex_position, shapes.cells)
     return field.uncorrelated_modal_force(area, shapes.shape_at_vertices)
 
@@ -156,20 +159,13 @@ def air_tables(
     added mass [m³]; left out where the air has no mass (``response.air_mass``).
     """
     k_max = modal_force[MODAL_FORCE].wavenumber_max
-    face = _face(shapes, shapes.face_overlap)
+    face = PanelQuadrature.from_face(shapes, shapes.face_overlap)
     tables = {}
     if sound.field != "diffuse":
         tables[DIFFUSE] = field.tabulate_diffuse(k_max, face)
     if air_mass:
         tables[ADDED_VOLUME] = tabulate_added_mass(k_max, face)
     return tables
-
-
-def _face(shapes: MovedFace, overlap: Array | None = None) -> PanelQuadrature:
-    return PanelQuadrature(
-        shapes.quadrature_position, shapes.quadrature_weight, shapes.shape_at_quadrature,
-        shapes.quadrature_wavenumber, overlap,
-    )  # fmt: skip
 
 
 def write_sound(

@@ -39,9 +39,6 @@ def nafems_rows(folder: Path) -> list[Row]:
         plate = assemble_thin_plate(mesh, section)
         basis = basis_of(mesh, plate, panel_shapes(plate, 40.0))
         modal = ModalBasis(basis.natural_frequency, basis.modal_mass, 0.02)
-        face = PanelQuadrature(
-            basis.quadrature_position, basis.quadrature_weight, basis.shape_at_quadrature
-        )
         n = basis.natural_frequency.size
         motion = np.concatenate([basis.shape_at_points[:, None], basis.curvature_at_points], axis=1)
         (bare,) = bare_panels(
@@ -50,7 +47,7 @@ def nafems_rows(folder: Path) -> list[Row]:
             [Patches(np.zeros((0, n, n)), np.zeros(0))],
             motion,
             [100.0**2],
-            uniform_modal_force(face),
+            uniform_modal_force(PanelQuadrature.from_face(basis)),
         )
         response = PanelResponse(bare.frequency, bare.point_psd)
         layers = stress.distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)

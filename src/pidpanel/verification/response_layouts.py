@@ -62,10 +62,7 @@ class DampedPanel:
 
     def modal_force(self, frequency: Array) -> Array:
         """Return G (nf, n, n) of a diffuse field [m⁴]."""
-        basis = self.basis
-        face = PanelQuadrature(
-            basis.quadrature_position, basis.quadrature_weight, basis.shape_at_quadrature
-        )
+        face = PanelQuadrature.from_face(self.basis)
         return np.stack([diffuse_modal_force(float(k), face) for k in wavenumber(frequency, SPEED)])
 
     def psd(self, frequency: Array, force: Array, dampers: Mapping[str, UniformDamper]) -> Array:
