@@ -13,14 +13,7 @@ from pidpanel.geometry.polygon import Circle, Shape, show, signed_area
 from pidpanel.panel.attachments import Attachment
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import NONE_FREE
-from pidpanel.panel.supports import (
-    PointSupport,
-    Supports,
-    boundary_loops,
-    foot_cells,
-    held_vertices,
-    vertex_at,
-)
+from pidpanel.panel.supports import PointSupport, Supports, boundary_loops, held_vertices
 
 # Of the extent of the panel: as the vertices at supports are looked for.
 SLACK = 1e-6
@@ -120,9 +113,9 @@ def check_held(mesh: PanelMesh, supports: Supports) -> None:
     vertices: dict[str, set[int]] = {}
     for name, point in supports.points.items():
         if point.radius == 0:
-            vertices[name] = {vertex_at(mesh, name, point.position)}
+            vertices[name] = {point.vertex(mesh, name)}
         else:
-            vertices[name] = set(mesh.cells[foot_cells(mesh, name, point)].ravel().tolist())
+            vertices[name] = set(mesh.cells[point.foot_cells(mesh, name)].ravel().tolist())
     _check_separate(
         supports,
         lambda name: bool(vertices[name] & edge),
@@ -150,7 +143,7 @@ def check_foot_areas(mesh: PanelMesh, supports: Supports) -> None:
     """Refuse feet whose elements on a given mesh cover another area than theirs."""
     for name, point in supports.points.items():
         if point.radius:
-            cells = mesh.cells[foot_cells(mesh, name, point)]
+            cells = mesh.cells[point.foot_cells(mesh, name)]
             area, nominal = cell_areas(mesh.vertices, cells).sum(), np.pi * point.radius**2
             if abs(area / nominal - 1) > FOOT_TOLERANCE:
                 raise ValueError(

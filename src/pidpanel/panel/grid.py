@@ -9,14 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.geometry.polygon import Shape, show
-from pidpanel.panel.mesh import (
-    PANEL_GROUP,
-    PanelMesh,
-    check_names,
-    gmsh_session,
-    read_mesh,
-    write_mesh,
-)
+from pidpanel.panel.mesh import PANEL_GROUP, PanelMesh, drawing, read_mesh
 
 
 def check_grid(
@@ -26,7 +19,6 @@ def check_grid(
     points: Mapping[str, tuple[float, float]],
 ) -> tuple[list[int], list[int]]:
     """Refuse what does not fit a regular grid of quadrilaterals, before any mesh is made."""
-    check_names(patches, points)
     for name, patch in patches.items():
         _check_inside_rectangle(f"patch {name!r} = {patch}", patch.corners, size)
     for name, point in points.items():
@@ -61,7 +53,7 @@ def mesh_quadrilaterals(
     """
     columns, rows = check_grid(size, elements, patches, points)
     spacing = (size[0] / elements[0], size[1] / elements[1])
-    with gmsh_session():
+    with drawing(path, patches, points):
         corners, surfaces = _draw_blocks(columns, rows, spacing)
         gmsh.model.addPhysicalGroup(2, list(surfaces), name=PANEL_GROUP)
         for name, patch in patches.items():
@@ -70,7 +62,6 @@ def mesh_quadrilaterals(
         for name, point in points.items():
             node = (round(point[0] / spacing[0]), round(point[1] / spacing[1]))
             gmsh.model.addPhysicalGroup(0, [corners[node]], name=name)
-        write_mesh(path)
     return read_mesh(path, patches, points)
 
 

@@ -112,13 +112,23 @@ def gmsh_session() -> Iterator[None]:
         gmsh.finalize()
 
 
-def write_mesh(path: Path) -> None:
-    """Mesh what is drawn, number nodes by rows from 1, as the paper does, and write the mesh."""
-    gmsh.model.mesh.generate(2)
-    tags, positions, _ = gmsh.model.mesh.getNodes()
-    order = row_order(positions.reshape(-1, 3)[:, :2])
-    gmsh.model.mesh.renumberNodes(tags[order], np.arange(1, len(tags) + 1))
-    gmsh.write(str(path))
+@contextmanager
+def drawing(
+    path: Path, patches: Mapping[str, object], points: Mapping[str, object]
+) -> Iterator[None]:
+    """Open gmsh to draw a panel; then mesh it and write the mesh.
+
+    Nodes are numbered by rows from 1, as in the paper. A `ValueError` says that two groups of the
+    file would have one name.
+    """
+    check_names(patches, points)
+    with gmsh_session():
+        yield
+        gmsh.model.mesh.generate(2)
+        tags, positions, _ = gmsh.model.mesh.getNodes()
+        order = row_order(positions.reshape(-1, 3)[:, :2])
+        gmsh.model.mesh.renumberNodes(tags[order], np.arange(1, len(tags) + 1))
+        gmsh.write(str(path))
 
 
 def row_order(positions: Array) -> Index:

@@ -43,16 +43,7 @@ from pidpanel.panel.plate import (
     vertex_values,
 )
 from pidpanel.panel.section import SolidSection
-from pidpanel.panel.supports import (
-    Block,
-    Supports,
-    foot_cells,
-    foot_motion,
-    free_coordinates,
-    held_vertices,
-    null_space,
-    vertex_at,
-)
+from pidpanel.panel.supports import Block, Supports, free_coordinates, held_vertices, null_space
 
 LAGRANGE = {2: ElementTriP2, 3: ElementTriP3, 4: ElementTriP4}
 # Degree of the deflection.
@@ -155,7 +146,7 @@ def _support_blocks(
             hold("a supported edge", vertex.vertex, dofs, rows)
     for name, point in supports.points.items():
         if point.radius == 0:
-            vertex_number = vertex_at(mesh, name, point.position)
+            vertex_number = point.vertex(mesh, name)
             w_rows[int(deflection.nodal_dofs[0, vertex_number])] = name
             if point.kind == "hold_down":
                 hold(name, vertex_number, rotation.nodal_dofs[:, vertex_number], np.eye(2))
@@ -165,7 +156,7 @@ def _support_blocks(
         blocks.append(Block(name, dofs, null_space(np.vstack(forbidden))))
     for name, point in supports.points.items():
         if point.radius > 0:
-            cells = foot_cells(mesh, name, point)
+            cells = point.foot_cells(mesh, name)
             w_dofs = np.unique(deflection.element_dofs[:, cells])
             b_dofs = np.unique(rotation.element_dofs[:, cells])
             x, y = deflection.doflocs[:, w_dofs]
@@ -174,7 +165,7 @@ def _support_blocks(
             of_w = np.column_stack([np.ones_like(x), x, y])
             rigid = np.vstack([of_w, np.column_stack([0 * along_x, along_x, ~along_x])])
             dofs = np.concatenate([w_dofs, deflection.N + b_dofs])
-            blocks.append(Block(name, dofs, foot_motion(rigid, point)))
+            blocks.append(Block(name, dofs, point.foot_motion(rigid)))
     return blocks
 
 

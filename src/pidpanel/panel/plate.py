@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from skfem import BilinearForm, CellBasis, Element, Mesh
-from skfem.element import DiscreteField
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.layup import Section
@@ -150,7 +149,7 @@ def corner_basis(mesh: Mesh, element: Element) -> CellBasis:
 
 
 def vertex_values(
-    corners: CellBasis, value: Callable[[DiscreteField], Array], free: sp.csr_array
+    corners: CellBasis, value: Callable[..., Array], free: sp.csr_array
 ) -> sp.csr_array:
     """Return the matrix (n_vertices, n) of a value of the field, the mean over cells at a vertex.
 
@@ -158,6 +157,8 @@ def vertex_values(
     ----------
     corners
         A `corner_basis`.
+    value
+        Of a basis function, such as `bent`.
     free
         From the free coordinates to those of the elements.
     """

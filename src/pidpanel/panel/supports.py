@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_mesh import boundary_edges, edge_lengths
-from pidpanel.geometry.polygon import Position, signed_area
+from pidpanel.geometry.polygon import Position, show, signed_area
 from pidpanel.panel.mesh import PanelMesh
 
 # Edges that turn by less are read as a smooth curve drawn by straight pieces.
@@ -39,6 +39,35 @@ class PointSupport:
     # little too stiff: 0.5 % in frequency for a foot of 0.1 m). 0 holds a mere point; the
     # deflection of a panel with core shear there depends on the mesh, like a logarithm.
     radius: float = 0.0
+
+    def vertex(self, mesh: PanelMesh, name: str) -> int:
+        """Return the number of the vertex where the support is; the name is for messages."""
+        distance = np.linalg.norm(mesh.vertices - np.array(self.position), axis=1)
+        nearest = int(np.argmin(distance))
+        if distance[nearest] > 1e-6 * np.ptp(mesh.vertices, axis=0).max():
+            x, y = mesh.vertices[nearest]
+            raise ValueError(
+                f"{name} at {show(self.position)}: no vertex of the mesh is there, the nearest is"
+                f" ({x:g}, {y:g}) m"
+            )
+        return nearest
+
+    def foot_cells(self, mesh: PanelMesh, name: str) -> Index:
+        """Return the cells whose centre lies within the foot."""
+        centre = mesh.vertices[mesh.cells].mean(axis=1)
+        cells = np.flatnonzero(np.linalg.norm(centre - self.position, axis=1) < self.radius)
+        if not cells.size:
+            raise ValueError(
+                f"patch 'foot of {name}' of radius {self.radius:g} m about {show(self.position)}:"
+                " no element has its centre in it; refine the mesh there"
+            )
+        return cells
+
+    def foot_motion(self, rigid: Array) -> Array:
+        """Return the rigid motions that a foot allows: rotation about its centre, or none."""
+        if self.kind == "hold_down":
+            return rigid[:, :0]
+        return rigid[:, 1:] - rigid[:, :1] * np.array(self.position)
 
 
 @dataclass(frozen=True)
@@ -144,39 +173,6 @@ def _mark(
             f" the panel's boundary cover {covered:g} of its {length:g} m; both ends must lie on"
             " one straight edge, at vertices of the mesh"
         )
-
-
-def vertex_at(mesh: PanelMesh, name: str, position: Position) -> int:
-    """Return the number of the vertex at a position."""
-    distance = np.linalg.norm(mesh.vertices - np.array(position), axis=1)
-    nearest = int(np.argmin(distance))
-    if distance[nearest] > 1e-6 * np.ptp(mesh.vertices, axis=0).max():
-        x, y = mesh.vertices[nearest]
-        raise ValueError(
-            f"{name} at ({position[0]:g}, {position[1]:g}) m: no vertex of the mesh is there, the"
-            f" nearest is ({x:g}, {y:g}) m"
-        )
-    return nearest
-
-
-def foot_cells(mesh: PanelMesh, name: str, support: PointSupport) -> Index:
-    """Return the cells whose centre lies within the foot of a support."""
-    centre = mesh.vertices[mesh.cells].mean(axis=1)
-    cells = np.flatnonzero(np.linalg.norm(centre - support.position, axis=1) < support.radius)
-    if not cells.size:
-        x, y = support.position
-        raise ValueError(
-            f"patch 'foot of {name}' of radius {support.radius:g} m about ({x:g}, {y:g}) m: no"
-            " element has its centre in it; refine the mesh there"
-        )
-    return cells
-
-
-def foot_motion(rigid: Array, foot: PointSupport) -> Array:
-    """Return the rigid motions that a foot allows: rotation about its centre, or none."""
-    if foot.kind == "hold_down":
-        return rigid[:, :0]
-    return rigid[:, 1:] - rigid[:, :1] * np.array(foot.position)
 
 
 def vertex_spacing(mesh: PanelMesh) -> Array:

@@ -3,14 +3,9 @@
 import numpy as np
 import pandas as pd
 
+from pidpanel.panel import navier
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.layup import SandwichSection, Section
-from pidpanel.panel.navier import (
-    is_aligned,
-    mode_orders,
-    shear_plate_frequency,
-    thin_plate_frequency,
-)
 from pidpanel.panel.section import ThinSection
 
 
@@ -32,15 +27,15 @@ def mode_table(
     )
     if size is None:
         return table
-    orders, share = mode_orders(basis, size)
+    orders, share = navier.mode_orders(basis, size)
     m, n = orders.T
     table.insert(1, "m", m)
     table.insert(2, "n", n)
     table["share_of_sine"] = share
     if isinstance(section, ThinSection):
-        table.insert(4, "navier_hz", thin_plate_frequency(m, n, size, section))
-    elif is_aligned(section):
-        table.insert(4, "navier_hz", shear_plate_frequency(m, n, size, section))
+        table.insert(4, "navier_hz", navier.thin_plate_frequency(m, n, size, section))
+    elif navier.is_aligned(section):
+        table.insert(4, "navier_hz", navier.shear_plate_frequency(m, n, size, section))
     return table
 
 

@@ -34,12 +34,9 @@ from pidpanel.panel.supports import (
     Block,
     HeldVertex,
     Supports,
-    foot_cells,
-    foot_motion,
     free_coordinates,
     held_vertices,
     null_space,
-    vertex_at,
     vertex_spacing,
 )
 
@@ -156,7 +153,7 @@ def _support_blocks(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> li
     owner = dict.fromkeys(rows, "a supported edge")
     for name, point in supports.points.items():
         if point.radius == 0:
-            vertex = vertex_at(mesh, name, point.position)
+            vertex = point.vertex(mesh, name)
             forbidden = np.eye(6)[: 1 if point.kind == "hinge" else 3]
             rows[vertex] = np.vstack([rows.get(vertex, np.zeros((0, 6))), forbidden])
             owner[vertex] = name
@@ -180,8 +177,8 @@ def _support_blocks(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> li
         mass = sp.csc_matrix(overlap_form.assemble(basis))
         rigid = spla.splu(mass).solve(np.column_stack(loads))
         for name, foot in feet.items():
-            dofs = np.unique(basis.element_dofs[:, foot_cells(mesh, name, foot)])
-            blocks.append(Block(name, dofs, foot_motion(rigid[dofs], foot)))
+            dofs = np.unique(basis.element_dofs[:, foot.foot_cells(mesh, name)])
+            blocks.append(Block(name, dofs, foot.foot_motion(rigid[dofs])))
     return blocks
 
 

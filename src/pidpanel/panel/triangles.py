@@ -9,15 +9,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
-from pidpanel.panel.mesh import (
-    PANEL_GROUP,
-    PanelMesh,
-    check_names,
-    check_patch_areas,
-    gmsh_session,
-    read_mesh,
-    write_mesh,
-)
+from pidpanel.panel.mesh import PANEL_GROUP, PanelMesh, check_patch_areas, drawing, read_mesh
 from pidpanel.panel.supports import SMOOTH_TURN
 
 # Element edges grow by this times the distance from a re-entrant corner.
@@ -63,11 +55,10 @@ def mesh_triangles(
     ValueError
         If a shape crosses itself or has no area, leaves the panel, or two groups share a name.
     """
-    check_names(patches, points)
     check_panel(outline, holes, {**patches, **imprints}, {**points, **anchors})
     smallest = CORNER_SHARE * element_size if corner_size is None else corner_size
 
-    with gmsh_session():
+    with drawing(path, patches, points):
         occ = gmsh.model.occ
         loops = [_draw_loop(shape) for shape in (outline, *holes.values())]
         panel = (2, occ.addPlaneSurface(loops))
@@ -103,7 +94,6 @@ def mesh_triangles(
             gmsh.model.mesh.field.setAsBackgroundMesh(minimum)
             least = min([smallest, *patch_sizes.values(), element_size])
             gmsh.option.setNumber("Mesh.MeshSizeMin", least)
-        write_mesh(path)
     mesh = read_mesh(path, patches, points)
     check_patch_areas(mesh, patches, 1e-6)
     return mesh

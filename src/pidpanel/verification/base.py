@@ -145,10 +145,10 @@ def plate_rows(folder: Path) -> list[Row]:
     weight = replace(ratio, unit="kg")
     rows = []
     for line, f in enumerate(frequency.tolist()):
-        for name, *pair in zip(POINTS, abs(gain[line]), abs(exact[line]), strict=True):
-            rows.append(ratio.row(f"transmissibility at {name}, {f:g} Hz", *pair, f))
-        pair = [abs(force[line]), abs(MASS * whole[line])]
-        rows.append(weight.row(f"force over acceleration, {f:g} Hz", *pair, f))
+        for name, value, reference in zip(POINTS, abs(gain[line]), abs(exact[line]), strict=True):
+            rows.append(ratio.row(f"transmissibility at {name}, {f:g} Hz", value, reference, f))
+        value, reference = abs(force[line]), abs(MASS * whole[line])
+        rows.append(weight.row(f"force over acceleration, {f:g} Hz", value, reference, f))
     return rows
 
 
