@@ -201,13 +201,12 @@ def free_coordinates(n_dofs: int, blocks: Sequence[Block]) -> sp.csr_array:
         If two supports hold the same coordinate.
     """
     dofs = np.concatenate([np.zeros(0, dtype=np.int64), *(block.dofs for block in blocks)])
-    if len(np.unique(dofs)) < len(dofs):
-        owner: dict[int, str] = {}
-        for block in blocks:
-            for dof in block.dofs.tolist():
-                if dof in owner:
-                    raise ValueError(f"{block.name} and {owner[dof]} hold the same coordinate")
-                owner[dof] = block.name
+    owner: dict[int, str] = {}
+    for block in blocks:
+        for dof in block.dofs.tolist():
+            if dof in owner:
+                raise ValueError(f"{block.name} and {owner[dof]} hold the same coordinate")
+            owner[dof] = block.name
     untouched = np.setdiff1d(np.arange(n_dofs), dofs)
     identity = sp.csr_array(sp.identity(n_dofs, format="csr")[:, untouched])
     if not blocks:
