@@ -118,14 +118,13 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
     the mesh lies along an `EdgeSupport`.
     """
     vertices, edges = [], {}
-    loops = boundary_loops(mesh.vertices, mesh.cells)
-    kinds = []
-    for loop in loops:
+    boundary = []
+    for loop in boundary_loops(mesh.vertices, mesh.cells):
         kind = supports.outline if signed_area(mesh.vertices[loop]) > 0 else supports.holes
-        kinds.append(np.full(len(loop), kind, dtype=object))
+        boundary.append((loop, np.full(len(loop), kind, dtype=object)))
     for support in supports.edges:
-        _mark(mesh, loops, kinds, support)
-    for loop, kind_of in zip(loops, kinds, strict=True):
+        _mark(mesh, boundary, support)
+    for loop, kind_of in boundary:
         step = np.roll(mesh.vertices[loop], -1, axis=0) - mesh.vertices[loop]
         length = np.linalg.norm(step, axis=1)
         tangent = step / length[:, None]
@@ -147,19 +146,16 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
 
 
 def _mark(
-    mesh: PanelMesh,
-    loops: Sequence[Index],
-    kinds: Sequence[NDArray[np.object_]],
-    support: EdgeSupport,
+    mesh: PanelMesh, boundary: list[tuple[Index, NDArray[np.object_]]], support: EdgeSupport
 ) -> None:
-    """Mark the edges of the boundary between two points with the kind of a support."""
+    """Mark the edges of the boundary, loops and kinds, between two points with a support."""
     start, end = np.array(support.start), np.array(support.end)
     length = float(np.linalg.norm(end - start))
     covered = 0.0
     slack = 1e-6 * float(np.ptp(mesh.vertices, axis=0).max())
     if length > slack:
         along = (end - start) / length
-        for loop, kind in zip(loops, kinds, strict=True):
+        for loop, kind in boundary:
             offset = mesh.vertices[loop] - start
             s = offset @ along
             aside = offset @ np.array([-along[1], along[0]])
