@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.geometry.plane_waves import CondensedFace, MovedFace, condensed
+from pidpanel.geometry.plane_waves import MovedFace
 from pidpanel.panel.basis import PanelBasis, values_of
 from pidpanel.panel.face import with_condensed_face
 from pidpanel.panel.matrices import StoredPlate
@@ -244,19 +244,13 @@ def _errors(
     columns = np.hstack(
         [part for motion in motions for part in (motion.whole.real, motion.whole.imag)]
     )
-    reach = basis.quadrature_wavenumber
-    face = CondensedFace(
-        plate.quadrature_position, plate.quadrature_weight, plate.at_quadrature @ columns
-    )
-    if np.isfinite(reach):
-        face = condensed(face.position, face.weight, face.values, reach)
-    force = force_at(
-        frequency,
-        MovedFace(
-            face.position, face.weight, face.values, reach,
-            basis.vertex_position, basis.cells, plate.at_vertices @ columns,
-        ),
+    face = MovedFace(
+        plate.quadrature_position, plate.quadrature_weight, plate.at_quadrature @ columns, np.inf,
+        basis.vertex_position, basis.cells, plate.at_vertices @ columns,
     )  # fmt: skip
+    if np.isfinite(basis.quadrature_wavenumber):
+        face = with_condensed_face(face, basis.quadrature_wavenumber)
+    force = force_at(frequency, face)
     blocks = np.arange(columns.shape[1]).reshape(len(motions), 2, -1)
     real, imag = blocks[:, 0], blocks[:, 1]
     psd = (
