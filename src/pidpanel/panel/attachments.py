@@ -34,10 +34,15 @@ def with_attachments(
     for attached in attachments:
         position, share = _spread(np.array(attached.ends), element_size)
         N = plate.interpolate(position)
-        if attached.stiffness:
-            stiffness = stiffness + N.T @ sp.diags_array(attached.stiffness * share) @ N
+        value = attached.stiffness or attached.mass
+        if len(attached.ends) == 1:
+            squares = value * (N.T @ N)
         else:
-            mass = mass + N.T @ sp.diags_array(attached.mass * share) @ N
+            squares = N.T @ sp.diags_array(value * share) @ N
+        if attached.stiffness:
+            stiffness = stiffness + squares
+        else:
+            mass = mass + squares
             inertia = inertia + attached.mass * (N.T @ share)
     return replace(
         plate, stiffness=sp.csr_array(stiffness), mass=sp.csr_array(mass), inertia=inertia
