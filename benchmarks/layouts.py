@@ -19,9 +19,10 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel.basis import panel_basis, patch_areas
+from pidpanel.panel.basis import basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.layout import DamperLayout, Load, solve_layouts
@@ -54,7 +55,7 @@ def main():
             Path(folder) / "panel.msh", (1.5, 1.0), (30, 20), PATCHES, POINTS
         )
     plate = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))
-    basis = panel_basis(mesh, plate, 4000.0)
+    basis = basis_of(mesh, plate, panel_shapes(plate, 4000.0))
     shapes = slice(0, MODES)
     modal = ModalBasis(basis.natural_frequency[shapes], basis.modal_mass[shapes], 0.01)
     patches = Patches(basis.patch_overlap[:, shapes, shapes], patch_areas(basis))

@@ -19,9 +19,10 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel.basis import panel_basis, patch_areas
+from pidpanel.panel.basis import basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.modal import bare_panels
@@ -46,7 +47,7 @@ def main():
         patch = {"PID-1": Rectangle((0.75, 0.5), (0.2, 0.2))}
         mesh = mesh_quadrilaterals(Path(folder) / "panel.msh", (1.5, 1.0), (30, 20), patch, POINTS)
     plate = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))
-    basis = panel_basis(mesh, plate, 3300.0, residual_tolerance=1.0)
+    basis = basis_of(mesh, plate, panel_shapes(plate, 3300.0, residual_tolerance=1.0))
     shapes = slice(0, MODES)
     modal = ModalBasis(basis.natural_frequency[shapes], basis.modal_mass[shapes], 0.01)
     patches = Patches(basis.patch_overlap[:, shapes, shapes], patch_areas(basis))

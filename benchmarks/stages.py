@@ -28,10 +28,11 @@ from pidpanel.coupon import attempts
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.gaussian_process import fit
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel.basis import panel_basis, patch_areas
+from pidpanel.panel.basis import basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.modal import bare_panels
@@ -115,7 +116,7 @@ def panel(folder):
     stiffness, mass = plate.stiffness.tocsc(), plate.mass.tocsc()
     peer, _ = clock(lambda: spla.eigsh(stiffness, len(frequency), mass, sigma=0.0))
     say("panel", cost, f"scipy's eigsh, {len(frequency)} modes", peer)
-    return panel_basis(mesh, plate, 1.5 * HIGHEST, residual_tolerance=1.0)
+    return basis_of(mesh, plate, panel_shapes(plate, 1.5 * HIGHEST, residual_tolerance=1.0))
 
 
 def sound_and_response(basis):

@@ -19,7 +19,6 @@ from pidpanel.cli.parser import COMMANDS, parser
 from pidpanel.cli.workflow_process import run_snakemake
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.resolution import frequency_shift
 from pidpanel.paths import STUDIES
 from pidpanel.study import load_any_study, load_study
 
@@ -343,7 +342,7 @@ def test_the_mesh_of_a_new_study_shifts_no_resonance_by_a_fraction_of_its_width(
     panel = StudiedPanel(study.panel)
     panel.check(study.response.frequency_hz[1])
     size, highest = study.panel.mesh.size_m, study.response.frequency_hz[1]
-    shift = frequency_shift(panel.element, panel.section, size, highest)
+    shift = panel.elements.frequency_shift(size, highest)
     assert shift < 0.15 * 0.01
 
 

@@ -314,12 +314,12 @@ def _check_limits(severity: Severity) -> Iterator[Mistake]:
 
 
 def _check_masses(panel: Panel) -> Iterator[Mistake]:
-    from pidpanel.panel.from_study import section_of
+    from pidpanel.panel.from_study import StudiedPanel
 
     if panel.outline is None:
         return
     try:
-        weight = section_of(panel).mass_per_area * abs(signed_area(panel.outline.corners))
+        weight = StudiedPanel(panel).section.mass_per_area * abs(signed_area(panel.outline.corners))
     except ValueError:  # reported for the section
         return
     for name, mass in panel.masses.items():

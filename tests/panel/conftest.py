@@ -5,12 +5,13 @@ from pathlib import Path
 import pytest
 
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel.basis import PanelBasis, panel_basis
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
+from tests.panel_basis import panel_basis
 
 SIZE = (1.5, 1.0)
 ELEMENTS = (30, 20)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
+from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
 
@@ -39,7 +39,9 @@ def monomials(asked):
 def test_a_spring_and_a_mass_at_a_point_add_the_squares_of_the_deflection_there():
     # red: stiffness + → -; attached.mass * → /; the spring added to the mass
     plate = with_attachments(
-        monomials([]), [Spring((0.1, 0.3), 7.0), PointMass((0.2, 0.1), 11.0)], MESH
+        monomials([]),
+        [Attachment([(0.1, 0.3)], stiffness=7.0), Attachment([(0.2, 0.1)], 11.0)],
+        MESH,
     )
     spring, mass = np.array([1, 0.1, 0.09]), np.array([1, 0.2, 0.01])
     np.testing.assert_allclose(
@@ -53,7 +55,7 @@ def test_a_line_mass_integrates_the_products_of_the_deflection_along_it(reach):
     # from (0.1, 0.2) by s (3, 2) reach: products are quartics, exact with three Gauss points
     # red: leggauss(3) → 4 leaves this and changes the count below; points + 1 → points - 1;
     # weights / 2 → weights * 2; end - start → end + start
-    line = LineMass((0.1, 0.2), (0.1 + 3 * reach, 0.2 + 2 * reach), 5.0)
+    line = Attachment([(0.1, 0.2), (0.1 + 3 * reach, 0.2 + 2 * reach)], 5.0)
     added = with_attachments(monomials([]), [line], MESH).mass.toarray() - MASS
     x = np.polynomial.Polynomial([0.1, 3 * reach])
     y = np.polynomial.Polynomial([0.2, 2 * reach])
@@ -66,7 +68,7 @@ def test_a_line_mass_integrates_the_products_of_the_deflection_along_it(reach):
 def test_pieces_of_a_line_are_at_most_a_quarter_of_an_element_long(length, pieces):
     # red: 4 * → 5 *; end - start → end + start; np.ceil → np.floor; max(1, … → max(2, …; leggauss(3) → leggauss(4)
     asked = []
-    with_attachments(monomials(asked), [LineMass((0.5, 0.2), (0.5 + length, 0.2), 1.0)], MESH)
+    with_attachments(monomials(asked), [Attachment([(0.5, 0.2), (0.5 + length, 0.2)], 1.0)], MESH)
     assert len(asked[0]) == 3 * pieces
     inside = (asked[0][:, 0] - 0.5) / length
     # each piece has its middle and, symmetric about it, two points sqrt(3/5) of its half away

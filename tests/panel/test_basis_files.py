@@ -8,11 +8,11 @@ import pytest
 import xarray as xr
 
 from pidpanel.geometry.polygon import Polygon
-from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.basis_files import PACKED, SINGLE, read_basis, write_basis, write_shapes
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
+from tests.panel_basis import panel_basis
 
 SECTION = ThinSection(bending_stiffness=3273.07, mass_per_area=4.0)
 

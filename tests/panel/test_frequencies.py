@@ -6,8 +6,7 @@ from scipy.optimize import brentq
 
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel import mindlin
-from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
-from pidpanel.panel.basis import panel_basis
+from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mesh import PanelMesh
@@ -20,6 +19,7 @@ from pidpanel.panel.supports import EdgeSupport, PointSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.verification.panel import CASES
+from tests.panel_basis import panel_basis
 
 SIZE = (1.5, 1.0)
 OUTLINE = Polygon(((0.0, 0.0), (1.5, 0.0), (1.5, 1.0), (0.0, 1.0)))
@@ -82,7 +82,7 @@ def test_an_l_shape_has_the_sines_of_its_cells_among_its_modes(tmp_path, kind):
     orders = np.array([(1, 1), (1, 2), (2, 2)]).T
     if kind == "thin":
         plate = assemble_thin_plate(mesh, THIN)
-        exact = thin_plate_frequency(*orders, CELL, 3273.07, 4.0)
+        exact = thin_plate_frequency(*orders, CELL, ThinSection(3273.07, 4.0))
         tolerance = 2e-5
     else:
         # sines that vanish on the lines of the cells are modes of an isotropic section only
@@ -191,7 +191,7 @@ def test_a_clamped_edge_of_a_strip_is_that_of_a_beam(section):
 def receptance(frequency, position, count=400):
     """w / F at a point of the thin rectangle: sum of phi^2 / (m (w_mn^2 - w^2)), Navier."""
     m, n = np.mgrid[1 : count + 1, 1 : count + 1]
-    own = 2 * np.pi * thin_plate_frequency(m, n, SIZE, 3273.07, 4.0)
+    own = 2 * np.pi * thin_plate_frequency(m, n, SIZE, ThinSection(3273.07, 4.0))
     phi = np.sin(m * np.pi * position[0] / SIZE[0]) * np.sin(n * np.pi * position[1] / SIZE[1])
     return np.sum(phi**2 / (1.5 * (own**2 - (2 * np.pi * frequency) ** 2)))
 
@@ -200,8 +200,8 @@ def receptance(frequency, position, count=400):
     ("attached", "impedance", "bracket"),
     [
         # 1 / receptance + what is attached = 0, between the poles of the receptance
-        (PointMass((0.4, 0.3), 2.0), lambda f: -2.0 * (2 * np.pi * f) ** 2, (1.0, 64.8)),
-        (Spring((0.4, 0.3), 5e5), lambda f: 5e5, (65.0, 124.0)),
+        (Attachment([(0.4, 0.3)], 2.0), lambda f: -2.0 * (2 * np.pi * f) ** 2, (1.0, 64.8)),
+        (Attachment([(0.4, 0.3)], stiffness=5e5), lambda f: 5e5, (65.0, 124.0)),
     ],
     ids=["mass", "spring"],
 )
@@ -211,7 +211,7 @@ def test_a_mass_or_a_spring_moves_the_first_frequency_as_the_receptance_says(
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", SIZE, (15, 10), {}, {})
     plate = with_attachments(assemble_thin_plate(mesh, THIN), [attached], mesh)
     exact = brentq(
-        lambda f: 1 + receptance(f, attached.position) * impedance(f), *bracket, xtol=1e-6
+        lambda f: 1 + receptance(f, attached.ends[0]) * impedance(f), *bracket, xtol=1e-6
     )
     frequency, _ = normal_modes(plate, 300.0)
     # elements of 10 cm under a point force; the series is cut at 400 x 400: 1e-5
@@ -223,9 +223,9 @@ def test_a_mass_or_a_spring_moves_the_first_frequency_as_the_receptance_says(
 def test_a_mass_along_a_line_is_many_point_masses(tmp_path):
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", SIZE, (6, 4), {}, {})
     plate = assemble_thin_plate(mesh, THIN)
-    line = LineMass((0.1, 0.2), (1.3, 0.7), 3.0)
+    line = Attachment([(0.1, 0.2), (1.3, 0.7)], 3.0)
     share = (np.arange(80) + 0.5) / 80
-    points = [PointMass((0.1 + 1.2 * s, 0.2 + 0.5 * s), 3.0 / 80) for s in share]
+    points = [Attachment([(0.1 + 1.2 * s, 0.2 + 0.5 * s)], 3.0 / 80) for s in share]
     one, many = (with_attachments(plate, what, mesh).mass for what in ([line], points))
     # the midpoint rule with 80 points errs by (h k)^2 / 24
     scale = abs(plate.mass).max()

@@ -7,13 +7,13 @@ import xarray as xr
 
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel import shapes as shapes_module
-from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import loaded_modes
 from pidpanel.panel.plate_files import read_plate, write_plate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
+from tests.panel_basis import panel_basis
 
 SIZE = (1.5, 1.0)
 PATCHES = {"all": Rectangle((0.75, 0.5), SIZE), "part": Rectangle((0.5, 0.5), (0.4, 0.4))}

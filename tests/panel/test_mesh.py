@@ -179,7 +179,7 @@ def test_the_size_asked_of_gmsh_grows_by_half_the_distance_from_the_corner(tmp_p
 @pytest.mark.parametrize(("asked", "smallest"), [(None, 2e-3 * 0.25), (0.01, 0.01)])
 def test_elements_shrink_to_what_is_asked_of_a_reentrant_corner(tmp_path, asked, smallest):
     # to a factor of two, which gmsh keeps; red: CORNER_SHARE * → /; min(smallest, largest) → max;
-    # one corner left out of `_refine`
+    # one corner left out of `mesh_triangles`
     mesh = mesh_triangles(tmp_path / "l.msh", L_SHAPE, 0.25, {}, {}, corner_size=asked)
     corner = np.flatnonzero(np.linalg.norm(mesh.vertices - (0.75, 0.5), axis=1) < 1e-9).item()
     edges = mesh.cells[(mesh.cells == corner).any(axis=1)]

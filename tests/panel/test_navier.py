@@ -7,6 +7,7 @@ import pytest
 
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import mode_orders, sine_shapes, thin_plate_frequency
+from pidpanel.panel.section import ThinSection
 
 SIZE = (1.5, 1.0)
 
@@ -16,7 +17,7 @@ def test_closed_form_of_the_thin_plate_is_table_1():
     m, n = np.array(list(table)).T
     # the table is rounded to 0.01 Hz; D / m'' is known to 0.005 %
     np.testing.assert_allclose(
-        thin_plate_frequency(m, n, SIZE, 3273.07, 4.0), list(table.values()), rtol=1e-4
+        thin_plate_frequency(m, n, SIZE, ThinSection(3273.07, 4.0)), list(table.values()), rtol=1e-4
     )
 
 
@@ -29,7 +30,7 @@ def test_sines_vanish_on_the_edges_and_have_their_half_waves():
 
 def test_orders_are_right_for_all_modes_below_3_khz(paper_basis):
     orders, share = mode_orders(paper_basis, SIZE)
-    exact = thin_plate_frequency(orders[:, 0], orders[:, 1], SIZE, 3273.07, 4.0)
+    exact = thin_plate_frequency(orders[:, 0], orders[:, 1], SIZE, ThinSection(3273.07, 4.0))
     frequency = paper_basis.natural_frequency[: len(orders)]
     # the element's error, (kh)^4 / 1440 of up to 0.17 % for twelve half waves
     np.testing.assert_allclose(frequency, exact, rtol=2e-3)

@@ -5,11 +5,11 @@ import pytest
 import scipy.sparse.linalg as spla
 
 from pidpanel.geometry.polygon import Polygon
-from pidpanel.panel.basis import panel_basis
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
+from tests.panel_basis import panel_basis
 
 A, B = 1.5, 1.0
 OUTLINE = Polygon(((0.0, 0.0), (A, 0.0), (A, B), (0.0, B)))

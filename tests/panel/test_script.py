@@ -9,6 +9,7 @@ import xarray as xr
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.mesh import read_mesh
 from pidpanel.panel.navier import thin_plate_frequency
+from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import LEAST_MODES
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import load_study
@@ -40,7 +41,7 @@ def test_modes_are_kept_to_twice_the_highest_frequency_and_are_naviers(built):
     # red: MODES_BEYOND * frequency → frequency in `StudiedPanel.basis`
     modes = pd.read_csv(built / "modes.csv")
     m, n = np.meshgrid(range(1, 12), range(1, 12))
-    exact = np.sort(thin_plate_frequency(m, n, (0.9, 0.6), 3273.07, 4.0).ravel())
+    exact = np.sort(thin_plate_frequency(m, n, (0.9, 0.6), ThinSection(3273.07, 4.0)).ravel())
     exact = exact[exact < 2800.0]
     assert len(exact) > LEAST_MODES
     # bicubic elements, 18 × 12 of them: 1e-3 at five half waves along each side

@@ -68,7 +68,7 @@ def test_half_a_wave_meets_the_dispersion_of_the_weaker_direction(section, frequ
 
 
 def test_an_edge_up_to_the_allowed_share_of_half_a_wave_passes_and_a_longer_one_does_not():
-    # red: LONGEST_EDGE[element] * half → / half in `check_resolution`
+    # red: LONGEST_EDGE[element] * half → / half in `allowed_edge`
     section = ThinSection(3273.07, 4.0)
     half = resolution.half_wave(section, 500.0)
     for element, share in (
@@ -81,9 +81,9 @@ def test_an_edge_up_to_the_allowed_share_of_half_a_wave_passes_and_a_longer_one_
             [resolution.Region("", 1.0, factor * share * half)] for factor in (0.999, 1.001)
         )
         # of so large a damping that shifted resonances do not show
-        resolution.check_resolution(element, good, section, 500.0, 0.2)
+        resolution.ElementKind(element, section).check(good, 500.0, 0.2)
         with pytest.raises(ValueError, match="too coarse"):
-            resolution.check_resolution(element, bad, section, 500.0, 0.2)
+            resolution.ElementKind(element, section).check(bad, 500.0, 0.2)
 
 
 @pytest.mark.parametrize("frequency", np.linspace(300.0, 900.0, 13))
@@ -93,7 +93,7 @@ def test_the_longest_edge_of_a_message_is_allowed(frequency):
     for ratio in (0.2, 0.01):
         with pytest.raises(ValueError, match="at most") as caught:
             regions = [resolution.Region("", 1.0, 0.4)]
-            resolution.check_resolution("thin quadrilaterals", regions, section, frequency, ratio)
+            resolution.ElementKind("thin quadrilaterals", section).check(regions, frequency, ratio)
         edge = float(re.findall(r"at most ([\d.e-]+) m", str(caught.value))[0])
         allowed = 0.65 * resolution.half_wave(section, frequency)
         assert 0.99 * allowed <= edge <= allowed
@@ -103,13 +103,15 @@ def test_the_longest_edge_of_a_message_is_allowed(frequency):
 def test_under_a_damper_the_longest_edge_shifts_by_two_fifths_of_the_damping(ratio, shift):
     # but by 1 % at most; red: ζ in the denominator
     section, kind = ThinSection(3273.07, 4.0), "thin quadrilaterals"
-    edge = resolution.longest_edge(kind, section, 800.0, 30.0, ratio)
-    found = resolution.frequency_shift(kind, section, edge, 800.0, 30.0)
+    edge = resolution.ElementKind(kind, section).longest_edge(800.0, 30.0, ratio)
+    found = resolution.ElementKind(kind, section).frequency_shift(edge, 800.0, 30.0)
     assert found == pytest.approx(shift)
     half = resolution.half_wave(section, 800.0)
-    assert resolution.longest_edge(kind, section, 800.0, 0.0, ratio) == pytest.approx(0.65 * half)
-    light = resolution.longest_edge(kind, section, 800.0, 0.5, 0.001)
-    assert light < 0.5 * resolution.longest_edge(kind, section, 800.0, 0.0, 0.001)
+    assert resolution.ElementKind(kind, section).longest_edge(800.0, 0.0, ratio) == pytest.approx(
+        0.65 * half
+    )
+    light = resolution.ElementKind(kind, section).longest_edge(800.0, 0.5, 0.001)
+    assert light < 0.5 * resolution.ElementKind(kind, section).longest_edge(800.0, 0.0, 0.001)
 
 
 def test_a_length_is_rounded_down_to_three_digits():
@@ -121,8 +123,8 @@ def test_each_part_of_a_panel_has_its_share_of_the_modes():
     # two halves alike are the whole; red: the damping divided by the share
     section, ratio = ThinSection(3273.07, 4.0), 0.01
     whole, halves = (
-        resolution.line_error_db(
-            "thin quadrilaterals", [resolution.Region("", 1.5 / n, 0.05)] * n, section, 900.0, ratio
+        resolution.ElementKind("thin quadrilaterals", section).line_error_db(
+            [resolution.Region("", 1.5 / n, 0.05)] * n, 900.0, ratio
         )
         for n in (1, 2)
     )
@@ -144,7 +146,9 @@ def test_the_error_of_a_line_is_that_of_even_resonances_that_are_shifted():
         shift = 0.01 * (edge / (0.65 * half)) ** 4
         errors.append(shift * f * steepest if f * density >= 1 else 0.0)
     regions = [resolution.Region("", area, edge)]
-    found = resolution.line_error_db("thin quadrilaterals", regions, section, high, ratio)
+    found = resolution.ElementKind("thin quadrilaterals", section).line_error_db(
+        regions, high, ratio
+    )
     assert found == pytest.approx(max(errors), rel=0.01)
 
 
@@ -159,8 +163,8 @@ def test_elements_see_the_shear_layer_at_free_edges_that_they_are_small_beside(e
         bending=np.diag([2000.0, 2000.0, 900.0]), shear=np.diag([1e6, 4e6]), mass_per_area=3.0
     )
     size = edge * np.sqrt(900 / 4e6)
-    inside = resolution.frequency_shift(element, section, size, 200.0)
-    at_edges = resolution.frequency_shift(element, section, size, 200.0, 0.0, 0.5)
+    inside = resolution.ElementKind(element, section).frequency_shift(size, 200.0)
+    at_edges = resolution.ElementKind(element, section).frequency_shift(size, 200.0, 0.0, 0.5)
     assert at_edges - inside == pytest.approx(seen * 0.5 * np.sqrt(900 / 4e6), rel=1e-9)
 
 
@@ -178,7 +182,9 @@ def test_below_the_first_resonance_no_line_errs():
     section, regions = ThinSection(3273.07, 4.0), [resolution.Region("", 1.5, 0.3)]
     first = 2 / 1.5 * np.sqrt(3273.07 / 4.0)
     errors = [
-        resolution.line_error_db("thin quadrilaterals", regions, section, share * first, 0.01)
+        resolution.ElementKind("thin quadrilaterals", section).line_error_db(
+            regions, share * first, 0.01
+        )
         for share in (0.98, 1.04)
     ]
     assert errors[0] == 0.0 < errors[1]
@@ -189,7 +195,7 @@ def test_a_damper_all_over_is_a_heavier_panel_of_less_damping():
     heavy = resolution.Region("p", 1.5, 0.05, 12.0)
     bare = resolution.Region("", 1.5, 0.05)
     of_damper, of_section = (
-        resolution.line_error_db("thin quadrilaterals", [region], section, 900.0, ratio)
+        resolution.ElementKind("thin quadrilaterals", section).line_error_db([region], 900.0, ratio)
         for region, section, ratio in (
             (heavy, ThinSection(3273.07, 4.0), 0.02), (bare, ThinSection(3273.07, 16.0), 0.01)
         )
@@ -209,20 +215,20 @@ def test_a_heavy_damper_needs_shorter_elements_below_it():
     section = ThinSection(3273.07, 4.0)
     for mass, frequency, edge in ((30.0, 300.0, 0.25), (150.0, 1200.0, 0.125)):
         bare = resolution.Region("", 1.0, edge)
-        resolution.check_resolution("thin quadrilaterals", [bare], section, frequency, 0.2)
+        resolution.ElementKind("thin quadrilaterals", section).check([bare], frequency, 0.2)
         heavy = resolution.Region("p", 1.5, edge, mass)
         with pytest.raises(ValueError, match=f"under p, whose damper weighs {mass:g} kg/m², are "):
-            resolution.check_resolution("thin quadrilaterals", [heavy], section, frequency, 0.2)
+            resolution.ElementKind("thin quadrilaterals", section).check([heavy], frequency, 0.2)
 
 
 def test_a_lightly_damped_panel_needs_shorter_elements():
     # red: line_error_db without the slope of S; damping_ratio = 0.01 in it
     section, region = ThinSection(3273.07, 4.0), resolution.Region("", 1.5, 0.05)
-    resolution.check_resolution("thin quadrilaterals", [region], section, 2000.0, 0.01)
+    resolution.ElementKind("thin quadrilaterals", section).check([region], 2000.0, 0.01)
     with pytest.raises(
         ValueError, match=r"damping_ratio = 0\.001 changes PSDs by about .* 0\.5 dB"
     ):
-        resolution.check_resolution("thin quadrilaterals", [region], section, 2000.0, 0.001)
+        resolution.ElementKind("thin quadrilaterals", section).check([region], 2000.0, 0.001)
 
 
 SIZE = (1.5, 1.1)
@@ -269,7 +275,7 @@ def test_rigid_faces_leave_a_shear_membrane():
 def in_series(D, S, mass):
     """Frequencies of springs in series: 1/ω² = 1/ω_b² + 1/ω_s², ω_s² = S k²/m″."""
     k2 = navier.wave_number_squared(*ORDERS, SIZE)
-    bends = navier.thin_plate_frequency(*ORDERS, SIZE, D, mass)
+    bends = navier.thin_plate_frequency(*ORDERS, SIZE, ThinSection(D, mass))
     shears = np.sqrt(S * k2 / mass) / (2 * np.pi)
     return (bends**-2.0 + shears**-2.0) ** -0.5
 
@@ -317,4 +323,7 @@ def test_a_rigid_mode_has_an_infinite_half_wave_and_no_shift():
     # red: a division by zero in `half_wave`
     section = ThinSection(3273.07, 4.0)
     assert resolution.half_wave(section, 0.0) == np.inf
-    assert resolution.frequency_shift("thin quadrilaterals", section, 0.05, 0.0, 30.0) == 0.0
+    assert (
+        resolution.ElementKind("thin quadrilaterals", section).frequency_shift(0.05, 0.0, 30.0)
+        == 0.0
+    )

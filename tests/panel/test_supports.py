@@ -10,12 +10,9 @@ from pidpanel.panel.supports import (
     PointSupport,
     Supports,
     boundary_loops,
-    foot_cells,
-    foot_motion,
     free_coordinates,
     held_vertices,
     null_space,
-    vertex_at,
     vertex_spacing,
 )
 
@@ -193,27 +190,27 @@ def test_ends_within_a_millionth_of_the_extent_are_on_the_edge(scale):
                 held_vertices(mesh, Supports("free", edges=[edge]))
         point = (6 * scale + aside, 0.0)
         if fits:
-            assert vertex_at(mesh, "H", point) == 2
+            assert PointSupport(point, "hinge").vertex(mesh, "H") == 2
         else:
             with pytest.raises(ValueError, match=r"H at .* the nearest is"):
-                vertex_at(mesh, "H", point)
+                PointSupport(point, "hinge").vertex(mesh, "H")
 
 
 def test_a_foot_holds_the_cells_whose_centres_it_covers():
     # centres at (0.5, 0.5), (1.5, 0.5), …; red: < → >=; centre - position → centre + position
     mesh = grid([0, 1, 2, 3], [0, 1, 2, 3])
     foot = PointSupport((1.5, 1.4), "hinge", 1.0)
-    assert foot_cells(mesh, "F", foot).tolist() == [1, 4]
-    assert foot_cells(mesh, "F", PointSupport((1.5, 1.5), "hinge", 1.1)).tolist() == [1, 3, 4, 5, 7]
+    assert foot.foot_cells(mesh, "F").tolist() == [1, 4]
+    assert PointSupport((1.5, 1.5), "hinge", 1.1).foot_cells(mesh, "F").tolist() == [1, 3, 4, 5, 7]
 
 
 def test_a_hinged_foot_turns_about_its_middle_and_a_hold_down_does_not_move():
     # red: rigid[:, 1:] - → +; == "hold_down" → !=
     x, y = np.array([0.3, 1.2, -0.5]), np.array([0.7, 0.1, 2.0])
     rigid = np.column_stack([np.ones(3), x, y])
-    motion = foot_motion(rigid, PointSupport((0.3, 2.0), "hinge", 0.1))
+    motion = PointSupport((0.3, 2.0), "hinge", 0.1).foot_motion(rigid)
     np.testing.assert_array_equal(motion, np.column_stack([x - 0.3, y - 2.0]))
-    assert foot_motion(rigid, PointSupport((0.3, 2.0), "hold_down", 0.1)).shape == (3, 0)
+    assert PointSupport((0.3, 2.0), "hold_down", 0.1).foot_motion(rigid).shape == (3, 0)
 
 
 def test_free_coordinates_are_the_untouched_ones_and_the_columns_of_the_blocks():

@@ -16,6 +16,7 @@ from pidpanel.coupon.from_study import cases_of, write_table
 from pidpanel.coupon.records import Shaken, ShakeOutcome
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
+from pidpanel.panel.section import ThinSection
 from pidpanel.provenance.digests import stamp
 from pidpanel.report import style
 from pidpanel.report.inputs import Inputs
@@ -67,7 +68,7 @@ def printed():
 def modes():
     """The paper's panel by its closed form, up to the frequencies that Table 1 reaches."""
     m, n = (grid.ravel() for grid in np.meshgrid(range(1, 11), range(1, 9)))
-    frequency = thin_plate_frequency(m, n, SIZE, 3273.07, 4.0)
+    frequency = thin_plate_frequency(m, n, SIZE, ThinSection(3273.07, 4.0))
     order = np.argsort(frequency)
     return pd.DataFrame(
         {

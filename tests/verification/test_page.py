@@ -54,7 +54,7 @@ def rows():
 
 
 def told(rows):
-    return verification_page.verification_page(rows, [("Run", "make verification")])
+    return verification_page.verification_page(rows)
 
 
 def worst(page):

@@ -1,12 +1,12 @@
 """The page of the verification, from the rows of all cases."""
 
 from pidpanel.provenance.job import Job, run
-from pidpanel.verification.page import write_verification_page
+from pidpanel.verification.page import verification_page, write_page
 
 
 def main(job: Job) -> None:
     """From the rows of all cases."""
-    write_verification_page(job.input.several("rows"), job.output.page)
+    write_page(verification_page, job.input.several("rows"), job.output.page)
 
 
 if __name__ == "__main__":

@@ -119,11 +119,11 @@ def solve(panel: Panel) -> PanelEstimate:
 
 def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     from pidpanel.geometry.plane_mesh import cell_areas
-    from pidpanel.panel.from_study import section_of
+    from pidpanel.panel.from_study import StudiedPanel
 
     mesh = estimate.mesh
     area = abs(cell_areas(mesh.vertices, mesh.cells))
-    mass = section_of(study.panel).mass_per_area * float(area.sum())
+    mass = StudiedPanel(study.panel).section.mass_per_area * float(area.sum())
     attached = sum(item.mass_kg for item in study.panel.masses.values())
     carried = f", plus {attached:.3g} kg attached" if attached else ""
     yield _line("panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}")

@@ -19,14 +19,12 @@ def cell_areas(vertices: ArrayLike, cells: Index) -> Array:
     corners = np.asarray(vertices, dtype=float)[cells]
     x, y = np.moveaxis(corners - corners[:, :1], -1, 0)
     cross = x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y
-    area: Array = 0.5 * np.sum(cross, axis=1)
-    return area
+    return 0.5 * np.sum(cross, axis=1)
 
 
 def edge_lengths(vertices: Array, cells: Index) -> Array:
     """Return the length (n_cells, k) of every edge of every cell [m], from vertex j to the next."""
-    length: Array = np.linalg.norm(vertices[np.roll(cells, -1, axis=1)] - vertices[cells], axis=2)
-    return length
+    return np.linalg.norm(vertices[np.roll(cells, -1, axis=1)] - vertices[cells], axis=2)
 
 
 def boundary_edges(cells: Index) -> Index:

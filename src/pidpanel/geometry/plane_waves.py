@@ -23,6 +23,8 @@ HALF_TOLERANCE = 1e-10
 # Edge, in shortest wavelengths, of the boxes in which points are gathered first.
 WAVES_IN_A_BOX = 2.0
 
+gauss = np.polynomial.legendre.leggauss  # nodes and weights on [−1, 1]
+
 
 @dataclass(frozen=True)
 class CondensedFace:
@@ -34,6 +36,31 @@ class CondensedFace:
     # (n_x n_y, n) such that Σ weight · values · exp(iκ·position) is that of the finer quadrature.
     # They are not the values of the shapes there: beyond the outline too they are not zero.
     values: Array
+
+
+@dataclass(frozen=True)
+class MovedFace:
+    """A face that moves in n shapes, as the force of a field on them needs it."""
+
+    # (n_quadrature, 2) points [m] for integrals of a pressure on the shapes
+    quadrature_position: Array
+    quadrature_weight: Array  # (n_quadrature,) weights [m²]
+    # (n_quadrature, n) w of each shape at these points [1]; of a condensed face the values that
+    # give its integrals
+    shape_at_quadrature: Array
+    # κ [rad/m] of the shortest waves whose integrals with the shapes these points give; ∞ for the
+    # points of the mesh
+    quadrature_wavenumber: float
+    vertex_position: Array  # (n_vertices, 2) vertices of the mesh [m]
+    cells: Index  # (n_cells, 4) or (n_cells, 3) vertex numbers of the cells
+    shape_at_vertices: Array  # (n_vertices, n) w of each shape at the vertices [1]
+
+
+@dataclass(frozen=True)
+class WettedFace(MovedFace):
+    """The same as the air that it moves needs it."""
+
+    face_overlap: Array  # (n, n) ∫ φ_i φ_j dA over the face [m²]
 
 
 def condensed(
@@ -125,8 +152,7 @@ def _gathered(members: Index, along_x: Array, along_y: Array, load: Array, sprea
     products = along_x[members, :, None] * along_y[members, None, :]
     local = products.reshape(len(members), -1).T @ load[members]
     nodes = (along_x.shape[1], along_y.shape[1], load.shape[1])
-    gathered: Array = np.einsum("xyi,yY->xYi", local.reshape(nodes), spread, optimize=True)
-    return gathered
+    return np.einsum("xyi,yY->xYi", local.reshape(nodes), spread, optimize=True)
 
 
 def degree(reach: float) -> int:
@@ -149,12 +175,6 @@ def degree(reach: float) -> int:
     )
 
 
-def gauss(count: int) -> tuple[Array, Array]:
-    """Return Gauss-Legendre nodes and weights on [−1, 1]."""
-    node, weight = np.polynomial.legendre.leggauss(count)
-    return node, weight
-
-
 def lagrange(x: Array, node: Array, weight: Array) -> Array:
     """Return the Lagrange polynomials of Gauss nodes at x, (*x.shape, n_nodes).
 
@@ -163,7 +183,4 @@ def lagrange(x: Array, node: Array, weight: Array) -> Array:
     top = len(node) - 1
     factor = np.arange(top + 1) + 0.5
     at_node = np.polynomial.legendre.legvander(node, top)
-    polynomials: Array = (
-        np.polynomial.legendre.legvander(x, top) @ ((factor * at_node) * weight[:, None]).T
-    )
-    return polynomials
+    return np.polynomial.legendre.legvander(x, top) @ ((factor * at_node) * weight[:, None]).T

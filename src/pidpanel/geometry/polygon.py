@@ -38,24 +38,14 @@ class Rectangle:
     size: tuple[float, float]
 
     @property
-    def lower(self) -> Position:
-        """Corner with the smallest x and y [m]."""
-        return (self.centre[0] - self.size[0] / 2, self.centre[1] - self.size[1] / 2)
-
-    @property
-    def upper(self) -> Position:
-        """Corner with the largest x and y [m]."""
-        return (self.centre[0] + self.size[0] / 2, self.centre[1] + self.size[1] / 2)
-
-    @property
     def corners(self) -> Array:
         """Counter-clockwise from the lower left, (4, 2) [m]."""
-        (x0, y0), (x1, y1) = self.lower, self.upper
-        return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+        half = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
+        return self.centre + half * self.size
 
     def __str__(self) -> str:
         """Return the rectangle as a product of intervals in metres."""
-        (x0, y0), (x1, y1) = self.lower, self.upper
+        (x0, y0), (x1, y1) = self.corners[[0, 2]]
         return f"[{x0:g}, {x1:g}] x [{y0:g}, {y1:g}] m"
 
 

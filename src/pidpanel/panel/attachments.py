@@ -17,58 +17,43 @@ LINE_POINTS = np.polynomial.legendre.leggauss(3)
 
 
 @dataclass(frozen=True)
-class Spring:
-    """A spring from the panel to the ground, along z."""
+class Attachment:
+    """A mass, or a spring along z to the ground, at a point or spread evenly along a line."""
 
-    position: Position  # (x, y) [m]
-    stiffness: float  # [N/m]
-
-
-@dataclass(frozen=True)
-class PointMass:
-    """A mass at a point."""
-
-    position: Position  # (x, y) [m]
-    mass: float  # [kg]
-
-
-@dataclass(frozen=True)
-class LineMass:
-    """A mass spread evenly along a straight line, such as a harness."""
-
-    # Ends (x, y) [m]
-    start: Position
-    end: Position
-    mass: float  # of the whole line [kg]
+    ends: tuple[Position, ...]  # (x, y) [m] of the point, or of both ends of a straight line
+    mass: float = 0.0  # of the whole line [kg]
+    stiffness: float = 0.0  # of a spring [N/m]
 
 
 def with_attachments(
-    plate: AssembledPlate, attachments: Iterable[Spring | PointMass | LineMass], mesh: PanelMesh
+    plate: AssembledPlate, attachments: Iterable[Attachment], mesh: PanelMesh
 ) -> AssembledPlate:
     """Add springs and masses: K += k Nᵀ N, M += m Nᵀ N, M += ∫ μ Nᵀ N ds."""
     stiffness, mass, inertia = plate.stiffness, plate.mass, plate.inertia
     element_size = float(np.median(vertex_spacing(mesh)))
     for attached in attachments:
-        if isinstance(attached, LineMass):
-            position, share = _along(attached, element_size)
-            N = plate.interpolate(position)
-            mass = mass + N.T @ sp.diags_array(attached.mass * share) @ N
-            inertia = inertia + attached.mass * (N.T @ share)
+        position, share = _spread(np.array(attached.ends), element_size)
+        N = plate.interpolate(position)
+        value = attached.stiffness or attached.mass
+        if len(attached.ends) == 1:
+            squares = value * (N.T @ N)
         else:
-            N = plate.interpolate(np.array([attached.position]))
-            if isinstance(attached, Spring):
-                stiffness = stiffness + attached.stiffness * (N.T @ N)
-            else:
-                mass = mass + attached.mass * (N.T @ N)
-                inertia = inertia + attached.mass * (N.T @ np.ones(1))
+            squares = N.T @ sp.diags_array(value * share) @ N
+        if attached.stiffness:
+            stiffness = stiffness + squares
+        else:
+            mass = mass + squares
+            inertia = inertia + attached.mass * (N.T @ share)
     return replace(
         plate, stiffness=sp.csr_array(stiffness), mass=sp.csr_array(mass), inertia=inertia
     )
 
 
-def _along(line: LineMass, element_size: float) -> tuple[Array, Array]:
-    """Return Gauss points (n, 2) along a line [m], and weights that sum to 1."""
-    start, end = np.array(line.start), np.array(line.end)
+def _spread(ends: Array, element_size: float) -> tuple[Array, Array]:
+    """Return a point, or Gauss points (n, 2) along a line [m], and weights that sum to 1."""
+    if len(ends) == 1:
+        return ends, np.ones(1)
+    start, end = ends
     pieces = max(1, int(np.ceil(4 * np.linalg.norm(end - start) / element_size)))
     points, weights = LINE_POINTS
     share = ((np.arange(pieces)[:, None] + (points + 1) / 2) / pieces).ravel()

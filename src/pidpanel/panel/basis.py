@@ -1,6 +1,5 @@
 """The basis of a panel: its shapes with their values wherever the stages downstream need them."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,14 +8,15 @@ import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.geometry.plane_waves import WettedFace
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.panel.shapes import Shapes, on_patch, panel_shapes
+from pidpanel.panel.shapes import Shapes, on_patch
 
 
 @dataclass(frozen=True)
-class PanelBasis:
+class PanelBasis(WettedFace):
     """Real shapes that diagonalise M and K, with their values wherever they are needed.
 
     The modes come first, by frequency, then the residual vectors, by frequency. Every shape φ
@@ -29,19 +29,6 @@ class PanelBasis:
     is_residual: Flags
     shape_at_points: Array  # (n_points, n) w of each shape at the response points [1]
     patch_overlap: Array  # (n_patches, n, n) ∫_patch φ_i φ_j dA [m²]
-    # (n_quadrature, 2) points [m] for integrals of a pressure on the shapes
-    quadrature_position: Array
-    quadrature_weight: Array  # (n_quadrature,) weights [m²]
-    # (n_quadrature, n) w of each shape at these points [1]; of a condensed face the values that
-    # give its integrals, see `pidpanel.panel.face`
-    shape_at_quadrature: Array
-    # κ [rad/m] of the shortest waves whose integrals with the shapes these points give; ∞ for the
-    # points of the mesh
-    quadrature_wavenumber: float
-    face_overlap: Array  # (n, n) ∫ φ_i φ_j dA over the face [m²]
-    vertex_position: Array  # (n_vertices, 2) vertices of the mesh [m]
-    cells: Index  # (n_cells, 4) or (n_cells, 3) vertex numbers of the cells
-    shape_at_vertices: Array  # (n_vertices, n) w of each shape at the vertices [1]
     # (n_vertices, 3, n) κ of each shape at the vertices [1/m]; see `pidpanel.panel.section`
     curvature_at_vertices: Array
     # (n_vertices, 2, n) γ of each shape at the vertices [1/m]: shapes have no unit, w has m
@@ -57,21 +44,6 @@ class PanelBasis:
     cell_in_patch: Flags  # (n_patches, n_cells) the cells of each patch
     point_names: tuple[str, ...]  # names of the response points, in the order of `shape_at_points`
     patch_names: tuple[str, ...]  # names of the patches, in the order of `patch_overlap`
-
-
-def panel_basis(
-    mesh: PanelMesh,
-    plate: AssembledPlate,
-    frequency_limit: float,
-    residual_tolerance: float = 1e-4,
-    damper_mass: Mapping[str, float] | None = None,
-) -> PanelBasis:
-    """Compute the modes below a frequency and the shapes that the patches of the mesh need.
-
-    Parameters and errors are those of `panel_shapes`.
-    """
-    shapes = panel_shapes(plate, frequency_limit, residual_tolerance, damper_mass)
-    return basis_of(mesh, plate, shapes)
 
 
 def basis_of(mesh: PanelMesh, plate: AssembledPlate, shapes: Shapes) -> PanelBasis:
@@ -136,8 +108,7 @@ def values_of(plate: PlateMatrices, shapes: Shapes, points: Index) -> dict[str, 
 def _overlap_of(vectors: Array, overlap: sp.csr_array) -> Array:
     """VᵀD V (n, n) of a patch."""
     _, D, rows = on_patch(overlap, vectors)
-    product: Array = rows.T @ (D @ rows)
-    return product
+    return rows.T @ (D @ rows)
 
 
 def patch_areas(basis: PanelBasis) -> Array:

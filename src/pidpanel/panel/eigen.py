@@ -47,22 +47,16 @@ def eigenpairs(
     stiffness: sp.csr_array, mass: sp.csr_array, limit: float, count: int
 ) -> tuple[Array, Array]:
     """Return all eigenpairs below a limit."""
-
-    def pairs(part: tuple[float, float, float]) -> tuple[Array, Array]:
-        low, high, shift = part
-        return _near(stiffness, mass, shift, low, high)
-
-    values, vectors = [], []
-    for eigenvalues, shapes in computed(pairs, list(_slices(limit, count))):
-        values.append(eigenvalues)
-        vectors.append(shapes)
-    modes = np.empty((stiffness.shape[0], sum(map(len, values))))
+    slices = list(_slices(limit, count))
+    parts = list(computed(lambda part: _near(stiffness, mass, *part), slices))
+    values = np.concatenate([eigenvalues for eigenvalues, _ in parts])
+    modes = np.empty((stiffness.shape[0], len(values)))
     start = 0
-    while vectors:  # each is let go once it is copied
-        part = vectors.pop(0)
-        modes[:, start : start + part.shape[1]] = part
-        start += part.shape[1]
-    return np.concatenate(values), modes
+    while parts:  # each is let go once it is copied
+        _, vectors = parts.pop(0)
+        modes[:, start : start + vectors.shape[1]] = vectors
+        start += vectors.shape[1]
+    return values, modes
 
 
 def _slices(limit: float, count: int) -> Iterator[tuple[float, float, float]]:
@@ -81,7 +75,7 @@ def _slices(limit: float, count: int) -> Iterator[tuple[float, float, float]]:
 
 
 def _near(
-    stiffness: sp.csr_array, mass: sp.csr_array, shift: float, low: float, high: float
+    stiffness: sp.csr_array, mass: sp.csr_array, low: float, high: float, shift: float
 ) -> tuple[Array, Array]:
     """Return the eigenpairs with low ≤ λ < high by block Lanczos about a shift."""
     size = stiffness.shape[0]

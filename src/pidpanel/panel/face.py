@@ -1,16 +1,19 @@
 """The face of a panel as its sound needs it, condensed by `pidpanel.geometry.plane_waves`."""
 
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
-from pidpanel.geometry.plane_waves import condensed
+from pidpanel.geometry.plane_waves import MovedFace, condensed
 from pidpanel.panel.basis import PanelBasis
 
 # Largest wavenumber of the face over the larger of those of the sound and of the shapes.
 #
 # The air's mass needs what shapes have beyond their own wavenumber (`pidpanel.sound.added_mass`).
 REACH = 2.0
+
+Face = TypeVar("Face", bound=MovedFace)
 
 
 def face_wavenumber(basis: PanelBasis, sound: float) -> float:
@@ -23,13 +26,13 @@ def face_wavenumber(basis: PanelBasis, sound: float) -> float:
     return REACH * max(sound, float(np.sqrt(4 * np.pi * modes / area)))
 
 
-def with_condensed_face(basis: PanelBasis, wavenumber: float) -> PanelBasis:
-    """Return the basis with the face condensed for waves up to a wavenumber [rad/m]."""
+def with_condensed_face(moved: Face, wavenumber: float) -> Face:
+    """Return a basis, or other motions of a face, condensed for waves to a wavenumber [rad/m]."""
     face = condensed(
-        basis.quadrature_position, basis.quadrature_weight, basis.shape_at_quadrature, wavenumber
+        moved.quadrature_position, moved.quadrature_weight, moved.shape_at_quadrature, wavenumber
     )
     return replace(
-        basis,
+        moved,
         quadrature_position=face.position,
         quadrature_weight=face.weight,
         shape_at_quadrature=face.values,

@@ -1,6 +1,6 @@
 """Whether what holds and loads a panel fits it: refused before it is meshed or assembled."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from itertools import combinations
 
 import numpy as np
@@ -10,18 +10,11 @@ from shapely.geometry.base import BaseGeometry
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Circle, Position, Shape, show, signed_area
-from pidpanel.panel.attachments import LineMass, PointMass, Spring
+from pidpanel.panel.attachments import Attachment
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import NONE_FREE
 from pidpanel.panel.section import Section, ThinSection
-from pidpanel.panel.supports import (
-    PointSupport,
-    Supports,
-    boundary_loops,
-    foot_cells,
-    held_vertices,
-    vertex_at,
-)
+from pidpanel.panel.supports import PointSupport, Supports, boundary_loops, held_vertices
 
 # Of the extent of the panel: as the vertices at supports are looked for.
 SLACK = 1e-6
@@ -60,9 +53,14 @@ def narrowest(outline: Shape) -> float:
     return float(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).min())
 
 
-def place_of(name: str, attached: Spring | PointMass) -> str:
+def place_of(name: str, attached: Attachment) -> str:
     """Return how messages name the place of a spring, which is a support, or of a mass."""
-    return f"support {name}" if isinstance(attached, Spring) else name
+    return f"support {name}" if attached.stiffness else name
+
+
+def geometry_of(attached: Attachment) -> BaseGeometry:
+    """Return the point or the line of an attachment."""
+    return (shapely.LineString if len(attached.ends) > 1 else shapely.Point)(attached.ends)
 
 
 def foot_of(point: PointSupport) -> Circle:
@@ -71,7 +69,7 @@ def foot_of(point: PointSupport) -> Circle:
 
 
 def check_fit(
-    area: BaseGeometry, supports: Supports, attachments: Mapping[str, Spring | PointMass | LineMass]
+    area: BaseGeometry, supports: Supports, attachments: Mapping[str, Attachment]
 ) -> None:
     """Refuse supports that are not along the boundary and what is attached beside the panel."""
     slack = _slack(area)
@@ -86,17 +84,13 @@ def check_fit(
             )
     around = area.buffer(slack)
     for name, part in attachments.items():
-        if isinstance(part, LineMass):
-            if not around.covers(shapely.LineString([part.start, part.end])):
-                raise ValueError(
-                    f"point '{name} to_m' = {show(part.end)}: the line to it from"
-                    f" {show(part.start)} leaves the panel; it must lie on the panel"
-                )
-        elif not around.covers(shapely.Point(part.position)):
-            raise ValueError(
-                f"point {place_of(name, part)!r} = {show(part.position)} leaves the panel; it must"
-                " lie on the panel"
-            )
+        if around.covers(geometry_of(part)):
+            continue
+        *starts, end = map(show, part.ends)
+        place = f"point {place_of(name, part)!r} = {end}"
+        if starts:
+            place = f"point '{name} to_m' = {end}: the line to it from {starts[0]}"
+        raise ValueError(f"{place} leaves the panel; it must lie on the panel")
 
 
 def check_feet(area: BaseGeometry, supports: Supports) -> None:
@@ -107,14 +101,11 @@ def check_feet(area: BaseGeometry, supports: Supports) -> None:
         name: shapely.Polygon(foot_of(p).corners) if p.radius else shapely.Point(p.position)
         for name, p in supports.points.items()
     }
-    for name, place in places.items():
-        if supports.points[name].radius and edges.dwithin(place, slack):
-            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {SEPARATION}")
-    for foot, neighbour in combinations(places, 2):
-        radii = [supports.points[name].radius for name in (foot, neighbour)]
-        if any(radii) and places[foot].dwithin(places[neighbour], slack):
-            first, second = (foot, neighbour) if radii[0] else (neighbour, foot)
-            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {SEPARATION}")
+    _check_separate(
+        supports,
+        lambda name: edges.dwithin(places[name], slack),
+        lambda foot, neighbour: places[foot].dwithin(places[neighbour], slack),
+    )
 
 
 def check_held(mesh: PanelMesh, supports: Supports) -> None:
@@ -123,25 +114,37 @@ def check_held(mesh: PanelMesh, supports: Supports) -> None:
     vertices: dict[str, set[int]] = {}
     for name, point in supports.points.items():
         if point.radius == 0:
-            vertices[name] = {vertex_at(mesh, name, point.position)}
-            continue
-        vertices[name] = set(mesh.cells[foot_cells(mesh, name, point)].ravel().tolist())
-        if vertices[name] & edge:
-            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {SEPARATION}")
-    for foot, neighbour in combinations(vertices, 2):
-        radii = [supports.points[name].radius for name in (foot, neighbour)]
-        if any(radii) and vertices[foot] & vertices[neighbour]:
-            first, second = (foot, neighbour) if radii[0] else (neighbour, foot)
-            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {SEPARATION}")
+            vertices[name] = {point.vertex(mesh, name)}
+        else:
+            vertices[name] = set(mesh.cells[point.foot_cells(mesh, name)].ravel().tolist())
+    _check_separate(
+        supports,
+        lambda name: bool(vertices[name] & edge),
+        lambda foot, neighbour: bool(vertices[foot] & vertices[neighbour]),
+    )
     if len(edge.union(*vertices.values())) == len(mesh.vertices):
         raise ValueError(NONE_FREE)
+
+
+def _check_separate(
+    supports: Supports, on_edge: Callable[[str], bool], meet: Callable[[str, str], bool]
+) -> None:
+    """Refuse feet on a supported edge, and those that meet another support at a point."""
+    points = supports.points
+    for name, point in points.items():
+        if point.radius and on_edge(name):
+            raise ValueError(f"patch 'foot of {name}' meets a supported edge; {SEPARATION}")
+    for pair in combinations(points, 2):
+        first, second = sorted(pair, key=lambda name: not points[name].radius)
+        if points[first].radius and meet(first, second):
+            raise ValueError(f"patch 'foot of {first}' meets the support {second!r}; {SEPARATION}")
 
 
 def check_foot_areas(mesh: PanelMesh, supports: Supports) -> None:
     """Refuse feet whose elements on a given mesh cover another area than theirs."""
     for name, point in supports.points.items():
         if point.radius:
-            cells = mesh.cells[foot_cells(mesh, name, point)]
+            cells = mesh.cells[point.foot_cells(mesh, name)]
             area, nominal = cell_areas(mesh.vertices, cells).sum(), np.pi * point.radius**2
             if abs(area / nominal - 1) > FOOT_TOLERANCE:
                 raise ValueError(
@@ -152,7 +155,7 @@ def check_foot_areas(mesh: PanelMesh, supports: Supports) -> None:
 
 
 def fine_places(
-    supports: Supports, attachments: Mapping[str, Spring | PointMass | LineMass], section: Section
+    supports: Supports, attachments: Mapping[str, Attachment], section: Section
 ) -> dict[Position, float]:
     """Return where elements must shrink, with the radius of the foot there [m], 0 without one.
 
@@ -163,7 +166,7 @@ def fine_places(
     """
     places = dict.fromkeys([end for e in supports.edges for end in (e.start, e.end)], 0.0)
     if isinstance(section, ThinSection):
-        attached = [a.position for a in attachments.values() if not isinstance(a, LineMass)]
+        attached = [a.ends[0] for a in attachments.values() if len(a.ends) == 1]
         places |= dict.fromkeys(attached, 0.0)
         points = [p for p in supports.points.values() if p.radius or p.kind != "hold_down"]
         places |= {point.position: point.radius for point in points}
@@ -171,7 +174,7 @@ def fine_places(
 
 
 def roughness(area: BaseGeometry, supports: Supports, is_grid: bool) -> dict[str, float]:
-    """Return what elements see less of than of waves, as arguments of `frequency_shift`."""
+    """Return what elements see less of than of waves, as arguments of `ElementKind.frequency_shift`."""
     ends = {end for edge in supports.edges for end in (edge.start, edge.end)}
     slack = _slack(area)
     corners = shapely.MultiPoint(shapely.get_coordinates(area.simplify(slack)))

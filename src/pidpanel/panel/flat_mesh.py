@@ -202,14 +202,10 @@ def _check_orientation(path: Path, element: Index, vertices: Array, triangles: I
 def _check_one_piece(path: Path, element: Index, triangles: Index) -> None:
     """Refuse a mesh whose elements are not all joined by edges."""
     edges = np.sort(np.concatenate([np.roll(triangles, -k, axis=1)[:, :2] for k in range(3)]))
+    _, edge = np.unique(edges, axis=0, return_inverse=True)
     owner = np.tile(np.arange(len(triangles)), 3)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    edges, owner = edges[order], owner[order]
-    shared = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
-    joined = sp.coo_array(
-        (np.ones(len(shared)), (owner[shared], owner[shared + 1])), (len(triangles),) * 2
-    )
-    count, piece = connected_components(joined, directed=False)
+    owned = sp.csr_array((np.ones(len(owner)), (owner, edge.ravel())))
+    count, piece = connected_components(owned @ owned.T, directed=False)
     if count > 1:
         separate = element[np.argmax(piece != piece[0])]
         raise ValueError(

@@ -10,25 +10,19 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from pidpanel.geometry.plane_mesh import cell_areas
-from pidpanel.geometry.polygon import Position, Rectangle, Shape, check_panel, signed_area
+from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
 from pidpanel.panel import fit, layup, supports
-from pidpanel.panel.attachments import LineMass, PointMass, Spring, with_attachments
+from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.face import face_wavenumber, with_condensed_face
 from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
-from pidpanel.panel.mindlin import ShearSection, assemble_shear_plate
+from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.panel.resolution import (
-    Region,
-    check_resolution,
-    element_sizes,
-    frequency_shift,
-    longest_edge,
-)
+from pidpanel.panel.resolution import ElementKind, Region, element_sizes
 from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
@@ -37,35 +31,11 @@ from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
 from pidpanel.study.masses import damper_masses, resolved_masses
 from pidpanel.study.panel import EXTENT, MOST_ELEMENTS, Panel
-from pidpanel.study.section import MaterialInput, PlyInput
+from pidpanel.study.section import MaterialInput
 from pidpanel.study.supports import Node
 
 # Elements across a panel that is narrower than its elements should be long.
 ELEMENTS_ACROSS = 2
-
-
-def section_of(panel: Panel) -> ThinSection | ShearSection:
-    """Return the section of a panel in SI units."""
-    spec = panel.section
-    if spec.kind == "thin":
-        D, mass = spec.bending_stiffness_n_m, spec.mass_per_area_kg_m2
-        return ThinSection(D, mass, spec.poissons_ratio, spec.thickness)
-    if spec.kind == "solid":
-        return SolidSection(
-            spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3, spec.thickness
-        )
-    materials = {name: _material(material) for name, material in spec.materials.items()}
-    shear_l, shear_w, density = spec.core.properties
-
-    def face(plies: tuple[PlyInput, ...]) -> tuple[layup.Ply, ...]:
-        return tuple(layup.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
-
-    return layup.SandwichSection(
-        face(spec.plies("top")),
-        face(spec.plies("bottom")),
-        layup.Core(shear_l, shear_w, density, spec.core.thickness, spec.core.ribbon),
-        spec.extra_mass_per_area_kg_m2,
-    )
 
 
 def _material(spec: MaterialInput) -> layup.Material:
@@ -107,9 +77,23 @@ class StudiedPanel:
         return mesh
 
     @cached_property
-    def section(self) -> ThinSection | ShearSection:
+    def section(self) -> layup.Section:
         """The section of the whole panel, in SI units."""
-        return section_of(self.panel)
+        spec = self.panel.section
+        if spec.kind == "thin":
+            D, mass = spec.bending_stiffness_n_m, spec.mass_per_area_kg_m2
+            return ThinSection(D, mass, spec.poissons_ratio, spec.thickness)
+        if spec.kind == "solid":
+            return SolidSection(
+                spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3, spec.thickness
+            )
+        materials = {name: _material(material) for name, material in spec.materials.items()}
+        top, bottom = (
+            tuple(layup.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
+            for plies in (spec.plies("top"), spec.plies("bottom"))
+        )
+        core = layup.Core(*spec.core.properties, spec.core.thickness, spec.core.ribbon)
+        return layup.SandwichSection(top, bottom, core, spec.extra_mass_per_area_kg_m2)
 
     @cached_property
     def patches(self) -> dict[str, Shape | str]:
@@ -145,25 +129,27 @@ class StudiedPanel:
         )
 
     @cached_property
-    def attachments(self) -> dict[str, Spring | PointMass | LineMass]:
+    def attachments(self) -> dict[str, Attachment]:
         """The springs and masses by name."""
-        attachments: dict[str, Spring | PointMass | LineMass] = {
-            name: Spring(self._place(p.at_m, p.grid), p.stiffness_n_m)
+        attachments = {
+            name: Attachment((self._place(p.at_m, p.grid),), stiffness=p.stiffness_n_m)
             for name, p in self.panel.support_input.points.items()
             if p.stiffness_n_m is not None
         }
         for name, mass in self.panel.masses.items():
             if mass.from_m is not None and mass.to_m is not None:
-                attachments[name] = LineMass(mass.from_m, mass.to_m, mass.mass_kg)
+                ends: tuple[Position, ...] = (mass.from_m, mass.to_m)
             else:
-                attachments[name] = PointMass(self._place(mass.at_m, mass.grid), mass.mass_kg)
+                ends = (self._place(mass.at_m, mass.grid),)
+            attachments[name] = Attachment(ends, mass.mass_kg)
         return attachments
 
     @property
-    def element(self) -> str:
-        """Section and shape of the elements, a key of `resolution.LONGEST_EDGE`."""
+    def elements(self) -> ElementKind:
+        """The elements by the kind of the section and their shape."""
         is_grid = self.panel.mesh.kind == "quadrilaterals"
-        return f"{self.panel.section.kind} {'quadrilaterals' if is_grid else 'triangles'}"
+        shape = "quadrilaterals" if is_grid else "triangles"
+        return ElementKind(f"{self.panel.section.kind} {shape}", self.section)
 
     @property
     def navier_size(self) -> tuple[float, float] | None:
@@ -181,22 +167,16 @@ class StudiedPanel:
 
     @property
     def shift_of_wave(self) -> Callable[[float, float, float], float]:
-        """`frequency_shift` of edges [m], frequencies [Hz] and masses [kg/m²] on this panel."""
+        """`ElementKind.frequency_shift` of edges [m], frequencies [Hz] and added masses [kg/m²]."""
         rough = fit.roughness(self.area, self.supports, self.panel.mesh.kind == "quadrilaterals")
-        return partial(frequency_shift, self.element, self.section, **rough)
+        return partial(self.elements.frequency_shift, **rough)
 
     @property
     def obstacles(self) -> list[BaseGeometry]:
         """What stands on the panel: supports at points with their feet, springs and masses [m]."""
         feet = [shapely.Polygon(foot.corners) for foot in self._feet.values()]
-        points = [point.position for point in self.supports.points.values()]
-        lines = []
-        for attached in self.attachments.values():
-            if isinstance(attached, LineMass):
-                lines.append(shapely.LineString([attached.start, attached.end]))
-            else:
-                points.append(attached.position)
-        return [*feet, *lines, *map(shapely.Point, points)]
+        points = [shapely.Point(point.position) for point in self.supports.points.values()]
+        return [*feet, *points, *map(fit.geometry_of, self.attachments.values())]
 
     def check(self, frequency: float, damper_mass: Mapping[str, float] | None = None) -> None:
         """Refuse what cannot be meshed or assembled, or is too coarse for a frequency [Hz].
@@ -204,19 +184,23 @@ class StudiedPanel:
         ``damper_mass`` has the heaviest damper of each patch by name [kg/m²]. A `ValueError` says
         in one line what is wrong and what is allowed.
         """
-        spec = self.panel.mesh
+        spec, mesh = self.panel.mesh, None
         check_names(self.patches, self.points)
-        if spec.kind == "quadrilaterals":
-            a, b = self._size
-            check_grid(
-                self._size, spec.elements, self._rectangles, {**self.points, **self._anchors}
-            )
-            edge = max(a / spec.elements[0], b / spec.elements[1])
-            edges, areas = dict.fromkeys(self.shapes, edge), self._areas
-            fit.check_fit(fit.area_within(self._outline, ()), self.supports, self.attachments)
-        elif self.foreign is not None:
-            mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
-            fit.check_fit(fit.area_of(mesh), self.supports, self.attachments)
+        places = {**self.points, **self._anchors}
+        if self.foreign is not None:
+            mesh = self.foreign.panel_mesh(self.patches, places)
+        elif spec.kind == "quadrilaterals":
+            check_grid(self._size, spec.elements, self.shapes, places)
+        else:
+            patches, places = {**self.shapes, **self._feet}, {**places, **self._attached}
+            check_panel(self._outline, self._holes, patches, places)
+        fit.check_fit(self.area, self.supports, self.attachments)
+        if mesh is None:
+            fit.check_feet(self.area, self.supports)
+            edge, areas = self._element_size, self._areas
+            edges = dict.fromkeys(self.shapes, edge)
+            edges |= self.patch_sizes(frequency, damper_mass or {})
+        else:
             fit.check_held(mesh, self.supports)
             fit.check_foot_areas(mesh, self.supports)
             length = element_sizes(mesh.vertices, mesh.cells)
@@ -224,17 +208,6 @@ class StudiedPanel:
             edges = {name: float(length[cells].max()) for name, cells in mesh.patch_cells.items()}
             areas = {name: area_of_cell[cells].sum() for name, cells in mesh.patch_cells.items()}
             areas[""] = area_of_cell.sum()
-        else:
-            check_panel(
-                self._outline, self._holes, {**self.shapes, **self._feet},
-                {**self.points, **self._anchors, **self._attached},
-            )  # fmt: skip
-            area = fit.area_within(self._outline, self._holes.values())
-            fit.check_fit(area, self.supports, self.attachments)
-            fit.check_feet(area, self.supports)
-            edge = self._element_size
-            edges, areas = dict.fromkeys(self.shapes, edge), self._areas
-            edges |= self.patch_sizes(frequency, damper_mass or {})
         mass = {name: value for name, value in (damper_mass or {}).items() if value > 0}
         rest = max(areas[""] - sum(areas[name] for name in mass), 0.0)
         regions = [
@@ -243,7 +216,7 @@ class StudiedPanel:
         ]
         ratio = self.panel.modal_damping.least(0.0, frequency)
         try:
-            check_resolution(self.element, regions, self.section, frequency, ratio)
+            self.elements.check(regions, frequency, ratio)
         except ValueError as error:
             if self.foreign is None:
                 raise
@@ -255,7 +228,7 @@ class StudiedPanel:
             return {}
         ratio = self.panel.modal_damping.least(0.0, frequency)
         sizes = {
-            name: longest_edge(self.element, self.section, frequency, mass, ratio)
+            name: self.elements.longest_edge(frequency, mass, ratio)
             for name, mass in damper_mass.items()
             if mass > 0
         }
@@ -265,9 +238,7 @@ class StudiedPanel:
         """Mesh the panel, triangles with `patch_sizes`, and write the mesh to a ``.msh`` file."""
         spec = self.panel.mesh
         if spec.kind == "quadrilaterals":
-            return mesh_quadrilaterals(
-                path, self._size, spec.elements, self._rectangles, self.points
-            )
+            return mesh_quadrilaterals(path, self._size, spec.elements, self.shapes, self.points)
         if self.foreign is not None:
             mesh = self.foreign.panel_mesh(self.patches, self.points)
             write_triangles(path, mesh)
@@ -308,8 +279,11 @@ class StudiedPanel:
 
     @property
     def _element_size(self) -> float:
-        """Of triangles [m]; a narrow panel has shorter ones than stated."""
-        return min(self.panel.mesh.size_m or 0.0, fit.narrowest(self._outline) / ELEMENTS_ACROSS)
+        """Longest edge [m]; a narrow panel has shorter triangles than stated."""
+        spec = self.panel.mesh
+        if spec.kind == "quadrilaterals":
+            return max(np.array(self._size) / spec.elements)
+        return min(spec.size_m or 0.0, fit.narrowest(self._outline) / ELEMENTS_ACROSS)
 
     @property
     def _areas(self) -> dict[str, float]:
@@ -317,10 +291,6 @@ class StudiedPanel:
         areas = {name: abs(signed_area(shape.corners)) for name, shape in self.shapes.items()}
         holes = sum(abs(signed_area(hole.corners)) for hole in self._holes.values())
         return {**areas, "": abs(signed_area(self._outline.corners)) - holes}
-
-    @property
-    def _rectangles(self) -> dict[str, Rectangle]:
-        return {name: s for name, s in self.shapes.items() if isinstance(s, Rectangle)}
 
     @property
     def _holes(self) -> dict[str, Shape]:
@@ -347,10 +317,9 @@ class StudiedPanel:
     def _attached(self) -> dict[str, Position]:
         positions: dict[str, Position] = {}
         for name, attached in self.attachments.items():
-            if isinstance(attached, LineMass):
-                positions |= {f"{name} from_m": attached.start, f"{name} to_m": attached.end}
-            else:
-                positions[fit.place_of(name, attached)] = attached.position
+            place = fit.place_of(name, attached)
+            names = [place] if len(attached.ends) == 1 else [f"{name} from_m", f"{name} to_m"]
+            positions |= zip(names, attached.ends, strict=True)
         return positions
 
     def _place(self, position: Position | None, grid: int | None) -> Position:
@@ -389,7 +358,7 @@ def write_panel(
     shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=damper_masses(study))
     basis = basis_of(mesh, plate, shapes)
     write_plate(plate_nc, plate.with_shapes(shapes.vectors), stamp(study))
-    sound = 2 * np.pi * study.response.frequency_hz[1] / study.wave_speed
+    sound = 2 * np.pi * highest / study.wave_speed
     condensed = with_condensed_face(basis, face_wavenumber(basis, sound))
     write_basis(modes_nc, condensed, stamp(study))
     write_shapes(modes_vtu, basis)

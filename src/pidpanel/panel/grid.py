@@ -1,47 +1,48 @@
 """The structured mesh of a rectangle by quadrilaterals."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 
 import gmsh
+import numpy as np
+from numpy.typing import ArrayLike
 
-from pidpanel.geometry.polygon import Rectangle, show
-from pidpanel.panel.mesh import (
-    PANEL_GROUP,
-    PanelMesh,
-    add_group,
-    check_names,
-    gmsh_session,
-    read_mesh,
-    write_mesh,
-)
+from pidpanel.geometry.polygon import Shape, show
+from pidpanel.panel.mesh import PANEL_GROUP, PanelMesh, drawing, read_mesh
 
 
 def check_grid(
     size: tuple[float, float],
     elements: tuple[int, int],
-    patches: Mapping[str, Rectangle],
+    patches: Mapping[str, Shape],
     points: Mapping[str, tuple[float, float]],
 ) -> tuple[list[int], list[int]]:
     """Refuse what does not fit a regular grid of quadrilaterals, before any mesh is made."""
-    check_names(patches, points)
     for name, patch in patches.items():
-        _check_inside_rectangle(f"patch {name!r} = {patch}", (patch.lower, patch.upper), size)
+        _check_inside_rectangle(f"patch {name!r} = {patch}", patch.corners, size)
     for name, point in points.items():
-        _check_inside_rectangle(f"point {name!r} = {show(point)}", (point,), size)
+        _check_inside_rectangle(f"point {name!r} = {show(point)}", point, size)
 
-    columns, rows = (
-        _cut_lines(k, size[k] / elements[k], elements[k], patches, points) for k in (0, 1)
-    )
-    return columns, rows
+    columns, rows = ({0, count} for count in elements)
+    for axis, lines in enumerate((columns, rows)):
+        spacing = size[axis] / elements[axis]
+        for name, patch in patches.items():
+            for edge in patch.corners[[0, 2], axis].tolist():
+                complaint = f"edge {'xy'[axis]} = {edge:g} m is not on an element edge"
+                lines.add(_grid_line(edge, spacing, f"patch {name!r} = {patch}: {complaint}"))
+        for name, point in points.items():
+            complaint = f"{'xy'[axis]} = {point[axis]:g} m is not at a grid point"
+            label = f"point {name!r} = {show(point)}"
+            lines.add(_grid_line(point[axis], spacing, f"{label}: {complaint}"))
+    return sorted(columns), sorted(rows)
 
 
 def mesh_quadrilaterals(
     path: Path,
     size: tuple[float, float],
     elements: tuple[int, int],
-    patches: Mapping[str, Rectangle],
+    patches: Mapping[str, Shape],
     points: Mapping[str, tuple[float, float]],
 ) -> PanelMesh:
     """Mesh the rectangle [0, a] × [0, b] [m] by a regular grid of quadrilaterals.
@@ -52,36 +53,16 @@ def mesh_quadrilaterals(
     """
     columns, rows = check_grid(size, elements, patches, points)
     spacing = (size[0] / elements[0], size[1] / elements[1])
-    with gmsh_session():
+    with drawing(path, patches, points):
         corners, surfaces = _draw_blocks(columns, rows, spacing)
-        add_group(2, list(surfaces), PANEL_GROUP)
+        gmsh.model.addPhysicalGroup(2, list(surfaces), name=PANEL_GROUP)
         for name, patch in patches.items():
-            add_group(2, [s for s, centre in surfaces.items() if _covers(patch, centre)], name)
+            inside = [surface for surface, place in surfaces.items() if _covers(patch, place)]
+            gmsh.model.addPhysicalGroup(2, inside, name=name)
         for name, point in points.items():
             node = (round(point[0] / spacing[0]), round(point[1] / spacing[1]))
-            add_group(0, [corners[node]], name)
-        gmsh.model.mesh.generate(2)
-        write_mesh(path)
+            gmsh.model.addPhysicalGroup(0, [corners[node]], name=name)
     return read_mesh(path, patches, points)
-
-
-def _cut_lines(
-    axis: int,
-    spacing: float,
-    elements: int,
-    patches: Mapping[str, Rectangle],
-    points: Mapping[str, tuple[float, float]],
-) -> list[int]:
-    """Return the numbers of the grid lines across one axis that bound patches or carry points."""
-    lines = {0, elements}
-    for name, patch in patches.items():
-        for edge in (patch.lower[axis], patch.upper[axis]):
-            complaint = f"edge {'xy'[axis]} = {edge:g} m is not on an element edge"
-            lines.add(_grid_line(edge, spacing, f"patch {name!r} = {patch}: {complaint}"))
-    for name, point in points.items():
-        complaint = f"{'xy'[axis]} = {point[axis]:g} m is not at a grid point"
-        lines.add(_grid_line(point[axis], spacing, f"point {name!r} = {show(point)}: {complaint}"))
-    return sorted(lines)
 
 
 def _draw_blocks(
@@ -122,18 +103,16 @@ def _grid_line(position: float, spacing: float, complaint: str) -> int:
     return line
 
 
-def _covers(patch: Rectangle, position: tuple[float, float]) -> bool:
+def _covers(patch: Shape, position: tuple[float, float]) -> bool:
     """Return whether a position lies in a rectangle."""
-    return all(patch.lower[k] < position[k] < patch.upper[k] for k in (0, 1))
+    lower, upper = patch.corners[[0, 2]]
+    return bool(np.all((lower < position) & (position < upper)))
 
 
-def _check_inside_rectangle(
-    label: str, corners: Sequence[tuple[float, float]], size: tuple[float, float]
-) -> None:
+def _check_inside_rectangle(label: str, corners: ArrayLike, size: tuple[float, float]) -> None:
     """Refuse corners outside [0, a] × [0, b]."""
     slack = 1e-9 * max(size)
-    for corner in corners:
-        if not all(-slack <= corner[k] <= size[k] + slack for k in (0, 1)):
-            raise ValueError(
-                f"{label} leaves the panel; allowed is [0, {size[0]:g}] x [0, {size[1]:g}] m"
-            )
+    if np.any((np.less(corners, -slack)) | (np.subtract(corners, size) > slack)):
+        raise ValueError(
+            f"{label} leaves the panel; allowed is [0, {size[0]:g}] x [0, {size[1]:g}] m"
+        )

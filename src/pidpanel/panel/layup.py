@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.panel.section import Layer
+from pidpanel.panel.section import Layer, SolidSection, ThinSection
 
 
 @dataclass(frozen=True)
@@ -129,14 +129,10 @@ class SandwichSection:
         return self.core.thickness + faces / 2
 
     @property
-    def _ribbon_axes(self) -> Array:
-        c, s = np.cos(self.core.ribbon), np.sin(self.core.ribbon)
-        return np.array([[c, s], [-s, c]])
-
-    @property
     def shear(self) -> Array:
         """S = G d² / t_c in the axes of the panel [N/m], shape (2, 2)."""
-        R = self._ribbon_axes
+        c, s = np.cos(self.core.ribbon), np.sin(self.core.ribbon)
+        R = np.array([[c, s], [-s, c]])
         G = R.T @ np.diag([self.core.shear_modulus_l, self.core.shear_modulus_w]) @ R
         return G * self.distance**2 / self.core.thickness
 
@@ -173,3 +169,7 @@ class SandwichSection:
     def core_stress(self) -> Array:
         """t = S γ / d, in the axes of the panel [Pa], shape (2, 2)."""
         return self.shear / self.distance
+
+
+ShearSection = SolidSection | SandwichSection
+Section = ThinSection | ShearSection

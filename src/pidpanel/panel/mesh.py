@@ -70,7 +70,8 @@ def read_mesh(
     number = np.full(len(place), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
     vertices = place[used]
-    cells = counter_clockwise(vertices, number[cells])
+    cells = number[cells]
+    cells = np.where(cell_areas(vertices, cells)[:, None] > 0, cells, cells[:, ::-1])
     order = row_order(vertices[cells].mean(axis=1))
     patch_cells = {
         name: np.flatnonzero(np.isin(elements, np.concatenate(inside))[order])
@@ -111,18 +112,23 @@ def gmsh_session() -> Iterator[None]:
         gmsh.finalize()
 
 
-def write_mesh(path: Path) -> None:
-    """Number nodes by rows from 1, as the paper does, and write the mesh."""
-    tags, positions, _ = gmsh.model.mesh.getNodes()
-    order = row_order(positions.reshape(-1, 3)[:, :2])
-    gmsh.model.mesh.renumberNodes(tags[order], np.arange(1, len(tags) + 1))
-    gmsh.write(str(path))
+@contextmanager
+def drawing(
+    path: Path, patches: Mapping[str, object], points: Mapping[str, object]
+) -> Iterator[None]:
+    """Open gmsh to draw a panel; then mesh it and write the mesh.
 
-
-def add_group(dimension: int, tags: Sequence[int], name: str) -> None:
-    """Name a set of model entities."""
-    group = gmsh.model.addPhysicalGroup(dimension, tags)
-    gmsh.model.setPhysicalName(dimension, group, name)
+    Nodes are numbered by rows from 1, as in the paper. A `ValueError` says that two groups of the
+    file would have one name.
+    """
+    check_names(patches, points)
+    with gmsh_session():
+        yield
+        gmsh.model.mesh.generate(2)
+        tags, positions, _ = gmsh.model.mesh.getNodes()
+        order = row_order(positions.reshape(-1, 3)[:, :2])
+        gmsh.model.mesh.renumberNodes(tags[order], np.arange(1, len(tags) + 1))
+        gmsh.write(str(path))
 
 
 def row_order(positions: Array) -> Index:
@@ -130,11 +136,6 @@ def row_order(positions: Array) -> Index:
     extent = np.ptp(positions, axis=0).max()
     x, y = np.round(positions / extent, 9).T
     return np.lexsort((x, y))
-
-
-def counter_clockwise(vertices: Array, cells: Index) -> Index:
-    """Return the cells with every one counter-clockwise."""
-    return np.where(cell_areas(vertices, cells)[:, None] > 0, cells, cells[:, ::-1])
 
 
 def check_patch_areas(mesh: PanelMesh, patches: Mapping[str, Shape], tolerance: float) -> None:

@@ -17,8 +17,6 @@ sandwich, 25 mm            0.014 %  0.001 %  0.20 %   0.044 %
 =========================  =======  =======  =======  =======
 """
 
-from typing import Protocol
-
 import numpy as np
 import scipy.sparse as sp
 from skfem import (
@@ -33,55 +31,24 @@ from skfem import (
 from skfem.helpers import dot, grad
 
 from pidpanel.arrays import Array, Index
+from pidpanel.panel.layup import ShearSection
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import (
     AssembledPlate,
     assembled_plate,
-    at_quadrature,
+    bending_form,
+    bent,
     corner_basis,
-    corner_mean,
     overlap_form,
+    vertex_values,
 )
-from pidpanel.panel.section import Section, SolidSection
-from pidpanel.panel.supports import (
-    Block,
-    Supports,
-    foot_cells,
-    foot_motion,
-    free_coordinates,
-    held_vertices,
-    null_space,
-    vertex_at,
-)
+from pidpanel.panel.section import SolidSection
+from pidpanel.panel.supports import Block, Supports, free_coordinates, held_vertices, null_space
 
 LAGRANGE = {2: ElementTriP2, 3: ElementTriP3, 4: ElementTriP4}
 # Degree of the deflection.
 SANDWICH_DEGREE, SOLID_DEGREE = 3, 4
 SIMPLY_SUPPORTED = Supports()
-
-
-class ShearSection(Section, Protocol):
-    """A section with core shear and rotary inertia."""
-
-    @property
-    def shear(self) -> Array:
-        """S, shear force (q_x, q_y) per shear angle [N/m], shape (2, 2)."""
-
-    @property
-    def rotary_inertia(self) -> float:
-        """Mass moment of the normals [kg]."""
-
-
-@BilinearForm
-def bending_form(b, c, section):  # type: ignore[no-untyped-def]
-    """Return the virtual work of bending, ∫ κ(c)·D κ(b) dA."""
-    return np.einsum("i...,ij,j...->...", _bent(c), section.bending, _bent(b))
-
-
-def _bent(b):  # type: ignore[no-untyped-def]
-    """Return −κ = (b_x,x, b_y,y, b_x,y + b_y,x)."""
-    G = grad(b)
-    return np.array([G[0, 0], G[1, 1], G[0, 1] + G[1, 0]])
 
 
 @BilinearForm
@@ -116,66 +83,36 @@ def assemble_shear_plate(
     of_deflection, of_rotation = LAGRANGE[degree](), ElementVector(LAGRANGE[degree - 1]())
     deflection = CellBasis(skmesh, of_deflection, intorder=2 * degree)
     rotation = CellBasis(skmesh, of_rotation, intorder=2 * degree)
-    free = free_coordinates(
-        deflection.N + rotation.N, _support_blocks(mesh, deflection, rotation, supports)
-    )
+    held = _support_blocks(mesh, deflection, rotation, supports)
+    free = free_coordinates(deflection.N + rotation.N, held)
     free_w, free_b = sp.csr_array(free[: deflection.N]), sp.csr_array(free[deflection.N :])
     S, D = {"shear": section.shear}, {"bending": section.bending}
     coupling = sp.csr_array(shear_form.assemble(rotation, deflection, **S))
-    stiffness = sp.block_array(
-        [
-            [sp.csr_array(shear_form.assemble(deflection, **S)), coupling],
-            [
-                coupling.T,
-                sp.csr_array(
-                    shear_form.assemble(rotation, **S) + bending_form.assemble(rotation, **D)
-                ),
-            ],
-        ],
-        format="csr",
-    )
-    mass = sp.block_diag(
-        [
-            section.mass_per_area * overlap_form.assemble(deflection),
-            section.rotary_inertia * inertia_form.assemble(rotation),
-        ],
-        format="csr",
-    )
-    curvature, shear = _recovery(deflection, rotation, free_w, free_b)
+    of_rotations = shear_form.assemble(rotation, **S) + bending_form.assemble(rotation, **D)
+    blocks = [[shear_form.assemble(deflection, **S), coupling], [coupling.T, of_rotations]]
+    stiffness = sp.block_array(blocks, format="csr")
+    translation = section.mass_per_area * overlap_form.assemble(deflection)
+    turning = section.rotary_inertia * inertia_form.assemble(rotation)
+    mass = sp.block_diag([translation, turning], format="csr")
+    w, b = corner_basis(skmesh, of_deflection), corner_basis(skmesh, of_rotation)
     return assembled_plate(
         mesh,
         deflection,
         free_w,
         stiffness=sp.csr_array(free.T @ stiffness @ free),
         mass=sp.csr_array(free.T @ mass @ free),
-        curvature_at_vertices=curvature,
-        shear_at_vertices=shear,
+        curvature_at_vertices=tuple(
+            vertex_values(b, lambda b, k=k: -bent(b)[k], free_b) for k in range(3)
+        ),
+        shear_at_vertices=tuple(
+            sp.csr_array(
+                vertex_values(w, lambda w, k=k: grad(w)[k], free_w)
+                - vertex_values(b, lambda b, k=k: np.asarray(b)[k], free_b)
+            )
+            for k in range(2)
+        ),
         section=section,
     )
-
-
-def _recovery(
-    of_deflection: CellBasis, of_rotation: CellBasis, free_w: sp.csr_array, free_b: sp.csr_array
-) -> tuple[tuple[sp.csr_array, ...], tuple[sp.csr_array, ...]]:
-    """Return the matrices of curvature and shear angle at the vertices."""
-    mesh = of_deflection.mesh
-    deflection = corner_basis(mesh, of_deflection.elem)
-    rotation = corner_basis(mesh, of_rotation.elem)
-    mean = corner_mean(mesh)
-
-    def matrix(basis: CellBasis, value, free: sp.csr_array) -> sp.csr_array:  # type: ignore[no-untyped-def]
-        values = [value(function[0]) for function in basis.basis]
-        return sp.csr_array(mean @ at_quadrature(basis, values) @ free)
-
-    curvature = tuple(matrix(rotation, lambda b, k=k: -_bent(b)[k], free_b) for k in range(3))
-    shear = tuple(
-        sp.csr_array(
-            matrix(deflection, lambda w, k=k: grad(w)[k], free_w)
-            - matrix(rotation, lambda b, k=k: np.asarray(b)[k], free_b)
-        )
-        for k in range(2)
-    )
-    return curvature, shear
 
 
 def _support_blocks(
@@ -209,7 +146,7 @@ def _support_blocks(
             hold("a supported edge", vertex.vertex, dofs, rows)
     for name, point in supports.points.items():
         if point.radius == 0:
-            vertex_number = vertex_at(mesh, name, point.position)
+            vertex_number = point.vertex(mesh, name)
             w_rows[int(deflection.nodal_dofs[0, vertex_number])] = name
             if point.kind == "hold_down":
                 hold(name, vertex_number, rotation.nodal_dofs[:, vertex_number], np.eye(2))
@@ -219,20 +156,16 @@ def _support_blocks(
         blocks.append(Block(name, dofs, null_space(np.vstack(forbidden))))
     for name, point in supports.points.items():
         if point.radius > 0:
-            cells = foot_cells(mesh, name, point)
+            cells = point.foot_cells(mesh, name)
             w_dofs = np.unique(deflection.element_dofs[:, cells])
             b_dofs = np.unique(rotation.element_dofs[:, cells])
             x, y = deflection.doflocs[:, w_dofs]
             dof_sets = (rotation.nodal_dofs, rotation.facet_dofs, rotation.interior_dofs)
             along_x = np.isin(b_dofs, np.concatenate([dofs[::2].ravel() for dofs in dof_sets]))
-            rigid = np.vstack(
-                [
-                    np.column_stack([np.ones_like(x), x, y]),
-                    np.column_stack([np.zeros(len(b_dofs)), along_x, ~along_x]),
-                ]
-            )
+            of_w = np.column_stack([np.ones_like(x), x, y])
+            rigid = np.vstack([of_w, np.column_stack([0 * along_x, along_x, ~along_x])])
             dofs = np.concatenate([w_dofs, deflection.N + b_dofs])
-            blocks.append(Block(name, dofs, foot_motion(rigid, point)))
+            blocks.append(Block(name, dofs, point.foot_motion(rigid)))
     return blocks
 
 

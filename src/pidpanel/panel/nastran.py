@@ -52,7 +52,7 @@ def read_nastran(path: Path, ignored: Collection[str] = ()) -> FlatMesh:
 
     def read(where: str, name: str, fields: list[str]) -> None:
         if name == "GRID":
-            number, system, x, y, z, out_system, constraints, *trailing = _padded(fields, 8)
+            number, system, x, y, z, out_system, constraints, *trailing = fields + 8 * [""]
             unread = [(system, "CP"), (out_system, "CD"), (constraints, "PS")]
             for field, label in unread + [(field, "a field after PS") for field in trailing]:
                 if field not in ("", "0"):
@@ -65,7 +65,7 @@ def read_nastran(path: Path, ignored: Collection[str] = ()) -> FlatMesh:
             node.append(tag)
         elif name in CORNERS:
             count = CORNERS[name]
-            number, property_number, *rest = _padded(fields, 2 + count)
+            number, property_number, *rest = fields + 6 * [""]
             tag, nodes = _integer(where, number), [_integer(where, text) for text in rest[:count]]
             for value in rest[count:]:
                 if value and _real(where, value) != 0:
@@ -151,11 +151,6 @@ def _fields(text: str) -> tuple[str, list[str]]:
     head, rest = text[:8].strip(), text[8:72]
     width = 16 if "*" in head else 8
     return head, [rest[k : k + width].strip() for k in range(0, 64, width)]
-
-
-def _padded(fields: list[str], count: int) -> list[str]:
-    """Return the fields with blanks up to a count."""
-    return fields + [""] * (count - len(fields))
 
 
 def _integer(where: str, text: str) -> int:

@@ -10,29 +10,26 @@ from scipy.optimize import linear_sum_assignment
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.mindlin import ShearSection
+from pidpanel.panel.layup import ShearSection
+from pidpanel.panel.section import ThinSection
 
 
 def thin_plate_frequency(
-    m: ArrayLike,
-    n: ArrayLike,
-    size: tuple[float, float],
-    bending_stiffness: float,
-    mass_per_area: float,
+    m: ArrayLike, n: ArrayLike, size: tuple[float, float], section: ThinSection
 ) -> Array:
     """Return the natural frequency of a thin rectangle [Hz], ω² = D k⁴ / m″.
 
-    ``m``, ``n`` are half waves along the edges ``size`` [m]; D [N m], m″ [kg/m²].
+    ``m``, ``n`` are half waves along the edges ``size`` [m].
 
     Examples
     --------
     The first two rows of Table 1 of the paper:
 
-    >>> thin_plate_frequency([1, 2], [1, 1], (1.5, 1.0), 3273.07, 4.0).round(2)
+    >>> thin_plate_frequency([1, 2], [1, 1], (1.5, 1.0), ThinSection(3273.07, 4.0)).round(2)
     array([ 64.9 , 124.81])
     """
     k2 = wave_number_squared(m, n, size)
-    return np.sqrt(bending_stiffness * k2**2 / mass_per_area) / (2 * np.pi)
+    return np.sqrt(section.bending_stiffness * k2**2 / section.mass_per_area) / (2 * np.pi)
 
 
 def shear_plate_frequency(

@@ -12,10 +12,10 @@ import numpy as np
 import scipy.sparse as sp
 from skfem import BilinearForm, CellBasis, Element, Mesh
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index
+from pidpanel.panel.layup import Section
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.section import Section
 
 # Of the pressure on the deflection: 3 × 3 Gauss points on a quadrilateral, 7 points on a triangle.
 LOAD_ORDER = 5
@@ -38,6 +38,18 @@ class AssembledPlate(PlateMatrices):
 def overlap_form(w, v, _):  # type: ignore[no-untyped-def]
     """Return ∫ w v dA: times m″ the mass matrix; over a patch, D of the paper's Eq. 7."""
     return w * v
+
+
+@BilinearForm
+def bending_form(b, c, section):  # type: ignore[no-untyped-def]
+    """Return the virtual work of bending, ∫ κ(c)·D κ(b) dA."""
+    return np.einsum("i...,ij,j...->...", bent(c), section.bending, bent(b))
+
+
+def bent(field):  # type: ignore[no-untyped-def]
+    """Return −κ of a deflection with second derivatives, or of a rotation of the normals."""
+    G = field.grad if field.hess is None else field.hess
+    return np.array([G[0, 0], G[1, 1], G[0, 1] + G[1, 0]])
 
 
 def assembled_plate(
@@ -69,7 +81,7 @@ def assembled_plate(
     load = CellBasis(skmesh, element, intorder=LOAD_ORDER)
     position = np.asarray(load.global_coordinates())
     values = [function[0] for function in load.basis]
-    deflection_at_quadrature = sp.csr_array(at_quadrature(load, values) @ free)
+    at_quadrature = sp.csr_array(at_points(values, load.element_dofs, load.N) @ free)
     return AssembledPlate(
         stiffness=stiffness,
         mass=mass,
@@ -78,11 +90,11 @@ def assembled_plate(
         at_vertices=at_vertices,
         quadrature_position=position.reshape(2, -1).T,
         quadrature_weight=load.dx.ravel(),
-        at_quadrature=deflection_at_quadrature,
+        at_quadrature=at_quadrature,
         curvature_at_vertices=curvature_at_vertices,
         shear_at_vertices=shear_at_vertices,
         section=section,
-        inertia=section.mass_per_area * (deflection_at_quadrature.T @ load.dx.ravel()),
+        inertia=section.mass_per_area * (at_quadrature.T @ load.dx.ravel()),
     )
 
 
@@ -110,34 +122,24 @@ def values_at(basis: CellBasis, positions: Array) -> sp.csr_array:
             raise ValueError(f"({position[0]:g}, {position[1]:g}) m is not on the panel")
     local = basis.mapping.invF(positions.T[:, :, None], tind=cells)
     values = [basis.elem.gbasis(basis.mapping, local, k, tind=cells)[0] for k in range(basis.Nbfun)]
-    row = np.tile(np.arange(len(positions)), basis.Nbfun)
-    return sp.csr_array(
-        (
-            np.concatenate([np.asarray(value).ravel() for value in values]),
-            (row, basis.element_dofs[:, cells].ravel()),
-        ),
-        shape=(len(positions), basis.N),
-    )
+    return at_points(values, basis.element_dofs[:, cells], basis.N)
 
 
-def at_quadrature(basis: CellBasis, values: Sequence[Array]) -> sp.csr_array:
-    """Return the matrix (n_quadrature, n_dofs) of basis functions from their values.
+def at_points(values: Sequence[Array], element_dofs: Index, n_dofs: int) -> sp.csr_array:
+    """Return the matrix (n_cells · n_points, n_dofs) of basis functions from their values.
 
     Parameters
     ----------
     values
         (n_cells, n_points) values of each basis function of a cell.
+    element_dofs
+        (n_functions, n_cells) coordinates of the functions of each cell.
     """
-    n_cells, n_points = basis.dx.shape
-    point = np.arange(n_cells * n_points)
-    columns = [np.repeat(dofs, n_points) for dofs in basis.element_dofs]
-    return sp.csr_array(
-        (
-            np.concatenate([np.asarray(value).ravel() for value in values]),
-            (np.tile(point, len(values)), np.concatenate(columns)),
-        ),
-        shape=(len(point), basis.N),
-    )
+    data = np.asarray([np.asarray(value) for value in values])
+    _, n_cells, n_points = data.shape
+    row = np.tile(np.arange(n_cells * n_points), len(data))
+    column = np.repeat(element_dofs, n_points, axis=1).ravel()
+    return sp.csr_array((data.ravel(), (row, column)), shape=(n_cells * n_points, n_dofs))
 
 
 def corner_basis(mesh: Mesh, element: Element) -> CellBasis:
@@ -146,8 +148,22 @@ def corner_basis(mesh: Mesh, element: Element) -> CellBasis:
     return CellBasis(mesh, element, quadrature=(corners, np.ones(corners.shape[1])))
 
 
-def corner_mean(mesh: Mesh) -> sp.csr_array:
-    """Return the matrix (n_vertices, n_cells · n_corners) of the mean over cells at a vertex."""
-    vertex = mesh.t.T.ravel()
+def vertex_values(
+    corners: CellBasis, value: Callable[..., Array], free: sp.csr_array
+) -> sp.csr_array:
+    """Return the matrix (n_vertices, n) of a value of the field, the mean over cells at a vertex.
+
+    Parameters
+    ----------
+    corners
+        A `corner_basis`.
+    value
+        Of a basis function, such as `bent`.
+    free
+        From the free coordinates to those of the elements.
+    """
+    vertex = corners.mesh.t.T.ravel()
     share = 1 / np.bincount(vertex)[vertex]
-    return sp.csr_array((share, (vertex, np.arange(len(vertex)))))
+    mean = sp.csr_array((share, (vertex, np.arange(len(vertex)))))
+    values = [value(function[0]) for function in corners.basis]
+    return sp.csr_array(mean @ at_points(values, corners.element_dofs, corners.N) @ free)

@@ -14,7 +14,8 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_mesh import edge_lengths
-from pidpanel.panel.section import Section
+from pidpanel.panel.layup import Section
+from pidpanel.panel.section import ThinSection
 
 # Longest element edge over half a wave up to which the frequency of a mode errs by at most
 # 1 %; measured on a simply supported rectangle (thin; Argyris elements would allow 2, 0.1 %) and
@@ -66,8 +67,7 @@ class Region:
 def element_sizes(vertices: Array, cells: Index) -> Array:
     """Return the size of each cell [m]: of a triangle the mean edge, of a rectangle the longest."""
     edges = edge_lengths(vertices, cells)
-    sizes: Array = edges.mean(axis=1) if cells.shape[1] == 3 else edges.max(axis=1)
-    return sizes
+    return edges.mean(axis=1) if cells.shape[1] == 3 else edges.max(axis=1)
 
 
 def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> float:
@@ -95,107 +95,119 @@ def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> fl
     """
     D = float(np.diag(section.bending)[:2].min())
     inertia = (section.mass_per_area + max(added_mass, 0.0)) * (2 * np.pi * frequency) ** 2
-    shear = getattr(section, "shear", None)
-    softening = 0.0 if shear is None else inertia * D / float(np.linalg.eigvalsh(shear).min())
+    softening = 0.0
+    if not isinstance(section, ThinSection):
+        softening = inertia * D / float(np.linalg.eigvalsh(section.shear).min())
     k2 = (softening + np.sqrt(softening**2 + 4 * D * inertia)) / (2 * D)
     return float(np.pi / np.sqrt(k2)) if k2 > 0 else float(np.inf)
 
 
-def frequency_shift(
-    element: str,
-    section: Section,
-    longest_edge: float,
-    frequency: float,
-    added_mass: float = 0.0,
-    free_edges: float = 0.0,
-    feet: float = 0.0,
-    ends: float = 0.0,
-) -> float:
-    """Return by which share a mesh raises the frequency of a resonance, about [1].
+@dataclass(frozen=True)
+class ElementKind:
+    """Elements of a panel, and what a mesh of them does to its resonances."""
 
-    Along a free edge, shear takes a layer of depth λ = √(D₆₆/S) from the torsion of the section.
+    kind: str  # a key of `LONGEST_EDGE`
+    section: Section
 
-    Parameters
-    ----------
-    element
-        A key of `LONGEST_EDGE`.
-    longest_edge
-        [m].
-    section, frequency, added_mass
-        As of `half_wave`.
-    free_edges
-        Half the length of the free edges over the area of the panel [1/m].
-    feet
-        1 where supports at points have a radius.
-    ends
-        Ends of supported parts of edges that elements do not shrink to, over √area [1/m].
-    """
-    allowed = LONGEST_EDGE[element] * half_wave(section, frequency, added_mass)
-    shift = float(WORST_SHIFT * (longest_edge / allowed) ** ORDER)
-    shear = getattr(section, "shear", None)
-    shift += END_SHIFT * ends * longest_edge
-    if shear is None:
-        shift += FOOT_SHIFT * feet
-    else:
-        order, half = EDGE_LAYER[element]
-        layer = float(np.sqrt(section.bending[2, 2] / np.linalg.eigvalsh(shear).max()))
-        shift += layer * free_edges / (1 + (half * layer / longest_edge) ** order)
-    return shift
+    def allowed_edge(self, frequency: float, added_mass: float) -> float:
+        """Return the edge [m] with which the frequency of a wave errs by `WORST_SHIFT`."""
+        return LONGEST_EDGE[self.kind] * half_wave(self.section, frequency, added_mass)
 
+    def frequency_shift(
+        self,
+        edge: float,
+        frequency: float,
+        added_mass: float = 0.0,
+        free_edges: float = 0.0,
+        feet: float = 0.0,
+        ends: float = 0.0,
+    ) -> float:
+        """Return by which share edges [m] raise the frequency of a resonance, about [1].
 
-def longest_edge(
-    element: str, section: Section, frequency: float, added_mass: float, damping_ratio: float
-) -> float:
-    """Return the longest element edge up to a frequency [m], under a damper or without one.
+        Along a free edge, shear takes a layer of depth λ = √(D₆₆/S) from the torsion of the
+        section.
 
-    Parameters
-    ----------
-    element, section, frequency, added_mass
-        As of `frequency_shift`.
-    damping_ratio
-        ζ of the panel [1].
-    """
-    allowed = LONGEST_EDGE[element] * half_wave(section, frequency, added_mass)
-    if added_mass <= 0:
-        return allowed
-    return float(allowed * min(LOCAL_SHIFT * damping_ratio / WORST_SHIFT, 1.0) ** (1 / ORDER))
+        Parameters
+        ----------
+        frequency, added_mass
+            As of `half_wave`.
+        free_edges
+            Half the length of the free edges over the area of the panel [1/m].
+        feet
+            1 where supports at points have a radius.
+        ends
+            Ends of supported parts of edges that elements do not shrink to, over √area [1/m].
+        """
+        shift = float(WORST_SHIFT * (edge / self.allowed_edge(frequency, added_mass)) ** ORDER)
+        shift += END_SHIFT * ends * edge
+        if isinstance(self.section, ThinSection):
+            shift += FOOT_SHIFT * feet
+        else:
+            order, half = EDGE_LAYER[self.kind]
+            shear = np.linalg.eigvalsh(self.section.shear).max()
+            layer = float(np.sqrt(self.section.bending[2, 2] / shear))
+            shift += layer * free_edges / (1 + (half * layer / edge) ** order)
+        return shift
 
+    def longest_edge(self, frequency: float, added_mass: float, damping_ratio: float) -> float:
+        """Return the longest edge up to a frequency [m], under a damper or without one."""
+        allowed = self.allowed_edge(frequency, added_mass)
+        if added_mass <= 0:
+            return allowed
+        return float(allowed * min(LOCAL_SHIFT * damping_ratio / WORST_SHIFT, 1.0) ** (1 / ORDER))
 
-def check_resolution(
-    element: str,
-    regions: Sequence[Region],
-    section: Section,
-    frequency: float,
-    damping_ratio: float,
-) -> None:
-    """Refuse a mesh that is too coarse for a frequency [Hz], with the longest edge that would do.
+    def check(self, regions: Sequence[Region], frequency: float, damping_ratio: float) -> None:
+        """Refuse a mesh too coarse for a frequency [Hz], with the longest edge that would do.
 
-    The element is a key of `LONGEST_EDGE`; the regions are the panel without dampers, and its
-    patches with theirs.
-    """
-    for region in regions:
-        half = half_wave(section, frequency, region.added_mass)
-        allowed = longest_edge(element, section, frequency, region.added_mass, damping_ratio)
-        if region.longest_edge > allowed * (1 + 1e-9):
+        The regions are the panel without dampers, and its patches with theirs.
+        """
+        for region in regions:
+            allowed = self.longest_edge(frequency, region.added_mass, damping_ratio)
+            if region.longest_edge > allowed * (1 + 1e-9):
+                half = half_wave(self.section, frequency, region.added_mass)
+                raise ValueError(
+                    f"mesh: element edges of {region.longest_edge:.3g} m{_under(region)} are too"
+                    f" coarse for {frequency:g} Hz, where half a bending wavelength is {half:.3g}"
+                    f" m; at most {_rounded_down(allowed):g} m"
+                )
+        error = self.line_error_db(regions, frequency, damping_ratio)
+        if error > LINE_ERROR_DB:
+            shifts = self._shifts(regions, frequency)
+            worst = regions[int(np.argmax(shifts))]
+            allowed = worst.longest_edge * (LINE_ERROR_DB / error) ** (1 / ORDER)
             raise ValueError(
-                f"mesh: element edges of {region.longest_edge:.3g} m{_under(region)} are too coarse"
-                f" for {frequency:g} Hz, where half a bending wavelength is {half:.3g} m; at most"
-                f" {_rounded_down(allowed):g} m"
+                f"mesh: element edges of {worst.longest_edge:.3g} m{_under(worst)} raise resonances"
+                f" by up to {max(shifts):.2g} of their frequency, which with damping_ratio ="
+                f" {damping_ratio:g} changes PSDs by about {error:.1f} dB, more than"
+                f" {LINE_ERROR_DB:g} dB; at most {_rounded_down(allowed):g} m"
             )
-    error = line_error_db(element, regions, section, frequency, damping_ratio)
-    if error > LINE_ERROR_DB:
-        shifts = [
-            frequency_shift(element, section, r.longest_edge, frequency, r.added_mass)
-            for r in regions
-        ]
-        worst = regions[int(np.argmax(shifts))]
-        allowed = worst.longest_edge * (LINE_ERROR_DB / error) ** (1 / ORDER)
-        raise ValueError(
-            f"mesh: element edges of {worst.longest_edge:.3g} m{_under(worst)} raise resonances by"
-            f" up to {max(shifts):.2g} of their frequency, which with damping_ratio ="
-            f" {damping_ratio:g} changes PSDs by about {error:.1f} dB, more than"
-            f" {LINE_ERROR_DB:g} dB; at most {_rounded_down(allowed):g} m"
+
+    def _shifts(self, regions: Sequence[Region], frequency: float) -> list[float]:
+        return [self.frequency_shift(r.longest_edge, frequency, r.added_mass) for r in regions]
+
+    def line_error_db(
+        self, regions: Sequence[Region], frequency: float, damping_ratio: float
+    ) -> float:
+        """Estimate the largest error of a PSD that a mesh makes up to a frequency [dB].
+
+        Resonances a spacing δ apart make S ∝ sinh x/(cosh x − cos(2π f/δ)) with x = 2πζf/δ, whose
+        slope is at most 2π/(δ sinh x); the shift of the resonances times that is the error. Each
+        part of the panel has its share of the modes in the shift and in the damping.
+        """
+        tried = frequency * np.geomspace(LOWEST_TRIED, 1.0, TRIED)
+        mass, area = np.array([(region.added_mass, region.area) for region in regions]).T
+        wavenumber = np.pi / np.array(
+            [[half_wave(self.section, f, extra) for extra in mass.tolist()] for f in tried.tolist()]
         )
+        shift = np.array([self._shifts(regions, f) for f in tried.tolist()])
+        below = area * wavenumber**2 / (4 * np.pi)  # modes below a frequency
+        total = below.sum(axis=1)
+        share = below / total[:, None]
+        ratio = damping_ratio * share @ (1 + mass / self.section.mass_per_area) ** -0.5
+        density = tried * np.gradient(total, tried)
+        slope = 2 * np.pi * density / np.sinh(np.minimum(2 * np.pi * density * ratio, 100.0))
+        error = 10 / np.log(10) * np.sum(share * shift, axis=1) * slope
+        return float(np.max(error[total >= 1.0], initial=0.0))
 
 
 def _rounded_down(size: float) -> float:
@@ -208,37 +220,3 @@ def _under(region: Region) -> str:
     if not region.name:
         return ""
     return f" under {region.name}, whose damper weighs {region.added_mass:.3g} kg/m²,"
-
-
-def line_error_db(
-    element: str,
-    regions: Sequence[Region],
-    section: Section,
-    frequency: float,
-    damping_ratio: float,
-) -> float:
-    """Estimate the largest error of a PSD that a mesh makes at any line up to a frequency [dB].
-
-    Resonances a spacing δ apart make S ∝ sinh x/(cosh x − cos(2π f/δ)) with x = 2πζf/δ, whose
-    slope is at most 2π/(δ sinh x); the shift of the resonances times that is the error. Each part
-    of the panel has its share of the modes in the shift and in the damping.
-    """
-    tried = frequency * np.geomspace(LOWEST_TRIED, 1.0, TRIED)
-    mass, area = np.array([(region.added_mass, region.area) for region in regions]).T
-    wavenumber = np.pi / np.array(
-        [[half_wave(section, f, extra) for extra in mass.tolist()] for f in tried.tolist()]
-    )
-    shift = np.array(
-        [
-            [frequency_shift(element, section, r.longest_edge, f, r.added_mass) for r in regions]
-            for f in tried.tolist()
-        ]
-    )
-    below = area * wavenumber**2 / (4 * np.pi)  # modes below a frequency
-    total = below.sum(axis=1)
-    share = below / total[:, None]
-    ratio = damping_ratio * share @ (1 + mass / section.mass_per_area) ** -0.5
-    density = tried * np.gradient(total, tried)
-    slope = 2 * np.pi * density / np.sinh(np.minimum(2 * np.pi * density * ratio, 100.0))
-    error = 10 / np.log(10) * np.sum(share * shift, axis=1) * slope
-    return float(np.max(error[total >= 1.0], initial=0.0))

@@ -4,10 +4,15 @@ Conventions of all sections: z points the way w does, from the neutral plane; th
 κ = -(w_,xx, w_,yy, 2 w_,xy) of a thin plate and -(b_x,x, b_y,y, b_x,y + b_y,x) where the
 normals turn by b; the shear angle is γ = grad w - b; strains are (e_x, e_y, g_xy) with the
 engineering shear strain, stresses (s_x, s_y, t_xy).
+
+Every section has ``mass_per_area`` m″ [kg/m²], ``bending`` (3, 3), the moments (m_x, m_y, m_xy) per
+curvature [N m], ``layers`` at which strain and stress can be recovered, and ``core_stress`` (2, 2),
+the shear stress (t_xz, t_yz) of the core per shear angle [Pa]. Those with transverse shear have
+``shear`` (2, 2), the shear force (q_x, q_y) per shear angle [N/m], and ``rotary_inertia``, the mass
+moment of the normals [kg].
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -21,26 +26,6 @@ class Layer:
     name: str  # such as "top" or "top ply 1"
     strain: Array  # (3, 3) strain = ``strain @ curvature`` [m], in the layer's own axes (1, 2, 12)
     stress: Array  # (3, 3) stress = ``stress @ curvature`` [Pa m], in the same axes
-
-
-class Section(Protocol):
-    """What the plates need to know of a section."""
-
-    @property
-    def mass_per_area(self) -> float:
-        """m″ [kg/m²]."""
-
-    @property
-    def bending(self) -> Array:
-        """Moments (m_x, m_y, m_xy) per curvature [N m], shape (3, 3)."""
-
-    @property
-    def layers(self) -> tuple[Layer, ...]:
-        """Depths at which strain and stress can be recovered."""
-
-    @property
-    def core_stress(self) -> Array:
-        """Shear stress (t_xz, t_yz) of the core per shear angle [Pa], shape (2, 2)."""
 
 
 @dataclass(frozen=True)

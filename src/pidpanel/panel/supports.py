@@ -13,21 +13,20 @@ from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_mesh import boundary_edges, edge_lengths
-from pidpanel.geometry.polygon import Position, signed_area
+from pidpanel.geometry.polygon import Position, show, signed_area
 from pidpanel.panel.mesh import PanelMesh
 
-EDGE_KINDS = ("simply_supported", "simply_supported_soft", "clamped", "free")
 # Edges that turn by less are read as a smooth curve drawn by straight pieces.
 SMOOTH_TURN = np.radians(30.0)
 
 
 @dataclass(frozen=True)
 class EdgeSupport:
-    """Support of one of `EDGE_KINDS` between two points of a straight edge of the outline [m]."""
+    """Support between two points of a straight edge of the outline [m]."""
 
     start: Position
     end: Position
-    kind: str
+    kind: str  # "simply_supported", "simply_supported_soft", "clamped" or "free"
 
 
 @dataclass(frozen=True)
@@ -41,12 +40,41 @@ class PointSupport:
     # deflection of a panel with core shear there depends on the mesh, like a logarithm.
     radius: float = 0.0
 
+    def vertex(self, mesh: PanelMesh, name: str) -> int:
+        """Return the number of the vertex where the support is; the name is for messages."""
+        distance = np.linalg.norm(mesh.vertices - np.array(self.position), axis=1)
+        nearest = int(np.argmin(distance))
+        if distance[nearest] > 1e-6 * np.ptp(mesh.vertices, axis=0).max():
+            x, y = mesh.vertices[nearest]
+            raise ValueError(
+                f"{name} at {show(self.position)}: no vertex of the mesh is there, the nearest is"
+                f" ({x:g}, {y:g}) m"
+            )
+        return nearest
+
+    def foot_cells(self, mesh: PanelMesh, name: str) -> Index:
+        """Return the cells whose centre lies within the foot."""
+        centre = mesh.vertices[mesh.cells].mean(axis=1)
+        cells = np.flatnonzero(np.linalg.norm(centre - self.position, axis=1) < self.radius)
+        if not cells.size:
+            raise ValueError(
+                f"patch 'foot of {name}' of radius {self.radius:g} m about {show(self.position)}:"
+                " no element has its centre in it; refine the mesh there"
+            )
+        return cells
+
+    def foot_motion(self, rigid: Array) -> Array:
+        """Return the rigid motions that a foot allows: rotation about its centre, or none."""
+        if self.kind == "hold_down":
+            return rigid[:, :0]
+        return rigid[:, 1:] - rigid[:, :1] * np.array(self.position)
+
 
 @dataclass(frozen=True)
 class Supports:
     """All supports of a panel."""
 
-    outline: str = "simply_supported"  # kind of the outer boundary, one of `EDGE_KINDS`
+    outline: str = "simply_supported"  # kind of the outer boundary, as of an `EdgeSupport`
     holes: str = "free"
     edges: Sequence[EdgeSupport] = ()  # straight parts of the boundary that differ; later ones win
     points: Mapping[str, PointSupport] = field(default_factory=dict)
@@ -90,18 +118,13 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
     the mesh lies along an `EdgeSupport`.
     """
     vertices, edges = [], {}
-    loops = boundary_loops(mesh.vertices, mesh.cells)
-    kinds = [
-        np.full(
-            len(loop),
-            supports.outline if signed_area(mesh.vertices[loop]) > 0 else supports.holes,
-            dtype=object,
-        )
-        for loop in loops
-    ]
+    boundary = []
+    for loop in boundary_loops(mesh.vertices, mesh.cells):
+        kind = supports.outline if signed_area(mesh.vertices[loop]) > 0 else supports.holes
+        boundary.append((loop, np.full(len(loop), kind, dtype=object)))
     for support in supports.edges:
-        _mark(mesh, loops, kinds, support)
-    for loop, kind_of in zip(loops, kinds, strict=True):
+        _mark(mesh, boundary, support)
+    for loop, kind_of in boundary:
         step = np.roll(mesh.vertices[loop], -1, axis=0) - mesh.vertices[loop]
         length = np.linalg.norm(step, axis=1)
         tangent = step / length[:, None]
@@ -123,19 +146,16 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
 
 
 def _mark(
-    mesh: PanelMesh,
-    loops: Sequence[Index],
-    kinds: Sequence[NDArray[np.object_]],
-    support: EdgeSupport,
+    mesh: PanelMesh, boundary: list[tuple[Index, NDArray[np.object_]]], support: EdgeSupport
 ) -> None:
-    """Mark the edges of the boundary between two points with the kind of a support."""
+    """Mark the edges of the boundary, loops and kinds, between two points with a support."""
     start, end = np.array(support.start), np.array(support.end)
     length = float(np.linalg.norm(end - start))
     covered = 0.0
     slack = 1e-6 * float(np.ptp(mesh.vertices, axis=0).max())
     if length > slack:
         along = (end - start) / length
-        for loop, kind in zip(loops, kinds, strict=True):
+        for loop, kind in boundary:
             offset = mesh.vertices[loop] - start
             s = offset @ along
             aside = offset @ np.array([-along[1], along[0]])
@@ -149,39 +169,6 @@ def _mark(
             f" the panel's boundary cover {covered:g} of its {length:g} m; both ends must lie on"
             " one straight edge, at vertices of the mesh"
         )
-
-
-def vertex_at(mesh: PanelMesh, name: str, position: Position) -> int:
-    """Return the number of the vertex at a position."""
-    distance = np.linalg.norm(mesh.vertices - np.array(position), axis=1)
-    nearest = int(np.argmin(distance))
-    if distance[nearest] > 1e-6 * np.ptp(mesh.vertices, axis=0).max():
-        x, y = mesh.vertices[nearest]
-        raise ValueError(
-            f"{name} at ({position[0]:g}, {position[1]:g}) m: no vertex of the mesh is there, the"
-            f" nearest is ({x:g}, {y:g}) m"
-        )
-    return nearest
-
-
-def foot_cells(mesh: PanelMesh, name: str, support: PointSupport) -> Index:
-    """Return the cells whose centre lies within the foot of a support."""
-    centre = mesh.vertices[mesh.cells].mean(axis=1)
-    cells = np.flatnonzero(np.linalg.norm(centre - support.position, axis=1) < support.radius)
-    if not cells.size:
-        x, y = support.position
-        raise ValueError(
-            f"patch 'foot of {name}' of radius {support.radius:g} m about ({x:g}, {y:g}) m: no"
-            " element has its centre in it; refine the mesh there"
-        )
-    return cells
-
-
-def foot_motion(rigid: Array, foot: PointSupport) -> Array:
-    """Return the rigid motions that a foot allows: rotation about its centre, or none."""
-    if foot.kind == "hold_down":
-        return rigid[:, :0]
-    return rigid[:, 1:] - rigid[:, :1] * np.array(foot.position)
 
 
 def vertex_spacing(mesh: PanelMesh) -> Array:
@@ -210,13 +197,12 @@ def free_coordinates(n_dofs: int, blocks: Sequence[Block]) -> sp.csr_array:
         If two supports hold the same coordinate.
     """
     dofs = np.concatenate([np.zeros(0, dtype=np.int64), *(block.dofs for block in blocks)])
-    if len(np.unique(dofs)) < len(dofs):
-        owner: dict[int, str] = {}
-        for block in blocks:
-            for dof in block.dofs.tolist():
-                if dof in owner:
-                    raise ValueError(f"{block.name} and {owner[dof]} hold the same coordinate")
-                owner[dof] = block.name
+    owner: dict[int, str] = {}
+    for block in blocks:
+        for dof in block.dofs.tolist():
+            if dof in owner:
+                raise ValueError(f"{block.name} and {owner[dof]} hold the same coordinate")
+            owner[dof] = block.name
     untouched = np.setdiff1d(np.arange(n_dofs), dofs)
     identity = sp.csr_array(sp.identity(n_dofs, format="csr")[:, untouched])
     if not blocks:

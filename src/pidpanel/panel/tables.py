@@ -3,20 +3,14 @@
 import numpy as np
 import pandas as pd
 
+from pidpanel.panel import navier
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.layup import SandwichSection
-from pidpanel.panel.mindlin import ShearSection
-from pidpanel.panel.navier import (
-    is_aligned,
-    mode_orders,
-    shear_plate_frequency,
-    thin_plate_frequency,
-)
+from pidpanel.panel.layup import SandwichSection, Section
 from pidpanel.panel.section import ThinSection
 
 
 def mode_table(
-    basis: PanelBasis, size: tuple[float, float] | None, section: ThinSection | ShearSection
+    basis: PanelBasis, size: tuple[float, float] | None, section: Section
 ) -> pd.DataFrame:
     """Return the modes with their frequencies and the closed form where there is one.
 
@@ -33,20 +27,19 @@ def mode_table(
     )
     if size is None:
         return table
-    orders, share = mode_orders(basis, size)
+    orders, share = navier.mode_orders(basis, size)
     m, n = orders.T
     table.insert(1, "m", m)
     table.insert(2, "n", n)
     table["share_of_sine"] = share
     if isinstance(section, ThinSection):
-        stiffness, mass = section.bending_stiffness, section.mass_per_area
-        table.insert(4, "navier_hz", thin_plate_frequency(m, n, size, stiffness, mass))
-    elif is_aligned(section):
-        table.insert(4, "navier_hz", shear_plate_frequency(m, n, size, section))
+        table.insert(4, "navier_hz", navier.thin_plate_frequency(m, n, size, section))
+    elif navier.is_aligned(section):
+        table.insert(4, "navier_hz", navier.shear_plate_frequency(m, n, size, section))
     return table
 
 
-def section_table(section: ThinSection | ShearSection, area: float) -> pd.DataFrame:
+def section_table(section: Section, area: float) -> pd.DataFrame:
     """Return matrices and masses of the section and of a panel of an area [m²], entry by entry."""
     entries: list[tuple[str, np.ndarray | float, str]] = []
     if isinstance(section, SandwichSection):
@@ -56,10 +49,11 @@ def section_table(section: ThinSection | ShearSection, area: float) -> pd.DataFr
         entries += [("A", A, "N/m"), ("B", B, "N"), ("D", D, "N m")]
     entries.append(("bending", section.bending, "N m"))
     if not isinstance(section, ThinSection):
-        entries.append(("shear", section.shear, "N/m"))
-        entries.append(("rotary_inertia", section.rotary_inertia, "kg"))
-    entries.append(("mass_per_area", section.mass_per_area, "kg/m2"))
-    entries.append(("area", area, "m2"))
+        entries += [
+            ("shear", section.shear, "N/m"),
+            ("rotary_inertia", section.rotary_inertia, "kg"),
+        ]
+    entries += [("mass_per_area", section.mass_per_area, "kg/m2"), ("area", area, "m2")]
     entries.append(("mass", area * section.mass_per_area, "kg"))
     rows = []
     for name, value, unit in entries:

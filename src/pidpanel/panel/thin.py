@@ -7,7 +7,6 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from skfem import (
-    BilinearForm,
     CellBasis,
     Element,
     ElementQuadBFS,
@@ -18,29 +17,26 @@ from skfem import (
     MeshTri,
 )
 from skfem.element import DiscreteField
-from skfem.helpers import dd
 
 from pidpanel.arrays import Array
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import (
     AssembledPlate,
     assembled_plate,
-    at_quadrature,
+    bending_form,
+    bent,
     corner_basis,
-    corner_mean,
     overlap_form,
+    vertex_values,
 )
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.supports import (
     Block,
     HeldVertex,
     Supports,
-    foot_cells,
-    foot_motion,
     free_coordinates,
     held_vertices,
     null_space,
-    vertex_at,
     vertex_spacing,
 )
 
@@ -50,18 +46,6 @@ SIMPLY_SUPPORTED = Supports()
 # ∫ v, ∫ x v, ∫ y v: loads that find the coordinates of the deflections 1, x and y
 RIGID_LOADS = (lambda v, w: v, lambda v, w: w.x[0] * v, lambda v, w: w.x[1] * v)
 DERIVATIVES = ("u", "u_x", "u_y", "u_xx", "u_xy", "u_yy")
-
-
-@BilinearForm
-def bending_form(w, v, section):  # type: ignore[no-untyped-def]
-    """Return the virtual work of bending, ∫ κ(v)·D κ(w) dA."""
-    return np.einsum("i...,ij,j...->...", _bent(v), section.bending, _bent(w))
-
-
-def _bent(w):  # type: ignore[no-untyped-def]
-    """Return −κ = (w_,xx, w_,yy, 2 w_,xy)."""
-    H = dd(w)
-    return np.array([H[0, 0], H[1, 1], 2 * H[0, 1]])
 
 
 def assemble_thin_plate(
@@ -85,33 +69,18 @@ def assemble_thin_plate(
     free = free_coordinates(basis.N, _support_blocks(mesh, basis, supports))
     stiffness = sp.csr_array(bending_form.assemble(basis, bending=section.bending))
     mass = sp.csr_array(section.mass_per_area * overlap_form.assemble(basis))
+    corners = corner_basis(skmesh, element)
     return assembled_plate(
         mesh,
         basis,
         free,
         stiffness=sp.csr_array(free.T @ stiffness @ free),
         mass=sp.csr_array(free.T @ mass @ free),
-        curvature_at_vertices=_curvature_at_vertices(skmesh, element, free),
+        curvature_at_vertices=tuple(
+            vertex_values(corners, lambda w, k=k: -bent(w)[k], free) for k in range(3)
+        ),
         shear_at_vertices=(sp.csr_array((len(mesh.vertices), free.shape[1])),) * 2,
         section=section,
-    )
-
-
-def _curvature_at_vertices(
-    mesh: Mesh, element: Element, free: sp.csr_array
-) -> tuple[sp.csr_array, ...]:
-    """Return the matrices of κ = −(w_,xx, w_,yy, 2 w_,xy) at the vertices."""
-    corners = corner_basis(mesh, element)
-    mean = corner_mean(mesh)
-    return tuple(
-        sp.csr_array(
-            mean
-            @ at_quadrature(
-                corners, [-factor * function[0].hess[i, j] for function in corners.basis]
-            )
-            @ free
-        )
-        for factor, i, j in ((1, 0, 0), (1, 1, 1), (2, 0, 1))
     )
 
 
@@ -184,7 +153,7 @@ def _support_blocks(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> li
     owner = dict.fromkeys(rows, "a supported edge")
     for name, point in supports.points.items():
         if point.radius == 0:
-            vertex = vertex_at(mesh, name, point.position)
+            vertex = point.vertex(mesh, name)
             forbidden = np.eye(6)[: 1 if point.kind == "hinge" else 3]
             rows[vertex] = np.vstack([rows.get(vertex, np.zeros((0, 6))), forbidden])
             owner[vertex] = name
@@ -208,8 +177,8 @@ def _support_blocks(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> li
         mass = sp.csc_matrix(overlap_form.assemble(basis))
         rigid = spla.splu(mass).solve(np.column_stack(loads))
         for name, foot in feet.items():
-            dofs = np.unique(basis.element_dofs[:, foot_cells(mesh, name, foot)])
-            blocks.append(Block(name, dofs, foot_motion(rigid[dofs], foot)))
+            dofs = np.unique(basis.element_dofs[:, foot.foot_cells(mesh, name)])
+            blocks.append(Block(name, dofs, foot.foot_motion(rigid[dofs])))
     return blocks
 
 

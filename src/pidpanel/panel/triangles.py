@@ -9,16 +9,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
-from pidpanel.panel.mesh import (
-    PANEL_GROUP,
-    PanelMesh,
-    add_group,
-    check_names,
-    check_patch_areas,
-    gmsh_session,
-    read_mesh,
-    write_mesh,
-)
+from pidpanel.panel.mesh import PANEL_GROUP, PanelMesh, check_patch_areas, drawing, read_mesh
 from pidpanel.panel.supports import SMOOTH_TURN
 
 # Element edges grow by this times the distance from a re-entrant corner.
@@ -70,11 +61,10 @@ def mesh_triangles(
     ValueError
         If a shape crosses itself or has no area, leaves the panel, or two groups share a name.
     """
-    check_names(patches, points)
     check_panel(outline, holes, {**patches, **imprints}, {**points, **anchors})
     smallest = CORNER_SHARE * element_size if corner_size is None else corner_size
 
-    with gmsh_session():
+    with drawing(path, patches, points):
         occ = gmsh.model.occ
         loops = [_draw_loop(shape) for shape in (outline, *holes.values())]
         panel = (2, occ.addPlaneSurface(loops))
@@ -88,25 +78,29 @@ def mesh_triangles(
             _, pieces = occ.fragment([panel], tools)
         occ.synchronize()
 
-        add_group(2, sorted({tag for dim, tag in pieces[0] if dim == 2}), PANEL_GROUP)
+        whole = sorted({tag for dim, tag in pieces[0] if dim == 2})
+        gmsh.model.addPhysicalGroup(2, whole, name=PANEL_GROUP)
         pieces_of = iter(pieces[1:])
         surfaces = {}
         for name in patches:
             surfaces[name] = sorted({tag for _, tag in next(pieces_of)})
-            add_group(2, surfaces[name], name)
+            gmsh.model.addPhysicalGroup(2, surfaces[name], name=name)
         for _ in imprints:
             next(pieces_of)
         for name in points:
-            add_group(0, sorted({tag for _, tag in next(pieces_of)}), name)
+            gmsh.model.addPhysicalGroup(0, sorted({tag for _, tag in next(pieces_of)}), name=name)
         gmsh.option.setNumber("Mesh.MeshSizeMax", element_size)
         fields = [
             _size_on(surfaces[name], size, element_size) for name, size in patch_sizes.items()
         ]
         corners = reentrant_corners([outline, *holes.values()]).tolist()
         fields += _grown({**(held or {}), **{(x, y): 0.0 for x, y in corners}}, smallest)
-        _refine(fields, min([smallest, *patch_sizes.values()]), element_size)
-        gmsh.model.mesh.generate(2)
-        write_mesh(path)
+        if fields:  # elements are as small as the smallest of them
+            minimum = gmsh.model.mesh.field.add("Min")
+            gmsh.model.mesh.field.setNumbers(minimum, "FieldsList", fields)
+            gmsh.model.mesh.field.setAsBackgroundMesh(minimum)
+            least = min([smallest, *patch_sizes.values(), element_size])
+            gmsh.option.setNumber("Mesh.MeshSizeMin", least)
     mesh = read_mesh(path, patches, points)
     check_patch_areas(mesh, patches, 1e-6)
     return mesh
@@ -132,14 +126,8 @@ def _draw_loop(shape: Shape) -> int:
     """Draw the edges of a polygon and return the gmsh curve loop."""
     occ = gmsh.model.occ
     corners = [occ.addPoint(x, y, 0.0) for x, y in shape.corners]
-    return int(
-        occ.addCurveLoop(
-            [
-                occ.addLine(start, end)
-                for start, end in zip(corners, corners[1:] + corners[:1], strict=True)
-            ]
-        )
-    )
+    ends = zip(corners, corners[1:] + corners[:1], strict=True)
+    return int(occ.addCurveLoop([occ.addLine(*pair) for pair in ends]))
 
 
 def _size_on(surfaces: Sequence[int], size: float, elsewhere: float) -> int:
@@ -163,12 +151,3 @@ def _grown(radii: Mapping[Position, float], smallest: float) -> list[int]:
         size = f"{max(smallest, FOOT_SHARE * radius):.12f} + {GROWTH:g} * {distance}"
         gmsh.model.mesh.field.setString(fields[-1], "F", size)
     return fields
-
-
-def _refine(fields: Sequence[int], smallest: float, largest: float) -> None:
-    """Let elements be as small as the smallest of the fields."""
-    if fields:
-        minimum = gmsh.model.mesh.field.add("Min")
-        gmsh.model.mesh.field.setNumbers(minimum, "FieldsList", fields)
-        gmsh.model.mesh.field.setAsBackgroundMesh(minimum)
-        gmsh.option.setNumber("Mesh.MeshSizeMin", min(smallest, largest))

@@ -18,7 +18,6 @@ from matplotlib.tri import Triangulation
 
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import boundary_edges
-from pidpanel.panel.attachments import LineMass, Spring
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.supports import Supports
@@ -93,18 +92,15 @@ def _marked(basis: PanelBasis, panel: StudiedPanel) -> list[tuple[float, float]]
     marked: list[tuple[float, float]] = [(x, y) for x, y in basis.point_position.tolist()]
     marked += [support.position for support in panel.supports.points.values()]
     for attached in panel.attachments.values():
-        if isinstance(attached, LineMass):
-            marked += [attached.start, attached.end]
-        else:
-            marked.append(attached.position)
+        marked += attached.ends
     return marked
 
 
 def _attachments(axes: Axes, panel: StudiedPanel) -> list[Annotation]:
     names = []
     places = {name: (s.position, s.kind) for name, s in panel.supports.points.items()}
-    springs = {n: a for n, a in panel.attachments.items() if isinstance(a, Spring)}
-    places |= {name: (spring.position, "spring") for name, spring in springs.items()}
+    springs = {name: a for name, a in panel.attachments.items() if a.stiffness}
+    places |= {name: (spring.ends[0], "spring") for name, spring in springs.items()}
     for name, (position, kind) in places.items():
         marker, word = _SUPPORT[kind]
         axes.plot(
@@ -112,9 +108,9 @@ def _attachments(axes: Axes, panel: StudiedPanel) -> list[Annotation]:
         )
         names.append(_name(axes, name, position, (0, 5), "#1a1a1a", "center", "bottom", small=True))
     for name, mass in panel.attachments.items():
-        if isinstance(mass, Spring):
+        if name in springs:
             continue
-        along = np.array([mass.start, mass.end] if isinstance(mass, LineMass) else [mass.position])
+        along = np.array(mass.ends)
         axes.plot(
             *along.T, "D-", color="#5b2a86", ms=4.5, lw=2, mec="white", mew=0.6, zorder=6,
             label="mass",

@@ -39,7 +39,7 @@ from pidpanel.solve.solvers import PanelSolver, damper_key
 
 ATTEMPTS = 4  # bases that are tried: each further one holds what the one before left out
 
-# Largest shift of a resonance by the mesh over that of `resolution.frequency_shift`: waves along
+# Largest shift of a resonance by the mesh over that of `resolution.ElementKind`: waves along
 # the edges of rectangles have 1.2 times that.
 MARGIN = 1.25
 

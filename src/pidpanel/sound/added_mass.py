@@ -99,16 +99,14 @@ def _reactive(k: float, reach: float, count: int) -> Array:
     node, weight = np.polynomial.legendre.leggauss(4 * count)
     longest = np.sqrt(reach**2 - k**2)
     t = longest / 2 * (1 + node)
-    weights: Array = longest / 2 * weight @ even_interpolation(np.hypot(k, t), reach, count)
-    return weights
+    return longest / 2 * weight @ even_interpolation(np.hypot(k, t), reach, count)
 
 
 def _content(upper: float, reach: float, count: int) -> Array:
     """Return the weights (count,) of Ā at its nodes in ∫ Ā κ dκ up to `upper`."""
     node, weight = np.polynomial.legendre.leggauss(4 * count)
     kappa = upper / 2 * (1 + node)
-    weights: Array = (upper / 2 * weight * kappa) @ even_interpolation(kappa, reach, count)
-    return weights
+    return (upper / 2 * weight * kappa) @ even_interpolation(kappa, reach, count)
 
 
 def _rest(k: float, reach: float, farther: Array, nearer: Array) -> Array:
@@ -122,5 +120,4 @@ def _rest(k: float, reach: float, farther: Array, nearer: Array) -> Array:
         1 / (p - 1) + ratio / 2 / (p + 1) + 3 / 8 * ratio**2 / (p + 3) + 5 / 16 * ratio**3 / (p + 5)
     )
     root = np.sqrt(share / reach)
-    rest: Array = root[:, None] * farther * root
-    return rest
+    return root[:, None] * farther * root

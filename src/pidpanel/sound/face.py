@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.geometry.plane_waves import condensed
+from pidpanel.geometry.plane_waves import MovedFace, condensed
 from pidpanel.sound.wavenumber_table import FieldError, spare_nodes
 
 
@@ -23,32 +23,21 @@ class PanelQuadrature:
     # (n, n) ∫ φ_i φ_j dA [m²]; from the points where it is not given. A condensed face needs it.
     overlap: Array | None = None
 
-    def __post_init__(self) -> None:
-        for name in ("position", "weight", "shape"):
-            array = np.asarray(getattr(self, name), dtype=np.float64)
-            object.__setattr__(self, name, array)
+    @classmethod
+    def from_face(cls, face: MovedFace, overlap: Array | None = None) -> "PanelQuadrature":
+        """Return the quadrature of a face, with ∫ φ_i φ_j dA [m²] where it is known."""
+        points, values = face.quadrature_position, face.shape_at_quadrature
+        return cls(points, face.quadrature_weight, values, face.quadrature_wavenumber, overlap)
 
     @property
     def center(self) -> Array:
         """(2,) middle of the box round the panel [m]."""
-        middle: Array = (self.position.min(axis=0) + self.position.max(axis=0)) / 2
-        return middle
+        return (self.position.min(axis=0) + self.position.max(axis=0)) / 2
 
     @property
     def diameter(self) -> float:
         """L [m], diameter of a circle round the box's middle that holds all points."""
         return float(2 * np.max(np.linalg.norm(self.position - self.center, axis=1)))
-
-    @property
-    def is_grid(self) -> bool:
-        """Whether the points are symmetric rows and columns, as those of a condensed face."""
-        x, y = (np.unique(axis) for axis in self.position.T)
-        if x.size * y.size != len(self.position):
-            return False
-        grid = np.stack([axis.ravel() for axis in np.meshgrid(x, y, indexing="ij")], axis=1)
-        mirrored = 2 * self.center - self.position[::-1]
-        close = np.allclose(mirrored, self.position, rtol=0, atol=1e-12 * self.diameter)
-        return bool(np.array_equal(grid, self.position)) and close
 
     @cached_property
     def product_integral(self) -> Array:
@@ -57,11 +46,6 @@ class PanelQuadrature:
             return self.overlap
         root = np.sqrt(self.weight)[:, None] * self.shape
         return root.T @ root
-
-    @property
-    def shape_square_integral(self) -> Array:
-        """(n,) ∫ φ_i² dA [m²]."""
-        return np.diagonal(self.product_integral)
 
     def of_shapes(self, chosen: Index) -> "PanelQuadrature":
         """Return the panel with these shapes alone."""
@@ -138,5 +122,4 @@ def _folded(load: Array) -> tuple[Array, Array]:
 
 def _half_axis(points: Array) -> Array:
     """Return the distances from the middle of symmetric points, the half that is not negative."""
-    half: Array = (points - points[::-1])[-((len(points) + 1) // 2) :] / 2
-    return half
+    return (points - points[::-1])[-((len(points) + 1) // 2) :] / 2

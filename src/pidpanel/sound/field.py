@@ -212,19 +212,6 @@ def lumped_area(vertex_position: ArrayLike, cells: Index) -> Array:
     return area
 
 
-def radiation_efficiency(
-    wavenumber: ArrayLike, modal_force_diagonal: ArrayLike, shape_square_integral: ArrayLike
-) -> Array:
-    """Return the one-sided radiation efficiency σ (nf, n) of a baffled panel from G.
-
-    By reciprocity G_ii = (2π/k²) σ_i ∫φ_i² dA, with G_ii (nf, n) [m⁴] and ∫φ_i² dA (n,) [m²].
-    """
-    k = np.asarray(wavenumber, dtype=np.float64)
-    diagonal = np.asarray(modal_force_diagonal, dtype=np.float64)
-    efficiency: Array = k[:, None] ** 2 * diagonal / (2 * np.pi * np.asarray(shape_square_integral))
-    return efficiency
-
-
 def _check_table(
     table: WavenumberTable, k: float, direct: Complexes | Array, panel: PanelQuadrature
 ) -> None:

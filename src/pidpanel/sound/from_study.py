@@ -1,6 +1,6 @@
 """The sound of a study: the one place in `sound` that reads the section ``sound``.
 
-The panel enters as arrays: `WettedShapes`.
+The panel enters as arrays: `WettedFace`.
 """
 
 from __future__ import annotations
@@ -9,11 +9,12 @@ import sys
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.arrays import Array, Complexes
+from pidpanel.geometry.plane_waves import MovedFace, WettedFace
 from pidpanel.provenance.digests import stamp
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
@@ -100,89 +101,53 @@ def read_air(
     )
 
 
-class FaceShapes(Protocol):
-    """The arrays of a face that moves in n shapes, as the force of a field on them needs them."""
-
-    @property
-    def quadrature_position(self) -> Array:
-        """(nq, 2) points of a quadrature over the face [m]."""
-
-    @property
-    def quadrature_weight(self) -> Array:
-        """(nq,) its weights [m²]."""
-
-    @property
-    def shape_at_quadrature(self) -> Array:
-        """(nq, n) shapes at these points [1]."""
-
-    @property
-    def quadrature_wavenumber(self) -> float:
-        """Of the shortest waves whose integrals with the shapes these points give [rad/m]."""
-
-    @property
-    def vertex_position(self) -> Array:
-        """(n_vertices, 2) vertices of the mesh [m]."""
-
-    @property
-    def cells(self) -> Index:
-        """(n_cells, 3) or (n_cells, 4) vertex numbers, in order round each cell."""
-
-    @property
-    def shape_at_vertices(self) -> Array:
-        """(n_vertices, n) shapes at the vertices [1]."""
-
-
-class WettedShapes(FaceShapes, Protocol):
-    """The same as the air that they move needs them."""
-
-    @property
-    def face_overlap(self) -> Array:
-        """(n, n) ∫ φ_i φ_j dA [m²]."""
-
-
 def modal_force_tables(
-    sound: Sound, frequency_max: float, shapes: FaceShapes
+    sound: Sound, frequency_max: float, shapes: MovedFace
 ) -> dict[str, WavenumberTable]:
     """Tabulate G [m⁴] of the field of a study over the wavenumber, up to a frequency [Hz]."""
-    k_max, face = float(field.wavenumber(frequency_max, sound.speed_m_s)), _face(shapes)
+    k_max, face = (
+        float(field.wavenumber(frequency_max, sound.speed_m_s)),
+        PanelQuadrature.from_face(shapes),
+    )
     match sound.field:
         case "diffuse":
             table = field.tabulate_diffuse(k_max, face)
-        case "uncorrelated":
-            area = field.lumped_area(shapes.vertex_position, shapes.cells)
-            modal_force = field.uncorrelated_modal_force(area, shapes.shape_at_vertices)
-            table = constant_table(k_max, modal_force)
-        case "uniform":
-            table = constant_table(k_max, field.uniform_modal_force(face))
         case "plane_wave" | "progressive_wave":
             table = field.tabulate_plane_wave(k_max, sound.incidence, sound.azimuth, face)
+        case "uncorrelated" | "uniform":
+            table = constant_table(k_max, _constant_force(sound, shapes))
     return {MODAL_FORCE: table}
 
 
-def modal_force_at(sound: Sound, frequency: float, shapes: FaceShapes) -> Array | Complexes:
+def modal_force_at(sound: Sound, frequency: float, shapes: MovedFace) -> Array | Complexes:
     """Return G (n, n) [m⁴] of the field of a study at one frequency [Hz], without a table.
 
     Parameters are those of `modal_force_tables`.
     """
-    k, face = field.wavenumber(frequency, sound.speed_m_s), _face(shapes)
+    k, face = field.wavenumber(frequency, sound.speed_m_s), PanelQuadrature.from_face(shapes)
     match sound.field:
         case "diffuse":
-            if face.is_grid:
+            if np.isfinite(face.wavenumber):  # a condensed face is a grid
                 return field.diffuse_modal_force_on_grid(float(k), face)
             return field.diffuse_modal_force(float(k), face)
-        case "uncorrelated":
-            area = field.lumped_area(shapes.vertex_position, shapes.cells)
-            return field.uncorrelated_modal_force(area, shapes.shape_at_vertices)
-        case "uniform":
-            return field.uniform_modal_force(face)
         case "plane_wave" | "progressive_wave":
             of_wave = field.plane_wave_modal_force([k], sound.incidence, sound.azimuth, face)
             return np.asarray(of_wave[0], np.complex128)
+        case "uncorrelated" | "uniform":
+            return _constant_force(sound, shapes)
+
+
+def _constant_force(sound: Sound, shapes: MovedFace) -> Array:
+    """G of a field that is the same at every frequency."""
+    if sound.field == "uniform":
+        return field.uniform_modal_force(PanelQuadrature.from_face(shapes))
+    area = field.lumped_area(shapes.vertex_position, shapes.cells)
+    return field.uncorrelated_modal_force(area, shapes.shape_at_vertices)
 
 
 def air_tables(
     sound: Sound,
-    shapes: WettedShapes,
+    shapes: WettedFace,
     modal_force: Mapping[str, WavenumberTable],
     *,
     air_mass: bool = True,
@@ -194,7 +159,7 @@ def air_tables(
     added mass [m³]; left out where the air has no mass (``response.air_mass``).
     """
     k_max = modal_force[MODAL_FORCE].wavenumber_max
-    face = _face(shapes, shapes.face_overlap)
+    face = PanelQuadrature.from_face(shapes, shapes.face_overlap)
     tables = {}
     if sound.field != "diffuse":
         tables[DIFFUSE] = field.tabulate_diffuse(k_max, face)
@@ -203,16 +168,9 @@ def air_tables(
     return tables
 
 
-def _face(shapes: FaceShapes, overlap: Array | None = None) -> PanelQuadrature:
-    return PanelQuadrature(
-        shapes.quadrature_position, shapes.quadrature_weight, shapes.shape_at_quadrature,
-        shapes.quadrature_wavenumber, overlap,
-    )  # fmt: skip
-
-
 def write_sound(
     study: Study,
-    shapes: WettedShapes,
+    shapes: WettedFace,
     spectrum_csv: Path,
     modal_force_nc: Path,
     air_nc: Path | None = None,

@@ -74,7 +74,5 @@ def air_resistance(
     panel.
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=np.float64)[:, None, None]
-    resistance: Array = (
-        wetted_sides * density * omega**2 / (2 * np.pi * speed_of_sound)
-    ) * np.asarray(diffuse_modal_force, dtype=np.float64)
-    return resistance
+    share = wetted_sides * density * omega**2 / (2 * np.pi * speed_of_sound)
+    return share * np.asarray(diffuse_modal_force, dtype=np.float64)

@@ -147,8 +147,7 @@ class BandSpectrum(Spectrum):
 
 def _level(mean_square: ArrayLike) -> Array:
     """Levels of mean squares [Pa²], dB re 20 µPa."""
-    level: Array = 10 * np.log10(np.asarray(mean_square) / REFERENCE_PRESSURE**2)
-    return level
+    return 10 * np.log10(np.asarray(mean_square) / REFERENCE_PRESSURE**2)
 
 
 def pressure_psd(

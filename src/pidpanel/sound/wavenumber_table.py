@@ -80,9 +80,6 @@ class WavenumberTable:
             Where a wavenumber is above k_max: polynomials must not be extrapolated.
         """
         k = self._checked(wavenumber)
-        return self._matrix(k)
-
-    def _matrix(self, k: Array) -> Array | Complexes:
         weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
         even: Array = np.tensordot(weights, self.even, axes=1)
         if self.odd_over_wavenumber is None:
@@ -120,7 +117,7 @@ class WavenumberTable:
             self._rows[band] = self._rows_up_to(self.wavenumber_max / BAND**band, pivots)
         weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
         square = weights @ np.diagonal(self.even, axis1=1, axis2=2)
-        return _factors(self._rows[band]._matrix(k), pivots, square, tolerance)
+        return _factors(self._rows[band].matrix(k), pivots, square, tolerance)
 
     def _rows_up_to(self, k_max: float, rows: Index) -> "WavenumberTable":
         """Return some rows up to a lower wavenumber, for which fewer nodes will do."""
@@ -142,11 +139,11 @@ class WavenumberTable:
     def _stand_for_all(self, band: int) -> tuple[Index, float]:
         """Return the shapes (r,) whose forces tell those of all in a band, and how well.
 
-        An empty array where no tolerance holds, or only with too many shapes.
+        An empty array where no tolerance holds.
         """
         empty = np.zeros(0, dtype=np.int64), 0.0
         top = self.wavenumber_max / BAND**band
-        lower, matrix = self._matrix(np.array([top / BAND, top]))
+        lower, matrix = self.matrix([top / BAND, top])
         square = np.diagonal(matrix).real
         scale = np.sqrt(np.maximum(square, LEAST_FORCE * square.max(initial=0.0)))
         if not np.all(scale > 0):
@@ -162,8 +159,7 @@ class WavenumberTable:
                 for force in (matrix, lower)
             )
             if all(holds):
-                is_low_rank = rank <= FACTOR_SHARE * len(matrix)
-                return (pivots, tolerance) if is_low_rank else empty
+                return pivots, tolerance
         return empty
 
     def _checked(self, wavenumber: ArrayLike) -> Array:

@@ -1,6 +1,7 @@
 """Base motion held to closed forms: an oscillator, a simply supported plate, its limits."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -77,11 +78,8 @@ def oscillator_rows(folder: Path) -> list[Row]:
     lines = frequency_grid(2e-4, 1e7, ratio)
     rms = np.sqrt(np.trapezoid(psds(lines)[:, 0], lines))
     miles = np.sqrt(level * np.pi * own * (1 + 4 * ratio**2) / (4 * ratio))
-    quantity = "rms of the absolute acceleration"
-    rows.append(
-        Row(case, quantity, float(rms), float(miles), "m/s2", 2e-5, method, "Miles 1954, exact")
-    )
-    return rows
+    exact = Comparison(case, "m/s2", 2e-5, method, "Miles 1954, exact")
+    return [*rows, exact.row("rms of the absolute acceleration", rms, miles)]
 
 
 class _Plate:
@@ -143,18 +141,14 @@ def plate_rows(folder: Path) -> list[Row]:
     frequency = np.array([40.0, 64.9, 180.0, 224.7])
     gain, force, _ = plate.solve(frequency)
     exact, whole = _navier(frequency, np.array(list(POINTS.values())))
+    ratio = Comparison(case, "1", 2e-4, METHOD, "modal series of 40 000 terms")
+    weight = replace(ratio, unit="kg")
     rows = []
     for line, f in enumerate(frequency.tolist()):
-        values = {
-            f"transmissibility at {name}": (gain[line, point], exact[line, point], "1")
-            for point, name in enumerate(POINTS)
-        }
-        values["force over acceleration"] = (force[line], MASS * whole[line], "kg")
-        for name, (value, reference, unit) in values.items():
-            rows.append(
-                Row(case, f"{name}, {f:g} Hz", float(abs(value)), float(abs(reference)), unit, 2e-4,
-                    METHOD, "modal series of 40 000 terms", at=f)
-            )  # fmt: skip
+        for name, value, reference in zip(POINTS, abs(gain[line]), abs(exact[line]), strict=True):
+            rows.append(ratio.row(f"transmissibility at {name}, {f:g} Hz", value, reference, f))
+        value, reference = abs(force[line]), abs(MASS * whole[line])
+        rows.append(weight.row(f"force over acceleration, {f:g} Hz", value, reference, f))
     return rows
 
 
@@ -162,15 +156,8 @@ def limit_rows(folder: Path) -> list[Row]:
     """What holds of any panel on a moving base: near 0 Hz, and of all its modes."""
     plate, case = _Plate(folder), "Limits of base motion"
     gain, force, _ = plate.solve(np.array([0.02]), 0.0, APPARENT)
-    rows = [
-        Row(case, f"transmissibility at {name}, 0.02 Hz", float(abs(value)), 1.0, "1", 1e-6,
-            METHOD, "rigid motion")
-        for name, value in zip(POINTS, gain[0], strict=True)
-    ]  # fmt: skip
-    rows.append(
-        Row(case, "force over acceleration, 0.02 Hz, with particles", float(abs(force[0])),
-            MASS + APPARENT * PATCH_AREA, "kg", 1e-6, METHOD, "mass of panel and particles")
-    )  # fmt: skip
+    rigid = Comparison(case, "1", 1e-6, METHOD, "rigid motion")
+    weight = Comparison(case, "kg", 1e-6, METHOD, "mass of panel and particles")
     supported = plate.supported
     effective = supported.inertia.effective_mass(supported.basis.modal_mass)
     m, n = np.meshgrid(*2 * [np.arange(1, 40, 2)])
@@ -180,18 +167,24 @@ def limit_rows(folder: Path) -> list[Row]:
     modes = ~supported.basis.is_residual
     below = natural < 1.001 * supported.basis.natural_frequency[modes].max()
     series = 64 / np.pi**4 * MASS / (m * n) ** 2.0
-    quantity, source = "sum of the effective masses of the modes", "64 M/(π⁴ m² n²)"
-    computed = float(effective[modes].sum())
-    rows.append(
-        Row(case, f"{quantity} to {2 * HIGHEST:g} Hz", computed, float(series[below].sum()), "kg",
-            2e-4, METHOD, source)
-    )  # fmt: skip
+    of_modes = Comparison(case, "kg", 2e-4, METHOD, "64 M/(π⁴ m² n²)")
+    quantity = f"sum of the effective masses of the modes to {2 * HIGHEST:g} Hz"
+    source = "mass of the plate, less that of elements at the supports"
+    whole = Comparison(case, "kg", 0.02, METHOD, source)
     all_modes = plate.inertia @ spla.spsolve(plate.mass.tocsc(), plate.inertia)
-    rows.append(
-        Row(case, "sum of the effective masses of all elements", float(all_modes), MASS, "kg",
-             0.02, METHOD, "mass of the plate, less that of elements at the supports")
-    )  # fmt: skip
-    return rows
+    return [
+        *(
+            rigid.row(f"transmissibility at {name}, 0.02 Hz", abs(value), 1.0)
+            for name, value in zip(POINTS, gain[0], strict=True)
+        ),
+        weight.row(
+            "force over acceleration, 0.02 Hz, with particles",
+            abs(force[0]),
+            MASS + APPARENT * PATCH_AREA,
+        ),
+        of_modes.row(quantity, effective[modes].sum(), series[below].sum()),
+        whole.row("sum of the effective masses of all elements", all_modes, MASS),
+    ]
 
 
 def balance_rows(folder: Path) -> list[Row]:

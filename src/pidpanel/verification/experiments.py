@@ -164,13 +164,11 @@ def open_bed_rows(folder: Path) -> list[Row]:
             ("apparent mass", MASS_GAMMAS, mass, -2.0),
         )
     ]
-    return [
-        *rows,
-        *(
-            comparison.row(f"apparent mass over mass, Γ = {gamma:g}", mass[gamma], math.nan, gamma)
-            for gamma in mass
-        ),
-    ]
+    for gamma, value in mass.items():
+        rows.append(
+            comparison.row(f"apparent mass over mass, Γ = {gamma:g}", value, math.nan, gamma)
+        )
+    return rows
 
 
 BOX = "Weightless box: where collect and collide ends (Sack et al. 2013)"
@@ -259,12 +257,8 @@ def period(energy: Array) -> int:
     >>> period(np.tile([1.0, 3.0], 10)), period(np.ones(20)), period(np.tile([1.0, 2.0, 3.0], 9))
     (2, 1, 3)
     """
-    differences = np.array(
-        [
-            np.sqrt(np.mean((energy[lag:] - energy[:-lag]) ** 2))
-            for lag in range(1, LONGEST_PERIOD + 1)
-        ]
-    )
+    lags = range(1, LONGEST_PERIOD + 1)
+    differences = np.array([np.sqrt(np.mean((energy[k:] - energy[:-k]) ** 2)) for k in lags])
     if differences[0] <= 0.1 * energy.mean():
         return 1
     best = differences.min()

@@ -4,7 +4,7 @@ The rows of `pidpanel.verification.rows` come from any stage.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -60,32 +60,26 @@ def _worst(case: str, rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def _sections(template: str, cases: Mapping[str, Sequence[Row]]) -> list[PageSection]:
+    values = {"percent": percent}
     return [
-        PageSection(
-            f"case-{index}",
-            case,
-            [
-                Fragment(template, {"rows": rows, "percent": percent}),
-            ],
-        )
+        PageSection(f"case-{index}", case, [Fragment(template, {"rows": rows, **values})])
         for index, (case, rows) in enumerate(cases.items())
     ]
 
 
-def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> Page:
+def verification_page(rows: Sequence[Row]) -> Page:
     """Return the page of all rows, in their order."""
     cases = _by_case(rows)
     overview = [_worst(case, members) for case, members in cases.items()]
     missed = [row for row in rows if row.has_tolerance and not row.met]
     count = sum(row.has_tolerance for row in rows)
-    summary = [
-        f"{count - len(missed)} of {count} numbers agree with their reference within their "
-        "tolerance."
-    ]
     return Page(
         title="Verification: computed results against known references",
         facts=[("Software", f"pidpanel {version('pidpanel')}, LIGGGHTS {VERSION}")],
-        summary=summary,
+        summary=[
+            f"{count - len(missed)} of {count} numbers agree with their reference within their "
+            "tolerance."
+        ],
         warnings=[
             f"{row.case}, {row.quantity}: error {percent(row, row.error, '+')}, tolerance "
             f"{percent(row, row.tolerance)}."
@@ -93,22 +87,15 @@ def verification_page(rows: Sequence[Row], steps: Sequence[tuple[str, str]]) -> 
         ],
         claims=Fragment("verification.html", {"cases": overview, "percent": percent}),
         sections=_sections("verification_case.html", cases),
-        steps=steps,
+        steps=[
+            ("From the root of the project:", "make verification"),
+            (
+                "The numbers of this report are in results/verification/<stage>/<case>.csv, one "
+                "row each.",
+                "",
+            ),
+        ],
     )
-
-
-def write_verification_page(rows: Iterable[Path], file: Path) -> None:
-    """Write the page of the verification from files of rows, in their order."""
-    steps = [
-        ("From the root of the project:", "make verification"),
-        (
-            "The numbers of this report are in results/verification/<stage>/<case>.csv, one "
-            "row each.",
-            "",
-        ),
-    ]
-    page = verification_page([row for path in rows for row in read_rows(path)], steps)
-    durable.write_text(file, render(page))
 
 
 def _experiment(case: str, rows: Sequence[Row]) -> Fragment:
@@ -145,7 +132,7 @@ def validation_page(rows: Sequence[Row]) -> Page:
     )
 
 
-def write_validation_page(rows: Iterable[Path], file: Path) -> None:
-    """Write the page of the validation from files of rows, in their order."""
-    page = validation_page([row for path in rows for row in read_rows(path)])
+def write_page(page_of: Callable[[list[Row]], Page], rows: Iterable[Path], file: Path) -> None:
+    """Write a page from files of rows, in their order."""
+    page = page_of([row for path in rows for row in read_rows(path)])
     durable.write_text(file, render(page))

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel.basis import panel_basis
+from pidpanel.panel.basis import basis_of
 from pidpanel.panel.section import ThinSection
+from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.solve import stress
@@ -16,7 +17,7 @@ from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import uniform_modal_force
 from pidpanel.verification import response_layouts
-from pidpanel.verification.rows import Row
+from pidpanel.verification.rows import Comparison, Row
 
 
 def nafems_rows(folder: Path) -> list[Row]:
@@ -35,11 +36,9 @@ def nafems_rows(folder: Path) -> list[Row]:
     for size in (2 * finest, finest):
         path = folder / f"nafems_{size:g}.msh"
         mesh = mesh_triangles(path, outline, size, {}, {"centre": (5.0, 5.0)})
-        basis = panel_basis(mesh, assemble_thin_plate(mesh, section), 40.0)
+        plate = assemble_thin_plate(mesh, section)
+        basis = basis_of(mesh, plate, panel_shapes(plate, 40.0))
         modal = ModalBasis(basis.natural_frequency, basis.modal_mass, 0.02)
-        face = PanelQuadrature(
-            basis.quadrature_position, basis.quadrature_weight, basis.shape_at_quadrature
-        )
         n = basis.natural_frequency.size
         motion = np.concatenate([basis.shape_at_points[:, None], basis.curvature_at_points], axis=1)
         (bare,) = bare_panels(
@@ -48,7 +47,7 @@ def nafems_rows(folder: Path) -> list[Row]:
             [Patches(np.zeros((0, n, n)), np.zeros(0))],
             motion,
             [100.0**2],
-            uniform_modal_force(face),
+            uniform_modal_force(PanelQuadrature.from_face(basis)),
         )
         response = PanelResponse(bare.frequency, bare.point_psd)
         layers = stress.distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
@@ -64,12 +63,10 @@ def nafems_rows(folder: Path) -> list[Row]:
         for quantity, (computed, target, closed, unit) in values.items():
             tolerance = 1e-3 if size == finest else np.nan
             for source, reference in (("NAFEMS R0016", target), ("sine series", closed)):
+                comparison = Comparison(case, unit, tolerance, method, source)
                 rows.append(
-                    Row(
-                        case, quantity, float(computed), reference, unit, tolerance, method, source,
-                        resolution=len(mesh.cells),
-                    )
-                )  # fmt: skip
+                    comparison.row(quantity, computed, reference, resolution=len(mesh.cells))
+                )
     return rows
 
 
@@ -87,14 +84,10 @@ def miles_rows(folder: Path) -> list[Row]:
     )
     stiffness = mass * (2 * np.pi * frequency) ** 2
     expected = np.sqrt(np.pi / 2 * frequency / (2 * zeta) * force_psd) / stiffness
-    computed = float(PanelResponse(lines, bare.point_psd).displacement_rms[0])
+    computed = PanelResponse(lines, bare.point_psd).displacement_rms[0]
     method = "8 lines to the bandwidth, 1 Hz to 10 kHz"
-    return [
-        Row(
-            "One mode in white noise", "rms displacement", computed, float(expected), "m", 5e-4,
-            method, "Miles 1954",
-        )
-    ]  # fmt: skip
+    comparison = Comparison("One mode in white noise", "m", 5e-4, method, "Miles 1954")
+    return [comparison.row("rms displacement", computed, expected)]
 
 
 # Each computes in a folder and returns its rows.

@@ -62,10 +62,7 @@ class DampedPanel:
 
     def modal_force(self, frequency: Array) -> Array:
         """Return G (nf, n, n) of a diffuse field [m⁴]."""
-        basis = self.basis
-        face = PanelQuadrature(
-            basis.quadrature_position, basis.quadrature_weight, basis.shape_at_quadrature
-        )
+        face = PanelQuadrature.from_face(self.basis)
         return np.stack([diffuse_modal_force(float(k), face) for k in wavenumber(frequency, SPEED)])
 
     def psd(self, frequency: Array, force: Array, dampers: Mapping[str, UniformDamper]) -> Array:
@@ -87,11 +84,8 @@ class DampedPanel:
         K, M = plate.stiffness, plate.mass
         Z = K - omega**2 * M + 1j * omega * (RAYLEIGH[0] * M + RAYLEIGH[1] * K)
         for name, damper in dampers.items():
-            Z = (
-                Z
-                + (1j * omega * damper.damping - omega**2 * damper.mass)
-                * (plate.patch_overlap[name])
-            )
+            stiffness = 1j * omega * damper.damping - omega**2 * damper.mass
+            Z = Z + stiffness * plate.patch_overlap[name]
         pull = plate.interpolate(self.basis.point_position).toarray().T.astype(complex)
         answer = spla.splu(sp.csc_matrix(Z)).solve(pull)
         k = float(wavenumber(frequency, SPEED))

@@ -50,21 +50,18 @@ def shaken(
 
 
 def _run(
-    diameter: float,
-    depth: float,
+    packing: Packing,
     constants: Constants,
-    *,
-    gravity: float,
     frequency: float,
     amplitude: float,
-    time_step_rayleigh: float,
+    gravity: float = STANDARD_GRAVITY,
+    time_step_rayleigh: float = 0.2,
 ) -> Run:
+    bed = Bed(packing, 1.0, gravity, (0.0, 0.0, -1.0), constants)
+    tone = Tone(frequency, amplitude * (2 * math.pi * frequency) ** 2)
+    # with these samples an impact is placed to 0.2 % of a period
     return run_at(
-        Bed(_packing(diameter, depth, constants), 1.0, gravity, (0.0, 0.0, -1.0), constants),
-        Tone(frequency, amplitude * (2 * math.pi * frequency) ** 2),
-        constants,
-        time_step_rayleigh=time_step_rayleigh,
-        samples_per_cycle=500,  # an impact is placed to 0.2 % of a period
+        bed, tone, constants, time_step_rayleigh=time_step_rayleigh, samples_per_cycle=500
     )
 
 
@@ -97,15 +94,9 @@ def ball(folder: Path, restitution: float = 0.5, gamma: float = 1.25) -> tuple[R
     diameter, frequency = 2e-3, 50.0
     omega = 2 * math.pi * frequency
     amplitude = gamma * STANDARD_GRAVITY / omega**2
-    run = _run(
-        diameter,
-        HIGH,
-        alike(2e8, restitution, 0.0),
-        gravity=STANDARD_GRAVITY,
-        frequency=frequency,
-        amplitude=amplitude,
-        time_step_rayleigh=0.1,
-    )
+    constants = alike(2e8, restitution, 0.0)
+    packing = _packing(diameter, HIGH, constants)
+    run = _run(packing, constants, frequency, amplitude, time_step_rayleigh=0.1)
     phase = math.acos(math.pi * (1 - restitution) / (gamma * (1 + restitution)))
     left = phase / omega  # until it lands
     falling = STANDARD_GRAVITY * (0.5 / frequency - left)
@@ -201,15 +192,9 @@ def slug(
     positions = _lowest(settled, spheres)
     gap = gap_over_amplitude * SLUG_AMPLITUDE
     depth = 2 * float(positions[:, 2].mean()) + gap
-    run = _run(
-        BED_DIAMETER,
-        depth,
-        _bed_constants(SLUG_MODULUS),
-        gravity=0.0,
-        frequency=SLUG_FREQUENCY,
-        amplitude=SLUG_AMPLITUDE,
-        time_step_rayleigh=0.2,
-    )
+    constants = _bed_constants(SLUG_MODULUS)
+    packing = _packing(BED_DIAMETER, depth, constants)
+    run = _run(packing, constants, SLUG_FREQUENCY, SLUG_AMPLITUDE, gravity=0.0)
     energy, _ = shaken(folder, run, positions, count)
     return run, float(energy[2:].mean())
 
@@ -225,16 +210,10 @@ def floor_bed(
 
 def open_bed(frequency: float, gamma: float, youngs_modulus: float) -> Run:
     """A bed on a shaken floor under gravity, under a lid that it never meets [Hz], [1], [Pa]."""
-    omega = 2 * math.pi * frequency
-    return _run(
-        BED_DIAMETER,
-        HIGH,
-        _bed_constants(youngs_modulus),
-        gravity=STANDARD_GRAVITY,
-        frequency=frequency,
-        amplitude=gamma * STANDARD_GRAVITY / omega**2,
-        time_step_rayleigh=0.2,
-    )
+    constants = _bed_constants(youngs_modulus)
+    packing = _packing(BED_DIAMETER, HIGH, constants)
+    amplitude = gamma * STANDARD_GRAVITY / (2 * math.pi * frequency) ** 2
+    return _run(packing, constants, frequency, amplitude)
 
 
 def _drive_text(run: Run) -> str:
