@@ -90,13 +90,15 @@ class Model:
 
     def __init__(self, study: Source, folder: str | Path | None = None) -> None:
         self.folder = Path(folder or ".").absolute()
-        self._values = dict(study) if isinstance(study, Mapping) else None
-        self._file = None if isinstance(study, Mapping) else study_path(str(study)).absolute()
-        self.study: Study | CouponStudy = (
-            _of_mapping(self._values or {}, self.folder)
-            if self._file is None
-            else checked_study(self._file)
-        )
+        self._values: dict[str, Any] = {}
+        self._file: Path | None = None
+        self.study: Study | CouponStudy
+        if isinstance(study, Mapping):
+            self._values = dict(study)
+            self.study = _of_mapping(self._values, self.folder)
+        else:
+            self._file = study_path(str(study)).absolute()
+            self.study = checked_study(self._file)
 
     def changed(self, values: Mapping[str, Any]) -> Model:
         """Return the model of the same study with other values.
@@ -147,7 +149,7 @@ class Model:
         if file is None:
             file = self.results / "study.yaml"
             file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(text_of(self._values or {}, self.study.name), encoding="utf-8")
+            file.write_text(text_of(self._values, self.study.name), encoding="utf-8")
         names = [f"results/{self.study.name}/{name}" for name in targets]
         self.folder.mkdir(parents=True, exist_ok=True)
         done = subprocess.run(
@@ -246,16 +248,13 @@ class Model:
     def sound(self) -> xr.Dataset:
         """Return the bands of the sound: levels, and the PSD of the pressure on the panel."""
         bands = band_table(self._with_panel().acoustics)
-        units = {
-            "lower": ("lower_hz", "Hz"),
-            "upper": ("upper_hz", "Hz"),
-            "band_spl": ("band_spl_db", "dB"),
-            "pressure_psd": ("surface_pressure_psd_pa2_hz", "Pa2 Hz-1"),
-        }
+        pressure = bands["surface_pressure_psd_pa2_hz"]
         return xr.Dataset(
             {
-                name: variable("frequency", bands[column], unit)
-                for name, (column, unit) in units.items()
+                "lower": variable("frequency", bands["lower_hz"], "Hz"),
+                "upper": variable("frequency", bands["upper_hz"], "Hz"),
+                "band_spl": variable("frequency", bands["band_spl_db"], "dB"),
+                "pressure_psd": variable("frequency", pressure, "Pa2 Hz-1"),
             },
             {"frequency": variable("frequency", bands["center_hz"], "Hz")},
         )
@@ -357,11 +356,8 @@ class Model:
         if source not in sources:
             table = f"results/{study.name}/coupled/impedance.csv"
             hint = f"; results of coupled runs are in {table}" if study.is_coupled else ""
-            says = (
-                f"must be one of {', '.join(sources)}"
-                if sources
-                else "it has no damping over r, f and Γ"
-            )
+            says = f"must be one of {', '.join(sources)}"
+            says = says if sources else "it has no damping over r, f and Γ"
             raise StudyError(f"source = {source}: {says}{hint}")
         if source in study.atlas_coupons and source not in study.surfaces:
             return reading_from_atlas(study.atlas_coupons[source], is_broadband=False)

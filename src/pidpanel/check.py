@@ -4,18 +4,18 @@ import itertools
 import math
 import tempfile
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.columns import ColumnsError
 from pidpanel.geometry.polygon import overlap, signed_area
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
 from pidpanel.study.base_motion import BaseMotion, RandomMotion
 from pidpanel.study.document import Document
-from pidpanel.study.mistakes import Keys, Mistake
+from pidpanel.study.mistakes import Keys, Mistake, read_at
 from pidpanel.study.panel import Panel, named_place
 from pidpanel.study.reading import study_in
 from pidpanel.study.response import LEAST_SPAN, Response
@@ -59,10 +59,9 @@ def check_measured(study: CouponStudy) -> Iterator[Mistake]:
         return
     from pidpanel.damping.table_files import AMPLITUDES, FILL, read_columns
 
-    try:
-        columns = read_columns(coupon.measured, scattered=True)
-    except ColumnsError as error:
-        yield from (Mistake(keys, fault) for fault in error.faults)
+    file = coupon.measured
+    columns = yield from read_at(keys, lambda: read_columns(file, scattered=True))
+    if columns is None:
         return
     if not set(AMPLITUDES) & set(columns):
         yield Mistake(keys, f"column {' or '.join(AMPLITUDES)}: missing")
@@ -114,20 +113,18 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         # a varied deck is one of a list
         varied = [str(deck_path) for deck_path in coupon.vary.get("deck", ())]
         keys = (*way, *(("vary", "deck", varied.index(path)) if varied else ("deck",)))
+        names = case.point.deck_values(restart="none")
         try:
             check_trust(Path(path))
+            text = read_text(Path(path), LARGEST_DECK)
+            unknown = deck.undeclared(text, names)
         except DeckRefused as error:
             yield Mistake(keys, str(error).removeprefix(f"{path}: "))
             continue
-        names = case.point.deck_values(restart="none")
-        try:
-            text = read_text(Path(path), LARGEST_DECK)
         except TextFileError as error:
             place = path if error.line is None else f"{path}:{error.line}"
             yield Mistake(keys, f"{place}: {error.says}")
             continue
-        try:
-            unknown = deck.undeclared(text, names)
         except jinja2.TemplateSyntaxError as error:
             yield Mistake(keys, f"{path}:{error.lineno}: {error.message}")
             continue
@@ -140,11 +137,8 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         for name in unknown:
             yield Mistake(keys, f"unknown variable {name}; allowed are {', '.join(sorted(names))}")
         for name in unused:
-            yield Mistake(
-                keys,
-                f"must use the variable {name}; a deck writes one row per cycle, as "
-                "templates/shake.in.j2 does",
-            )
+            says = f"must use the variable {name}; a deck writes one row per cycle, as "
+            yield Mistake(keys, f"{says}templates/shake.in.j2 does")
 
 
 def check_panel(study: Study) -> Iterator[Mistake]:
@@ -158,11 +152,8 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     outside_law = not (FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1])
     laws = [name for name in study.used_dampers if study.all_dampers[name].law is not None]
     if outside_law and (laws or any(name.startswith("paper") for name in study.readings)):
-        yield Mistake(
-            ("response", "frequency_hz"),
-            f"must be in the range of the paper's law, {FREQUENCY_RANGE[0]:g} to "
-            f"{FREQUENCY_RANGE[1]:g} Hz",
-        )
+        says = "must be in the range of the paper's law, {:g} to {:g} Hz".format(*FREQUENCY_RANGE)
+        yield Mistake(("response", "frequency_hz"), says)
     table_mistakes = list(_check_tables(study))
     yield from table_mistakes
     lines = line_count(low, high, study.panel.modal_damping.least(low, high))
@@ -170,11 +161,9 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         ratio = smallest_damping_ratio(low, high)
         figures = 2 - math.floor(math.log10(ratio))
         ratio = math.ceil(ratio * 10**figures) / 10**figures
-        yield Mistake(
-            ("panel", "damping_ratio"),
-            f"resolving its resonances takes {lines} frequency lines from {low:g} to {high:g} "
-            f"Hz; allowed are {LINES_AT_MOST}, for ratios from {ratio:g}",
-        )
+        says = f"resolving its resonances takes {lines} frequency lines from {low:g} to {high:g} "
+        says += f"Hz; allowed are {LINES_AT_MOST}, for ratios from {ratio:g}"
+        yield Mistake(("panel", "damping_ratio"), says)
     yield from _check_layouts(study)
     if study.base is not None and study.base.random is not None:
         yield from _check_base(study.base, study.base.random, study.response)
@@ -204,11 +193,9 @@ def _check_tables(study: Study) -> Iterator[Mistake]:
 
     for keys, table in damping_tables(study):
         damper = study.damping if keys[0] == "damping" else study.dampers[str(keys[1])]
-        try:
-            read_table(table, impedance=keys[-1] == "impedance", apparent_mass=damper.apparent_mass)
-        except ColumnsError as error:
-            yield from (Mistake(keys, fault) for fault in error.faults)
-        else:
+        weighs_as, is_impedance = damper.apparent_mass, keys[-1] == "impedance"
+        read = partial(read_table, table, impedance=is_impedance, apparent_mass=weighs_as)
+        if (yield from read_at(keys, read)) is not None:
             yield from _check_range(study, keys, read_columns(table))
 
 
@@ -225,10 +212,8 @@ def _check_layouts(study: Study) -> Iterator[Mistake]:
                 continue
             width = min(float(np.ptp(s.corners, axis=0).min()) for s in (shape, second_shape))
             if overlap(shape.corners, second_shape.corners, 1e-3 * width):
-                keys = ("scenarios", name, "layout", second)
-                yield Mistake(
-                    keys, (f"covers cells of {patch} too; a cell has only one fill fraction")
-                )
+                says = f"covers cells of {patch} too; a cell has only one fill fraction"
+                yield Mistake(("scenarios", name, "layout", second), says)
 
 
 def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iterator[Mistake]:
@@ -252,10 +237,8 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
 def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
     from pidpanel.sound.psd_table import read_spectrum
 
-    try:
-        spectrum = read_spectrum(sound.spectrum)
-    except ColumnsError as error:
-        yield from (Mistake(("sound", "spectrum"), fault) for fault in error.faults)
+    spectrum = yield from read_at(("sound", "spectrum"), lambda: read_spectrum(sound.spectrum))
+    if spectrum is None:
         return
     sums = f"its {spectrum.rows} sum to {spectrum.oaspl:.1f} dB"
     if not OVERALL.holds(spectrum.oaspl):
@@ -267,9 +250,8 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
         yield Mistake(("sound", "spectrum"), says)
     low, high = spectrum.reach
     if response.frequency_hz[0] < low or response.frequency_hz[1] > high:
-        says = (
-            f"must be in the {spectrum.rows} of {sound.spectrum.name}, {low:.5g} to {high:.5g} Hz"
-        )
+        says = f"must be in the {spectrum.rows} of {sound.spectrum.name}, {low:.5g} to "
+        says += f"{high:.5g} Hz"
         if "frequency_hz" not in response.model_fields_set:
             says += "; by default it is {:g} to {:g} Hz".format(*response.frequency_hz)
         yield Mistake(("response", "frequency_hz"), says)
@@ -280,10 +262,8 @@ def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) ->
     from pidpanel.spectra.acceleration_table import read_base_table
 
     keys = ("base", "random")
-    try:
-        spectrum = read_base_table(random.spectrum)
-    except ColumnsError as error:
-        yield from (Mistake((*keys, "spectrum"), fault) for fault in error.faults)
+    spectrum = yield from read_at((*keys, "spectrum"), lambda: read_base_table(random.spectrum))
+    if spectrum is None:
         return
     stated = random.overall_g
     if stated is not None and abs(spectrum.rms / stated - 1) > OVERALL_TOLERANCE:
@@ -293,8 +273,8 @@ def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) ->
     if max(low, response.frequency_hz[0]) * LEAST_SPAN > min(high, response.frequency_hz[1]):
         says = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"
         yield Mistake(("response", "frequency_hz"), says)
-    least = {"psd_g2_hz": float(spectrum.psd.min()), "rms_g": math.sqrt(DEEPEST) * spectrum.rms}
-    least["psd_g2_hz"] *= DEEPEST
+    least = {"psd_g2_hz": float(spectrum.psd.min()) * DEEPEST}
+    least["rms_g"] = math.sqrt(DEEPEST) * spectrum.rms
     for name, limit in () if motion.limits is None else motion.limits.points.items():
         for key, lowest in least.items():
             value = getattr(limit, key)
@@ -307,10 +287,7 @@ def _check_limits(severity: Severity) -> Iterator[Mistake]:
     from pidpanel.spectra.acceleration_table import read_base_table
 
     for point, path in severity.limits.items():
-        try:
-            read_base_table(path)
-        except ColumnsError as error:
-            yield from (Mistake(("severity", "limits", point), fault) for fault in error.faults)
+        yield from read_at(("severity", "limits", point), partial(read_base_table, path))
 
 
 def _check_masses(panel: Panel) -> Iterator[Mistake]:
@@ -348,7 +325,6 @@ def damping_tables(study: Study) -> Iterator[tuple[Keys, Path]]:
     if study.damping.table is not None:
         yield ("damping", "table"), study.damping.table
     for name, damper in study.dampers.items():
-        if damper.table is not None:
-            yield ("dampers", name, "table"), damper.table
-        if damper.impedance is not None:
-            yield ("dampers", name, "impedance"), damper.impedance
+        for key, file in (("table", damper.table), ("impedance", damper.impedance)):
+            if file is not None:
+                yield ("dampers", name, key), file

@@ -132,15 +132,11 @@ def read_rows(path: Path) -> TableRows:
         raise ColumnsError([f"{path}: empty; the first line must name the columns"])
     (line, header), *rows = rows
     separator = next((mark for mark in ";\t|" if mark in "".join(header)), None)
+    says = f"{path}, line {line}: columns must be separated by ','"
     if separator is not None:
-        raise ColumnsError(
-            [f"{path}, line {line}: columns must be separated by ',' with '.' in numbers, "
-             f"not by {separator!r}"]
-        )  # fmt: skip
+        raise ColumnsError([f"{says} with '.' in numbers, not by {separator!r}"])
     if len(header) == 1 and len(header[0].split()) > 1 and "#" not in header[0]:
-        raise ColumnsError(
-            [f"{path}, line {line}: columns must be separated by ',', not by blanks"]
-        )
+        raise ColumnsError([f"{says}, not by blanks"])
     return TableRows(path, comments, header, line, rows)
 
 
@@ -270,9 +266,9 @@ def _alike_once(alike: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
         return alike
     (line, says), *repeats = alike
     lines = [number for number, _ in repeats]
-    where = f"{lines[0]} to {lines[-1]}" if lines[-1] - lines[0] == len(lines) - 1 else (
-        f"{', '.join(map(str, lines[:3]))} and {len(lines) - 3} more"
-    )  # fmt: skip
+    where = f"{', '.join(map(str, lines[:3]))} and {len(lines) - 3} more"
+    if lines[-1] - lines[0] == len(lines) - 1:
+        where = f"{lines[0]} to {lines[-1]}"
     return [(line, f"{says}; likewise in lines {where}")]
 
 

@@ -19,7 +19,7 @@ Result = TypeVar("Result")
 # Variable with the number of cores of a stage. No result depends on it.
 CORES = "PIDPANEL_CORES"
 
-SECONDS_BETWEEN_LINES = 20.0
+SECONDS_BETWEEN_LINES = 20.0  # shortest time between two lines of a log [s]
 
 END_OF_LOG = 4096  # bytes of a log that are looked at
 
@@ -35,9 +35,7 @@ def time_left(elapsed: float, done: int, total: int) -> timedelta:
     return timedelta(seconds=round(elapsed * (total - done) / done))
 
 
-def tracked(
-    items: Sequence[T], noun: str, seconds_between_lines: float = SECONDS_BETWEEN_LINES
-) -> Iterator[T]:
+def tracked(items: Sequence[T], noun: str) -> Iterator[T]:
     """Yield items, and print to stderr how many are done where they take long.
 
     Parameters
@@ -46,13 +44,11 @@ def tracked(
         To be worked on, of about equal cost.
     noun
         Their name in the plural.
-    seconds_between_lines
-        Shortest time between two lines [s].
     """
     start = last = time.monotonic()
     for done, item in enumerate(items):
         time_now = time.monotonic()
-        if done and time_now - last >= seconds_between_lines:
+        if done and time_now - last >= SECONDS_BETWEEN_LINES:
             last = time_now
             left = time_left(time_now - start, done, len(items))
             print(f"{done} of {len(items)} {noun}, {left} left", file=sys.stderr, flush=True)

@@ -41,12 +41,11 @@ def read_text(path: Path, limit: int = LARGEST) -> str:
         if status.st_size > limit:
             raise TextFileError(f"has {_bytes(status.st_size)}; allowed are {_bytes(limit)}")
         data = path.read_bytes()
-    except OSError as error:
-        raise TextFileError(f"cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
-        if isinstance(error, TextFileError):
-            raise
-        raise TextFileError(f"cannot be read: {error}") from None  # such as a NUL in its name
+    except TextFileError:
+        raise
+    except (OSError, ValueError) as error:  # such as a NUL in its name
+        says = getattr(error, "strerror", None) or error
+        raise TextFileError(f"cannot be read: {says}") from None
     return decoded(data)
 
 

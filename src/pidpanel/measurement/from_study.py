@@ -1,6 +1,7 @@
 """Measured PSDs of a study beside computed ones: the only module of the stage that reads it."""
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from pidpanel.response.psd_files import read_psd
 from pidpanel.response.results import write_csv
 from pidpanel.study import Study
 from pidpanel.study.measurement import Measurement
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.mistakes import Mistake, read_at
 
 COLUMNS = (
     "measurement", "excitation", "reading", "scenario", "point", "center_hz", "lower_hz",
@@ -36,10 +37,9 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
     """Yield what is wrong with the files, and those without a band of the response."""
     for name, measurement in study.measurements.items():
         keys = ("measurements", name, "file")
-        try:
-            measured = read_measured(measurement.file, measurement.record)
-        except ColumnsError as error:
-            yield from (Mistake(keys, fault) for fault in error.faults)
+        read = partial(read_measured, measurement.file, measurement.record)
+        measured = yield from read_at(keys, read)
+        if measured is None:
             continue
         if measured.over_base and (study.base is None or measurement.excitation == "sound"):
             says = "is a transmissibility, which is compared with base motion alone"

@@ -23,8 +23,6 @@ ATTEMPT = "attempt"
 
 LONG_AGO = 1.0  # time stamp of the request of a job that need not run [s since 1970]
 
-CHUNK = 1 << 20  # bytes that are read at a time
-
 
 def request_of(output: str | Path) -> Path:
     """Return the request of a job from the first file that it makes.
@@ -142,11 +140,8 @@ def _files(path: Path) -> Iterator[Path]:
 
 
 def _file_digest(path: Path) -> str:
-    digest = hashlib.sha256()
     try:
         with path.open("rb") as file:
-            while chunk := file.read(CHUNK):
-                digest.update(chunk)
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         return ""
-    return digest.hexdigest()

@@ -15,9 +15,8 @@ from pidpanel.severity.fatigue import FatigueLine
 from pidpanel.severity.oscillators import miles, natural_frequencies, response_spectrum
 from pidpanel.severity.strength import LayerStrength
 from pidpanel.severity.tables import (
-    FATIGUE_COLUMNS,
-    MARGIN_COLUMNS,
-    STRENGTH_COLUMNS,
+    COLUMNS,
+    PointMotion,
     fatigue_rows,
     index_maps,
     margin_rows,
@@ -26,7 +25,7 @@ from pidpanel.severity.tables import (
 )
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study import Study, StudyError
-from pidpanel.study.severity import Fatigue, Strengths
+from pidpanel.study.severity import Strengths
 
 NAMES = {"reading": str, "scenario": str, "point": str}
 
@@ -44,14 +43,14 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
     relative = summary["acceleration_rms_error_g"] / summary["acceleration_rms_g"]
     frequency = psd["frequency"].to_numpy()
     natural = natural_frequencies(frequency[0], frequency[-1])
-    line = fatigue_line(severity.fatigue)
+    fatigue, line = severity.fatigue, None
+    if fatigue is not None:
+        line = FatigueLine(fatigue.stress_mpa * 1e6, fatigue.cycles, fatigue.exponent)
     layers, core = strengths(severity.strength)
     limits = {point: read_base_table(path) for point, path in severity.limits.items()}
     oscillators: list[pd.DataFrame] = []
     peaks: list[dict[str, Any]] = []
-    fatigue: list[tuple[Any, ...]] = []
-    strength: list[tuple[Any, ...]] = []
-    margins: list[tuple[Any, ...]] = []
+    rows: dict[str, list[tuple[Any, ...]]] = {name: [] for name in COLUMNS}
     for where, case in _steady_cases(psd):
         points = [str(name) for name in case["point"].to_numpy()]
         values = case["acceleration_psd"].to_numpy() / STANDARD_GRAVITY**2
@@ -67,31 +66,24 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
                 "miles_rms_g": approximate[:, index],
             }
             oscillators.append(pd.DataFrame({**where, "point": point, **columns}))
-        peaks += peak_rows(where, points, frequency, values, error, severity.duration_s)
-        margins += margin_rows(where, points, frequency, values, error, limits)
+        motion = PointMotion(where, points, frequency, values, error)
+        peaks += peak_rows(motion, severity.duration_s)
+        rows["margins"] += margin_rows(motion, limits)
         of_stress = stress_rows.loc[of_case, :]
-        strength += strength_rows(where, of_stress, layers, core)
+        rows["strength"] += strength_rows(where, of_stress, layers, core)
         if line is not None:
             relative_error = of_stress["relative_error"].fillna(0.0)
-            fatigue += fatigue_rows(
+            rows["fatigue"] += fatigue_rows(
                 where, stress.sel(where), frequency, relative_error, line, severity.duration_s
             )
     write_csv(output.oscillators, pd.concat(oscillators))
     write_csv(output.peaks, pd.DataFrame(peaks))
-    write_csv(output.fatigue, pd.DataFrame(fatigue, columns=list(FATIGUE_COLUMNS)))
-    write_csv(output.strength, pd.DataFrame(strength, columns=list(STRENGTH_COLUMNS)))
-    write_csv(output.margins, pd.DataFrame(margins, columns=list(MARGIN_COLUMNS)))
+    for name, header in COLUMNS.items():
+        write_csv(getattr(output, name), pd.DataFrame(rows[name], columns=list(header)))
     if severity.strength is not None:
         with xr.open_dataset(files.maps, engine="scipy") as maps:
             indices = index_maps(maps.load(), layers, core)
         indices.assign_attrs(stamp(study)).to_netcdf(output.maps, engine="scipy")
-
-
-def fatigue_line(fatigue: Fatigue | None) -> FatigueLine | None:
-    """Return the S-N line of a study in SI units."""
-    if fatigue is None:
-        return None
-    return FatigueLine(fatigue.stress_mpa * 1e6, fatigue.cycles, fatigue.exponent)
 
 
 def strengths(section: Strengths | None) -> tuple[LayerStrength | None, tuple[float, float] | None]:

@@ -3,9 +3,10 @@
 ``where`` are the damping model and the label of its scenario.
 """
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -29,18 +30,19 @@ CORE = "core"
 PLACE = ("reading", "scenario", "point")  # first columns of every table
 
 
-def peak_rows(
-    where: dict[str, str],
-    points: list[str],
-    frequency: Array,
-    psd: Array,
-    error: Array,
-    duration: float,
-) -> Iterator[dict[str, Any]]:
-    """Yield a row per point that moves.
+class PointMotion(NamedTuple):
+    """Motion of the points in a case."""
 
-    PSDs (nf, n_points) are in g²/Hz, errors (n_points,) relative, those of the rms.
-    """
+    where: dict[str, str]
+    points: list[str]
+    frequency: Array  # (nf,) [Hz]
+    psd: Array  # (nf, n_points) [g²/Hz]
+    error: Array  # (n_points,) of the rms, relative
+
+
+def peak_rows(motion: PointMotion, duration: float) -> Iterator[dict[str, Any]]:
+    """Yield a row per point that moves."""
+    where, points, frequency, psd, error = motion
     rate = zero_crossing_rate(frequency, psd)
     factor = peak_factor(rate, duration)
     rms = np.sqrt(spectral_moment(frequency, psd, 0))
@@ -72,25 +74,19 @@ def fatigue_rows(
     duration: float,
 ) -> Iterator[tuple[Any, ...]]:
     """Yield a row per point, layer and stress; errors by point, layer and stress."""
+    points, layers = (stress[axis].to_numpy().astype(str).tolist() for axis in ("point", "layer"))
     for quantity in STRESSES:
         psd = stress[f"{quantity}_psd"].transpose("frequency", "point", "layer").to_numpy()
         rms = np.sqrt(spectral_moment(frequency, psd, 0)) / 1e6
         rate = zero_crossing_rate(frequency, psd)
         dirlik = dirlik_damage_rate(frequency, psd, line)
         narrow_band = narrow_band_damage_rate(frequency, psd, line)
-        for (p, point), (n, layer) in _pairs(stress):
+        for (p, point), (n, layer) in itertools.product(enumerate(points), enumerate(layers)):
             if rms[p, n] > 0:
                 values = (rms, rate, duration * dirlik, duration * narrow_band)
                 numbers = [float(value[p, n]) for value in values]
                 error = line.exponent * math.log1p(relative_error[point, layer, quantity])
                 yield (*where.values(), point, layer, quantity, *numbers, error)
-
-
-def _pairs(stress: xr.Dataset) -> Iterator[tuple[tuple[int, str], tuple[int, str]]]:
-    points, layers = (stress[axis].to_numpy().astype(str) for axis in ("point", "layer"))
-    for point in enumerate(points.tolist()):
-        for layer in enumerate(layers.tolist()):
-            yield point, layer
 
 
 STRENGTH_COLUMNS = (
@@ -109,23 +105,17 @@ def strength_rows(
     ``stress`` has the rows of the case in ``response/stress.csv``, by point, layer and quantity.
     """
     for (point, layer), rows in stress.groupby(level=["point", "layer"], sort=False):
-        of_layer = rows.droplevel(["point", "layer"])
-        three_sigma = of_layer["three_sigma"]
-        wu = math.nan
-        if layer == CORE:
-            if core is None:
-                continue
-            shears = list(CORE_STRESSES)
-            maximum = float(core_index(three_sigma[shears].to_numpy(), core))
-            error = of_layer.loc[shears, "relative_error"].max()
-        else:
-            if layers is None:
-                continue
-            amplitudes = three_sigma[list(STRESSES[:3])].to_numpy()
+        names = list(CORE_STRESSES if layer == CORE else STRESSES[:3])
+        of_layer = rows.droplevel(["point", "layer"]).loc[names]
+        amplitudes = of_layer["three_sigma"].to_numpy()
+        if layer == CORE and core is not None:
+            indices = (float(core_index(amplitudes, core)), math.nan)
+        elif layer != CORE and layers is not None:
             maximum = float(maximum_stress_index(amplitudes, layers))
-            wu = float(tsai_wu_index(amplitudes, layers))
-            error = of_layer.loc[list(STRESSES[:3]), "relative_error"].max()
-        yield (*where.values(), point, layer, maximum, wu, error)
+            indices = (maximum, float(tsai_wu_index(amplitudes, layers)))
+        else:
+            continue
+        yield (*where.values(), point, layer, *indices, of_layer["relative_error"].max())
 
 
 def index_maps(
@@ -154,18 +144,14 @@ MARGIN_COLUMNS = (
 )  # fmt: skip
 
 
-def margin_rows(
-    where: dict[str, str],
-    points: list[str],
-    frequency: Array,
-    psd: Array,
-    error: Array,
-    limits: Mapping[str, BreakPoints],
-) -> Iterator[tuple[Any, ...]]:
-    """Yield a row per point with a limit and third octave: means of the PSD and of its limit.
+COLUMNS = {"fatigue": FATIGUE_COLUMNS, "strength": STRENGTH_COLUMNS, "margins": MARGIN_COLUMNS}
 
-    PSDs (nf, n_points) and limits are in g²/Hz, errors (n_points,) those of the rms, relative.
-    """
+
+def margin_rows(
+    motion: PointMotion, limits: Mapping[str, BreakPoints]
+) -> Iterator[tuple[Any, ...]]:
+    """Yield a row per point with a limit [g²/Hz] and third octave: means of the PSD and of it."""
+    where, points, frequency, psd, error = motion
     for index, point in enumerate(points):
         limit = limits.get(point)
         if limit is None:

@@ -34,26 +34,28 @@ def mistakes_of_atlas(study: Study) -> Iterator[Mistake]:
         yield Mistake(("damping", "readings"), says)
     for name, coupon in {**study.atlas_coupons, **study.prior_coupons}.items():
         keys: Keys = ("coupon",) if coupon is study.coupon else ("dampers", name, "coupon")
-        for mistake in mistakes_of_coupon(coupon):
-            yield mistake.prefix(*keys)
+        yield from (mistake.prefix(*keys) for mistake in mistakes_of_coupon(coupon))
         for way, fill in study.fills(name):
-            if not FILLS[0] <= fill <= FILLS[1]:
-                yield Mistake(way, _outside(FILLS))
+            yield from mistakes_of_fill(way, fill)
+
+
+def mistakes_of_fill(keys: Keys, fill: float) -> Iterator[Mistake]:
+    """Yield a fill fraction outside the atlas."""
+    if not FILLS[0] <= fill <= FILLS[1]:
+        yield Mistake(keys, _outside(FILLS))
 
 
 def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
     """Yield what of a coupon lies outside the atlas."""
     particles, cell = coupon.particles, coupon.cell
     diameter = coupon.diameters[0] * 1e3
+    directions = "along the motion, [0, 0, -1], or across it, [1, 0, 0],"
     only: Mapping[Keys, tuple[bool, str]] = {
         ("cell", "shape"): (cell.shape == "hexagon", "hexagon"),
         ("particles", "distribution"): (isinstance(particles.distribution, Mono), "kind: mono"),
         ("particles", "rolling_friction"): (particles.rolling_friction == 0, "0"),
         ("gravity_g",): (coupon.gravity_g > 0, "above 0"),
-        ("gravity_direction",): (
-            direction_of(coupon) is not None,
-            "along the motion, [0, 0, -1], or across it, [1, 0, 0],",
-        ),
+        ("gravity_direction",): (direction_of(coupon) is not None, directions),
     }
     for keys, (is_met, allowed) in only.items():
         if not is_met:

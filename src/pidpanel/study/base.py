@@ -51,9 +51,8 @@ class SectionModel(BaseModel):
 
 
 def _as_written(value: Any) -> Any:
-    if isinstance(value, int) and not isinstance(value, bool):
-        return getattr(value, "written", str(value))
-    return getattr(value, "written", value)
+    is_whole = isinstance(value, int) and not isinstance(value, bool)
+    return getattr(value, "written", str(value) if is_whole else value)
 
 
 T = TypeVar("T")

@@ -35,10 +35,8 @@ def read_cases(file: Path) -> list[CaseRow]:
     """
     table = read_rows(file)
     header, faults = table.header, LineFaults(file)
-    for says in (
-        *faults_of_names(header, header),
-        *(f"missing column {name}" for name in POINT if name not in header),
-    ):
+    missing = (f"missing column {name}" for name in POINT if name not in header)
+    for says in (*faults_of_names(header, header), *missing):
         faults.add(table.line, says)
     if len(set(AMPLITUDES) & set(header)) != 1:
         faults.add(table.line, f"must have either column {' or '.join(AMPLITUDES)}")
@@ -68,10 +66,10 @@ def read_cases(file: Path) -> list[CaseRow]:
 
 def sweep_of(rows: Sequence[CaseRow]) -> Sweep:
     """Return the drives of all rows as a sweep; each row is checked with its coupon."""
-    keys = [key for key in rows[0].values if key.startswith("sweep.")]
     values: dict[str, Any] = {
         key.removeprefix("sweep."): tuple(dict.fromkeys(row.values[key] for row in rows))
-        for key in keys
+        for key in rows[0].values
+        if key.startswith("sweep.")
     }
     return Sweep.model_construct(None, **values)
 

@@ -3,7 +3,7 @@
 Pydantic alone would try all of them, and report the mistakes of each.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin
 
@@ -38,12 +38,13 @@ class Choice:
     ) -> CoreSchema:
         """Return the schema by which pydantic chooses."""
         options = {f"{TAG}{number}": option for number, option in enumerate(get_args(source))}
-        tags = {form: tag for tag, option in options.items() for form in _forms(_bare(option))}
+        alternatives = {tag: _alternative(_bare(option)) for tag, option in options.items()}
+        tags = {form: tag for tag, (forms, _) in alternatives.items() for form in forms}
 
         def tag_of(value: Any) -> str | None:
             return tags.get(_form_of(value))
 
-        words = (_words(_bare(option)) for option in options.values())
+        words = (words for _, words in alternatives.values())
         return core_schema.tagged_union_schema(
             {tag: handler(option) for tag, option in options.items()},
             tag_of,
@@ -60,25 +61,16 @@ def _form_of(value: Any) -> str:
     return "text" if isinstance(value, str) and not NUMBER.fullmatch(value) else "number"
 
 
-def _forms(option: Any) -> Iterator[str]:
-    """Yield the forms of values that an alternative takes."""
+def _alternative(option: Any) -> tuple[tuple[str, ...], str]:
+    """Return the forms of values that an alternative takes, and its words."""
     if get_origin(option) is tuple:
         is_nested = get_origin(_bare(get_args(option)[0])) is tuple
-        yield "nested list" if is_nested else "list"
-    elif isinstance(option, type) and issubclass(option, BaseModel):
-        yield "mapping"
-    else:
-        yield "text"
-        if option is not Path:
-            yield "number"
-
-
-def _words(option: Any) -> str:
-    if get_origin(option) is tuple:
-        return "a list"
+        return ("nested list" if is_nested else "list",), "a list"
     if isinstance(option, type) and issubclass(option, BaseModel):
-        return f"a mapping with keys {', '.join(keys_of(option))}"
-    return {str: "text", Path: "a path"}.get(option, "a number")
+        return ("mapping",), f"a mapping with keys {', '.join(keys_of(option))}"
+    if option is Path:
+        return ("text",), "a path"
+    return ("text", "number"), "text" if option is str else "a number"
 
 
 def _bare(annotation: Any) -> Any:

@@ -8,13 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import (
-    Field,
-    ValidationError,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from pidpanel.columns import ColumnsError, LineFaults
 from pidpanel.constants import STANDARD_GRAVITY
@@ -210,9 +204,8 @@ class Coupon(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         if not any(self.gravity_direction):
-            yield Mistake(
-                ("gravity_direction",), "must not be zero; for no gravity set gravity_g: 0"
-            )
+            says = "must not be zero; for no gravity set gravity_g: 0"
+            yield Mistake(("gravity_direction",), says)
         # 9.78 to 9.84 m/s² all over the earth
         if abs(self.gravity_g - STANDARD_GRAVITY) < 0.03:
             says = f"must be from 0 to 10, and {self.gravity_g:g} m/s² would be 1"
@@ -258,18 +251,13 @@ class Coupon(SectionModel):
                 keys = ("sweep", "diameter_mm", index)
             sizes = self.particles.distribution.sizes(diameter)
             if sizes.largest > widest:
-                yield Mistake(
-                    keys,
-                    f"the largest particle, {sizes.largest * 1e3:g} mm, must be at most 0.9 of "
-                    f"the cell's across_flats_mm = {self.cell.across_flats_mm:g} and "
-                    f"depth_mm = {self.cell.depth_mm:g}",
-                )
+                says = f"the largest particle, {sizes.largest * 1e3:g} mm, must be at most 0.9 of "
+                says += f"the cell's across_flats_mm = {self.cell.across_flats_mm:g} and "
+                yield Mistake(keys, f"{says}depth_mm = {self.cell.depth_mm:g}")
             if sizes.smallest < 0.4 * sizes.largest:
-                yield Mistake(
-                    ("particles", "distribution"),
-                    f"the smallest particle, {sizes.smallest * 1e3:g} mm, must be at least 0.4 of "
-                    f"the largest, {sizes.largest * 1e3:g} mm: other mixtures separate by size",
-                )
+                says = f"the smallest particle, {sizes.smallest * 1e3:g} mm, must be at least 0.4 "
+                says += f"of the largest, {sizes.largest * 1e3:g} mm: other mixtures separate by "
+                yield Mistake(("particles", "distribution"), f"{says}size")
 
     def _mistakes_of_variants(self) -> Iterator[Mistake]:
         allowed = list(_dotted_keys(self._values()))
@@ -354,9 +342,8 @@ class Coupon(SectionModel):
         return Coupon.model_validate({"sweep": self.sweep, "accuracy": self.accuracy, **values})
 
     def _values(self) -> dict[str, Any]:
-        return self.model_dump(
-            by_alias=True, exclude={"vary", "sweep", "cases", "measured", "accuracy"}
-        )
+        excluded = {"vary", "sweep", "cases", "measured", "accuracy"}
+        return self.model_dump(by_alias=True, exclude=excluded)
 
     def _row_values(self) -> dict[str, Any]:
         """Return what a row of cases may set: also the accuracy, and a drive."""

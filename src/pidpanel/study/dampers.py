@@ -25,27 +25,23 @@ Kind = Literal["coupon", "law", "table", "impedance", "equivalent_damping_n_s_m3
 
 WeighsAs = Literal["particles"]  # what m_a is: the mass of the particles
 
+MASSES = (
+    "apparent_mass", "apparent_mass_kg_m2", "apparent_mass_error_kg_m2",
+    "particle_mass_per_area_kg_m2",
+)  # fmt: skip
+# Errors that are carried relative to their values, by those.
+RELATIVE_ERRORS = {
+    "equivalent_damping_n_s_m3": "equivalent_damping_error_n_s_m3",
+    "loss_factor": "loss_factor_error",
+}
 # Kinds of a damper, by the key that makes it one, and the keys that may stand beside it.
 ALLOWED: Mapping[Kind, tuple[str, ...]] = {
     "coupon": (),
     "law": (),
     "table": ("interpolation", "apparent_mass"),
     "impedance": ("interpolation",),
-    "equivalent_damping_n_s_m3": (
-        "equivalent_damping_error_n_s_m3",
-        "apparent_mass",
-        "apparent_mass_kg_m2",
-        "apparent_mass_error_kg_m2",
-        "particle_mass_per_area_kg_m2",
-    ),
-    "loss_factor": (
-        "loss_factor_error",
-        "apparent_mass",
-        "apparent_mass_kg_m2",
-        "apparent_mass_error_kg_m2",
-        "particle_mass_per_area_kg_m2",
-        "patch_mass_per_area_kg_m2",
-    ),
+    "equivalent_damping_n_s_m3": ("equivalent_damping_error_n_s_m3", *MASSES),
+    "loss_factor": ("loss_factor_error", *MASSES, "patch_mass_per_area_kg_m2"),
 }
 
 
@@ -143,21 +139,17 @@ class Damper(SectionModel):
         if self.loss_factor is not None and not (
             self.particle_mass_per_area_kg_m2 or self.patch_mass_per_area_kg_m2
         ):
-            yield Mistake(
-                ("particle_mass_per_area_kg_m2",),
-                "missing; required for loss_factor as its mass m″, unless "
-                "patch_mass_per_area_kg_m2 (panel and treatment) is given",
-            )
+            says = "missing; required for loss_factor as its mass m″, unless "
+            says += "patch_mass_per_area_kg_m2 (panel and treatment) is given"
+            yield Mistake(("particle_mass_per_area_kg_m2",), says)
         if self.apparent_mass is not None:
             yield from self._mistakes_of_mass()
         elif MOST_OF_MASS * (self.particle_mass_per_area_kg_m2 or math.inf) < (
             self.apparent_mass_kg_m2 or 0.0
         ):
-            yield Mistake(
-                ("apparent_mass_kg_m2",),
-                f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
-                f"{self.particle_mass_per_area_kg_m2:g}; in g/m²?",
-            )
+            says = f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
+            says += f"{self.particle_mass_per_area_kg_m2:g}; in g/m²?"
+            yield Mistake(("apparent_mass_kg_m2",), says)
         for key in self.coupon.keys_without_panel if self.coupon else ():
             yield Mistake(("coupon", key), "only allowed in a study without a panel")
 
@@ -182,18 +174,15 @@ class Damper(SectionModel):
         table = self.table or self.impedance
         if table is not None:
             return any("error" in column for column in _columns(table))
-        for value, error in (
-            (self.equivalent_damping_n_s_m3, self.equivalent_damping_error_n_s_m3),
-            (self.loss_factor, self.loss_factor_error),
-        ):
-            if value is not None:
-                return value == 0 or bool(error)
+        for name, error in RELATIVE_ERRORS.items():
+            if getattr(self, name) is not None:
+                return getattr(self, name) == 0 or bool(getattr(self, error))
         return self.coupon is not None
 
     @property
     def is_massless(self) -> bool:
         """Whether particles of a stated mass act without any."""
-        if self.apparent_mass is not None or self.coupon is not None or self.law is not None:
+        if self.apparent_mass is not None:
             return False
         file = self.table or self.impedance
         if file is not None:
@@ -227,10 +216,7 @@ class Damper(SectionModel):
 
     def _mistakes_of_errors(self) -> Iterator[Mistake]:
         """Yield errors without their value; those of C_e and η are carried relative to it."""
-        for error, name in (
-            ("equivalent_damping_error_n_s_m3", "equivalent_damping_n_s_m3"),
-            ("loss_factor_error", "loss_factor"),
-        ):
+        for name, error in RELATIVE_ERRORS.items():
             if getattr(self, error) and getattr(self, name) == 0:
                 yield Mistake((error,), f"must be 0 where {name} is 0, because it is relative")
         if self.apparent_mass_error_kg_m2 is not None and self.apparent_mass_kg_m2 is None:

@@ -38,10 +38,8 @@ class Level(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         if self.kind == "stated" and self.by == "element":
-            yield Mistake(
-                ("by",),
-                ("only allowed for kind: patch; a stated acceleration holds for all elements"),
-            )
+            says = "only allowed for kind: patch; a stated acceleration holds for all elements"
+            yield Mistake(("by",), says)
         if (self.kind == "stated") != (self.acceleration_g is not None):
             yield Mistake(("acceleration_g",), "required for kind: stated, not allowed otherwise")
 
@@ -137,10 +135,8 @@ class Damping(SectionModel):
         if len(set(readings)) != len(readings):
             yield Mistake(("readings",), "must not contain a damping model twice")
         if ("table" in readings) != (self.table is not None):
-            yield Mistake(
-                ("table",), ("required for the damping model 'table', not allowed otherwise")
-            )
-        if self.interpolation is not None and self.table is None:
-            yield Mistake(("interpolation",), "only allowed with table")
-        if self.apparent_mass is not None and self.table is None:
-            yield Mistake(("apparent_mass",), "only allowed with table")
+            says = "required for the damping model 'table', not allowed otherwise"
+            yield Mistake(("table",), says)
+        for key in ("interpolation", "apparent_mass"):
+            if getattr(self, key) is not None and self.table is None:
+                yield Mistake((key,), "only allowed with table")

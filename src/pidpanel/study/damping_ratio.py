@@ -8,11 +8,10 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from pidpanel.columns import ColumnsError
 from pidpanel.damping_ratio import DampingRatio, read_damping_ratio
 from pidpanel.study.choice import Choice
 from pidpanel.study.files import file_in
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.mistakes import Mistake, read_at
 from pidpanel.study.quantity import KILOHERTZ, PERCENT, Quantity, text_hint
 
 Ratio = Annotated[float, Quantity(0, 0.5, low_itself=False, high_itself=False, units=PERCENT)]
@@ -55,12 +54,8 @@ def damping_ratio_of(value: Any) -> DampingRatio:
 
 def mistakes_of_damping_ratio(value: Any) -> Iterator[Mistake]:
     """Yield what of a table cannot be read, and what does not rise."""
-    try:
-        frequency = damping_ratio_of(value).frequency
-    except ColumnsError as error:
-        yield from (Mistake(("damping_ratio",), fault) for fault in error.faults)
-        return
-    for row, (lower, higher) in enumerate(pairwise(frequency), start=1):
+    ratio = yield from read_at(("damping_ratio",), lambda: damping_ratio_of(value))
+    for row, (lower, higher) in enumerate(pairwise(ratio.frequency if ratio else ()), start=1):
         if higher <= lower:
             says = f"the frequency must be above that of the row before, {lower:g} Hz"
             yield Mistake(("damping_ratio", row), says)

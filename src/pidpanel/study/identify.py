@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, ValidationError
+from pydantic import BeforeValidator
 
-from pidpanel.study.atlas import FILLS, mistakes_of_coupon
+from pidpanel.study.atlas import mistakes_of_coupon, mistakes_of_fill
 from pidpanel.study.base import Fill, RelativeError, SectionModel, Text
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import CouponStudy
 from pidpanel.study.dampers import MassPerArea
 from pidpanel.study.document import Document
-from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import (
-    GRAVITIES,
-    MILLIMETRES,
-    Quantity,
-    whole,
-)
+from pidpanel.study.quantity import GRAVITIES, MILLIMETRES, Quantity, whole
+from pidpanel.study.reading import section_in
 from pidpanel.study.sweep import Frequency, Gamma
 
 GIVEN = {"cell", "particles", "gravity_g", "gravity_direction"}  # keys of the coupon
@@ -100,19 +95,14 @@ class Identification(SectionModel):
     def mistakes(self) -> Iterator[Mistake]:
         yield from CouponStudy(name=self.name, coupon=self.coupon).mistakes()
         for key in sorted(self.coupon.model_fields_set - GIVEN):
-            yield Mistake(
-                ("coupon", key), f"not allowed here; allowed are {', '.join(sorted(GIVEN))}"
-            )
+            says = f"not allowed here; allowed are {', '.join(sorted(GIVEN))}"
+            yield Mistake(("coupon", key), says)
         for key in IDENTIFIED:
             if key in self.coupon.particles.model_fields_set:
-                says = "is identified; omit it"
-                yield Mistake(("coupon", "particles", key), says)
-        for mistake in mistakes_of_coupon(self.coupon):
-            yield mistake.prefix("coupon")
-        low, high = FILLS
-        if self.fill_fraction is not None and not low <= self.fill_fraction <= high:
-            says = f"must be in the range of the atlas, {low:g} to {high:g}"
-            yield Mistake(("fill_fraction",), says)
+                yield Mistake(("coupon", "particles", key), "is identified; omit it")
+        yield from (mistake.prefix("coupon") for mistake in mistakes_of_coupon(self.coupon))
+        if self.fill_fraction is not None:
+            yield from mistakes_of_fill(("fill_fraction",), self.fill_fraction)
         if "fill_fraction_error" in self.model_fields_set and self.fill_fraction is None:
             yield Mistake(("fill_fraction_error",), "only allowed with fill_fraction")
 
@@ -125,11 +115,4 @@ def identification_in(document: Document) -> Identification:
     StudyError
         One line for each mistake: file, line, key, value, what is wrong or what is allowed.
     """
-    values: Mapping[str, Any] = {"name": document.path.stem, **document.data}
-    try:
-        read = Identification.model_validate(values, context={"folder": document.path.parent})
-    except ValidationError as error:
-        raise document.error(mistakes_of(error, Identification)) from None
-    if document.mistakes:
-        raise document.error([])
-    return read
+    return section_in(document, Identification)

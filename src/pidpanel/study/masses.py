@@ -18,13 +18,11 @@ def damper_masses(study: Study) -> dict[str, float]:
     """
     highest = study.response.frequency_hz[1]
     masses: dict[str, float] = {}
-    for scenario in study.all_scenarios():
-        for filling in scenario.fillings:
-            damper = study.all_dampers.get(filling.damper or "")
-            mass = 0.0
-            if damper is not None and study.response.damper_mass:
-                mass = damper.largest_mass_per_area(highest)
-            masses[filling.patch] = max(masses.get(filling.patch, 0.0), mass)
+    for filling in study.fillings:
+        damper, mass = study.damper_of(filling), 0.0
+        if damper is not None and study.response.damper_mass:
+            mass = damper.largest_mass_per_area(highest)
+        masses[filling.patch] = max(masses.get(filling.patch, 0.0), mass)
     return masses
 
 
@@ -37,8 +35,8 @@ def resolved_masses(study: Study) -> dict[str, float]:
     if not study.response.damper_mass:
         return masses
     common = study.damping.table if "table" in study.readings else None
-    for filling in (filling for scenario in study.all_scenarios() for filling in scenario.fillings):
-        damper = study.all_dampers.get(filling.damper or "")
+    for filling in study.fillings:
+        damper = study.damper_of(filling)
         mass = 0.0 if damper is None else damper.mass_of_rows(filling.fill_fraction)
         if common is not None:
             weighs_as = study.damping.apparent_mass

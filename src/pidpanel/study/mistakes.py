@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+from pidpanel.columns import ColumnsError
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+T = TypeVar("T")
 Keys = tuple[str | int, ...]  # way to a place of a study: names of keys, and indices in lists
 
 
@@ -35,6 +38,15 @@ class Mistakes(ValueError):
         self.mistakes, self.model = tuple(mistakes), model  # the model that has found them
         lines = (f"{dotted(keys)}: {says}" if keys else says for keys, says, _ in self.mistakes)
         super().__init__("; ".join(lines))
+
+
+def read_at(keys: Keys, read: Callable[[], T]) -> Generator[Mistake, None, T | None]:
+    """Yield the mistakes of a file at the key that names it; return what is read; None for any."""
+    try:
+        return read()
+    except ColumnsError as error:
+        yield from (Mistake(keys, fault) for fault in error.faults)
+        return None
 
 
 def dotted(keys: Keys) -> str:
@@ -92,11 +104,8 @@ def unknown_key(key: str, allowed: Sequence[str]) -> str:
     >>> unknown_key("restitution", ["depth_mm", "count"])
     'unknown key; allowed are depth_mm, count'
     """
-    lower = {name.lower(): name for name in allowed}
-    near = difflib.get_close_matches(key.lower(), lower, n=1, cutoff=0.5)
-    return "unknown key; " + (
-        f"did you mean {lower[near[0]]}?" if near else f"allowed are {', '.join(allowed)}"
-    )
+    meant = _meant(key, allowed, 0.5)
+    return f"unknown key; {meant or 'allowed are ' + ', '.join(allowed)}"
 
 
 def not_among(section: str, name: str, allowed: Sequence[str]) -> str:
@@ -107,9 +116,11 @@ def not_among(section: str, name: str, allowed: Sequence[str]) -> str:
     >>> not_among("dampers", "stele", ["acrylic", "steel"])
     'must be one of dampers: acrylic, steel; did you mean steel?'
     """
+    meant = _meant(name, allowed, 0.6) if len(allowed) > 1 else ""
+    return f"must be one of {section}: {', '.join(allowed)}" + (f"; {meant}" if meant else "")
+
+
+def _meant(name: str, allowed: Sequence[str], cutoff: float) -> str:
     lower = {entry.lower(): entry for entry in allowed}
-    near = [lower[match] for match in difflib.get_close_matches(name.lower(), lower, n=1)]
-    near = near if len(allowed) > 1 else []
-    return f"must be one of {section}: {', '.join(allowed)}" + (
-        f"; did you mean {near[0]}?" if near else ""
-    )
+    near = difflib.get_close_matches(name.lower(), lower, n=1, cutoff=cutoff)
+    return f"did you mean {lower[near[0]]}?" if near else ""

@@ -284,11 +284,8 @@ class Panel(SectionModel):
             if count > MOST_ELEMENTS:
                 smallest = self.mesh.size_m * math.sqrt(count / MOST_ELEMENTS)
                 smallest = math.ceil(smallest * 1e4) / 1e4
-                yield Mistake(
-                    ("mesh", "size_m"),
-                    f"about {count:.2g} elements; allowed are {MOST_ELEMENTS}, with size_m from "
-                    f"{smallest:g}",
-                )
+                says = f"about {count:.2g} elements; allowed are {MOST_ELEMENTS}, with size_m from "
+                yield Mistake(("mesh", "size_m"), f"{says}{smallest:g}")
 
     def _mistakes_of_mesh(self) -> Iterator[Mistake]:
         if self.mesh.kind == "file":
@@ -309,24 +306,17 @@ class Panel(SectionModel):
 
     def _mistakes_of_quadrilaterals(self) -> Iterator[Mistake]:
         against = [] if self.size is not None else ["an outline other than a whole rectangle"]
-        against += [
-            f"patches.{name}, which is not a rectangle"
-            for name, patch in self.patches.items()
-            if not isinstance(patch.shape, Rectangle)
-        ]
+        for name, patch in self.patches.items():
+            if not isinstance(patch.shape, Rectangle):
+                against.append(f"patches.{name}, which is not a rectangle")
         if self.section.kind != "thin":
             against.append(f"section.kind = {self.section.kind}")
-        against += [
-            f"supports.points.{name}.radius_m"
-            for name, support in self.support_input.points.items()
-            if support.radius_m
-        ]
+        for name, support in self.support_input.points.items():
+            if support.radius_m:
+                against.append(f"supports.points.{name}.radius_m")
         if against:
-            yield Mistake(
-                ("mesh", "kind"),
-                f"quadrilaterals do not allow {'; '.join(against)}; "
-                "use mesh: {kind: triangles, size_m: …}",
-            )
+            says = f"quadrilaterals do not allow {'; '.join(against)}; "
+            yield Mistake(("mesh", "kind"), says + "use mesh: {kind: triangles, size_m: …}")
 
     def _mistakes_of_place(self) -> Iterator[Mistake]:
         positions = {name: point for name, point in self.points.items() if isinstance(point, tuple)}
@@ -336,10 +326,8 @@ class Panel(SectionModel):
             for name, patch in self.patches.items():
                 x0, x1, y0, y1 = patch.bounds
                 if x0 < 0 or y0 < 0 or x1 > length or y1 > width:
-                    yield Mistake(
-                        ("patches", name),
-                        f"{panel}; it covers x {x0:g}…{x1:g} m, y {y0:g}…{y1:g} m",
-                    )
+                    says = f"{panel}; it covers x {x0:g}…{x1:g} m, y {y0:g}…{y1:g} m"
+                    yield Mistake(("patches", name), says)
             for name, (x, y) in positions.items():
                 if not (0 <= x <= length and 0 <= y <= width):
                     yield Mistake(("points", name), panel)

@@ -133,9 +133,8 @@ class Particles(SectionModel):
             if not isinstance(self.distribution, Mono):
                 yield Mistake(("shell_mm",), "only allowed for distribution: {kind: mono}")
             if 2 * self.shell_mm >= self.diameter_mm:
-                yield Mistake(
-                    ("shell_mm",), f"must be below half of diameter_mm = {self.diameter_mm:g}"
-                )
+                says = f"must be below half of diameter_mm = {self.diameter_mm:g}"
+                yield Mistake(("shell_mm",), says)
 
 
 class Walls(SectionModel):

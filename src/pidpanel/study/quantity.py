@@ -14,6 +14,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from pidpanel.columns import NUMBER
 from pidpanel.constants import STANDARD_GRAVITY
 
+LEADING_ZEROS = re.compile(r"[+-]?0\d")
 Convert = Callable[[float], float]
 # Units in which a value may have been given by mistake, each with what turns it into the right
 # one: a factor or a function.
@@ -114,7 +115,7 @@ class Quantity:
             If it is none.
         """
         kind = "int" if self.whole else "float"
-        if isinstance(value, str) and NUMBER.fullmatch(value) and not _has_leading_zeros(value):
+        if isinstance(value, str) and NUMBER.fullmatch(value) and not LEADING_ZEROS.match(value):
             value = float(value)
         if isinstance(value, bool) or not isinstance(value, Real):
             if isinstance(value, str) and value.lower().strip("+-.") in ("nan", "inf", "infinity"):
@@ -161,10 +162,6 @@ class Quantity:
 def whole(low: int, high: int) -> Quantity:
     """Return the bounds of a count."""
     return Quantity(low, high, whole=True)
-
-
-def _has_leading_zeros(text: str) -> bool:
-    return re.match(r"[+-]?0\d", text) is not None
 
 
 def text_hint(value: Any) -> str:

@@ -2,16 +2,20 @@
 
 import re
 import unicodedata
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 from pydantic import ValidationError
 
-from pidpanel.study.base import StudyError
+from pidpanel.study.base import SectionModel, StudyError
 from pidpanel.study.coupon_study import RESERVED, CouponStudy
 from pidpanel.study.document import Document
 from pidpanel.study.explaining import mistakes_of
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.study import Study
+
+T = TypeVar("T", bound=SectionModel)
 
 
 def load_study(path: str | Path) -> Study:
@@ -51,16 +55,26 @@ def study_in(document: Document) -> Study | CouponStudy:
     if is_coupon and "damping" in document.data:
         says = "only in a study with a panel; a study of the coupon alone reads no damping model"
         raise document.error([Mistake(("damping",), f"{says}. Delete it, or add panel and sound")])
-    model = CouponStudy if is_coupon else Study
+    return section_in(document, CouponStudy if is_coupon else Study, _in_file)
+
+
+def section_in(
+    document: Document,
+    model: type[T],
+    explain: Callable[[Mistake, Document], Mistake] | None = None,
+) -> T:
+    """Return the model of a whole file; `StudyError` with its mistakes, as they are explained."""
     values = {"name": document.path.stem, **document.data}
     try:
-        study = model.model_validate(values, context={"folder": document.path.parent})
+        section = model.model_validate(values, context={"folder": document.path.parent})
     except ValidationError as error:
-        mistakes = mistakes_of(error, Study)
-        raise document.error(_in_file(mistake, document) for mistake in mistakes) from None
+        mistakes = list(mistakes_of(error, model))
+        if explain:
+            mistakes = [explain(mistake, document) for mistake in mistakes]
+        raise document.error(mistakes) from None
     if document.mistakes:
         raise document.error([])
-    return study
+    return section
 
 
 def _in_file(mistake: Mistake, document: Document) -> Mistake:

@@ -34,11 +34,9 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
     if study.sound is None:
         yield from _mistakes_without_sound(study)
     if study.is_coupled and study.sound is not None:
-        says = (
-            f"not allowed with a section sound and the damping model '{COUPLED}', whose runs are "
-        )
-        says += "then under sound; put sound and base in two studies, or set damping.readings to "
-        yield Mistake(("base",), f"{says}atlas, dem, stated, table or a law")
+        says = f"not allowed with a section sound and the damping model '{COUPLED}', whose runs "
+        says += "are then under sound; put sound and base in two studies, or set damping.readings "
+        yield Mistake(("base",), f"{says}to atlas, dem, stated, table or a law")
     elif study.is_coupled and study.base.random is None:
         yield Mistake(("base", "random"), f"missing; required for the damping model '{COUPLED}'")
     elif study.readings == (COUPLED,) and study.base.sine is not None:
@@ -79,9 +77,8 @@ def mistakes_of_coupled(study: Study) -> Iterator[Mistake]:
     yield from _mistakes_of_lines(study)
     keys = ("damping", "readings")
     if study.response.modal_damping != "full":
-        yield Mistake(
-            keys, (f"the damping model '{COUPLED}' is only allowed with modal_damping: full")
-        )
+        says = f"the damping model '{COUPLED}' is only allowed with modal_damping: full"
+        yield Mistake(keys, says)
     if not study.has_filled_coupon:
         says = f"the damping model '{COUPLED}' needs a scenario with a coupon; there is none"
         yield Mistake(keys, says)
@@ -124,17 +121,12 @@ def mistakes_of_labels(study: Study) -> Iterator[Mistake]:
             for labelled in (scenario.bare, scenario):
                 if named.setdefault(labelled.label, labelled) == labelled:
                     continue
-                alike = named[labelled.label].patches == labelled.patches
                 keys = () if isinstance(compared, Layout) else (compared.varied,)
-                yield Mistake(
-                    ("scenarios", name, *keys),
-                    f"two scenarios would have the name {labelled.label}; "
-                    + (
-                        "values must differ in their first six digits"
-                        if keys and alike
-                        else "give the layout another name"
-                    ),
-                )
+                remedy = "give the layout another name"
+                if keys and named[labelled.label].patches == labelled.patches:
+                    remedy = "values must differ in their first six digits"
+                says = f"two scenarios would have the name {labelled.label}; {remedy}"
+                yield Mistake(("scenarios", name, *keys), says)
 
 
 def mistakes_of_measurements(study: Study) -> Iterator[Mistake]:
@@ -153,11 +145,9 @@ def mistakes_of_measurements(study: Study) -> Iterator[Mistake]:
 
 def mistakes_of_optimise(study: Study) -> Iterator[Mistake]:
     """Yield dampers and points that are not there, and dampers that cannot be placed."""
-    section = study.optimise
-    if section is None:
-        return
-    for mistake in _mistakes_of_section(section, study):
-        yield mistake.prefix("optimise")
+    if study.optimise is not None:
+        mistakes = _mistakes_of_section(study.optimise, study)
+        yield from (mistake.prefix("optimise") for mistake in mistakes)
 
 
 def _mistakes_of_section(section: Optimise, study: Study) -> Iterator[Mistake]:
@@ -200,14 +190,10 @@ def mistakes_of_severity(study: Study) -> Iterator[Mistake]:
         return
     lowest = study.response.frequency_hz[0]
     if severity.duration_s * lowest < LEAST_CYCLES:
-        yield Mistake(
-            ("severity", "duration_s"),
-            f"must be at least {LEAST_CYCLES / lowest:.3g}, {LEAST_CYCLES:g} cycles of the lowest "
-            "frequency of the response",
-        )
+        says = f"must be at least {LEAST_CYCLES / lowest:.3g}, {LEAST_CYCLES:g} cycles of the "
+        yield Mistake(("severity", "duration_s"), f"{says}lowest frequency of the response")
     for point in severity.limits:
         yield from mistakes_of_point(study, point, ("severity", "limits", point))
-    strength = severity.strength
-    if strength is not None and strength.core is not None:
-        if study.panel.section.kind != "sandwich":
-            yield Mistake(("severity", "strength", "core"), "only allowed with a sandwich section")
+    has_core = study.panel.section.kind == "sandwich"
+    if severity.strength is not None and severity.strength.core is not None and not has_core:
+        yield Mistake(("severity", "strength", "core"), "only allowed with a sandwich section")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
@@ -15,6 +15,15 @@ from pidpanel.study.mistakes import Keys, Mistake
 
 MOST_SCENARIOS = 1000  # scenarios that a family may have
 Varied = Literal["patch", "fill_fraction", "oaspl_db"]
+T = TypeVar("T")
+
+
+def items_of(key: str, value: T | tuple[T, ...]) -> Iterator[tuple[Keys, T]]:
+    """Yield each item of a key that may be a list, with the way to it."""
+    if isinstance(value, tuple):
+        yield from (((key, index), item) for index, item in enumerate(value))
+    else:
+        yield (key,), value
 
 
 class Family(SectionModel):
@@ -49,13 +58,12 @@ class Family(SectionModel):
                 yield Mistake((key,), f"must have at most {MOST_SCENARIOS} values, not {count}")
         lists = len(self._lists())
         if lists > 1:
-            yield Mistake(
-                (), f"only one of patch, fill_fraction and oaspl_db may be a list, not {lists}"
-            )
+            says = f"only one of patch, fill_fraction and oaspl_db may be a list, not {lists}"
+            yield Mistake((), says)
 
-    def fillings(self) -> Iterator[tuple[Keys, Family | Filled]]:
-        """Yield what says how patches are filled, with the way to it."""
-        yield (), self
+    def fillings(self) -> Iterator[FilledPatches]:
+        """Yield the way to what says how patches are filled, the patches with theirs, and that."""
+        yield (), list(items_of("patch", self.patch)), self
 
     @property
     def varied(self) -> Varied:
@@ -86,12 +94,13 @@ class Layout(SectionModel):
     title: Text = ""
     """Title of the layout in the report."""
 
-    def fillings(self) -> Iterator[tuple[Keys, Family | Filled]]:
-        """Yield what says how patches are filled, with the way to it."""
+    def fillings(self) -> Iterator[FilledPatches]:
+        """Yield each patch like `Family.fillings`."""
         for patch, filled in self.layout.items():
-            yield ("layout", patch), filled
+            yield ("layout", patch), [((), patch)], filled
 
 
+FilledPatches = tuple[Keys, list[tuple[Keys, str]], Family | Filled]
 FAMILY, LAYOUT = f"{TAG}family", f"{TAG}layout"
 
 

@@ -1,6 +1,5 @@
 """The section of a panel: a thin or a thick plate, or a sandwich of plies and a core."""
 
-import csv
 import difflib
 import math
 from collections.abc import Iterator, Mapping
@@ -8,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from pidpanel.columns import read_rows
 from pidpanel.paths import DATA
 from pidpanel.study.base import Density, PoissonsRatio, SectionModel, Text
 from pidpanel.study.mistakes import Mistake, not_among
@@ -130,11 +130,8 @@ class MaterialInput(SectionModel):
             if self.nu12**2 >= self.e1_gpa / self.e2_gpa:  # type: ignore[operator]
                 yield Mistake(("nu12",), "must be below sqrt(e1_gpa/e2_gpa)")
         elif keys != {"youngs_modulus_gpa", "poissons_ratio"}:
-            yield Mistake(
-                (),
-                "must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, "
-                "g12_gpa and nu12",
-            )
+            says = "must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, "
+            yield Mistake((), f"{says}g12_gpa and nu12")
 
 
 class PlyInput(SectionModel):
@@ -198,26 +195,15 @@ class CoreInput(SectionModel):
     @property
     def properties(self) -> tuple[float, float, float]:
         """G_L and G_W [Pa], and the density [kg/m³]."""
-        if self.grade is not None:
-            G_L, G_W, density = core_grades()[self.grade]
-        else:
-            G_L, G_W = self.shear_modulus_l_mpa or 0.0, self.shear_modulus_w_mpa or 0.0
-            density = self.density_kg_m3 or 0.0
-        return G_L * 1e6, G_W * 1e6, density
+        stated = (self.shear_modulus_l_mpa, self.shear_modulus_w_mpa, self.density_kg_m3)
+        G_L, G_W, density = stated if self.grade is None else core_grades()[self.grade]
+        return (G_L or 0.0) * 1e6, (G_W or 0.0) * 1e6, density or 0.0
 
 
 def core_grades() -> dict[str, tuple[float, float, float]]:
     """Return G_L and G_W [MPa] and the density [kg/m³] of the known cores, by grade."""
-    with CORE_GRADES_FILE.open(encoding="utf-8") as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        return {
-            row["grade"]: (
-                float(row["shear_modulus_l_mpa"]),
-                float(row["shear_modulus_w_mpa"]),
-                float(row["density_kg_m3"]),
-            )
-            for row in rows
-        }
+    rows = (cells for _, cells in read_rows(CORE_GRADES_FILE).rows)
+    return {grade: (float(G_L), float(G_W), float(density)) for grade, density, G_L, G_W in rows}
 
 
 class SandwichSectionInput(SectionModel):
@@ -245,17 +231,12 @@ class SandwichSectionInput(SectionModel):
         for key in ("faces", "top", "bottom"):
             for index, ply in enumerate(getattr(self, key) or ()):
                 if ply.material not in self.materials:
-                    yield Mistake(
-                        (key, index, "material"),
-                        not_among("materials", ply.material, list(self.materials)),
-                    )
+                    says = not_among("materials", ply.material, list(self.materials))
+                    yield Mistake((key, index, "material"), says)
             thickness = sum(ply.thickness_mm for ply in getattr(self, key) or ())
             if thickness > self.core.thickness_mm:
-                yield Mistake(
-                    (key,),
-                    f"{thickness:g} mm thick, more than the core of {self.core.thickness_mm:g} "
-                    "mm: faces must be thinner than the core",
-                )
+                says = f"{thickness:g} mm thick, more than the core of {self.core.thickness_mm:g} "
+                yield Mistake((key,), f"{says}mm: faces must be thinner than the core")
 
     def plies(self, side: Literal["top", "bottom"]) -> tuple[PlyInput, ...]:
         """Return the plies of a face, the outermost first."""

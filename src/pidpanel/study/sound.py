@@ -59,10 +59,8 @@ class Sound(SectionModel):
         if self.oaspl_db is not None and self.shift_db != 0:
             yield Mistake(("shift_db",), f"not allowed together with oaspl_db = {self.oaspl_db:g}")
         if (self.field == "plane_wave") != (self.incidence_deg is not None):
-            yield Mistake(
-                ("incidence_deg",), "required for field: plane_wave, not allowed otherwise"
-            )
+            says = "required for field: plane_wave, not allowed otherwise"
+            yield Mistake(("incidence_deg",), says)
         if self.azimuth_deg is not None and not self.field.endswith("_wave"):
-            yield Mistake(
-                ("azimuth_deg",), "only allowed for field: plane_wave or progressive_wave"
-            )
+            says = "only allowed for field: plane_wave or progressive_wave"
+            yield Mistake(("azimuth_deg",), says)

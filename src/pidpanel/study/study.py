@@ -3,7 +3,7 @@
 import itertools
 import re
 from collections.abc import Iterator, Mapping
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
@@ -29,12 +29,11 @@ from pidpanel.study.scenarios import (
     Filling,
     Layout,
     Scenario,
+    items_of,
     level_suffix,
 )
 from pidpanel.study.severity import Severity
 from pidpanel.study.sound import SPEED, Sound
-
-T = TypeVar("T")
 
 BARE = "bare"  # the only reading of a study without scenarios: there is nothing to read
 
@@ -120,8 +119,7 @@ class Study(CouponStudy):
     @property
     def used_dampers(self) -> tuple[str, ...]:
         """Names of the dampers that are filled in with a reading of `BY_DAMPER`."""
-        fillings = (f for s in self.all_scenarios() for f in s.fillings)
-        named = {filling.damper for filling in fillings}
+        named = {filling.damper for filling in self.fillings}
         used = tuple(name for name in self.all_dampers if name in named)
         return used if set(BY_DAMPER) & set(self.readings) else ()
 
@@ -199,7 +197,7 @@ class Study(CouponStudy):
     @property
     def has_filled_coupon(self) -> bool:
         """Whether a scenario names a damper with a coupon."""
-        fillings = (filled for entry in self.scenarios.values() for _, filled in entry.fillings())
+        fillings = (filled for entry in self.scenarios.values() for *_, filled in entry.fillings())
         dampers = (self.all_dampers.get(self._damper_name(filled) or "") for filled in fillings)
         return any(damper is not None and damper.coupon is not None for damper in dampers)
 
@@ -214,11 +212,10 @@ class Study(CouponStudy):
 
     def beds_of(self, scenario: Scenario) -> tuple[tuple[Filling, Coupon, float], ...]:
         """Return the filled patches of a scenario that have a coupon, with it and its fill."""
-        dampers = self.all_dampers
         return tuple(
             (filling, damper.coupon, filling.fill_fraction)
             for filling in scenario.fillings
-            if (damper := dampers.get(str(filling.damper))) is not None
+            if (damper := self.damper_of(filling)) is not None
             and damper.coupon is not None
             and filling.fill_fraction is not None
         )
@@ -242,9 +239,8 @@ class Study(CouponStudy):
         if "stated" in self.readings and not self.all_dampers:
             yield Mistake(("dampers",), "missing; required for the damping model 'stated'")
         if "coupled" in self.damping.model_fields_set and not self.is_coupled:
-            yield Mistake(
-                ("damping", "coupled"), f"only allowed with the damping model '{COUPLED}'"
-            )
+            says = f"only allowed with the damping model '{COUPLED}'"
+            yield Mistake(("damping", "coupled"), says)
         yield from requirements.mistakes_of_coupled(self)
 
     # ---------------------------------------------------------------------- scenarios
@@ -252,19 +248,11 @@ class Study(CouponStudy):
     def mistakes_of_scenarios(self) -> Iterator[Mistake]:
         """Yield patches and dampers that are not there, and fills that a damper does not have."""
         for name, compared in self.scenarios.items():
-            for mistake in self._mistakes_of(compared):
-                yield mistake.prefix("scenarios", name)
-
-    def _mistakes_of(self, compared: Family | Layout) -> Iterator[Mistake]:
-        if isinstance(compared, Layout):
-            for patch, filled in compared.layout.items():
-                yield from self._mistakes_of_patch(("layout", patch), patch)
+            for way, patches, filled in compared.fillings():
+                for keys, patch in patches:
+                    yield from self._mistakes_of_patch(("scenarios", name, *way, *keys), patch)
                 for mistake in self._mistakes_of_filling(filled):
-                    yield mistake.prefix("layout", patch)
-            return
-        for keys, patch in _items("patch", compared.patch):
-            yield from self._mistakes_of_patch(keys, patch)
-        yield from self._mistakes_of_filling(compared)
+                    yield mistake.prefix("scenarios", name, *way)
 
     def _mistakes_of_patch(self, keys: Keys, patch: str) -> Iterator[Mistake]:
         patches = list(self.panel.patches)
@@ -288,7 +276,7 @@ class Study(CouponStudy):
         needed = next(self._needs_fill(damper), None)
         if needed and filled.fill_fraction is None:
             yield Mistake(("fill_fraction",), f"missing; required for {needed}")
-        for keys, fill in _items("fill_fraction", filled.fill_fraction):
+        for keys, fill in items_of("fill_fraction", filled.fill_fraction):
             for way, coupon in self._coupons_read(damper):
                 low, high = (f(coupon.sweep.fill_fraction) for f in (min, max))
                 if fill is not None and not low <= fill <= high:
@@ -302,9 +290,9 @@ class Study(CouponStudy):
     def fills(self, damper: str | None) -> Iterator[tuple[Keys, float]]:
         """Yield the fills of a damper, or of all, with the ways to them."""
         for name, compared in self.scenarios.items():
-            for way, filled in compared.fillings():
+            for way, _, filled in compared.fillings():
                 if damper in (None, self._damper_name(filled)):
-                    for keys, fill in _items("fill_fraction", filled.fill_fraction):
+                    for keys, fill in items_of("fill_fraction", filled.fill_fraction):
                         if fill is not None:
                             yield ("scenarios", name, *way, *keys), fill
 
@@ -322,14 +310,11 @@ class Study(CouponStudy):
 
     def _coupons_read(self, damper: str | None) -> Iterator[tuple[str, Coupon]]:
         """Yield the coupons from which a patch with a damper is read, with the ways to them."""
-        if self.coupon is not None and "dem" in self.readings:
+        is_stated, named = "stated" in self.readings, self.dampers.get(damper or "")
+        if self.coupon is not None and ("dem" in self.readings or (is_stated and named is None)):
             yield "coupon", self.coupon
-        if damper is not None and damper in self.dampers and "stated" in self.readings:
-            coupon = self.dampers[damper].coupon
-            if coupon is not None:
-                yield f"dampers.{damper}.coupon", coupon
-        elif self.coupon is not None and "stated" in self.readings and "dem" not in self.readings:
-            yield "coupon", self.coupon
+        if is_stated and named is not None and named.coupon is not None:
+            yield f"dampers.{damper}.coupon", named.coupon
 
     @property
     def families(self) -> Mapping[str, Family]:
@@ -347,30 +332,25 @@ class Study(CouponStudy):
         level = self.oaspl_db if compared.oaspl_db is None else compared.oaspl_db
         if isinstance(compared, Layout):
             fillings = tuple(
-                Filling(
-                    patch=patch,
-                    damper=self._damper_name(filled),
-                    fill_fraction=filled.fill_fraction,
-                )
+                self._filling(patch, filled, filled.fill_fraction)
                 for patch, filled in compared.layout.items()
             )
             return (Scenario(label=name, fillings=fillings, oaspl_db=level),)
+        patches, fills = as_tuple(compared.patch), as_tuple(compared.fill_fraction)
         return tuple(
-            self._of_one_patch(patch, self._damper_name(compared), fill, level)
-            for patch, fill, level in itertools.product(
-                as_tuple(compared.patch), as_tuple(compared.fill_fraction), as_tuple(level)
-            )
+            self._of_one_patch(self._filling(patch, compared, fill), level)
+            for patch, fill, level in itertools.product(patches, fills, as_tuple(level))
         )
 
-    def _of_one_patch(
-        self, patch: str, damper: str | None, fill: float | None, level: float | None
-    ) -> Scenario:
-        parts = [patch]
-        if damper is not None and len(self.all_dampers) > 1:
-            parts.append(damper)
-        if fill is not None:
-            parts.append(f"r{fill:g}")
-        filling = Filling(patch=patch, damper=damper, fill_fraction=fill)
+    def _filling(self, patch: str, filled: Family | Filled, fill: float | None) -> Filling:
+        return Filling(patch=patch, damper=self._damper_name(filled), fill_fraction=fill)
+
+    def _of_one_patch(self, filling: Filling, level: float | None) -> Scenario:
+        parts = [filling.patch]
+        if filling.damper is not None and len(self.all_dampers) > 1:
+            parts.append(filling.damper)
+        if filling.fill_fraction is not None:
+            parts.append(f"r{filling.fill_fraction:g}")
         label = "_".join(parts) + level_suffix(level)
         return Scenario(label=label, fillings=(filling,), oaspl_db=level)
 
@@ -381,15 +361,16 @@ class Study(CouponStudy):
             return (Scenario.bare_at(self.oaspl_db),)
         return tuple(dict.fromkeys([s.bare for s in scenarios] + scenarios))
 
+    @property
+    def fillings(self) -> tuple[Filling, ...]:
+        """The filled patches of all scenarios."""
+        return tuple(f for scenario in self.all_scenarios() for f in scenario.fillings)
+
+    def damper_of(self, filling: Filling) -> Damper | None:
+        """Return the damper of a filled patch; None where it has none."""
+        return self.all_dampers.get(filling.damper or "")
+
     def mapped_scenarios(self) -> tuple[Scenario, ...]:
         """Return the scenarios of ``response.maps``."""
         labels = self.response.maps or (self.all_scenarios()[0].label,)
         return tuple(s for s in self.all_scenarios() if s.label in labels)
-
-
-def _items(key: str, value: T | tuple[T, ...]) -> Iterator[tuple[Keys, T]]:
-    """Yield each item of a key that may be a list, with the way to it."""
-    if isinstance(value, tuple):
-        yield from (((key, index), item) for index, item in enumerate(value))
-    else:
-        yield (key,), value

@@ -126,11 +126,11 @@ class Sweep(SectionModel):
             gamma = min(amplitude * omega, fastest) * omega / STANDARD_GRAVITY
             if gamma > LARGEST_GAMMA:
                 longest = 1e3 * LARGEST_GAMMA * STANDARD_GRAVITY / omega**2
-                yield Mistake(
-                    ("displacement_mm", index),
+                says = (
                     f"{gamma:.3g} g at {max(self.frequencies):g} Hz; at most {LARGEST_GAMMA:g} g, "
-                    f"{longest:.2g} mm there; max_velocity_m_s omits fast combinations",
                 )
+                says += f"{longest:.2g} mm there; max_velocity_m_s omits fast combinations"
+                yield Mistake(("displacement_mm", index), says)
 
     def mistakes(self) -> Iterator[Mistake]:
         keys = self.model_fields_set
@@ -140,21 +140,13 @@ class Sweep(SectionModel):
         if not self.acceleration_g and not self.displacement_mm:
             says = "must have at least 1 value" if "acceleration_g" in keys else "missing"
             yield Mistake(("acceleration_g",), f"{says}; required unless displacement_mm is given")
-        for key in (
-            "fill_fraction",
-            "frequency_hz",
-            "acceleration_g",
-            "displacement_mm",
-            "diameter_mm",
-        ):
-            values = getattr(self, key)
+        for key, values in self:
             texts: set[str] = set()
-            for index, value in enumerate(() if isinstance(values, Range) else values):
+            for index, value in enumerate(values if isinstance(values, tuple) else ()):
                 text = f"{value:.6g}"
                 if text in texts:
-                    yield Mistake(
-                        (key, index), "duplicate value; its cases would have the same labels"
-                    )
+                    says = "duplicate value; its cases would have the same labels"
+                    yield Mistake((key, index), says)
                 texts.add(text)
 
 

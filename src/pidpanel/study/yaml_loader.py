@@ -4,6 +4,7 @@
 are text too: no key of a study is one.
 """
 
+import contextlib
 import re
 from collections.abc import Iterator
 from typing import Any, ClassVar
@@ -55,9 +56,7 @@ class Loader(yaml.SafeLoader):
             count = _count(root, {}, set())
             if count > MOST_VALUES:
                 says = f"has {count:.3g} values with its aliases written out"
-                raise yaml.composer.ComposerError(
-                    None, None, f"{says}; allowed are {MOST_VALUES}", None
-                )
+                raise _refusal(f"{says}; allowed are {MOST_VALUES}")
             self.mistakes = list(_mistakes(root, (), set()))
         return root
 
@@ -66,26 +65,15 @@ class Loader(yaml.SafeLoader):
         self.flatten_mapping(node)
         return {key.value: self.construct_object(value, deep) for key, value in node.value}
 
-    def construct_int(self, node: yaml.ScalarNode) -> int:
-        """Return a whole number."""
-        try:
-            number = WrittenInt(node.value)
-        except ValueError:
-            return self.construct_float(node)  # type: ignore[return-value]
-        number.written = node.value
-        return number
-
-    def construct_float(self, node: yaml.ScalarNode) -> float:
+    def construct_number(self, node: yaml.ScalarNode) -> WrittenInt | WrittenFloat:
         """Return a number."""
-        text = node.value.lower()
-        try:
-            number = WrittenFloat(text.replace(".inf", "inf").replace(".nan", "nan"))
-        except ValueError:
-            raise yaml.constructor.ConstructorError(
-                None, None, f"{node.value} is not a number", node.start_mark
-            ) from None
-        number.written = node.value
-        return number
+        text = node.value.lower().replace(".inf", "inf").replace(".nan", "nan")
+        for kind in (WrittenInt, WrittenFloat):
+            with contextlib.suppress(ValueError):
+                number = kind(text)
+                number.written = node.value
+                return number
+        raise _refusal(f"{node.value} is not a number", node.start_mark)
 
 
 Loader.add_implicit_resolver(
@@ -99,8 +87,12 @@ Loader.add_implicit_resolver(
 )
 Loader.add_implicit_resolver(NULL, re.compile("(~|null|Null|NULL|)$"), ["~", "n", "N", ""])
 Loader.add_implicit_resolver(MERGE, re.compile("<<$"), "<")
-Loader.add_constructor(f"{CORE}int", Loader.construct_int)
-Loader.add_constructor(f"{CORE}float", Loader.construct_float)
+Loader.add_constructor(f"{CORE}int", Loader.construct_number)
+Loader.add_constructor(f"{CORE}float", Loader.construct_number)
+
+
+def _refusal(says: str, mark: yaml.Mark | None = None) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(None, None, says, mark)
 
 
 def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
@@ -113,11 +105,8 @@ def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
     context = error.context or ""
     if error.context_mark and context.startswith(("while scanning", "while parsing a flow")):
         mark = error.context_mark  # where what is not closed begins
-    for fragment, says in PROBLEMS.items():
-        if fragment in problem:
-            problem = says
-            break
-    return (mark.line + 1 if mark else None), f"not YAML: {problem}"
+    says = next((says for fragment, says in PROBLEMS.items() if fragment in problem), problem)
+    return (mark.line + 1 if mark else None), f"not YAML: {says}"
 
 
 # What pyyaml says, and what of it helps.
@@ -142,11 +131,9 @@ def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:
     """Return the number of values in a node with its aliases written out."""
     if node.tag not in TAGS:
         name = node.tag.replace(CORE, "!!")
-        raise yaml.composer.ComposerError(
-            None, None, f"the tag {name} is not allowed", node.start_mark
-        )
+        raise _refusal(f"the tag {name} is not allowed", node.start_mark)
     if id(node) in ancestors:
-        raise yaml.composer.ComposerError(None, None, "an alias contains itself", node.start_mark)
+        raise _refusal("an alias contains itself", node.start_mark)
     if id(node) not in counts:
         ancestors.add(id(node))
         parts = [child for _, child in _children(node)]
@@ -161,7 +148,7 @@ def _children(node: yaml.Node) -> Iterator[tuple[str | int, yaml.Node]]:
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             if not isinstance(key, yaml.ScalarNode):
-                raise yaml.composer.ComposerError(None, None, "a key must be text", key.start_mark)
+                raise _refusal("a key must be text", key.start_mark)
             yield key.value, value
     elif isinstance(node, yaml.SequenceNode):
         yield from enumerate(node.value)

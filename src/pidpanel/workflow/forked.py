@@ -114,9 +114,9 @@ class _Calls:
         importlib.import_module(f"scripts.{name}")
         for file in (*rule.output.values(), rule.log):
             Path(file).parent.mkdir(parents=True, exist_ok=True)
+        self.discard(name)
         # by the age of its benchmark file Snakemake would find a job too old
-        for file in (*rule.output.values(), self.plan.results(f"benchmark/{name}.tsv")):
-            durable.discard(Path(file))
+        durable.discard(Path(self.plan.results(f"benchmark/{name}.tsv")))
         sys.stdout.flush()
         sys.stderr.flush()
         gc.freeze()  # what is imported is no garbage: the job need not look for any there
@@ -129,6 +129,11 @@ class _Calls:
             self.running[process] = (name, time.monotonic())
         finally:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+    def discard(self, name: str) -> None:
+        """Remove what a job has made."""
+        for file in self.rules[name].output.values():
+            durable.discard(Path(file))
 
     def wait(self, log: Path) -> None:
         """Wait until a job ends; what a failed one made is removed, what waits for it given up."""
@@ -145,8 +150,7 @@ class _Calls:
     def _fail(self, name: str, log: Path) -> None:
         rule = self.rules[name]
         self.failed.append(name)
-        for file in rule.output.values():
-            durable.discard(Path(file))
+        self.discard(name)
         lost = set(rule.output.values())
         for follower in list(self.waiting):
             if not lost.isdisjoint(_inputs(self.rules[follower])):
@@ -167,8 +171,7 @@ class _Calls:
         for process, (name, _) in self.running.items():
             _, status = os.waitpid(process, 0)
             if status:
-                for file in self.rules[name].output.values():
-                    durable.discard(Path(file))
+                self.discard(name)
 
 
 def _work(name: str, rule: Rule, request: str, cores: int) -> NoReturn:

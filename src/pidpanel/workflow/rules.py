@@ -40,6 +40,10 @@ class Rule:
     values: Mapping[str, Any]  # what the output depends on besides other results and the package
     params: Mapping[str, str] = field(default_factory=dict)  # further texts for the job
 
+    def made(self, *names: str) -> dict[str, str]:
+        """Return files of the output by their names."""
+        return {name: self.output[name] for name in names}
+
 
 def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     """Return the rules by name, each after those whose results it reads.
@@ -47,27 +51,24 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
     Each has a script of its name.
     """
     panel = _panel(plan, study)
-    files: dict[str, str | list[str]] = {
-        name: panel.output[name] for name in ("modes", "plate", "section")
-    }
-    rules, optional = {"panel": panel}, {}
+    files: dict[str, str | list[str]] = {**panel.made("modes", "plate", "section")}
+    rules = {"panel": panel}
     if study.sound is not None:
         sound = _sound(plan, study, panel.output)
-        files |= {"modal_force": sound.output["modal_force"], "air": air_files(sound)}
+        files |= {**sound.made("modal_force"), "air": air_files(sound)}
         response = _response(plan, study, files)
         maps = _maps(plan, study, files, response)
         rules |= {"sound": sound, "response": response, "maps": maps}
         if study.severity is not None:
-            optional["severity"] = _severity(plan, study, response, maps)
+            rules["severity"] = _severity(plan, study, response, maps)
     if study.base is not None:
-        optional["base"] = _base(plan, study, panel)
+        rules["base"] = _base(plan, study, panel)
     if study.optimise is not None:
-        optional["optimise"] = _optimise(plan, study, files)
+        rules["optimise"] = _optimise(plan, study, files)
     if study.measurements:
-        optional["measurement"] = _measurement(plan, rules | optional)
+        rules["measurement"] = _measurement(plan, rules)
     if study.sound is not None:
-        optional["export"] = _export(plan, study, panel, response)
-    rules |= optional
+        rules["export"] = _export(plan, study, panel, response)
     return {**rules, "report": _report(plan, study, rules)}
 
 
@@ -180,7 +181,7 @@ def _optimise(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]
 
 
 def _severity(plan: Plan, study: Study, response: Rule, maps: Rule) -> Rule:
-    read = {name: response.output[name] for name in ("psd", "summary", "stress", "stress_table")}
+    read = response.made("psd", "summary", "stress", "stress_table")
     made = {name: plan.results(f"severity/{name}.csv") for name in SEVERITY}
     if study.severity is not None and study.severity.strength is not None:
         read["maps"] = maps.output["maps"]
@@ -213,7 +214,7 @@ def _base(plan: Plan, study: Study, panel: Rule) -> Rule:
     damping = _damping(plan, study)
     return Rule(
         plan.results("base/base.log"),
-        {**{name: panel.output[name] for name in ("modes", "plate", "section")}, **damping.input},
+        {**panel.made("modes", "plate", "section"), **damping.input},
         plan.files("base", **names),
         {"study": plan.section("base", *RESPONSE_SECTIONS), **damping.values},
         damping.params,
@@ -224,7 +225,7 @@ def _maps(
     plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]], response: Rule
 ) -> Rule:
     read = {name: files[name] for name in ("modes", "plate", "modal_force", "air")}
-    read |= {name: response.output[name] for name in ("left_out", "psd")}
+    read |= response.made("left_out", "psd")
     return Rule(
         plan.results("response/maps.log"),
         {**read, "coupled": coupled_files(plan)["impedance"] if study.is_coupled else []},
@@ -236,11 +237,7 @@ def _maps(
 def _export(plan: Plan, study: Study, panel: Rule, response: Rule) -> Rule:
     return Rule(
         plan.results("response/export.log"),
-        {
-            "modes": panel.output["modes"],
-            "psd": response.output["psd"],
-            "summary": response.output["summary"],
-        },
+        {**panel.made("modes"), **response.made("psd", "summary")},
         {"folder": plan.results("response/export")},
         {
             "readings": study.readings,
@@ -251,11 +248,9 @@ def _export(plan: Plan, study: Study, panel: Rule, response: Rule) -> Rule:
 
 
 def _report(plan: Plan, study: Study, rules: Mapping[str, Rule]) -> Rule:
-    panel = rules["panel"].output
     read: dict[str, str | Sequence[str]] = {
-        "modes": panel["modes"],
-        "mode_table": panel["table"],
-        "section": panel["section"],
+        **rules["panel"].made("modes", "section"),
+        "mode_table": rules["panel"].output["table"],
         "cases": [plan.damper_file("coupon", d, "cases.csv") for d in study.coupons],
         "films": films(plan),
         "damping": [
@@ -267,10 +262,9 @@ def _report(plan: Plan, study: Study, rules: Mapping[str, Rule]) -> Rule:
                      for file in rules[name].output.values()],
     }  # fmt: skip
     if study.sound is not None:
-        response = ("psd", "summary", "layouts", "stress_table")
-        read["response"] = [rules["response"].output[name] for name in response]
-        read["maps"] = rules["maps"].output["maps"]
-        read["spectrum"] = rules["sound"].output["spectrum"]
+        response = rules["response"].made("psd", "summary", "layouts", "stress_table")
+        read["response"] = list(response.values())
+        read |= {**rules["maps"].made("maps"), **rules["sound"].made("spectrum")}
     if study.is_coupled:
         coupled = [coupled_files(plan)[name] for name in ("summary", "psd", "impedance")]
         if len(study.readings) > 1 and study.sound is not None:
