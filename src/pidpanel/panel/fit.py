@@ -11,9 +11,10 @@ from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Circle, Position, Shape, show, signed_area
 from pidpanel.panel.attachments import Attachment
+from pidpanel.panel.layup import Section
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import NONE_FREE
-from pidpanel.panel.section import Section, ThinSection
+from pidpanel.panel.section import ThinSection
 from pidpanel.panel.supports import PointSupport, Supports, boundary_loops, held_vertices
 
 # Of the extent of the panel: as the vertices at supports are looked for.
@@ -174,7 +175,7 @@ def fine_places(
 
 
 def roughness(area: BaseGeometry, supports: Supports, is_grid: bool) -> dict[str, float]:
-    """Return what elements see less of than of waves, as arguments of `ElementKind.frequency_shift`."""
+    """Return arguments of `ElementKind.frequency_shift`: what elements resolve worse than waves."""
     ends = {end for edge in supports.edges for end in (edge.start, edge.end)}
     slack = _slack(area)
     corners = shapely.MultiPoint(shapely.get_coordinates(area.simplify(slack)))
