@@ -192,7 +192,7 @@ REFUSED = [
     ("scenarios.both.layout", {}, "scenarios.both.layout = {}: must have at least 1 value, not 0"),
     ("scenarios.both.patch", "PID-1", "scenarios.both.patch = PID-1: unknown key; allowed are layout, oaspl_db, title"),
     ("scenarios.bare_150dB", {"layout": {"PID-1": {"damper": "pot"}}}, "scenarios.bare_150dB = {layout: {PID-1: {damper: pot}}}: two scenarios would have the name bare_150dB; give the layout another name"),
-    ("dampers.two kinds", {"law": "paper_corrected"}, "dampers.two kinds = {law: paper_corrected}: must have a name of letters"),
+    ("dampers.two kinds", {"law": "paper_corrected"}, "dampers.two kinds = {law: paper_corrected}: must have a name of up to 80 letters"),
     ("damping.readings", ["dem"], "coupon: missing; required for the damping model 'dem'"),
     ("damping.level", {"by": "element", "kind": "stated", "acceleration_g": 5}, "damping.level.by = element: only allowed for kind: patch; a stated acceleration holds for all elements"),
     ("dampers.acrylic.coupon.vary", {"gravity_g": [0, 1]}, "dampers.acrylic.coupon.vary = {gravity_g: [0, 1]}: only allowed in a study without a panel"),

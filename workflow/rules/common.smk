@@ -7,7 +7,7 @@ from pidpanel.provenance.digests import values_digest
 from pidpanel.provenance.job import arguments_of
 from pidpanel.provenance.owner import OwnerError
 from pidpanel.study import StudyError
-from pidpanel.study.study import NAME
+from pidpanel.study.coupon_study import NAME
 from pidpanel.workflow.configuration import has_study
 from pidpanel.workflow.coupon import bed_files
 from pidpanel.workflow.plan import Plan, WorkflowRunning

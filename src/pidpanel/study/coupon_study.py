@@ -8,7 +8,7 @@ from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.mistakes import LONGEST_NAME, Mistake
 
-NAME = f"[A-Za-z0-9][A-Za-z0-9_-]{{,{LONGEST_NAME - 1}}}"
+NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"  # also of wildcards, in which Snakemake allows no braces
 # Of what names folders: studies and dampers.
 NAME_WORDS = (
     f"up to {LONGEST_NAME} letters a to z or A to Z, digits, '_' and '-', the first a letter or a "
@@ -16,6 +16,11 @@ NAME_WORDS = (
 )
 
 RESERVED = ("coupon", "verification")  # folders of the results that belong to all studies
+
+
+def is_name(name: str) -> bool:
+    """Whether a name suits a folder."""
+    return len(name) <= LONGEST_NAME and re.fullmatch(NAME, name) is not None
 
 
 class CouponStudy(SectionModel):
@@ -31,7 +36,7 @@ class CouponStudy(SectionModel):
     """The honeycomb coupon that LIGGGHTS shakes."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        if not re.fullmatch(NAME, self.name):
+        if not is_name(self.name):
             yield Mistake(("name",), f"must be {NAME_WORDS}")
         elif self.name in RESERVED:
             says = f"must be another name; results/{self.name} is shared by all studies"

@@ -1,7 +1,6 @@
 """A whole study: its sections, dampers, readings and scenarios."""
 
 import itertools
-import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated
 
@@ -14,7 +13,7 @@ from pidpanel.study.atlas import mistakes_of_atlas
 from pidpanel.study.base import StudyError, as_tuple
 from pidpanel.study.base_motion import BaseMotion, sound_or_base
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.coupon_study import NAME, NAME_WORDS, CouponStudy
+from pidpanel.study.coupon_study import NAME_WORDS, CouponStudy, is_name
 from pidpanel.study.dampers import Damper, is_massless_table
 from pidpanel.study.damping import COUPLED, Damping
 from pidpanel.study.measurement import Measurement
@@ -222,7 +221,7 @@ class Study(CouponStudy):
 
     def _mistakes_of_dampers(self) -> Iterator[Mistake]:
         for name in self.dampers:
-            if not re.fullmatch(NAME, name):
+            if not is_name(name):
                 yield Mistake(("dampers", name), f"must have a name of {NAME_WORDS}")
             if name == SECTION and self.coupon is not None:
                 yield Mistake(("dampers", name), "must have another name than the section coupon")
