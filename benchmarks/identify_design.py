@@ -4,7 +4,7 @@
 
 A laboratory has one cell, one fill fraction and particles whose e and μ it does not know, and
 measures `STROKES` tones. Points are those of a Sobol sequence; a laboratory stays whole only if
-all of its tones can be simulated in a few seconds. Some with gravity along the motion measure
+all of its tones can be simulated in a few seconds. The second half of the laboratories measure
 `ROUNDS` times as many.
 """
 
@@ -69,17 +69,19 @@ def further_tones(point: np.ndarray, bead: Bead, rng: np.random.Generator) -> li
 
 def main() -> None:
     """Write the table of cases."""
-    bead, rows, further, count = Bead(), [], [], 0
-    rng = np.random.default_rng(8)
+    bead, rows, count = Bead(), [], 0
+    further: dict[str, list[Groups]] = {"flat": [], "upright": []}
+    draws = {"flat": np.random.default_rng(8), "upright": np.random.default_rng(9)}
     sequence = qmc.Sobol(d=6 + 2 * len(STROKES), scramble=True, rng=7)
     for point in sequence.random(1024):
         tones = laboratory(point)
         if count < LABORATORIES and all(is_quick(groups, bead) for groups in tones):
             rows += [row_of(groups, bead) for groups in tones]
             count += 1
-            if count > OF_FOUR_TONES and tones[0].direction == "flat":
-                further += further_tones(point, bead, rng)
-    rows += [row_of(groups, bead) for groups in further]
+            if count > OF_FOUR_TONES:
+                direction = tones[0].direction
+                further[direction] += further_tones(point, bead, draws[direction])
+    rows += [row_of(groups, bead) for tones in further.values() for groups in tones]
     writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)

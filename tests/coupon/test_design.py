@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pidpanel.atlas.groups import Bead, Groups
-from pidpanel.coupon import contact
+from pidpanel.coupon import contact, design
 from pidpanel.coupon.design import (
     BOUNCING_CONTACT,
     bounces,
@@ -19,7 +19,7 @@ from pidpanel.coupon.design import (
     time_step_rayleigh,
 )
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.paths import PROJECT
+from pidpanel.paths import PROJECT, STUDIES
 from pidpanel.study.coupon import Coupon
 
 BEAD = Bead()
@@ -130,3 +130,12 @@ def test_full_cells_have_a_thousand_particles_and_are_24_at_most():
     sizes = [full_cell(width, depth) for width, depth, _ in packings(512)]
     assert 900 < max(sizes) <= 1000
     assert cell_count(Groups(0.5, 20.0, 0.01, 0.8, 0.3, 2.0, 1.0, "flat")) == 24
+
+
+def test_beds_under_gravity_across_the_motion_continue_the_design(monkeypatch, capsys):
+    # red: options.skip left out; `==` for `!=` of the direction
+    table = (STUDIES / "atlas_upright_cases.csv").read_text().splitlines()
+    monkeypatch.setattr("sys.argv", ["design", "1600", "--skip", "1280", "--upright"])
+    design.main()
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) > 40 and lines == table[: len(lines)]
