@@ -7,28 +7,22 @@ import numpy as np
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "optimise"))
 
-from random_panels import RandomPanel, both, exhaustive
+from random_panels import RandomPanel, exhaustive, problems
 
 from pidpanel.optimise.search import branch_and_bound, greedy, sample_property
 
-PANELS = 20
+PANELS = int(sys.argv[1]) if sys.argv[1:] else 20
 
 
 def main() -> None:
     """Print a row per excitation."""
     print("| excitation | largest excess, dB | largest gap, dB | gap holds | violations on |")
     print("|---|---|---|---|---|")
-    for excitation in ("sound", "base", "both"):
+    for number, excitation in enumerate(("sound", "base", "both")):
         excesses, gaps, violated = np.zeros((3, PANELS))
         for seed in range(PANELS):
             panels = [RandomPanel(seed, seed % 4 == 3, moving) for moving in (False, True)]
-            how = {"most": 2, "is_largest": seed % 2 == 0}
-            problem, whole = (
-                both(*panels, **how)
-                if excitation == "both"
-                else panels[excitation == "base"].problem(**how)
-                for _ in range(2)
-            )
+            problem, whole = (problems(*panels, is_largest=seed % 2 == 0)[number] for _ in range(2))
             sampling = sample_property(problem)
             proof = branch_and_bound(problem, greedy(problem), sampling, 100)
             excesses[seed] = 10 * np.log10(proof.value / exhaustive(whole))
