@@ -49,7 +49,7 @@ FORMULAS = {
     "geometry": "cells plane_mesh plane_waves polygon sizes",
     "atlas": "groups",
     "coupon": "balance contact cycles design drive geometry packings rows states",
-    "damping": "atlas atlas_fit broadband constants coupled fit forms gaussian_process inelastic interpolation jump laws measured readings riding sides simulated_range "
+    "damping": "atlas atlas_fit broadband constants coupled fit gaussian_process inelastic interpolation jump laws measured readings riding sides simulated_range "
     "surface surface_cases tables thinned",
     "panel": "attachments basis eigen face grid layup mindlin modes navier plate resolution section shapes "
     "supports thin triangles",

@@ -36,8 +36,8 @@ def results():
          "normal_share": 0.6, "tangential_share": 0.4}
     )  # fmt: skip
     surface = DampingSurface.from_frame(cases)
-    law = fit.fit_accelerations(surface.cases).assign(form="paper")
-    return DampingResults(surface, law, 0.025)
+    law = fit.fit_accelerations(surface.cases)
+    return DampingResults(surface, law)
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_every_level_has_its_constants_with_intervals_that_hold_them(section):
 
 def test_the_pictures_are_there(section):
     names = {picture.name for picture in section.pictures}
-    assert names == {"map_frequency_acceleration", "damping_law", "damping_collapse"}
+    assert names == {"map_frequency_acceleration", "damping_law"}
 
 
 def test_a_level_with_cases_of_one_fill_has_no_law_over_fill(results):

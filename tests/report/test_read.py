@@ -51,14 +51,14 @@ def folder(tmp_path):
         (tmp_path / name).mkdir()
     cases.to_csv(tmp_path / "coupon" / "cases.csv", index=False)
     surface_files.to_dataset(surface).to_netcdf(tmp_path / "damping" / "surface.nc", engine="scipy")
-    law = fit.fit_accelerations(surface.cases).assign(form="paper")
+    law = fit.fit_accelerations(surface.cases)
     law.to_csv(tmp_path / "damping" / "law.csv", index=False)
     return tmp_path
 
 
 def test_the_damping_of_a_study_is_read_whole(folder):
     # red: law.csv of another damper
-    found = read_damping("coupon", folder, 0.03)
+    found = read_damping("coupon", folder)
     assert len(found.surface.cases) == 18
     assert {"constant", "value", "low", "high"} <= set(found.law.columns)
     value = found.surface([150.0], 0.6, 5.0).equivalent_damping

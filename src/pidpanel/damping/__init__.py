@@ -14,8 +14,8 @@
     C_e and m_a as numbers, a loss factor.
 `laws`
     The paper's law, as printed and corrected.
-`fit`, `forms`
-    Constants of the paper's form; closed forms compared on cases left out.
+`fit`
+    Constants of the paper's form.
 `inelastic`
     Closed forms of a perfectly inelastic slug.
 `from_study`

@@ -248,42 +248,15 @@ def _constant(damper: Damper) -> ConstantDamper:
 def write_damping(
     study: Study, damper: str, cases: Path, surface_nc: Path, surface_csv: Path, law_csv: Path
 ) -> None:
-    """Write the surface of the cases of a damper's coupon and the constants of the laws.
+    """Write the surface of the cases of a damper's coupon and the constants of the law.
 
     A `DampingError` says that the cases make no surface.
     """
-    import pandas as pd
-
     from pidpanel.damping import fit, surface_files
 
-    coupon = study.coupons[damper]
-    surface = surface_of(coupon, read_cases(cases))
+    surface = surface_of(study.coupons[damper], read_cases(cases))
     surface_files.to_dataset(surface).assign_attrs(stamp(study)).to_netcdf(
         surface_nc, engine="scipy"
     )
     surface_files.to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
-    law = fit.fit_accelerations(surface.cases).assign(form="paper")
-    constants = pd.concat([law, _two_regimes(surface, coupon.cell.depth)])
-    constants.to_csv(law_csv, index=False, float_format="%.6g")
-
-
-def _two_regimes(surface: DampingSurface, depth: float) -> pd.DataFrame:
-    """Rows of the constants of the form of two regimes; none of few cases."""
-    import pandas as pd
-
-    from pidpanel.damping import forms
-
-    fitted = forms.fit(*forms.points_of(surface, depth))
-    if fitted is None:
-        return pd.DataFrame()
-    return pd.DataFrame(
-        {
-            "form": "two_regimes",
-            "constant": forms.CONSTANTS,
-            "value": fitted.constants,
-            "low": fitted.low,
-            "high": fitted.high,
-            "scatter": fitted.rms,
-            "points": len(surface.cases),
-        }
-    )
+    fit.fit_accelerations(surface.cases).to_csv(law_csv, index=False, float_format="%.6g")

@@ -1,8 +1,7 @@
-"""The damping on the page: the surface, the laws as an engineer quotes them."""
+"""The damping on the page: the surface, the law as an engineer quotes it."""
 
 import itertools
-from collections.abc import Callable, Iterable
-from functools import partial
+from collections.abc import Callable
 from typing import Any
 
 import matplotlib as mpl
@@ -16,9 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pidpanel.arrays import Array
-from pidpanel.damping import forms
 from pidpanel.damping.fit import OVER_FILL, constants_at
-from pidpanel.damping.forms import Points
 from pidpanel.damping.laws import equation_5
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
@@ -30,7 +27,7 @@ from pidpanel.report.text import number
 
 
 def damping_section(results: DampingResults) -> PageSection:
-    """Return the surface and the laws."""
+    """Return the surface and the law."""
     surface = results.surface
     left = surface.leave_one_out()
     z = left["log_error"] / left["log_standard_error"]
@@ -46,14 +43,13 @@ def damping_section(results: DampingResults) -> PageSection:
         "high": surface.high,
         "map": figure_picture("map_frequency_acceleration", map_figure, surface, *over),
         **_law_values(results),
-        **_form_values(results),
     }
     return template_section("damping.html", "Damping law", values)
 
 
 def _law_values(results: DampingResults) -> dict[str, Any]:
     """Return the equation with its constants at every Γ and fill, beside the paper's."""
-    law = results.law[results.law["form"] == "paper"]
+    law = results.law
     # at a Γ with cases of one fill alone there is nothing to tell over fill
     over_fill = law[law["fill_fraction"].isna() & law["constant"].isin(OVER_FILL)]
     best = None
@@ -76,7 +72,8 @@ def _law_values(results: DampingResults) -> dict[str, Any]:
     fits = []
     for at_g, group in over_fill.groupby("acceleration_g"):
         constants = group.set_index("constant")
-        fits.append({**_intervals(constants, OVER_FILL), **_fit(constants), "gamma": at_g})
+        intervals = {name: _interval(constants, name) for name in OVER_FILL}
+        fits.append({**intervals, **_fit(constants), "gamma": at_g})
     return {"best": best, "law": picture, "fits": fits}
 
 
@@ -85,31 +82,14 @@ def _fit(constants: pd.DataFrame) -> dict[str, Any]:
     return {"points": int(first["points"]), "scatter": first["scatter"]}
 
 
-def _intervals(constants: pd.DataFrame, names: Iterable[str]) -> dict[str, str]:
-    return {name: _interval(constants, name, exponent=name.startswith("ln_")) for name in names}
-
-
-def _interval(constants: pd.DataFrame, constant: str, *, exponent: bool) -> str:
+def _interval(constants: pd.DataFrame, constant: str) -> str:
     """Return a constant, or e to it, with its interval: value [low, high]."""
     numbers = [float(constants[name][constant]) for name in ("value", "low", "high")]
-    if exponent:
+    if constant.startswith("ln_"):
         with np.errstate(over="ignore"):  # an interval without an end
             numbers = np.exp(numbers).tolist()
     value, low, high = numbers
     return f"{number(value)} [{number(low)}, {number(high)}]"
-
-
-def _form_values(results: DampingResults) -> dict[str, Any]:
-    """Return the law of two regimes, and the cases on dimensionless axes."""
-    points, log_eta = forms.points_of(results.surface, results.depth)
-    constants = results.law[results.law["form"] == "two_regimes"].set_index("constant")
-    drawn = regimes = None
-    if len(constants):
-        values = constants.loc[list(forms.CONSTANTS), "value"].to_numpy(float)
-        drawn = partial(forms.two_regimes, values)
-        regimes = {**_intervals(constants, forms.CONSTANTS), **_fit(constants)}
-    picture = figure_picture("damping_collapse", collapse_figure, points, log_eta, drawn)
-    return {"regimes": regimes, "collapse": picture}
 
 
 FILL, FREQUENCY, ACCELERATION = AXES
@@ -228,42 +208,4 @@ def law_figure(surface: DampingSurface, law: Law) -> Figure:
     handles["Eq. 5 and 6, fitted at this Γ"] = Line2D([], [], color=GREY, ls="--")
     handles["bound of an inelastic bed"] = Line2D([], [], color=GREY, ls=":")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
-    return figure
-
-
-def collapse_figure(
-    points: Points, log_eta: Array, form: Callable[[Points], Array] | None
-) -> Figure:
-    """Draw loss factors of all cases over Γ and over stroke/gap, each coloured by the other."""
-    figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
-    grid = figure.subplots(1, 2, sharey=True)
-    gamma, stroke = points.acceleration_g, points.stroke_over_gap
-    eta = np.exp(log_eta)
-    gamma_label, stroke_label = LABELS[ACCELERATION], "stroke over gap W/L, –"
-    sides = (
-        (gamma, stroke, gamma_label, stroke_label, "viridis"),
-        (stroke, gamma, stroke_label, gamma_label, "plasma"),
-    )
-    for axes, (x, colour, label, colour_label, colormap) in zip(grid, sides, strict=True):
-        norm = LogNorm(colour.min(), colour.max() * 1.001)
-        drawn = axes.scatter(x, eta, c=colour, s=18 + 50 * points.fill_fraction, norm=norm,
-                             cmap=colormap, edgecolor="black", linewidth=0.3)  # fmt: skip
-        figure.colorbar(drawn, ax=axes, label=colour_label, pad=0.01)
-        axes.set(xscale="log", yscale="log")
-        axes.axhline(4 / np.pi, color="black", ls=":", lw=0.9)
-        axes.set_xlabel(label)
-    grid[0].xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
-    grid[0].set_ylabel("loss factor η, –")
-    if form is not None:
-        fine = np.geomspace(stroke.min(), stroke.max(), 200)
-        norm = LogNorm(gamma.min(), gamma.max() * 1.001)
-        for value in pick(np.unique(gamma), 4):
-            h = np.full(200, float(points.onset[np.argmin(np.abs(gamma - value))]))
-            line_points = Points(np.full(200, 0.5), np.full(200, value), fine, h)
-            of_gamma = np.isclose(gamma, value)
-            in_range = (fine >= stroke[of_gamma].min()) & (fine <= stroke[of_gamma].max())
-            colour = mpl.colormaps["plasma"](norm(value))
-            line = np.where(in_range, np.exp(form(line_points)), np.nan)
-            grid[1].plot(fine, line, color=colour, lw=1.4)
-    grid[1].text(0.02, 4 / np.pi * 1.06, "4/π", transform=grid[1].get_yaxis_transform(), fontsize=7)
     return figure

@@ -88,10 +88,7 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
         if study.is_coupled
         else None,
         atlas=read_atlas_results(study) if study.atlas_coupons else None,
-        damping={
-            name: read.read_damping(name, folder, study.coupons[name].cell.depth)
-            for name in study.surfaces
-        },
+        damping={name: read.read_damping(name, folder) for name in study.surfaces},
         base=read.read_base(folder / "base", study.base.parts) if study.base else None,
         measurements=read.read_measurements(folder / "measurement") if study.measurements else None,
         proposal=read.read_proposal(folder / "optimise", study.optimise.objective)

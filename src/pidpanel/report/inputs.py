@@ -32,7 +32,6 @@ class DampingResults:
 
     surface: DampingSurface  # ``damping/surface.nc``
     law: pd.DataFrame  # ``damping/law.csv``
-    depth: float  # of the cell [m]
 
 
 @dataclass(frozen=True)

@@ -73,8 +73,8 @@ def read_measurements(folder: Path) -> inputs.MeasurementResults:
     return inputs.MeasurementResults(*_tables(folder, "measured", "differences"))
 
 
-def read_damping(damper: str, folder: Path, depth: float) -> inputs.DampingResults:
-    """Read what the damping stage left of a coupon whose cells are so deep [m]."""
+def read_damping(damper: str, folder: Path) -> inputs.DampingResults:
+    """Read what the damping stage left of a coupon."""
 
     def file(name: str) -> Path:
         return of_damper(folder / "damping", damper, name)
@@ -82,7 +82,6 @@ def read_damping(damper: str, folder: Path, depth: float) -> inputs.DampingResul
     return inputs.DampingResults(
         surface_files.from_dataset(read_dataset(file("surface.nc"))),
         pd.read_csv(file("law.csv")),
-        depth,
     )
 
 
