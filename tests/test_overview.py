@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pidpanel.check import checked_study
-from pidpanel.cli.study_overview import all_cases, coupled_count, overview, solve
+from pidpanel.cli.study_overview import all_cases, overview, solve
 from pidpanel.coupled.from_study import estimated_cpu_seconds
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import normal_modes
@@ -64,7 +64,7 @@ def test_cases_that_are_there_take_no_time(tmp_path):
 
 
 def test_coupled_runs_are_counted_and_their_time_is_told(tmp_path):
-    # red: the cost of coupled runs left out; carried scenarios counted
+    # red: the cost of coupled runs left out
     study = checked_study(STUDIES / "layouts.yaml")
     head, *_, time = overview(study, tmp_path).split("\n")
     assert head.endswith("; panel and particles together in 4")
@@ -73,9 +73,6 @@ def test_coupled_runs_are_counted_and_their_time_is_told(tmp_path):
     of_unit = {"s": 1, "min": 60, "h": 3600}[unit]
     seconds = estimated_cpu_seconds(study)
     assert float(number) * of_unit == pytest.approx(seconds, abs=0.51 * of_unit)
-    coupled = study.damping.coupled.model_copy(update={"scenarios": ("first", "third")})
-    damping = study.damping.model_copy(update={"coupled": coupled})
-    assert coupled_count(study.model_copy(update={"damping": damping})) == 2
 
 
 def test_supports_at_single_points_of_a_sandwich_are_named(tmp_path):

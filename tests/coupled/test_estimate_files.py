@@ -113,7 +113,6 @@ def test_the_table_of_patches_has_what_the_response_reads(stored):
         rows = table.loc[name]
         for column, values in wanted.items():
             assert rows[column].to_numpy() == pytest.approx(values), column
-        assert set(rows["carried_from"]) == {""}
         assert set(rows["scenario"]) == {"one"}
 
 

@@ -56,7 +56,7 @@ FORMULAS = {
     "sound": "added_mass excitation face field psd_table radiation spectrum table wavenumber_table",
     "solve": "bands basis_error dampers diagonal direct elements excitation layout lines maps mesh_error modal "
     "model motions moved panel power search sharpness solvers source stress supports uncertainty",
-    "coupled": "carried coupled_panel estimate impedance integration linear loaded_shapes own_force "
+    "coupled": "coupled_panel estimate impedance integration linear loaded_shapes own_force "
     "excited_panel panel_motion scenario_runs segments softening force_record spectra stations variants",
     "response": "bushes cases coupled_errors dampers extrapolation mapping model_error panel patch_rows tabdmp1 tables",
     "base": "basis_check notching random sine sine_errors transfer",

@@ -17,15 +17,14 @@ def coupled_text(text):
     return "\n".join(kept) + COUPON
 
 
-def coupled_results(study, error=0.01, carried=()):
-    """Return results of a study: labels of ``carried`` were not run, from the first that was."""
+def coupled_results(study, error=0.01):
+    """Return results of a study."""
     labels = [one.label for one in study.coupled_scenarios()]
-    run = [label for label in labels if label not in carried]
     summary = pd.DataFrame(
         [
             {"scenario": label, "point": point, "g_rms": 10.0, "g_rms_error": 10 * error,
              "linear_g_rms": 8.0, "recorded_g_rms": 11.0, "residual_db": sign * 0.2, "runs": 2}
-            for label in run
+            for label in labels
             for sign, point in enumerate(study.panel.points)
         ]
     )  # fmt: skip
@@ -37,8 +36,7 @@ def coupled_results(study, error=0.01, carried=()):
              "equivalent_damping_n_s_m3": [300.0, 100.0, -5.0],
              "equivalent_damping_error_n_s_m3": 20.0, "apparent_mass_kg_m2": 2.0,
              "apparent_mass_error_kg_m2": 0.2, "particle_mass_per_area_kg_m2": 6.7,
-             "youngs_modulus_mpa": 200.0,
-             "carried_from": run[0] if one.label in carried else np.nan}
+             "youngs_modulus_mpa": 200.0}
         )
         for one in study.coupled_scenarios() for filling in one.fillings
     )  # fmt: skip

@@ -5,14 +5,13 @@ import math
 
 import numpy as np
 import pytest
-from coupled_study import coupled_results
 
 from pidpanel.report import answer, answer_section, warnings
 from pidpanel.report.answer import PointResponse
 from pidpanel.report.html import Picture
 from pidpanel.report.names import main_level
 from pidpanel.response.from_study import scenarios_of
-from pidpanel.response.trust import CARRIED, judged
+from pidpanel.response.trust import judged
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Study
 from tests.page_reader import blocks_of
@@ -22,14 +21,14 @@ SCALE = {("A_r0.1_150dB", p): 3.0 for p in POINTS} | {("A_r0.7_150dB", p): 2.8 f
 SCALE |= {("A_r0.9_150dB", p): 1.0 for p in POINTS} | {("B_r0.5_150dB", p): 0.5 for p in POINTS}
 
 
-def doubted(study, summary, run=None):
+def doubted(study, summary):
     """A summary with the doubts that its numbers raise."""
-    return judged(scenarios_of(study), summary, run, study.damping.coupled.relative_error)
+    return judged(scenarios_of(study), summary, study.damping.coupled.relative_error)
 
 
-def answer_of(study, summary, run=None):
+def answer_of(study, summary):
     """The answer to it."""
-    return answer.answer_of(study, doubted(study, summary, run))
+    return answer.answer_of(study, doubted(study, summary))
 
 
 def answered(study, respond, error_db=0.2, **changes):
@@ -264,19 +263,6 @@ def test_a_coupled_scenario_known_to_less_than_half_of_what_is_wanted_is_not_tru
         said = warnings.study_warnings(told, found)
         text = "g rms is known to ± 4.1 % only (more damping.coupled.runs)."
         assert any(line.endswith(text) for line in said) != known
-
-
-def test_what_was_not_run_itself_is_not_trusted(coupled, coupled_study):
-    # red: `in run` for `not in run`
-    label = "A_r0.1_150dB"
-    results = coupled_results(coupled_study, carried=[label])
-    run = set(results.summary["scenario"])
-    found = answer_of(coupled_study, coupled.summary, run)
-    doubts = {one.scenario.label: one.doubts for one in found.candidates}
-    assert doubts.pop(label) == (CARRIED,) and set(doubts.values()) == {()}
-    summary = doubted(coupled_study, coupled.summary, run)
-    said = warnings.study_warnings(dataclasses.replace(coupled, summary=summary), found)
-    assert any("coupled runs at other levels" in line for line in said)
 
 
 def test_a_study_without_a_level_answers_at_that_of_its_spectrum(study):

@@ -11,7 +11,6 @@ from pidpanel.report.coupled_section import (
     CURVES,
     coupled_figure,
     coupled_section,
-    run_itself,
 )
 from pidpanel.report.study_page import study_page
 from tests.page_reader import blocks_of
@@ -46,18 +45,6 @@ def test_a_point_at_rest_takes_no_part(coupled):
     told = replace(coupled.coupled, summary=summary)
     for row in coupled_table(told, coupled.names, ["middle"]).rows:
         assert row[1:] == ["2", "1.0", "+0.00", "36.0", "200", "6.70"]
-
-
-def test_a_scenario_that_is_carried_says_from_where_and_is_not_drawn(coupled, coupled_study):
-    # red: run_itself that returns all rows
-    names = coupled.names
-    results = coupled_results(coupled_study, carried=["A_r0.5_140dB"])
-    rows = {row[0]: row for row in coupled_table(results, names, POINTS).rows}
-    assert rows[names["A_r0.5_140dB"]][1] == f"0, from {names['A_r0.1_150dB']}"
-    own = run_itself(results.impedance)
-    assert set(own["scenario"]) == set(names) - {"A_r0.5_140dB", "bare_140dB", "bare_150dB"}
-    drawn = [text.get_text() for text in coupled_figure(own, names).legends[0].get_texts()]
-    assert names["A_r0.5_140dB"] not in drawn
 
 
 def test_patches_with_other_beds_are_named(coupled):

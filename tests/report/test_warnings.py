@@ -22,7 +22,7 @@ def said(inputs, study):
 
     def of(summary, **changes):
         error = study.damping.coupled.relative_error
-        doubted = judged(scenarios_of(study), summary, None, error)
+        doubted = judged(scenarios_of(study), summary, error)
         told = dataclasses.replace(inputs, summary=doubted, **changes)
         return warnings.study_warnings(told, answer_of(told.study, doubted))
 

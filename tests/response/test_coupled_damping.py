@@ -100,7 +100,7 @@ def rows(scenario, patch, damping, common):
             "apparent_mass_kg_m2": 2.0, "apparent_mass_error_kg_m2": 0.2,
             "own_force_psd_pa2_hz": [3.0, 5.0], "own_force_coherence": [0.9, 0.1],
             "own_force_error": 0.1, "own_force_length_m_hz": 42.0, "cell_area_m2": 4e-5,
-            "particle_mass_per_area_kg_m2": 6.0, "common_error": common, "carried_from": "",
+            "particle_mass_per_area_kg_m2": 6.0, "common_error": common,
         }
     )  # fmt: skip
 

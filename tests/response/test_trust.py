@@ -52,7 +52,7 @@ def test_coupled_runs_are_doubted_beyond_twice_the_wanted_error():
     study = load_study(WORKFLOW / "studies" / "launch.yaml")
     row = {**GOOD, "reading": "coupled", "scenario": "PID-1_r0.5_136.7dB", "point": "326"}
     for wanted, said in ((0.02, ""), (0.01, "known to ± 3 % only (more damping.coupled.runs)")):
-        found = judged(scenarios_of(study), pd.DataFrame([row]), None, wanted)
+        found = judged(scenarios_of(study), pd.DataFrame([row]), wanted)
         assert found["doubts"].tolist() == [said]
 
 
@@ -61,7 +61,7 @@ def test_a_large_error_of_the_atlas_has_a_remedy():
     study = load_study(WORKFLOW / "studies" / "launch.yaml")
     row = {**GOOD, "scenario": "PID-1_r0.5_136.7dB", "point": "326", "between_share": 0.9}
     rows = [{**row, "reading": name, "acceleration_rms_error_g": 3.0} for name in ("atlas", "dem")]
-    assert judged(scenarios_of(study), pd.DataFrame(rows), None, 0.02)["doubts"].tolist() == [
+    assert judged(scenarios_of(study), pd.DataFrame(rows), 0.02)["doubts"].tolist() == [
         "known to ± 30 % only (damping.readings: [atlas, coupled])",
         "known to ± 30 % only",
     ]
@@ -77,7 +77,7 @@ def test_a_sweep_without_a_case_between_others_is_not_trusted():
         row = {**GOOD, "scenario": label, "point": "centre"}
         rows = [{**row, "reading": reading} for reading in ("dem", "paper_corrected")]
         scenarios = scenarios_of(study)
-        assert judged(scenarios, pd.DataFrame(rows), None, 0.02)["doubts"].tolist() == said
+        assert judged(scenarios, pd.DataFrame(rows), 0.02)["doubts"].tolist() == said
 
 
 def test_every_row_says_whether_to_trust_it_and_where_its_damping_comes_from():
@@ -91,13 +91,11 @@ def test_every_row_says_whether_to_trust_it_and_where_its_damping_comes_from():
         for point in ("326", "189")
     ]
     rows[4]["status"] = rows[5]["status"] = "unstable"
-    found = judged(scenarios_of(study), pd.DataFrame(rows), {"PID-1_r0.9_136.7dB"}, accuracy)
-    assert found["trusted"].tolist() == ["yes", "yes", "no", "no", "no", "no"]
-    assert found["doubts"].tolist()[2:] == ["carried from another level"] * 2 + ["unstable"] * 2
+    found = judged(scenarios_of(study), pd.DataFrame(rows), accuracy)
+    assert found["trusted"].tolist() == ["yes"] * 4 + ["no"] * 2
+    assert found["doubts"].tolist()[2:] == [""] * 2 + ["unstable"] * 2
     assert set(found["damping_source"][:2]) == {"none"}
     assert set(found["damping_source"][2:]) == {"coupled runs of this study"}
-    assert [doubts_in(row) for row in found.to_dict("records")][1:3] == [
-        (), ("carried from another level",),
-    ]  # fmt: skip
+    assert [doubts_in(row) for row in found.to_dict("records")][3:5] == [(), ("unstable",)]
     scenario = next(one for one in scenarios_of(study) if one.is_coupled)
     assert source_of("stated", scenario) == "as stated for each damper"

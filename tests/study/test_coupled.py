@@ -139,23 +139,13 @@ def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
         ("cells", 1, "damping.coupled.cells = 1: must be from 2 to 200"),
         ("cells", 12, "damping.coupled.cells = 12: must be a multiple of stations = 8"),
         ("duration_s", 0.01, "damping.coupled.duration_s = 0.01: must be from 0.1 to 100"),
-        ("scenarios", [], "damping.coupled.scenarios = []: must have at least 1 value, not 0"),
-        ("scenarios", ["PID-1_r0.4_150dB"],
-         "damping.coupled.scenarios = [PID-1_r0.4_150dB]: must contain PID-1_r0.8_150dB, "
-         "or its layout within 3 dB of it"),
+        ("scenarios", ["one"], "damping.coupled.scenarios = [one]: was removed; every scenario"),
     ],
 )  # fmt: skip
 def test_a_key_of_coupled_runs_that_does_not_fit_is_told(refusal, key, value, says):
     # red: a bound of a field of `Coupled`; `Coupled.mistakes` that yields nothing
     (line,) = told(refusal, values(coupled={key: value}))
     assert line.startswith(says)
-
-
-def test_a_scenario_that_has_no_coupon_cannot_be_run(refusal):
-    # red: `filled` of all scenarios in `_mistakes_of_coupled`
-    found = with_pot(values(coupled={"scenarios": ["both", "pot"]}))
-    (line,) = told(refusal, found)
-    assert line.endswith("unknown scenario 'pot'; allowed are both")
 
 
 def test_the_keys_need_no_reading_where_coupled_is_the_default(loaded, refusal):

@@ -75,17 +75,11 @@ def summary(study: CouponStudy) -> str:
         readings = ", ".join(study.readings)
         text += f"; {len(study.all_scenarios())} scenarios with damping from {readings}"
         if study.is_coupled:
-            text += f"; panel and particles together in {coupled_count(study)}"
+            text += f"; panel and particles together in {len(study.coupled_scenarios())}"
         unused = [name for name in study.dampers if name not in study.used_dampers]
         if unused:
             text += f"; not used: dampers {', '.join(unused)}"
     return text
-
-
-def coupled_count(study: Study) -> int:
-    """Return how many scenarios panel and particles are integrated together for."""
-    run = study.damping.coupled.scenarios
-    return sum(run is None or scenario.label in run for scenario in study.coupled_scenarios())
 
 
 def solve(panel: Panel) -> PanelEstimate:

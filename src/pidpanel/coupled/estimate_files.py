@@ -167,4 +167,4 @@ def _impedance(scenario: str, stored: xr.Dataset) -> pd.DataFrame:
     rows = values.to_dataframe(["patch", "band"]).reset_index().rename(columns=IMPEDANCE_COLUMNS)
     rows["youngs_modulus_mpa"] /= 1e6
     rows.insert(0, "scenario", scenario)
-    return rows.assign(carried_from="")
+    return rows

@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupled import carried, estimate_files
+from pidpanel.coupled import estimate_files
 from pidpanel.coupled.beds import cpu_per_interval
 from pidpanel.coupled.excited_panel import ExcitedPanel
 from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings, SimulatedPatch
@@ -30,16 +30,7 @@ from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import excitation_of, read_air, spectrum_of
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
-from pidpanel.study import Filling, Scenario, Study, StudyError
-from pidpanel.study.damping import NEIGHBOURS_DB
-
-
-def _run_scenarios(study: Study) -> list[Scenario]:
-    """Return the scenarios of a study that are run."""
-    if not study.is_coupled:
-        return []
-    labels = study.damping.coupled.scenarios
-    return [s for s in study.coupled_scenarios() if s.label in (labels or [s.label])]
+from pidpanel.study import Filling, Study, StudyError
 
 
 def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
@@ -68,7 +59,7 @@ def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
                 if study.all_dampers[str(filling.damper)].coupon is None
             ),
         )
-        for scenario in _run_scenarios(study)
+        for scenario in study.coupled_scenarios()
     }
 
 
@@ -87,7 +78,7 @@ def depends_on(study: Study, label: str) -> dict[str, Any]:
     response = {"frequency_hz", "damper_mass", "radiation", "air_mass"}
     return {
         "scenario": scenario.model_dump(),
-        "coupled": study.damping.coupled.model_dump(exclude={"scenarios"}),
+        "coupled": study.damping.coupled.model_dump(),
         "dampers": [study.all_dampers[name].model_dump(exclude=unused) for name in sorted(dampers)],
         "damping_ratio": study.panel.damping_ratio,
         **_excitation_values(study),
@@ -198,36 +189,10 @@ def estimated_cpu_seconds(study: Study) -> float:
 
 def write_coupled(study: Study, estimates: Sequence[Path], outputs: Files) -> None:
     """Write the tables of all scenarios, from the estimates of `coupled_scenarios` in order."""
-    scenarios = _run_scenarios(study)
     frames = [
         estimate_files.frames(scenario.label, xr.load_dataset(path, engine="scipy"))
-        for scenario, path in zip(scenarios, estimates, strict=True)
+        for scenario, path in zip(study.coupled_scenarios(), estimates, strict=True)
     ]
-    impedances = [tables["impedance"] for tables in frames]
-    further = _carried(study, dict(zip(scenarios, impedances, strict=True)))
-    frames += [{"impedance": rows} for rows in further]
     for name in frames[0]:
-        table = pd.concat([tables[name] for tables in frames if name in tables])
+        table = pd.concat([tables[name] for tables in frames])
         table.to_csv(outputs.all[name][0], index=False, float_format="%.6g")
-
-
-def _carried(study: Study, impedances: dict[Scenario, pd.DataFrame]) -> list[pd.DataFrame]:
-    """Return C_e, m_a and own force of the scenarios that were not run, from other levels."""
-    overall = spectrum_of(study.acoustics).oaspl
-    levels = {scenario: scenario.oaspl_db or overall for scenario in study.coupled_scenarios()}
-    parts = []
-    for scenario in levels:
-        if scenario in impedances:
-            continue
-        alike = [run for run in impedances if run.fillings == scenario.fillings]
-        chosen = carried.nearest(levels[scenario], [levels[run] for run in alike], NEIGHBOURS_DB)
-        near = [alike[index] for index in chosen]
-        parts.append(
-            carried.carried_impedances(
-                scenario.label,
-                " and ".join(run.label for run in near),
-                levels[scenario],
-                [(levels[run], impedances[run]) for run in near],
-            )
-        )
-    return parts

@@ -19,8 +19,9 @@ COUPLED = "coupled"  # name of this damping model in a study
 # must not feed the panel.
 FLOOR = 0.5
 
-# Columns of ``coupled/impedance.csv`` by the names of `BandDamping`.
+# Columns of ``coupled/impedance.csv`` by the names of `CoupledDamping`.
 BAND_COLUMNS = {
+    "frequency": "frequency_hz",
     "equivalent_damping": "equivalent_damping_n_s_m3",
     "equivalent_damping_error": "equivalent_damping_error_n_s_m3",
     "apparent_mass": "apparent_mass_kg_m2",
@@ -39,9 +40,16 @@ SCALARS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class BandDamping:
-    """C_e, m_a and own force of one patch at one level, by third octave."""
+class CoupledDamping:
+    """C_e, m_a and own force of one patch at the motion that it has.
 
+    ln C_e, m_a, ln of the PSD of the own force and its coherence are linear in ln f between the
+    bands at ``frequency`` (n,) [Hz]. Fill and Γ are not arguments: they are those of the runs.
+    ``own_length`` is the coherence length times frequency [m Hz], ``cell_area`` [m²], ``weight`` of
+    the particles [kg/m²].
+    """
+
+    frequency: Array
     # (n,) C_e and its standard error [N s/m³]
     equivalent_damping: Array
     equivalent_damping_error: Array
@@ -52,6 +60,12 @@ class BandDamping:
     own_psd: Array
     own_coherence: Array
     common_error: float = 0.0  # relative standard error of all C_e and m_a together [1]
+    own_length: float
+    cell_area: float
+    weight: float
+    with_mass: bool = True
+    depends_on_acceleration = False
+    broadband_error = EXACT
 
     @property
     def resolved_damping(self) -> Array:
@@ -63,25 +77,6 @@ class BandDamping:
     def log_damping(self) -> Array:
         """(n,) ln of `resolved_damping`."""
         return np.log(self.resolved_damping)
-
-
-@dataclass(frozen=True, kw_only=True)
-class CoupledDamping(BandDamping):
-    """C_e, m_a and own force of one patch at the motion that it has.
-
-    ln C_e, m_a, ln of the PSD of the own force and its coherence are linear in ln f between the
-    bands at ``frequency`` (n,) [Hz]. Fill and Γ are not arguments: they are those of the runs.
-    ``own_length`` is the coherence length times frequency [m Hz], ``cell_area`` [m²], ``weight`` of
-    the particles [kg/m²].
-    """
-
-    frequency: Array
-    own_length: float
-    cell_area: float
-    weight: float
-    with_mass: bool = True
-    depends_on_acceleration = False
-    broadband_error = EXACT
 
     @property
     def nodes(self) -> Array:
@@ -152,9 +147,8 @@ def read_coupled(path: Path) -> dict[tuple[str, str], CoupledDamping]:
     table = pd.read_csv(path, dtype={"scenario": str, "patch": str})
     beds = {}
     for (scenario, patch), rows in table.groupby(["scenario", "patch"], sort=False):
-        columns = {"frequency": "frequency_hz", **BAND_COLUMNS}
         values: dict[str, Any] = {
-            **{name: rows[column].to_numpy(float) for name, column in columns.items()},
+            **{name: rows[column].to_numpy(float) for name, column in BAND_COLUMNS.items()},
             **{name: float(rows[column].iloc[0]) for name, column in SCALARS.items()},
         }
         beds[str(scenario), str(patch)] = CoupledDamping(**values)

@@ -19,17 +19,11 @@ def coupled_section(
     results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
 ) -> PageSection:
     """Return what the coupled runs know and found: a table, and C_e and m_a over frequency."""
-    beds = run_itself(results.impedance)
     values = {
         "rows": coupled_rows(results, names, points),
-        "damping": figure_picture("coupled_damping", coupled_figure, beds, names),
+        "damping": figure_picture("coupled_damping", coupled_figure, results.impedance, names),
     }
     return template_section("coupled.html", "Panel and particles together", values)
-
-
-def run_itself(impedance: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of ``coupled/impedance.csv`` that are not carried from other levels."""
-    return impedance[impedance["carried_from"].isna() | (impedance["carried_from"] == "")]
 
 
 def coupled_rows(
@@ -37,30 +31,23 @@ def coupled_rows(
 ) -> list[dict[str, str]]:
     """Return a row for each scenario; parameters are those of `coupled_section`."""
     summary = results.summary[results.summary["point"].isin(points)]
-    simulated = set(run_itself(results.impedance)["scenario"])
     by_label = dict(list(results.impedance.groupby("scenario")))
     rows = []
     for label, beds in ((name, by_label[name]) for name in names if name in by_label):
         of_scenario = summary[summary["scenario"] == label]
-        if label in simulated:
-            error = 100 * of_scenario["g_rms_error"] / of_scenario["g_rms"]
-            share = 100 * (1 - (of_scenario["linear_g_rms"] / of_scenario["g_rms"]) ** 2)
-            row = {
+        error = 100 * of_scenario["g_rms_error"] / of_scenario["g_rms"]
+        share = 100 * (1 - (of_scenario["linear_g_rms"] / of_scenario["g_rms"]) ** 2)
+        rows.append(
+            {
+                "name": names[label],
                 "runs": str(int(of_scenario["runs"].iloc[0])),
                 "error": span(number(value, 2) for value in (error.min(), error.max())),
                 "residual": span(signed(f(of_scenario["residual_db"]), 2) for f in (min, max)),
                 "share": span(plain(value, 1) for value in (share.min(), share.max())),
+                "modulus": _by_patch(beds, "youngs_modulus_mpa"),
+                "mass": _by_patch(beds, "particle_mass_per_area_kg_m2"),
             }
-        else:
-            near = str(beds["carried_from"].iloc[0]).split(" and ")
-            row = dict.fromkeys(("error", "residual", "share"), "–")
-            row["runs"] = f"0, from {' and '.join(names.get(name, name) for name in near)}"
-        row |= {
-            "name": names[label],
-            "modulus": _by_patch(beds, "youngs_modulus_mpa"),
-            "mass": _by_patch(beds, "particle_mass_per_area_kg_m2"),
-        }
-        rows.append(row)
+        )
     return rows
 
 

@@ -28,7 +28,7 @@ BETWEEN_POINTS = 1.12  # times the worst point, 1 dB: more anywhere else on the 
 
 # Doubts in ``response/summary.csv`` that a page explains, in this order.
 DOUBTS = (
-    trust.NOT_LINEAR, trust.EXTRAPOLATED, trust.CARRIED, trust.KNOWN_TO, trust.COARSE_SWEEP,
+    trust.NOT_LINEAR, trust.EXTRAPOLATED, trust.KNOWN_TO, trust.COARSE_SWEEP,
     "several solutions", "motion not converged", "basis too small",
 )  # fmt: skip
 

@@ -87,13 +87,8 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
         "scenario": labels,
         "point": basis.point_names,
     }
-    run = tabulation.coupled_errors
-    summary = judged(
-        tabulation.scenarios,
-        pd.concat(rows.summary, ignore_index=True),
-        run,
-        tabulation.coupled_accuracy,
-    )
+    summary = pd.concat(rows.summary, ignore_index=True)
+    summary = judged(tabulation.scenarios, summary, tabulation.coupled_accuracy)
     write_csv(output.summary_csv, summary)
     write_csv(output.layouts_csv, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
     cases_dataset(rows.psds, PSD_VARIABLES, {**axes, "patch": basis.patch_names}).assign_attrs(

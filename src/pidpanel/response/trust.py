@@ -1,7 +1,7 @@
 """Which numbers of ``summary.csv`` are to be trusted, why not, and the source of the damping."""
 
 import math
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -29,7 +29,7 @@ EXTRAPOLATED_SHARE = 0.05
 
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
 COARSE_SWEEP = "coarse sweep"
-CARRIED, KNOWN_TO = "carried from another level", "known to"
+KNOWN_TO = "known to"
 
 # Share of the change in mean square at lines where beds of the atlas may ride or cross their gap,
 # from which the page says so. The errors are calibrated there, so it is no doubt.
@@ -65,7 +65,6 @@ STATED, NONE = "as stated for each damper", "none"
 def judged(
     scenarios: Sequence[ResponseScenario],
     summary: pd.DataFrame,
-    run: Collection[str] | None,
     coupled_accuracy: float,
 ) -> pd.DataFrame:
     """Return ``summary.csv`` with the columns ``trusted``, ``doubts`` and ``damping_source``.
@@ -76,8 +75,6 @@ def judged(
         Of the study.
     summary
         Its rows, a point each.
-    run
-        Labels of the scenarios that coupled runs are of; None for all.
     coupled_accuracy
         Wanted relative standard error of coupled rms accelerations [1].
     """
@@ -91,10 +88,8 @@ def judged(
             reasons[key] = [str(point_rows[0]["status"])]
             continue
         if reading == COUPLED and scenario.is_coupled:
-            is_carried = run is not None and scenario.label not in run
-            remedy = "" if is_carried else " (more damping.coupled.runs)"
+            remedy = " (more damping.coupled.runs)"
             reasons[key] = doubts(moving, TOO_FAR * coupled_accuracy, remedy)
-            reasons[key] += [CARRIED] * is_carried
         else:
             remedy = SIMULATED if reading == ATLAS else ""
             reasons[key] = doubts(moving, math.inf if scenario.is_bare else LARGEST_ERROR, remedy)

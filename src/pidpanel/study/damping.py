@@ -18,9 +18,6 @@ from pidpanel.study.sweep import Gamma
 Prior = Literal["closed_form", "atlas"]
 Reading = Literal["stated", "dem", "paper_corrected", "paper_printed", "table", "coupled", "atlas"]
 REMOVED = "was removed; use 'coupled', the default for sound"
-NEIGHBOURS_DB = 3.0
-# farthest level to which what a coupled run found is carried [dB]: beds begin to cross their gap
-# within some decibels, and push a thousand times as much then
 COUPLED: Reading = "coupled"  # reading of panel and particles in one time integration
 
 
@@ -52,6 +49,10 @@ class Coupled(SectionModel):
     ``runs``.
     """
 
+    removed_keys: ClassVar[Mapping[str, str]] = {
+        "scenarios": "was removed; every scenario with a coupon is run, keep only those"
+    }
+
     relative_error: RelativeError = 0.02
     """Requested relative standard error of every rms acceleration."""
     duration_s: Annotated[float, Quantity(0.1, 100, units=MILLISECONDS)] = 1.6
@@ -67,9 +68,6 @@ class Coupled(SectionModel):
     youngs_modulus_mpa: Modulus | None = None
     """Young's modulus of the contacts [MPa]; by default the softest that lowers g rms by at most 2
     %, which is part of the error."""
-    scenarios: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
-    """Labels of the scenarios to run; by default all. Other levels of the same layouts within 3 dB
-    are interpolated from them, with larger errors."""
 
     @property
     def run_s(self) -> float:
