@@ -40,4 +40,4 @@ def coupled_results(study, error=0.01):
         )
         for one in study.coupled_scenarios() for filling in one.fillings
     )  # fmt: skip
-    return CoupledResults(summary, pd.DataFrame(), impedance)
+    return CoupledResults(summary, impedance)

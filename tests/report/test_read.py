@@ -78,10 +78,9 @@ def test_coupled_runs_have_a_verdict_only_beside_other_readings(coupled_study, t
     found = coupled_results(coupled_study)
     for name in ("summary", "impedance"):
         getattr(found, name).assign(patch="1").to_csv(tmp_path / f"{name}.csv", index=False)
-    for name in ("psd", "verdict"):
-        pd.DataFrame({"scenario": ["2"], "point": ["3"]}).to_csv(tmp_path / f"{name}.csv")
+    pd.DataFrame({"scenario": ["2"], "point": ["3"]}).to_csv(tmp_path / "verdict.csv")
     read = read_coupled(tmp_path, with_verdict=others)
     assert (read.verdict is not None) == others
     # names that look like numbers stay names
-    assert set(read.impedance["patch"]) == {"1"} and read.psd["scenario"][0] == "2"
+    assert set(read.impedance["patch"]) == {"1"}
     assert read.summary["runs"].tolist() == [2] * len(found.summary)

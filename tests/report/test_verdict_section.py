@@ -2,16 +2,14 @@
 
 import dataclasses
 
-import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 
 from pidpanel.report import response_section
 from pidpanel.report.inputs import CoupledResults
 from pidpanel.report.names import family_of
 from pidpanel.report.verdict_files import BARE, COLUMNS
-from pidpanel.report.verdict_section import band_differences, band_figure, verdict_section, worst
+from pidpanel.report.verdict_section import verdict_section, worst
 from tests.page_reader import blocks_of
 
 
@@ -54,47 +52,6 @@ def test_the_section_counts_scenarios_in_which_a_reading_holds(verdict):
     assert "Bare" not in text  # no reading
 
 
-def of_psds(run_psd, other):
-    frequency = np.geomspace(30.0, 2000.0, 2000)
-    run = pd.DataFrame(
-        {
-            "scenario": "one", "point": "a", "frequency_hz": frequency,
-            "acceleration_psd_g2_hz": run_psd(frequency), "error_db": 0.2,
-        }
-    )  # fmt: skip
-    return frequency, other(frequency), run
-
-
-def test_third_octaves_are_compared_one_by_one():
-    # red: 20 * np.log10 → 10 *; counts left out; weighted / here
-    step = lambda f: np.where(f > 400, 4.0, 1.0)  # noqa: E731
-    frequency, psd, run = of_psds(lambda f: np.where(f < 100, 1e-4, 1.0), step)
-    centre, off, error = band_differences(frequency, psd, run)
-    assert np.isnan(off[centre < 80]).all()
-    assert off[(centre > 120) & (centre < 300)] == pytest.approx(0.0, abs=0.05)
-    assert off[centre > 500] == pytest.approx(10 * np.log10(4.0), abs=0.05)
-    assert error[centre > 120] == pytest.approx(0.2, abs=0.01)
-
-
-def test_there_is_a_figure_of_third_octaves_with_a_row_a_scenario():
-    # red: the first scenario alone in band_figure
-    frequency, psd, run = of_psds(lambda f: 1.0 + 0 * f, lambda f: 1.1 + 0 * f)
-    levels = ["bare", "low", "high"]
-    dims = ("reading", "scenario", "frequency", "point")
-    values = np.broadcast_to(psd[:, None] * 9.80665**2, (2, 3, len(psd), 1))
-    dataset = xr.Dataset(
-        {"acceleration_psd": (dims, values)},
-        coords={
-            "reading": ["paper_corrected", "coupled"], "scenario": levels,
-            "frequency": frequency, "point": ["a"],
-        },
-    )  # fmt: skip
-    runs = pd.concat([run.assign(scenario="low"), run.assign(scenario="high")])
-    figure = band_figure(dataset, runs, [("low", "low"), ("high", "high")], ["a"])
-    assert len(figure.axes) == 2
-    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(10 * np.log10(1.1), abs=0.01)
-
-
 def test_every_reading_has_a_row_and_every_scenario_a_column(verdict):
     # red: ["reading", *scenarios[:1]]
     table = blocks_of(verdict_section(verdict, ["a", "b"]))[-1]
@@ -124,10 +81,10 @@ def test_figures_say_how_often_coupled_runs_refute_a_reading(inputs):
         (labels[2], "paper_printed", "no"),
     ]
     verdict = pd.DataFrame(rows, columns=["scenario", "reading", "holds"])
-    coupled = CoupledResults(*[pd.DataFrame()] * 3, verdict)
+    coupled = CoupledResults(*[pd.DataFrame()] * 2, verdict)
     told = dataclasses.replace(inputs, coupled=coupled)
     title = response_section.reading_title(told, family, "paper_corrected")
     assert title.endswith("– refuted in 1 of 3")
     assert "refuted" not in response_section.reading_title(inputs, family, "paper_corrected")
-    alone = dataclasses.replace(inputs, coupled=CoupledResults(*[pd.DataFrame()] * 3))
+    alone = dataclasses.replace(inputs, coupled=CoupledResults(*[pd.DataFrame()] * 2))
     assert "refuted" not in response_section.reading_title(alone, family, "paper_corrected")

@@ -39,7 +39,6 @@ class CoupledResults:
     """What the runs of panel and particles together left; points as text."""
 
     summary: pd.DataFrame  # ``coupled/summary.csv``
-    psd: pd.DataFrame  # ``coupled/psd.csv``
     impedance: pd.DataFrame  # ``coupled/impedance.csv``
     verdict: pd.DataFrame | None = None  # ``coupled/verdict.csv``; None without another reading
 

@@ -50,7 +50,7 @@ def read_base(folder: Path, parts: Mapping[str, bool]) -> inputs.BaseResults:
 
 def read_coupled(folder: Path, *, with_verdict: bool) -> inputs.CoupledResults:
     """Read what the runs of panel and particles together left."""
-    names = ["summary", "psd", "impedance", *(["verdict"] if with_verdict else [])]
+    names = ["summary", "impedance", *(["verdict"] if with_verdict else [])]
     return inputs.CoupledResults(*_tables(folder, *names))
 
 

@@ -120,7 +120,7 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     sections += [response_section(inputs, family_of(study, name)) for name in families]
     if inputs.coupled is not None and inputs.coupled.verdict is not None:
         verdict = with_names(inputs.coupled.verdict, names)
-        sections.append(verdict_section(verdict, points, inputs.psd, inputs.coupled.psd))
+        sections.append(verdict_section(verdict, points))
     layouts = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
     if inputs.measurements is not None:
         curves = {"sound": inputs.psd, "base": curves_of(inputs.base)}

@@ -266,7 +266,7 @@ def _report(plan: Plan, study: Study, rules: Mapping[str, Rule]) -> Rule:
         read["response"] = list(response.values())
         read |= {**rules["maps"].made("maps"), **rules["sound"].made("spectrum")}
     if study.is_coupled:
-        coupled = [coupled_files(plan)[name] for name in ("summary", "psd", "impedance")]
+        coupled = [coupled_files(plan)[name] for name in ("summary", "impedance")]
         if len(study.readings) > 1 and study.sound is not None:
             coupled.append(plan.results("coupled/verdict.csv"))
         read["coupled"] = coupled
