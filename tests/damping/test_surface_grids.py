@@ -5,7 +5,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.damping import surface_files
 from pidpanel.damping.readings import NODE_STEP
 from pidpanel.damping.surface import ACCELERATION_STEP, FREQUENCY_STEP, DampingSurface
 from pidpanel.damping.surface_cases import (
@@ -109,32 +108,10 @@ def test_at_the_values_computed_once_nothing_is_interpolated(surface):
         np.testing.assert_allclose(read.equivalent_damping, said.equivalent_damping, rtol=1e-9)
 
 
-def test_the_dataset_shows_the_surface_from_end_to_end_of_every_axis(surface):
-    # red: high for low, or one axis for another, in to_dataset; the grids transposed
-    data = surface_files.to_dataset(surface)
-    fill, frequency, gamma = (data[axis].to_numpy() for axis in AXES)
-    np.testing.assert_allclose(fill, np.linspace(0.2, 0.8, 17), rtol=1e-12)
-    for values, low, high, most in ((frequency, 35.0, 900.0, 64), (gamma, 4.0, 160.0, 52)):
-        assert values[0] == pytest.approx(low)
-        apart = np.diff(np.log(values))
-        np.testing.assert_allclose(apart, apart[0], rtol=1e-9)
-        # the last is less than one spacing from the end, to rounding
-        assert -1e-9 < np.log(high / values[-1]) < apart[0]
-        # every so many of the values computed once, which leaves 33 and 27 or somewhat more
-        assert most / 2 <= len(values) <= most
-    for i, j, k in ((0, 0, 0), (16, 3, 2), (5, -1, -1), (9, 20, 11)):
-        said = surface.evaluate([fill[i]], [frequency[j]], [gamma[k]])
-        for name in ("equivalent_damping", "equivalent_damping_error", "apparent_mass", "inside"):
-            assert float(data[name][i, j, k]) == pytest.approx(float(getattr(said, name)[0]))
-
-
-def test_a_narrow_range_is_shown_with_all_values_and_has_two_nodes():
-    # red: max(2, …) for max(1, …) in to_dataset; max(3, …) for max(2, …) in even_steps
+def test_a_narrow_range_has_two_nodes():
+    # red: max(3, …) for max(2, …) in even_steps
     surface = made_of(frequencies=(100.0, 101.0), accelerations=(4.0, 4.1))
     assert len(surface.nodes) == 2
-    data = surface_files.to_dataset(surface)
-    np.testing.assert_allclose(data[AXES[1]], np.exp(surface.log_frequency))
-    np.testing.assert_allclose(data[AXES[2]], np.exp(surface.log_acceleration))
 
 
 def test_a_full_cell_has_a_gap_of_six_percent():

@@ -1,4 +1,4 @@
-"""The surface as ``damping/surface.nc``: on a grid to look at, with what it is made of."""
+"""The surface as ``damping/surface.nc``, what it is made of, and as a table to look at."""
 
 import numpy as np
 import pandas as pd
@@ -27,51 +27,23 @@ CASE_UNITS = dict(
 
 
 def to_dataset(surface: DampingSurface) -> xr.Dataset:
-    """Return the surface on a grid to look at, with its cases and constants."""
-    fills = np.unique(np.linspace(surface.low[0], surface.high[0], 17))
-    frequency = np.exp(surface.log_frequency[:: max(1, len(surface.log_frequency) // 32)])
-    gamma = np.exp(surface.log_acceleration[:: max(1, len(surface.log_acceleration) // 26)])
-    grid = np.meshgrid(fills, frequency, gamma, indexing="ij")
-    values = surface.evaluate(*(g.ravel() for g in grid))
-    shape = grid[0].shape
-    C_e, m_a = "equivalent viscous damping per area, C_e", "apparent mass per area, m_a"
-    axes = " ".join(AXES)
-    inside = values.inside.reshape(shape).astype(np.int8)
+    """Return what the surface is made of: its cases and constants."""
     variables = {
-        name: variable(axes, getattr(values, name).reshape(shape), units, long_name)
-        for name, units, long_name in (
-            ("equivalent_damping", "N s m-3", C_e),
-            ("equivalent_damping_error", "N s m-3", f"standard error of {C_e}"),
-            ("apparent_mass", "kg m-2", m_a),
-        )
+        f"case_{name}": variable("case", surface.cases[name].to_numpy(float), unit)
+        for name, unit in CASE_UNITS.items()
     }
-    variables["inside"] = variable(axes, inside, "1", "1 within the convex hull of the cases")
-    for name, unit in CASE_UNITS.items():
-        case_values = surface.cases[name].to_numpy(float)
-        variables[f"case_{name}"] = variable("case", case_values, unit, f"{name} of a case")
     meaning = "lengths of r, ln Γ and ln W/L, size and scatter of the process of beds"
     for name, processes in (("damping", surface.damping), ("mass", surface.mass)):
         for side, process in {} if processes is None else vars(processes).items():
             if process is not None:
-                long_name = f"{meaning} {side}"
-                variables[f"{name}_{side}"] = variable(
-                    "constant", process.constants, "1", long_name
-                )
-    meanings = ("fill fraction r", "frequency", "acceleration amplitude Γ")
-    return xr.Dataset(
-        variables,
-        coords={
-            axis: variable(axis, coordinate, CASE_UNITS[axis], long_name)
-            for axis, coordinate, long_name in zip(
-                AXES, (fills, frequency, gamma), meanings, strict=True
-            )
-        },
-        attrs={
-            "onset_g": surface.onset_g,
-            "mass_per_fill_kg_m2": surface.mass_per_fill,
-            "depth_m": surface.bed.depth,
-        },
-    )
+                constants = variable("constant", process.constants, "1", f"{meaning} {side}")
+                variables[f"{name}_{side}"] = constants
+    attributes = {
+        "onset_g": surface.onset_g,
+        "mass_per_fill_kg_m2": surface.mass_per_fill,
+        "depth_m": surface.bed.depth,
+    }
+    return xr.Dataset(variables, attrs=attributes)
 
 
 def from_dataset(dataset: xr.Dataset) -> DampingSurface:
