@@ -424,12 +424,3 @@ def test_a_surface_of_one_acceleration_has_its_covariance_whatever_is_asked():
     np.testing.assert_array_equal(asked[0], asked[1])
     np.testing.assert_array_equal(asked[2], asked[1])
     assert (np.diag(asked[1]) > 0).all()
-
-
-def test_the_grid_of_the_file_spans_the_cases(lab_surface):
-    # red: a start or an end of an axis of `to_dataset` left out
-    grid = surface_files.to_dataset(lab_surface)
-    for axis, low, high in zip(AXES, (0.2, 30.0, 3.0), (0.8, 2000.0, 300.0), strict=True):
-        values = grid[axis].to_numpy()
-        assert values[0] == pytest.approx(low) and values[-1] <= high * (1 + 1e-9)
-        assert (np.diff(values) > 0).all() and len(values) > 15
