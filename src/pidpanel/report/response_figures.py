@@ -19,6 +19,7 @@ from pidpanel.arrays import Array
 from pidpanel.report import style
 from pidpanel.report.html import Chart, ColourTable, Picture
 from pidpanel.report.layout import DASHES, LINES, WIDTH, draw_curve, figure_of_axes, frequency_axis
+from pidpanel.report.text import plain
 
 PSD_UNIT = "acceleration PSD, g²/Hz"
 
@@ -130,8 +131,8 @@ def reduction_tables(
 
 def _short(value: float) -> str:
     """Return a number of two digits for a cell of a map, zero without a sign."""
-    text = f"{value:.1f}" if abs(value) < 9.95 else f"{value:.0f}"
-    return "0" if float(text) == 0 else text
+    text = plain(value, 1 if abs(value) < 9.95 else 0)
+    return "0" if text == "0.0" else text
 
 
 def _nominal(centre: float) -> str:

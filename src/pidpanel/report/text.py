@@ -29,16 +29,16 @@ def number(value: float, digits: int = 3) -> str:
 
     Examples
     --------
-    >>> number(0.123456), number(-1234.5), number(9.4e-9), number(float("nan"))
-    ('0.123', '−1234', '9.40·10⁻⁹', '–')
+    >>> number(0.123456), number(0.9996), number(-1234.5), number(9.4e-9), number(float("nan"))
+    ('0.123', '1.00', '−1234', '9.40·10⁻⁹', '–')
     """
     if not math.isfinite(value):
         return "–"
     if value != 0 and not 1e-4 <= abs(value) < 1e5:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
         return _minus(mantissa) + f"·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
-    decimals = max(0, digits - 1 - (math.floor(math.log10(abs(value))) if value else 0))
-    return _minus(f"{value:.{decimals}f}")
+    exponent = int(f"{value:.{digits - 1}e}".split("e")[1])  # of the rounded value
+    return _minus(f"{value:.{max(0, digits - 1 - exponent)}f}")
 
 
 def with_error(value: float, error: float) -> str:
