@@ -125,7 +125,7 @@ def _random_pictures(
         gain = _curves((response / stated["input_psd"]) ** 0.5, names)
         densities = _curves(response / square_g, names, at_point["log_error"])
         charts = [
-            html.Chart("transmissibility", f, "acceleration over that of the supports", gain),
+            html.Chart("transmissibility", f, "transmissibility, –", gain),
             html.Chart("absolute acceleration", f, PSD_UNIT, densities),
         ]
         caption = (
