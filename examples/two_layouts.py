@@ -32,6 +32,6 @@ model = pidpanel.Model(
 )
 response = model.response().sel(reading="stated")
 table = response["reduction"].sel(scenario=list(layouts)).to_pandas()
-print(f"reduction, dB:\n{table}")
+print(f"reduction, dB:\n{table.round(1)}")
 best = response["acceleration_rms"].sel(scenario=list(layouts)).max("point").idxmin("scenario")
 print(f"the lower rms at the worst point has: {best.item()}")

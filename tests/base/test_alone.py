@@ -107,7 +107,7 @@ def test_the_page_answers_and_has_the_panel_on_its_shaker(alone, tmp_path):
     page = tmp_path / "report.html"
     write_study_page(alone, tmp_path, page, tmp_path / "report")
     text = page.read_text()
-    assert "PID-1, r = 0.5 lowers the largest of any point most, to" in text
+    assert "PID-1, r = 0.5 lowers the largest acceleration of all points most, to" in text
     assert (
         "C_e is negative, so there is no steady" in text
         and "radiation into the air is not included" in text

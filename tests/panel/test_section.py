@@ -217,7 +217,9 @@ def test_a_heavy_damper_needs_shorter_elements_below_it():
         bare = resolution.Region("", 1.0, edge)
         resolution.ElementKind("thin quadrilaterals", section).check([bare], frequency, 0.2)
         heavy = resolution.Region("p", 1.5, edge, mass)
-        with pytest.raises(ValueError, match=f"under p, whose damper weighs {mass:g} kg/m², are "):
+        with pytest.raises(
+            ValueError, match=f"under p, whose damper can weigh {mass:g} kg/m², are "
+        ):
             resolution.ElementKind("thin quadrilaterals", section).check([heavy], frequency, 0.2)
 
 

@@ -57,7 +57,9 @@ def test_the_sentence_has_place_mass_values_and_errors(study, respond):
     assert said.startswith(
         "A at r = 0.1 and 0.7, 0.30 kg, 5.0 % of the panel: 176.6 → 125.0–127.9 g rms"
     )
-    assert "(−2.80 to −3.00 ± 0.20 dB); the difference is within the uncertainty." in said
+    assert (
+        "(−2.80 to −3.00 ± 0.20 dB); differences between them are within the uncertainty." in said
+    )
     said = answer_section.headline(answered(study, respond, 0.01, **weights))
     assert "A at r = 0.1, 0.30 kg" in said and "(−3.000 ± 0.010 dB). Next is A at r = 0.7" in said
 

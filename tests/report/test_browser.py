@@ -98,6 +98,23 @@ def test_curves_are_drawn_and_can_be_read_zoomed_and_switched(browser, table):
     assert float(browser.run(value)) == pytest.approx(middle, rel=0.05)
 
 
+def test_a_curve_of_zeros_and_numbers_below_zero_are_drawn_as_such(table):
+    # red: uPlot's own 0 to 100 for a mass of 0; -5.00e-1 for -0.5
+    with Browser(1400) as browser:
+        browser.open(table[1] / "report.html")
+        ends = browser.run("""(() => {
+          const box = document.createElement("div"), curve = { label: "m_a", colour: "#000000", line: "solid",
+            width: 1, values: [0, 0], outside: [], band: null };
+          const values = { unit: "kg/m²", log: false, x: [100, 400], curves: [curve] };
+          box.innerHTML = `<script type="application/json">${JSON.stringify(values)}</script>`;
+          document.body.append(box);
+          const chart = draw(box, 400);
+          return new Promise(done => setTimeout(() => done([chart.scales.y.min, chart.scales.y.max]), 200));
+        })()""")
+        assert ends == [-1, 1]
+        assert browser.run("[-0.5, -2e-6, 0].map(shortNumber)") == ["−0.5", "−2.00e−6", "0"]
+
+
 def press_keys(browser, there):
     """Switch a curve, read a value and zoom without a mouse."""
 

@@ -77,6 +77,7 @@ def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
     assert list(missing_scenarios(one, other)) == ["only in one: y", "only in other: z"]
     lines = list(comparison_lines(one, other))
     assert lines[0].split()[:4] == ["damping", "model", "scenario", "point"]
+    assert lines[2].startswith("DEM")  # red: the model's name in the tables, "dem"
     assert "1 the same" in lines[-3] and lines[-1] == "only in other: z"
 
 

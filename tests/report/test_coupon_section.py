@@ -66,6 +66,8 @@ def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon)
     assert [axes.get_title("left") for axes in maps] == [
         f"r = {fill:g}" for fill in sorted(good["fill_fraction"].unique())
     ]
+    cells = [text.get_text() for axes in maps for text in axes.texts]
+    assert {len(text.lstrip("0.")) for text in cells} == {2}  # red: "0.1" beside "0.098"
     values = np.concatenate([np.ravel(axes.images[0].get_array().filled(np.nan)) for axes in maps])
     assert sorted(values[np.isfinite(values)]) == pytest.approx(sorted(good["loss_factor"]))
 

@@ -25,7 +25,7 @@ def test_the_largest_error_of_the_power_balance_is_named(inputs):
     summary = inputs.summary.copy()
     summary.loc[0, "power_balance_error"] = 3e-7
     rows = dict(facts.study_facts(dataclasses.replace(inputs, summary=summary)))
-    assert rows["Power balance"].startswith("power input and loss agree within 3.0·10⁻⁷ of")
+    assert rows["Power balance"].startswith("power input and power loss agree within 3.0·10⁻⁷ of")
     assert "Coupon" not in rows
 
 
@@ -62,4 +62,4 @@ def test_the_largest_error_of_the_basis_is_named(inputs):
     summary = inputs.summary.copy()
     summary.loc[0, "basis_error"] = 0.0042
     rows = dict(facts.study_facts(dataclasses.replace(inputs, summary=summary)))
-    assert rows["Basis"].startswith("at most 0.42 % of a PSD is missing")
+    assert rows["Basis"].startswith("misses at most 0.42 % of a PSD")

@@ -126,7 +126,7 @@ def test_a_table_of_reductions_has_each_number_in_its_cell():
         centre, ["0.1", "0.9"], {("326", "DEM"): values}, "fill fraction r"
     )
     texts = [[text for text, _, _ in row] for row in table.cells]
-    assert texts == [["0", "1.3", "12"], ["-2.0", "0", "3.0"]]
+    assert texts == [["0", "1.3", "12"], ["−2.0", "0", "3.0"]]
     assert table.columns[1:] == ["100", "125", "160"]
     dark = [[is_dark for _, _, is_dark in row] for row in table.cells]
     assert dark == [[False, False, True], [False, False, False]]

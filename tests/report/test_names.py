@@ -1,9 +1,11 @@
 """Scenarios have one name on the whole page."""
 
+from types import SimpleNamespace
+
 import pandas as pd
 
 from pidpanel.report.names import names_of, with_names
-from pidpanel.study import Scenario
+from pidpanel.study import Filling, Scenario
 
 
 def test_a_name_has_the_level_where_the_study_has_several(study):
@@ -21,6 +23,16 @@ def test_no_two_scenarios_have_one_name(study, monkeypatch):
     monkeypatch.setattr(Scenario, "name", "one")
     names = names_of(study)
     assert len(set(names.values())) == len(names)
+
+
+def test_a_damper_alone_has_the_same_name_as_a_layout_and_in_a_family():
+    # red: an explicit layout by its label: "third" in a warning, "A, r = 0.5" in the first table
+    filling = Filling(patch="A", damper=None, fill_fraction=0.5)
+    bare = Scenario(label="bare", fillings=(), oaspl_db=None)
+    alone = Scenario(label="third", fillings=(filling,), oaspl_db=None)
+    both = Scenario(label="both", fillings=(filling, filling), oaspl_db=None)
+    study = SimpleNamespace(all_scenarios=lambda: [bare, alone, both])
+    assert list(names_of(study).values()) == ["bare panel", "A, r = 0.5", "both"]
 
 
 def test_labels_of_a_table_become_names():

@@ -37,7 +37,7 @@ def test_a_search_without_a_bound_says_why_and_what_it_tried():
     # red: a gap of inf dB; the factor of a bound that is none
     unbound = proposal(np.inf, 796.0)
     text, headline = gap_text(unbound), proposal_headline(unbound)
-    assert "single dampers would remove in sum more than the whole response" in text
+    assert "reductions of single dampers add up to more than the whole response" in text
     assert "25 041 layouts" in text and "796 of 6 864" in text and "1.13" not in text
     assert headline.endswith("the best of 25 041 layouts tried, not proved to be the best of all.")
     assert "inf" not in text + headline

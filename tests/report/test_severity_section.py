@@ -1,5 +1,7 @@
 """Severity of a study on its page and in its tables."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -123,4 +125,13 @@ def test_the_page_shows_the_scenario_that_reduces_most_beside_its_bare_panel(tab
     )
     assert summary.loc[bare, "oaspl_db"].iloc[0] == summary.loc[best, "oaspl_db"].iloc[0]
     text = (table[1] / "report.html").read_text()
-    assert "Peaks, margins and fatigue" in text and "No point fails." in text
+    # red: "stress xx" and "von mises"; two digits of each error; "Q = 10.0"
+    assert "von mises" not in text and "stress xx" not in text
+    assert re.search(r"Vibration response spectrum at Q = \d+:", text)
+    peaks = text[text.index("peak, g</th>") :].split("</table>")[0]
+    errors = re.findall(r"± ([\d.]+)</td>", peaks)
+    assert errors and len({len(error.partition(".")[2]) for error in errors}) == 1
+    assert (
+        "Peaks, margins and fatigue" in text
+        and "No response point reaches the damage of failure, 1." in text
+    )

@@ -34,6 +34,14 @@ def test_a_displacement_beyond_linear_theory_is_marked(study, respond):
     assert marked.count("1.00 †") == 1 and set(marked) == {"1.00", "1.00 †"}
 
 
+def test_marks_are_explained_where_there_are_any(study, respond):
+    # red: a † that no row has
+    summary, _ = respond({})
+    assert "†" not in blocks_of(summary_section(study, summary))[0].caption
+    summary.loc[0, "beyond_linear_plate"] = True
+    assert "† linear plate theory" in blocks_of(summary_section(study, summary))[0].caption
+
+
 def test_all_rows_of_a_table_have_the_same_decimals(study, respond):
     # 66.545 ± 0.054 beside 38.6 ± 1.9; red: value_text without decimals
     summary, _ = respond({})

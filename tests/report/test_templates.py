@@ -37,6 +37,17 @@ def test_sentences_are_plain_text_for_a_page_that_escapes_them():
     assert vacuum == "The panel is in vacuum: radiation into the air is not included."
 
 
+def test_columns_of_words_are_on_the_left_and_those_of_numbers_on_the_right():
+    # red: a damping model on the right, of two lines in every row; `head` without a class
+    row = {"measurement": "a", "reading": "dem", "center_hz": 158.489, "measured": 1.0,
+           "computed": 1.0, "difference": "0"}  # fmt: skip
+    text = templates.fill("measurement.html", {"measurements": [], "differences": [row]})
+    assert '<th scope="col" class="words">damping model</th>' in text
+    assert '<td class="words short">DEM</td>' in text
+    assert '<th scope="col">measured</th>' in text and '<td class="short">1.00</td>' in text
+    assert '<td class="short">160</td>' in text  # red: the exact centre, 158
+
+
 def test_a_missing_value_is_refused():
     # red: jinja2's default undefined
     with pytest.raises(jinja2.UndefinedError, match="exceeded_share"):

@@ -12,6 +12,10 @@ from pidpanel.report import text
     [
         (0.0, "0.00"),
         (99999.0, "99999"),
+        # red: the decimals of the value before it is rounded, "1.000"
+        (0.99996, "1.00"),
+        (9.998, "10.0"),
+        (99.97, "100"),
         (2.5e6, "2.50·10⁶"),
         (-0.05, "−0.0500"),
         (-2e-7, "−2.00·10⁻⁷"),

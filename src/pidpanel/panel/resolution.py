@@ -219,4 +219,4 @@ def _rounded_down(size: float) -> float:
 def _under(region: Region) -> str:
     if not region.name:
         return ""
-    return f" under {region.name}, whose damper weighs {region.added_mass:.3g} kg/m²,"
+    return f" under {region.name}, whose damper can weigh {region.added_mass:.3g} kg/m²,"

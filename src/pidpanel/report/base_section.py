@@ -125,10 +125,12 @@ def _random_pictures(
         gain = _curves((response / stated["input_psd"]) ** 0.5, names)
         densities = _curves(response / square_g, names, at_point["log_error"])
         charts = [
-            html.Chart("transmissibility", f, "acceleration over that of the supports", gain),
+            html.Chart("transmissibility", f, "transmissibility, –", gain),
             html.Chart("absolute acceleration", f, PSD_UNIT, densities),
         ]
-        caption = f"Random base motion at point {point}, stated input; {READINGS[reading]}."
+        caption = (
+            f"Random base motion at point {point}, stated input. Damping: {READINGS[reading]}."
+        )
         yield chart_picture(f"base_{point}", charts, caption, height=3.9)
     inputs = _curves(shown["input_psd"].sel(input="notched") / square_g, names)
     level = _curves(stated["input_psd"] / square_g, names)[0]
@@ -138,7 +140,10 @@ def _random_pictures(
         html.Chart("force", f, "force PSD, N²/Hz", force),
         html.Chart("input", f, PSD_UNIT, inputs),
     ]
-    caption = f"Force of all supports under the stated input, and inputs; {READINGS[reading]}."
+    caption = (
+        "Force of all supports under the stated input; stated and notched inputs. "
+        f"Damping: {READINGS[reading]}."
+    )
     yield chart_picture("base_interface", charts, caption, height=3.9)
 
 
@@ -167,10 +172,13 @@ def _sine_values(sine: xr.Dataset, peaks: pd.DataFrame, names: Names) -> dict[st
     """Return the sweep and its peaks, up and down in one text where they differ."""
     up, down = (records(peaks[peaks["direction"] == way]) for way in ("up", "down"))
     rows = []
+    decimals = {error: common_decimals(peaks[error]) for _, error in PEAKS.values() if error}
     for sweeps in zip(up, down, strict=True):
         row = {**sweeps[0], "name": names[sweeps[0]["scenario"]]}
         for key, (value, error) in PEAKS.items():
-            texts = [value_text(s[value], s.get(error, math.nan)) for s in sweeps]
+            texts = [
+                value_text(s[value], s.get(error, math.nan), decimals.get(error)) for s in sweeps
+            ]
             row[key] = " / ".join(dict.fromkeys(texts))
         rows.append(row)
     frequency = sine["frequency"].to_numpy()
@@ -203,8 +211,8 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
         dotted = [replace(c, label=f"{c.label}, down", line="dotted") for c in differing]
         charts.append(html.Chart(title, f, f"amplitude, {unit}", [*up, *dotted]))
     caption = (
-        f"Sine sweep: amplitudes of absolute accelerations and force; {READINGS[reading]}. Bands: "
-        "one standard error from the damping."
+        "Sine sweep: amplitudes of absolute accelerations and force. Damping: "
+        f"{READINGS[reading]}. Bands: one standard error due to the damping."
     )
     for start in range(0, len(charts), 2):
         pair = charts[start : start + 2]

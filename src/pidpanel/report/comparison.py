@@ -150,11 +150,14 @@ def rows_of(shared: Sequence[Difference]) -> list[list[str]]:
     for difference in shared:
         reading, scenario, point = difference.key
         if scenario == BEST:
-            scenario = f"{BEST}: {difference.first.scenario} | {difference.second.scenario}"
+            labels = difference.first.scenario, difference.second.scenario
+            scenario = f"{BEST}: {' | '.join(dict.fromkeys(labels))}"
         values = (difference.first, difference.second)
         rms = [value_text(value.rms, value.error, rms_decimals) for value in values]
         gain = value_text(difference.reduction, difference.error, decimals)
-        rows.append([reading, scenario, point, *rms, gain, difference.verdict])
+        rows.append(
+            [READINGS.get(reading, reading), scenario, point, *rms, gain, difference.verdict]
+        )
     return rows
 
 
@@ -195,8 +198,8 @@ def outcome(shared: Sequence[Difference]) -> str:
     verdicts = Counter(difference.verdict for difference in shared)
     named = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
     return (
-        f"{len(shared)} values: {named}. A difference is significant from {SIGNIFICANCE:g} "
-        "standard errors on, with the errors of both studies taken as independent."
+        f"{len(shared)} values: {named}. Differences of at least {SIGNIFICANCE:g} standard errors "
+        "are significant; the errors of the two studies are taken as independent."
     )
 
 

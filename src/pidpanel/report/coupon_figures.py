@@ -20,7 +20,7 @@ from matplotlib.lines import Line2D
 
 from pidpanel.arrays import Array
 from pidpanel.coupon.window import CLOSURE_LIMIT
-from pidpanel.report import layout, style
+from pidpanel.report import layout, style, text
 
 
 @dataclass(frozen=True)
@@ -138,8 +138,9 @@ def loss_factor_map(cases: pd.DataFrame) -> Figure:
         axes.imshow(values, cmap="viridis", norm=norm, aspect="auto", origin="lower")
         for row, column in np.argwhere(np.isfinite(values) & few):
             value = values[row, column]
-            look: dict[str, Any] = {"color": "white" if value < 0.6 * top else "black"}
-            axes.text(column, row, f"{value:.2g}", ha="center", va="center", fontsize=5.5, **look)
+            look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 5.5}
+            look["color"] = "white" if value < 0.6 * top else "black"
+            axes.text(column, row, text.number(value, 2), **look)
         axes.grid(False)
         axes.tick_params(length=2)
         axes.set_title(f"r = {fill:g}", loc="left")

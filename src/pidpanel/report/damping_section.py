@@ -22,7 +22,14 @@ from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import DampingResults
-from pidpanel.report.layout import GREY, WIDTH, figure_of_axes, fill_handles, pick
+from pidpanel.report.layout import (
+    GREY,
+    WIDTH,
+    figure_of_axes,
+    fill_handles,
+    frequency_axis,
+    pick,
+)
 from pidpanel.report.text import number
 
 
@@ -32,7 +39,6 @@ def damping_section(results: DampingResults) -> PageSection:
     left = surface.leave_one_out()
     z = left["log_error"] / left["log_standard_error"]
     rms = float(np.sqrt((left["log_error"] ** 2).mean()))
-    over = "frequency_hz", "acceleration_g"
     values = {
         "cases": len(surface.cases),
         "onset": surface.onset_g,
@@ -41,7 +47,7 @@ def damping_section(results: DampingResults) -> PageSection:
         "covered": (z.abs() < 1.96).mean(),
         "low": surface.low,
         "high": surface.high,
-        "map": figure_picture("map_frequency_acceleration", map_figure, surface, *over),
+        "map": figure_picture("map_frequency_acceleration", map_figure, surface),
         **_law_values(results),
     }
     return template_section("damping.html", "Damping law", values)
@@ -68,7 +74,8 @@ def _law_values(results: DampingResults) -> dict[str, Any]:
         with np.errstate(invalid="ignore"):
             return np.where(a1 > 0, equation_5(2 * np.pi * frequency, a1, a2, a3), np.nan)
 
-    picture = figure_picture("damping_law", law_figure, results.surface, fitted)
+    law_drawn = fitted if len(over_fill) else None
+    picture = figure_picture("damping_law", law_figure, results.surface, law_drawn)
     fits = []
     for at_g, group in over_fill.groupby("acceleration_g"):
         constants = group.set_index("constant")
@@ -93,80 +100,65 @@ def _interval(constants: pd.DataFrame, constant: str) -> str:
 
 
 FILL, FREQUENCY, ACCELERATION = AXES
-LABELS = {
-    FILL: "fill fraction r, –",
-    FREQUENCY: "frequency, Hz",
-    ACCELERATION: "acceleration amplitude Γ, –",
-}
-TITLES = {FILL: "r = {:g}", FREQUENCY: "f = {:g} Hz", ACCELERATION: "Γ = {:g}"}
+ACCELERATION_LABEL = "acceleration amplitude Γ, –"
 FINE = 61  # values of the surface along each axis of a map
 
-MAPS = 5  # values of the third axis that are shown at most, a column each
+MAPS = 5  # fill fractions that are shown at most, a column each
 
 OUTSIDE = "#ffffff"  # colour outside the simulated range
 
 
-def map_figure(surface: DampingSurface, across: str, up: str) -> Figure:
-    """Draw C_e (above) and η (below) over two of the axes, one column per value of the third."""
-    (fixed,) = set(AXES) - {across, up}
-    values = pick(np.unique(surface.cases[fixed]), MAPS)
-    axes_of = {name: _fine(surface, name) for name in (across, up)}
-    x, y = axes_of[across], axes_of[up]
-    grid = dict(zip((across, up), np.meshgrid(x, y), strict=True))
+def map_figure(surface: DampingSurface) -> Figure:
+    """Draw C_e (above) and η (below) over frequency and Γ, one column per fill fraction."""
+    fills = pick(np.unique(surface.cases[FILL]), MAPS)
+    x, y = _fine(surface, FREQUENCY), _fine(surface, ACCELERATION)
+    frequency, gamma = np.meshgrid(x, y)
     maps = []
-    for value in values:
-        point = {**grid, fixed: np.full(grid[across].shape, value)}
-        points = [point[name].ravel() for name in AXES]
-        estimate = surface.evaluate(*points)
-        damping = estimate.equivalent_damping.reshape(grid[across].shape)
-        unit = surface.mass_per_fill * point[FILL] * 2 * np.pi * point[FREQUENCY]
-        maps.append((damping, damping / unit, estimate.inside.reshape(damping.shape)))
+    for fill in fills:
+        estimate = surface.evaluate(np.full(frequency.size, fill), frequency.ravel(), gamma.ravel())
+        damping = estimate.equivalent_damping.reshape(frequency.shape)
+        unit = surface.mass_per_fill * fill * 2 * np.pi * frequency
+        maps.append((damping, damping / unit, estimate.inside.reshape(frequency.shape)))
     figure = Figure(figsize=(WIDTH, 4.7), layout="constrained")
-    grid_of = figure.subplots(2, len(values), sharex=True, sharey=True, squeeze=False)
+    grid_of = figure.subplots(2, len(fills), sharex=True, sharey=True, squeeze=False)
     for row, (label, colormap) in enumerate(
         (("$C_e$, N s/m³", "viridis"), ("loss factor η, –", "magma"))
     ):
         drawn = np.concatenate([layer[row][layer[2]] for layer in maps])
         scale = ScalarMappable(LogNorm(drawn.min(), drawn.max()), mpl.colormaps[colormap])
-        for column, (value, layers) in enumerate(zip(values, maps, strict=True)):
-            axes = grid_of[row, column]
+        for axes, fill, layers in zip(grid_of[row], fills, maps, strict=True):
             axes.set_facecolor(OUTSIDE)
             axes.pcolormesh(
                 x, y, np.where(layers[2], layers[row], np.nan), norm=scale.norm, cmap=scale.cmap,
                 shading="nearest", rasterized=True,
             )  # fmt: skip
-            run = surface.cases[np.isclose(surface.cases[fixed], value)]
-            axes.plot(run[across], run[up], "o", ms=3, mfc="white", mec="black", mew=0.6)
+            run = surface.cases[np.isclose(surface.cases[FILL], fill)]
+            axes.plot(
+                run[FREQUENCY], run[ACCELERATION], "o", ms=3, mfc="white", mec="black", mew=0.6
+            )
             axes.grid(False)
-            for name, axis, scaled in (
-                (across, axes.xaxis, axes.set_xscale),
-                (up, axes.yaxis, axes.set_yscale),
-            ):
-                if name != FILL:
-                    scaled("log")
-                    axis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
-                    axis.set_minor_formatter(ticker.NullFormatter())
-            axes.set_xlim(x[0] / 1.1, x[-1] * 1.1)
+            frequency_axis(axes, x[0] / 1.1, x[-1] * 1.1)
+            axes.set_yscale("log")
+            axes.yaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+            axes.yaxis.set_minor_formatter(ticker.NullFormatter())
+            axes.label_outer()
             if row == 0:
-                axes.set_title(TITLES[fixed].format(value), loc="left")
-            else:
-                axes.set_xlabel(LABELS[across])
-            if column == 0:
-                axes.set_ylabel(LABELS[up])
+                axes.set_title(f"r = {fill:g}", loc="left")
+        grid_of[row, 0].set_ylabel(ACCELERATION_LABEL)
         figure.colorbar(scale, ax=grid_of[row].tolist(), label=label, pad=0.01)
     return figure
 
 
 def _fine(surface: DampingSurface, axis: str) -> Array:
     low, high = (bound[AXES.index(axis)] for bound in (surface.low, surface.high))
-    return np.linspace(low, high, FINE) if axis == FILL else np.geomspace(low, high, FINE)
+    return np.geomspace(low, high, FINE)
 
 
 # C_e [N s/m³] of frequency [Hz], shape ``(n,)``, fill fraction and Γ; NaN where undefined.
 Law = Callable[[Array, float, float], Array]
 
 
-def law_figure(surface: DampingSurface, law: Law) -> Figure:
+def law_figure(surface: DampingSurface, law: Law | None) -> Figure:
     """Draw cases with error bars, the surface with its band, the fitted law and the bound.
 
     Axes for each acceleration of the cases, a colour for each fill.
@@ -191,21 +183,23 @@ def law_figure(surface: DampingSurface, law: Law) -> Figure:
                 cases[FREQUENCY], cases[VALUE], yerr=cases[ERROR], color=colour, ls="none",
                 marker=marker, capsize=1.8, elinewidth=0.8,
             )  # fmt: skip
-            axes.plot(frequency, law(frequency, fill, gamma), color=colour, ls="--", lw=0.9)
+            if law is not None:
+                axes.plot(frequency, law(frequency, fill, gamma), color=colour, ls="--", lw=0.9)
             bound = 8 * surface.mass_per_fill * fill * frequency
             axes.plot(frequency, bound, color=colour, ls=":", lw=0.7)
-        axes.set(xscale="log", yscale="log")
-        axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
-        axes.set_title(TITLES[ACCELERATION].format(gamma), loc="left")
+        frequency_axis(axes, frequency[0] / 1.1, frequency[-1] * 1.1)
+        axes.set(xlabel="", yscale="log")
+        axes.set_title(f"Γ = {gamma:g}", loc="left")
     low, high = surface.cases[VALUE].min(), surface.cases[VALUE].max()
     grid[0].set_ylim(low / 2, high * 5)
     for axes in grid[(len(grid) - 1) // columns * columns :]:
-        axes.set_xlabel(LABELS[FREQUENCY])
+        axes.set_xlabel("frequency, Hz")
     for axes in grid[::columns]:
         axes.set_ylabel("$C_e$, N s/m³")
     handles = fill_handles(fills)
     handles["surface ± standard error"] = Patch(color=GREY, alpha=0.35)
-    handles["Eq. 5 and 6, fitted at this Γ"] = Line2D([], [], color=GREY, ls="--")
+    if law is not None:
+        handles["Eq. 5 and 6, fitted at this Γ"] = Line2D([], [], color=GREY, ls="--")
     handles["bound of an inelastic bed"] = Line2D([], [], color=GREY, ls=":")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
     return figure

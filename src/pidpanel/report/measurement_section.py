@@ -93,7 +93,7 @@ def _picture(
     first = rows.iloc[0]
     column, unit = "acceleration_psd_g2_hz", PSD_UNIT
     if not is_psd:
-        column, unit = RATIO, "acceleration over that of the supports"
+        column, unit = RATIO, "transmissibility, –"
     computed, drawn = curves[first["excitation"]], []
     if computed is None:
         raise ValueError(f"{first['measurement']}: no computed curves")

@@ -38,16 +38,16 @@ def layouts_of(study: Study) -> list[Scenario]:
 def names_of(study: Study) -> dict[str, str]:
     """Return the names of scenarios by label, with the level where the study has several.
 
-    An explicit layout goes by its label, and so do two scenarios that would have one name.
+    Several dampers together go by their label, and so do two scenarios that would have one name.
     """
-    scenarios, layouts = study.all_scenarios(), layouts_of(study)
+    scenarios = study.all_scenarios()
     several = len({scenario.oaspl_db for scenario in scenarios}) > 1
     names = {}
     for scenario in scenarios:
         level = scenario.oaspl_db
         suffix = f", {level:g} dB" if several and level is not None else ""
-        is_layout = scenario in layouts or len(scenario.fillings) > 1
-        names[scenario.label] = scenario.label if is_layout else scenario.name + suffix
+        is_several = len(scenario.fillings) > 1
+        names[scenario.label] = scenario.label if is_several else scenario.name + suffix
     used = list(names.values())
     return {label: label if used.count(name) > 1 else name for label, name in names.items()}
 

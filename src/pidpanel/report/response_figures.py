@@ -19,6 +19,7 @@ from pidpanel.arrays import Array
 from pidpanel.report import style
 from pidpanel.report.html import Chart, ColourTable, Picture
 from pidpanel.report.layout import DASHES, LINES, WIDTH, draw_curve, figure_of_axes, frequency_axis
+from pidpanel.report.text import nominal, plain
 
 PSD_UNIT = "acceleration PSD, g²/Hz"
 
@@ -113,7 +114,7 @@ def reduction_tables(
     """Return third-octave reductions (n_rows, n_bands) [dB] by (point, reading) as tables."""
     limit = max(1.0, max(float(np.abs(values).max()) for values in gained.values()))
     colours, norm = mpl.colormaps["RdBu"], Normalize(-limit, limit)
-    bands = [f"{row_name} / Hz", *map(_nominal, centre)]
+    bands = [f"{row_name} / Hz", *map(nominal, centre)]
     return [
         ColourTable(
             f"point {point} · {reading}",
@@ -130,12 +131,5 @@ def reduction_tables(
 
 def _short(value: float) -> str:
     """Return a number of two digits for a cell of a map, zero without a sign."""
-    text = f"{value:.1f}" if abs(value) < 9.95 else f"{value:.0f}"
-    return "0" if float(text) == 0 else text
-
-
-def _nominal(centre: float) -> str:
-    """Return the nominal centre of a third octave (ISO 266), such as 31.5 or 1250."""
-    preferred = (1, 1.25, 1.6, 2, 2.5, 3.15, 4, 5, 6.3, 8)
-    number = round(10 * np.log10(centre))
-    return f"{preferred[number % 10] * 10.0 ** (number // 10):g}"
+    text = plain(value, 1 if abs(value) < 9.95 else 0)
+    return "0" if text == "0.0" else text

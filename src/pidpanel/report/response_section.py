@@ -208,8 +208,8 @@ def _psd_picture(
     colours = dict(zip(labels, itertools.cycle(style.PLACES), strict=False))
     dead, treated = [], []
     for index, scenario in enumerate(scenarios):
-        label, colour = scenario.label, colours[scenario.label]
-        of_case = {**place, "scenario": label}
+        label, colour = inputs.names[scenario.label], colours[scenario.label]
+        of_case = {**place, "scenario": scenario.label}
         dead_psd = inputs.psd["dead_weight_acceleration_psd"].sel(of_case)
         weight = dead_psd.to_numpy() / STANDARD_GRAVITY**2
         if np.isfinite(weight).all():

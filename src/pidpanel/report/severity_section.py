@@ -13,7 +13,8 @@ from pidpanel.report.inputs import Inputs, SeverityResults
 from pidpanel.report.maps_section import EXCEEDED_SHARE, case_titles, map_figure
 from pidpanel.report.names import with_names
 from pidpanel.report.response_figures import chart_picture
-from pidpanel.report.text import records
+from pidpanel.report.stress_section import SYMBOLS
+from pidpanel.report.text import common_decimals, records
 
 ACROSS = 3
 PLACE = ["reading", "scenario", "point"]  # columns of a row's place
@@ -38,11 +39,14 @@ def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSect
         "best": names[drawn[-1][1]],
         "oscillators": _oscillators(severity.oscillators, drawn, names),
         "peaks": records(with_names(severity.peaks, names)),
+        "peak_decimals": common_decimals(severity.peaks["peak_error_g"], 0),
         "margins": margins,
+        "margin_decimals": common_decimals(severity.margins["margin_error_db"], 1),
         "exceeded": sum(row["margin_db"] < 0 for row in margins),
         "strength": strongest,
         "failed": sum(row["index"] >= 1 for row in strongest),
         "fatigue": damaged,
+        "symbols": SYMBOLS,
         "worst": max(damaged, key=lambda row: row["damage_narrow_band"], default=None),
         "maps": None,
     }

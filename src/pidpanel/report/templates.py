@@ -17,6 +17,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "counted": text.counted,
     "form": format,  # as `format(value, spec)`
     "model": text.READINGS.__getitem__,
+    "nominal": text.nominal,
     "number": text.number,
     "percent": text.percent,
     "plain": text.plain,

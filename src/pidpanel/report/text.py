@@ -29,16 +29,16 @@ def number(value: float, digits: int = 3) -> str:
 
     Examples
     --------
-    >>> number(0.123456), number(-1234.5), number(9.4e-9), number(float("nan"))
-    ('0.123', '−1234', '9.40·10⁻⁹', '–')
+    >>> number(0.123456), number(0.9996), number(-1234.5), number(9.4e-9), number(float("nan"))
+    ('0.123', '1.00', '−1234', '9.40·10⁻⁹', '–')
     """
     if not math.isfinite(value):
         return "–"
     if value != 0 and not 1e-4 <= abs(value) < 1e5:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
         return _minus(mantissa) + f"·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
-    decimals = max(0, digits - 1 - (math.floor(math.log10(abs(value))) if value else 0))
-    return _minus(f"{value:.{decimals}f}")
+    order = int(f"{value:.{digits - 1}e}".split("e")[1])  # of the rounded value
+    return _minus(f"{value:.{max(0, digits - 1 - order)}f}")
 
 
 def with_error(value: float, error: float) -> str:
@@ -148,6 +148,19 @@ def unit(name: str) -> str:
     """
     name = {"microstrain": "µm/m", "1": "–"}.get(name, name)
     return re.sub(r"(?<=[A-Za-z])\d", lambda power: power[0].translate(_SUPERSCRIPT), name)
+
+
+def nominal(centre: float) -> str:
+    """Return the nominal centre of a third octave (ISO 266).
+
+    Examples
+    --------
+    >>> nominal(31.6), nominal(158.5), nominal(1258.9)
+    ('31.5', '160', '1250')
+    """
+    preferred = (1, 1.25, 1.6, 2, 2.5, 3.15, 4, 5, 6.3, 8)
+    exponent, rank = divmod(round(10 * math.log10(centre)), 10)
+    return f"{preferred[rank] * 10.0**exponent:g}"
 
 
 def counted(count: int, noun: str) -> str:

@@ -44,8 +44,8 @@ document.querySelectorAll(".choice").forEach(box => {
 
 function shortNumber(value) {
   if (value == null) return "";
-  if (value !== 0 && (value < 1e-3 || value >= 1e5)) return value.toExponential(2).replace("-", "−");
-  return String(Number(value.toPrecision(3)));
+  const size = Math.abs(value), isPlain = value === 0 || (size >= 1e-3 && size < 1e5);
+  return (isPlain ? String(Number(value.toPrecision(3))) : value.toExponential(2)).replaceAll("-", "−");
 }
 // ticks of a logarithmic axis that holds less than a decade, where uPlot has none or one
 function ticksOf(u, axis, low, high) {
@@ -109,7 +109,8 @@ function draw(box, width) {
     width, height: heightOf(width),
     scales: {
       x: { time: false, distr: 3, range: (u, low, high) => [low, high] },
-      y: told.log ? { distr: 3, range: (u, low, high) => [Math.max(low ?? bottom, top / 1e9), high ?? top] } : {},
+      y: told.log ? { distr: 3, range: (u, low, high) => [Math.max(low ?? bottom, top / 1e9), high ?? top] }
+        : top > bottom ? {} : { range: [bottom - 1, top + 1] },
     },
     series, bands,
     legend: { markers: {
@@ -118,7 +119,7 @@ function draw(box, width) {
     } },
     axes: [
       { ...axis, label: "frequency, Hz", splits: ticksOf, filter: spaced, values: (u, t) => t.map(tick => tick == null ? "" : power(tick)), size: 34 },
-      { ...axis, label: told.unit, size: 52, ...(told.log ? { splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power) } : {}) },
+      { ...axis, label: told.unit, size: 52, ...(told.log ? { splits: ticksOf, filter: (u, ticks) => ticks, values: (u, t) => t.map(power) } : { values: (u, t) => t.map(tick => String(Number(tick.toPrecision(6))).replace("-", "−")) }) },
     ],
     cursor: { drag: { x: true, y: true, uni: 30 } },
     hooks: {
