@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import ctypes
 import os
 import sys
 from pathlib import Path
@@ -21,10 +20,6 @@ from pidpanel.cli.parser import add_directory, add_jobs, add_study
 
 if TYPE_CHECKING:  # slow to import
     from pidpanel.study import CouponStudy, Study
-
-# Of <malloc.h>: sizes [byte] from which an array gets pages of its own, and from which free ones
-# at the end go back to the system.
-M_MMAP_THRESHOLD, M_TRIM_THRESHOLD = -3, -1
 
 HELP = "Run a study up to its report."
 
@@ -43,7 +38,8 @@ def call(args: argparse.Namespace) -> int:
 
     check_memory()  # before what takes it is imported
     os.environ["OMP_NUM_THREADS"] = "1"  # for jobs that are forks of this process
-    reuse_memory()
+    # pages that numpy has freed are slow to come again
+    os.environ["NUMPY_MADVISE_HUGEPAGE"] = "0"
     from pidpanel.check import check_machine, checked_study
     from pidpanel.cli.snakemake import MachineError, check_space, run
     from pidpanel.provenance.owner import check_owner
@@ -69,18 +65,6 @@ def call(args: argparse.Namespace) -> int:
     if page.exists():
         print(page.absolute())
     return told_of_machine(study, results)
-
-
-def reuse_memory() -> None:
-    """Let numpy, in this process and its forks, take again what it has freed.
-
-    New pages come slowly from the system: 0.9 of the 8 CPU-s of the response of `l_panel.yaml`.
-    """
-    os.environ["NUMPY_MADVISE_HUGEPAGE"] = "0"  # numpy is not imported yet
-    with contextlib.suppress(AttributeError):  # of the C library of GNU alone
-        set_option = ctypes.CDLL(None).mallopt
-        set_option(M_MMAP_THRESHOLD, 1 << 30)
-        set_option(M_TRIM_THRESHOLD, (1 << 31) - 1)
 
 
 def run_forked(study: Study, file: Path, folder: Path, jobs: int) -> int:
