@@ -142,6 +142,29 @@ def test_a_patch_has_the_error_of_its_own_elements():
     assert not stated["doubts"].str.contains("mesh too coarse").any()
 
 
+HEAVY = ("sandwich", [0.5, 0.4], 0.05, 1000, "simply_supported", 0.01, [0.25, 0.2], [0.12, 0.1],
+         100, 90)  # fmt: skip
+
+
+def test_elements_made_for_a_damper_do_where_it_weighs_thirty_times_the_panel():
+    # red: `longest_edge` in `patch_sizes`: its own elements were refused, with 1.2 dB
+    rows = triangles(*HEAVY).summary().query("scenario == 's'")
+    assert 0.05 < decibels(rows["mesh_error"].max()) < 0.5
+
+
+def test_a_scenario_has_the_mesh_error_of_its_own_dampers():
+    # red: the mass of all scenarios for each: 1.6 dB stated at a fill of 0.3, which has 0.2
+    both = triangles(*HEAVY).changed({
+        "dampers.light": {"equivalent_damping_n_s_m3": 100, "apparent_mass_kg_m2": 5},
+        "scenarios.t": {"layout": {"p": {"damper": "light"}}},
+    })  # fmt: skip
+    alone = both.changed({"scenarios": {"t": {"layout": {"p": {"damper": "light"}}}}})
+    errors = both.summary().groupby("scenario")["mesh_error"].max()
+    assert errors["t"] < 0.5 * errors["s"]
+    single = alone.summary().groupby("scenario")["mesh_error"].max()
+    assert errors["t"] == pytest.approx(single["t"], rel=0.1)
+
+
 @pytest.mark.parametrize(
     ("elements", "size", "mass", "highest"),
     [((6, 4), 0.25, 30.0, 300), ((12, 8), 0.125, 150.0, 1200)],

@@ -228,7 +228,7 @@ class StudiedPanel:
             return {}
         ratio = self.panel.modal_damping.least(0.0, frequency)
         sizes = {
-            name: self.elements.longest_edge(frequency, mass, ratio)
+            name: self.elements.made_edge(frequency, mass, ratio)
             for name, mass in damper_mass.items()
             if mass > 0
         }
