@@ -145,7 +145,7 @@ class ElementKind:
         feet
             Size of elements at the rims of feet over their radius [1].
         points
-            1 where single points are held that resist nothing in the limit.
+            1 where single points are held that resist nothing in the limit; less with hinges.
         ends
             Sizes of elements at the ends of supported parts of edges, together over √area [1].
         """
