@@ -78,6 +78,12 @@ def extrapolation_of(
         if not np.isfinite(distance).any():
             reach += f" and r = {damper.fill_fraction:g}"
         missing[damper.source] = f"{damper.source} to{reach}"
+        if isinstance(model := damper.model, AtlasDamping):
+            soft = frequency[~model.is_hard(frequency, gamma)]
+            if soft.size:
+                missing[damper.source] = (
+                    f"the atlas to particles as soft as {damper.source} from {soft.min():.0f} Hz"
+                )
     return Extrapolation(weight, " and ".join(missing.values()))
 
 
