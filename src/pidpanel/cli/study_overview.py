@@ -186,20 +186,14 @@ def _of_tables(study: Study) -> Iterator[str]:
 
 def _unusual(study: Study) -> Iterator[str]:
     """Yield values that are allowed and most likely meant otherwise."""
-    ratio = max(study.panel.modal_damping.ratio)
-    if ratio > USUAL_RATIO[1]:
-        low, high = USUAL_RATIO
-        yield (
-            f"panel.damping_ratio = {ratio:g} is {ratio:.0%}; bare panels have {low:g} to {high:g},"
-            f" and {ratio:g} % would be {ratio / 100:g}"
-        )
+    ratio, (low, high) = max(study.panel.modal_damping.ratio), USUAL_RATIO
+    if ratio > high:
+        yield (f"panel.damping_ratio = {ratio:g} is {ratio:.0%}; bare panels have {low:g} to "
+               f"{high:g}, and {ratio:g} % would be {ratio / 100:g}")  # fmt: skip
     for name, damper in study.dampers.items():
-        damping = damper.equivalent_damping_n_s_m3 or 0.0
-        if 0 < damping < LEAST_DAMPING:
-            yield (
-                f"dampers.{name}.equivalent_damping_n_s_m3 = {damping:g} does nothing; it is per "
-                "area, usually 10 to 100000: N s/m of a cell over its area"
-            )
+        if 0 < (damping := damper.equivalent_damping_n_s_m3 or 0.0) < LEAST_DAMPING:
+            yield (f"dampers.{name}.equivalent_damping_n_s_m3 = {damping:g} does nothing; it is per"
+                   " area, usually 10 to 100000: N s/m of a cell over its area")  # fmt: skip
 
 
 def _of_points(study: Study, mesh: PanelMesh) -> Iterator[str]:

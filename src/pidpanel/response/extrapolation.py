@@ -79,11 +79,9 @@ def extrapolation_of(
             reach += f" and r = {damper.fill_fraction:g}"
         missing[damper.source] = f"{damper.source} to{reach}"
         if isinstance(model := damper.model, AtlasDamping):
-            soft = frequency[~model.is_hard(frequency, gamma)]
-            if soft.size:
-                missing[damper.source] = (
-                    f"the atlas to particles as soft as {damper.source} from {soft.min():.0f} Hz"
-                )
+            for f in frequency[~model.is_hard(frequency, gamma)][:1].tolist():
+                says = f"the atlas to particles as soft as {damper.source} from {f:.0f} Hz"
+                missing[damper.source] = says
     return Extrapolation(weight, " and ".join(missing.values()))
 
 
