@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pidpanel import Model
 from pidpanel.check import checked_study
 from pidpanel.cli.study_overview import all_cases, overview, solve
 from pidpanel.coupled.from_study import estimated_cpu_seconds
@@ -168,3 +169,23 @@ def test_the_motions_of_the_supports_are_summed_up(tmp_path):
         "random 10 g rms as tabulated (gevs_acceptance.csv); sine 2 g from 20 to 200 Hz, up and "
         "down"
     )
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "says"),
+    [
+        ("panel.damping_ratio", 0.3, "panel.damping_ratio = 0.3 is 30%; bare panels have 0.001 to 0.1, and 0.3 % would be 0.003"),
+        ("dampers.heavy.equivalent_damping_n_s_m3", 0.03, "dampers.heavy.equivalent_damping_n_s_m3 = 0.03 does nothing; it is per area"),
+    ],
+)  # fmt: skip
+def test_an_allowed_value_that_was_most_likely_meant_otherwise_is_named(tmp_path, key, value, says):
+    # red: no `_unusual`; dead weight, whose C_e is 0, taken for unusual
+    base = Path(__file__).parent / "corpus" / "bases" / "design.yaml"
+    model = Model(base).changed({"dampers.heavy.equivalent_damping_n_s_m3": 0})
+    assert "unusual" not in overview(model.study, tmp_path)
+    (line,) = (
+        t
+        for t in overview(model.changed({key: value}).study, tmp_path).split("\n")
+        if "unusual" in t
+    )
+    assert line.startswith(f"  unusual  {says}")

@@ -164,7 +164,7 @@ def test_elements_see_the_shear_layer_at_free_edges_that_they_are_small_beside(e
     )
     size = edge * np.sqrt(900 / 4e6)
     inside = resolution.ElementKind(element, section).frequency_shift(size, 200.0)
-    at_edges = resolution.ElementKind(element, section).frequency_shift(size, 200.0, 0.0, 0.5)
+    at_edges = resolution.ElementKind(element, section).frequency_shift(size, 200.0, free_edges=0.5)
     assert at_edges - inside == pytest.approx(seen * 0.5 * np.sqrt(900 / 4e6), rel=1e-9)
 
 

@@ -87,6 +87,29 @@ def test_a_mesh_that_is_too_coarse_says_how_much_shorter_its_elements_must_be(sa
         assert mesh.endswith(f"Use element edges {factor} times shorter.")
 
 
+@pytest.mark.parametrize(
+    ("cause", "kind", "advice"),
+    [
+        ("points", "triangles", "State the radius of their feet (radius_m)."),
+        ("feet", "triangles", "at the rims of feet must be 16 times shorter: mesh.corner_size_m"),
+        ("ends", "quadrilaterals", "must be 16 times shorter: mesh.kind: triangles."),
+        ("ends", "file", "must be 16 times shorter: mesh.refine, or a finer file."),
+    ],
+)
+def test_shorter_elements_are_advised_where_they_help(
+    said, respond, inputs, monkeypatch, cause, kind, advice
+):
+    # red: the advice for waves: all elements twice shorter, which left the error as it was
+    monkeypatch.setattr(warnings.StudiedPanel, "cause_of_shift", lambda *_: cause)
+    mesh = inputs.study.panel.mesh.model_copy(update={"kind": kind})
+    panel = inputs.study.panel.model_copy(update={"mesh": mesh})
+    summary, _ = respond({})
+    summary["mesh_error"] = 10 ** (16 * 0.65 / 10) - 1
+    study = inputs.study.model_copy(update={"panel": panel})
+    (text,) = (t for t in said(summary, study=study) if "mesh is too coarse" in t)
+    assert advice in text and "Use element edges" not in text
+
+
 def test_scenarios_without_a_steady_response_are_told_last_where_another_reading_answers(
     said, respond
 ):

@@ -47,3 +47,13 @@ def test_a_damper_is_chosen_by_its_name(model):
     assert (values["equivalent_damping"] > 0).all() and (values["inside"] == 1).all()
     with pytest.raises(ValueError, match="source = atlas: must be one of coupon"):
         model.damping("atlas", **POINT)
+
+
+@pytest.mark.parametrize(("modulus", "is_soft"), [(3200, False), (5, True)])
+def test_beds_softer_than_those_of_the_atlas_are_extrapolated(model, modulus, is_soft):
+    # contacts of rubber last longer than 0.02 periods from 60 Hz on; red: no `is_hard`: trusted
+    soft = model.changed({"coupon.particles.youngs_modulus_mpa": modulus})
+    row = soft.summary().set_index("scenario").loc["PID-1_r0.5"]
+    assert (row["extrapolated_share"] > 0.05) == is_soft
+    says = "extrapolated, extend the atlas to particles as soft as coupon from "
+    assert (says in str(row["doubts"])) == is_soft and (row["trusted"] == "no") >= is_soft

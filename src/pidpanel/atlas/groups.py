@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 
 Direction = Literal["flat", "upright", "none"]
@@ -17,6 +18,12 @@ GRAVITY: dict[Direction, tuple[float, str]] = {
     "upright": (1.0, "1 0 0"),
     "none": (0.0, "0 0 -1"),
 }
+
+# Contact over the period and overlap over the radius up to which results do not depend on them;
+# (1 − ν²)ρd/E over that of the atlas, up to which contacts are about as short as its own.
+SHORT_CONTACT, SMALL_OVERLAP, SOFTEST = 0.02, 0.05, 3.0
+# 2 ∫₀¹ dx/√(1 − x^{5/2}): duration of a Hertz contact in units of δ_max/v.
+HERTZ_DURATION = 2.9432750
 
 
 @dataclass(frozen=True)
@@ -69,3 +76,19 @@ def frequency(groups: Groups, bead: Bead) -> float:
 def speed(groups: Groups, bead: Bead) -> float:
     """Velocity amplitude ωW [m/s]."""
     return angular_frequency(groups, bead) * stroke(groups, bead)
+
+
+def is_hard(bead: Bead, frequency: Array, gamma: float) -> Flags:
+    """Return (n,) whether a bed is no softer than those of the atlas at frequencies (n,) [Hz].
+
+    Of a particle that hits a wall of its own material at ωW: δ/R = (5π/2 (1 − ν²) ρ v²/E)^0.4 and
+    2.943 δ/v (Johnson, *Contact Mechanics* (1985), eq. 11.22 and 11.24).
+    """
+    per_square, usual = (
+        (1 - one.poissons_ratio**2) * one.density / one.youngs_modulus for one in (bead, Bead())
+    )
+    v = gamma * STANDARD_GRAVITY / (2 * math.pi * frequency)
+    overlap = (2.5 * math.pi * per_square * v**2) ** 0.4
+    contact = HERTZ_DURATION * overlap * bead.diameter / 2 / v * frequency
+    is_short: Flags = (overlap <= SMALL_OVERLAP) & (contact <= SHORT_CONTACT)
+    return is_short | (per_square * bead.diameter <= SOFTEST * usual * Bead().diameter)

@@ -22,7 +22,7 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
-from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases
+from pidpanel.response.cases import ResponseScenario, plan_cases
 from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import damping_models, read_panel_mass
@@ -142,7 +142,7 @@ def write_base(
             errors = read_errors(coupled, panel.frequency, points)
         random = random_cases(panel, observed, scenarios, models, limits, errors)
         labels = [scenario.label for scenario in scenarios]
-        shifts = mesh_shifts(panel, heaviest_dampers(panel, scenarios, models))
+        shifts = mesh_shifts(panel, scenarios, models)
         psds = tables.random_dataset(random, models.names, labels, points, shifts)
         write_csv(output["summary"], tables.summary_rows(psds))
         write_csv(output["psd_table"], tables.psd_rows(psds))
@@ -191,7 +191,7 @@ def _sweeps(
     """Return every scenario with every damping model in a sweep up and one down."""
     observed = observed_motions(panel.basis, inertia)
     force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
-    shifts = mesh_shifts(panel, heaviest_dampers(panel, scenarios, models))
+    shifts = mesh_shifts(panel, scenarios, models)
     of_tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
     parts = []
     for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:
@@ -210,7 +210,7 @@ def _sweeps(
                 print(f"{model}, {scenario.label}: C_e is negative", file=sys.stderr)
                 continue
             square = np.asarray(values["acceleration"]) ** 2
-            shift = shifts[scenario.is_bare]
+            shift = shifts[scenario.label]
             values["mesh_error"] = mesh_error(
                 panel.frequency, square, np.ones(len(square)), shift, over_largest=True
             ).line

@@ -87,7 +87,7 @@ def random_dataset(
     models: Sequence[str],
     labels: Sequence[str],
     points: Sequence[str],
-    shifts: Mapping[bool, Array],
+    shifts: Mapping[str, Array],
 ) -> xr.Dataset:
     """Return PSDs of input, points and interface under the stated and the notched input.
 
@@ -100,7 +100,7 @@ def random_dataset(
         for name, part in zip(INPUTS, (case.stated, case.notched), strict=True):
             if part is None:
                 continue
-            shift = shifts[case.scenario.is_bare]
+            shift = shifts[case.scenario.label]
             mesh = mesh_error(case.frequency, part.absolute, part.input, shift, over_largest=True)
             errors = part.errors or unknown
             values: dict[str, Array | float] = {

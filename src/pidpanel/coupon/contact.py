@@ -3,8 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-# 2 ∫₀¹ dx/√(1 − x^{5/2}): duration of a Hertz contact in units of δ_max/v.
-HERTZ_DURATION = 2.9432750
+from pidpanel.atlas.groups import HERTZ_DURATION
 
 
 @dataclass(frozen=True)

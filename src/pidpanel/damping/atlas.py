@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array, Flags
+from pidpanel.atlas.groups import Bead, is_hard
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.broadband import (
     CORRECTED_TONES,
@@ -246,6 +247,7 @@ class AtlasDamping:
     calibration: Array  # (2, 3) factors of standard errors
     with_mass: bool = True
     is_broadband: bool = False  # whether C_e is that under sound, not of a tone
+    bead: Bead | None = None  # a particle; None where softness does not count
     depends_on_acceleration = True
 
     @property
@@ -265,6 +267,12 @@ class AtlasDamping:
         fill, gamma = (np.full(len(frequency), x) for x in (fill_fraction, acceleration_g))
         points = self.bed.points(fill, np.asarray(frequency, float), gamma)
         return np.exp(self.bed.log_stroke(points))
+
+    def is_hard(self, frequency: Array, acceleration_g: float) -> Flags:
+        """Return (n,) whether the particles are hard at frequencies (n,) [Hz]."""
+        if self.bead is None:
+            return np.ones(len(frequency), bool)
+        return is_hard(self.bead, frequency, acceleration_g)
 
     def is_between(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Flags:
         """Return (n,) whether W/L lies where beds may ride or cross their gap."""
@@ -289,7 +297,7 @@ class AtlasDamping:
             unit * values.equivalent_damping,
             unit * factor * values.equivalent_damping_error,
             self.mass_per_fill * values.apparent_mass * self.with_mass,
-            values.inside,
+            values.inside & self.is_hard(frequency, acceleration_g),
         )
 
     def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:

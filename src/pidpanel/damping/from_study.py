@@ -5,11 +5,13 @@ The only module of the stage that knows what a study is.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pidpanel.atlas.groups import Bead
 from pidpanel.columns import ColumnsError
 from pidpanel.damping.constants import ConstantDamper
 from pidpanel.damping.interpolation import Interpolation
@@ -200,11 +202,13 @@ def reading_from_atlas(
     )  # fmt: skip
     atlas = read_atlas()
     bulk = atlas.bulk_fraction(cell.across_flats / diameter, cell.depth / diameter)
-    mass_per_fill = bulk * particles.effective_density(diameter) * cell.depth
+    density = particles.effective_density(diameter)
+    mass_per_fill = bulk * density * cell.depth
+    bead: Bead | None = Bead(diameter, density, particles.youngs_modulus, particles.poissons_ratio)
     if surface is not None:
-        mass_per_fill = surface.mass_per_fill
+        mass_per_fill, bead = surface.mass_per_fill, None  # its own cases are as soft
         atlas = extended_atlas(bed, surface.cases, mass_per_fill)
-    damping = atlas.damping_of(bed, mass_per_fill)
+    damping = replace(atlas.damping_of(bed, mass_per_fill), bead=bead)
     return damping.under_sound() if is_broadband else damping
 
 

@@ -26,7 +26,7 @@ from pidpanel.panel.resolution import ElementKind, Region, element_sizes
 from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.panel.triangles import mesh_triangles
+from pidpanel.panel.triangles import mesh_triangles, rim_size
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
 from pidpanel.study.masses import damper_masses, resolved_masses
@@ -168,8 +168,12 @@ class StudiedPanel:
     @property
     def shift_of_wave(self) -> Callable[[float, float, float], float]:
         """`ElementKind.frequency_shift` of edges [m], frequencies [Hz] and added masses [kg/m²]."""
-        rough = fit.roughness(self.area, self.supports, self.panel.mesh.kind == "quadrilaterals")
-        return partial(self.elements.frequency_shift, **rough)
+        return partial(self.elements.frequency_shift, **self._rough)
+
+    def cause_of_shift(self, edge: float, frequency: float) -> str:
+        """Return the largest of `ElementKind.frequency_shifts` on the panel without dampers."""
+        shifts = self.elements.frequency_shifts(edge, frequency, **self._rough)
+        return max(shifts, key=shifts.__getitem__)
 
     @property
     def obstacles(self) -> list[BaseGeometry]:
@@ -228,7 +232,7 @@ class StudiedPanel:
             return {}
         ratio = self.panel.modal_damping.least(0.0, frequency)
         sizes = {
-            name: self.elements.longest_edge(frequency, mass, ratio)
+            name: self.elements.made_edge(frequency, mass, ratio)
             for name, mass in damper_mass.items()
             if mass > 0
         }
@@ -284,6 +288,21 @@ class StudiedPanel:
         if spec.kind == "quadrilaterals":
             return max(np.array(self._size) / spec.elements)
         return min(spec.size_m or 0.0, fit.narrowest(self._outline) / ELEMENTS_ACROSS)
+
+    @cached_property
+    def _rough(self) -> dict[str, float]:
+        return fit.roughness(self.area, self.supports, self.section, self._size_at)
+
+    def _size_at(self, place: Position, radius: float) -> float:
+        """Return the size of elements at a place, or at the rim of a foot there [m]."""
+        if self.foreign is not None:
+            mesh = self.foreign.panel_mesh({}, {})
+            away = np.linalg.norm(mesh.vertices - place, axis=1)
+            is_near = (away <= max(radius, away.min()))[mesh.cells].any(axis=1)
+            return float(element_sizes(mesh.vertices, mesh.cells[is_near]).max())
+        if self.panel.mesh.kind == "quadrilaterals":
+            return float(self._element_size)
+        return rim_size(radius, self.panel.mesh.corner_size_m) if radius else 0.0
 
     @property
     def _areas(self) -> dict[str, float]:

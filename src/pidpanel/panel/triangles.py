@@ -52,7 +52,8 @@ def mesh_triangles(
         Those of the anchors to which elements shrink, as to the corners, and the radius of the foot
         there, to whose rim they shrink [m]; 0 without one.
     corner_size
-        Length of the element edges at re-entrant corners [m]; 2e-3 of `element_size` if None.
+        Length of the element edges at re-entrant corners and the rims of feet [m]; if None, 2e-3 of
+        `element_size` and a tenth of the radius.
     patch_sizes
         Target length of the element edges on patches, where it is shorter [m].
 
@@ -94,7 +95,8 @@ def mesh_triangles(
             _size_on(surfaces[name], size, element_size) for name, size in patch_sizes.items()
         ]
         corners = reentrant_corners([outline, *holes.values()]).tolist()
-        fields += _grown({**(held or {}), **{(x, y): 0.0 for x, y in corners}}, smallest)
+        rims = {**(held or {}), **{(x, y): 0.0 for x, y in corners}}
+        fields += _grown(rims, smallest, corner_size)
         if fields:  # elements are as small as the smallest of them
             minimum = gmsh.model.mesh.field.add("Min")
             gmsh.model.mesh.field.setNumbers(minimum, "FieldsList", fields)
@@ -139,7 +141,14 @@ def _size_on(surfaces: Sequence[int], size: float, elsewhere: float) -> int:
     return field
 
 
-def _grown(radii: Mapping[Position, float], smallest: float) -> list[int]:
+def rim_size(radius: float, corner_size: float | None) -> float:
+    """Return the size of elements at the rim of a foot [m]."""
+    return FOOT_SHARE * radius if corner_size is None else corner_size
+
+
+def _grown(
+    radii: Mapping[Position, float], smallest: float, corner_size: float | None
+) -> list[int]:
     """Return fields of sizes that grow linearly with the distance from points or rims of feet."""
     fields = []
     for (x, y), radius in radii.items():
@@ -148,6 +157,6 @@ def _grown(radii: Mapping[Position, float], smallest: float) -> list[int]:
         distance = f"Sqrt((x - ({x:.12f}))^2 + (y - ({y:.12f}))^2)"
         if radius:
             distance = f"(Abs({distance} - {radius:.12f}) + {distance} - {radius:.12f}) / 2"
-        size = f"{max(smallest, FOOT_SHARE * radius):.12f} + {GROWTH:g} * {distance}"
-        gmsh.model.mesh.field.setString(fields[-1], "F", size)
+        size = rim_size(radius, corner_size) if radius else smallest
+        gmsh.model.mesh.field.setString(fields[-1], "F", f"{size:.12f} + {GROWTH:g} * {distance}")
     return fields

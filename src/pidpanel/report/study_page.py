@@ -236,7 +236,7 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
         values |= {
             "outside": base.summary["outside_run_points_share"].max(),
             "unstable": records(unstable.drop_duplicates(["reading", "scenario"])),
-            "panel_mesh": coarse_mesh(inputs.names, base.summary),
+            "panel_mesh": coarse_mesh(inputs, inputs.names, base.summary),
             "has_tones": not study.is_coupled
             and (bool(study.scenarios) or inputs.proposal is not None),
         }

@@ -11,11 +11,12 @@ import pandas as pd
 
 from pidpanel.constants import ATLAS
 from pidpanel.damping.surface_cases import COUNTED
-from pidpanel.panel.resolution import ORDER
+from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.panel.resolution import ORDER, element_sizes
 from pidpanel.paths import SECTION
 from pidpanel.report.answer import StudyAnswer, main_reading
 from pidpanel.report.answer_section import worst_map
-from pidpanel.report.inputs import CouponResults, Inputs
+from pidpanel.report.inputs import CouponResults, Inputs, PanelInputs
 from pidpanel.report.names import Study, names_of
 from pidpanel.report.templates import lines
 from pidpanel.report.text import READINGS, capitalised, records
@@ -43,7 +44,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     base_mesh = None
     if base is not None and base.summary is not None:
         names = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
-        base_mesh = coarse_mesh(names, base.summary)
+        base_mesh = coarse_mesh(inputs, names, base.summary)
     values = {
         "trust": trust,
         "study": study,
@@ -53,7 +54,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         "elsewhere": answer and _elsewhere(inputs, answer),
         "has_masses": answer and all(math.isfinite(c.mass) for c in answer.candidates),
         "base_mesh": base_mesh,
-        "panel_mesh": coarse_mesh(inputs.names, summary),
+        "panel_mesh": coarse_mesh(inputs, inputs.names, summary),
         "has_tones": bool(study.surfaces)
         or inputs.layouts.loc[~of_atlas, "damping_read_at_g"].notna().any(),
         "has_atlas": of_atlas.any(),
@@ -118,11 +119,15 @@ def _elsewhere(inputs: Inputs, answer: StudyAnswer) -> dict[str, float] | None:
     return {"x": x, "y": y, "rms": rms.max()}
 
 
-def coarse_mesh(names: Mapping[str, str], summary: pd.DataFrame) -> dict[str, Any] | None:
+def coarse_mesh(
+    inputs: PanelInputs, names: Mapping[str, str], summary: pd.DataFrame
+) -> dict[str, Any] | None:
     """Return by how much shorter the elements of a mesh must be; None where they are not too long.
 
     Parameters
     ----------
+    inputs
+        Of the page.
     names
         Of the scenarios by label.
     summary
@@ -135,12 +140,17 @@ def coarse_mesh(names: Mapping[str, str], summary: pd.DataFrame) -> dict[str, An
     largest = records(good.sort_values("mesh_error"))[-1]
     psd_db = decibels(largest["mesh_error"])
     beyond = max(psd_db / ALLOWED_DB, rms / ALLOWED_RMS)
+    edge = element_sizes(inputs.basis.vertex_position, inputs.basis.cells).max()
+    highest = inputs.study.response.frequency_hz[1]
+    cause = StudiedPanel(inputs.study.panel).cause_of_shift(float(edge), highest)
     return {
+        "cause": cause,
+        "is_file": inputs.study.panel.mesh.kind == "file",
         "name": names[largest["scenario"]],
         "reading": largest["reading"],
         "psd_db": psd_db,
         "rms": rms,
-        "shorter": math.ceil(10 * beyond ** (1 / ORDER)) / 10,
+        "shorter": math.ceil(10 * beyond ** (1 / ORDER if cause == "waves" else 1)) / 10,
     }
 
 

@@ -78,6 +78,10 @@ def extrapolation_of(
         if not np.isfinite(distance).any():
             reach += f" and r = {damper.fill_fraction:g}"
         missing[damper.source] = f"{damper.source} to{reach}"
+        if isinstance(model := damper.model, AtlasDamping):
+            for f in frequency[~model.is_hard(frequency, gamma)][:1].tolist():
+                says = f"the atlas to particles as soft as {damper.source} from {f:.0f} Hz"
+                missing[damper.source] = says
     return Extrapolation(weight, " and ".join(missing.values()))
 
 

@@ -1,7 +1,7 @@
 """The basis of a study's responses: checked in every scenario, and widened until it is right."""
 
 import sys
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,8 +81,7 @@ def checked_responses(
     -----
     After `ATTEMPTS` bases the last is taken as it is; its error says so.
     """
-    mass = heaviest_dampers(panel, scenarios, models)
-    panel = resolving(panel, mass)
+    panel = resolving(panel, heaviest_dampers(panel, scenarios, models))
     further_shapes = np.zeros((plate.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
         wider = widen(panel, plate, further_shapes, source)
@@ -113,42 +112,43 @@ def checked_responses(
         )
     solver = checked.with_lines(wider.frequency, wider.motion_at_points)
     cases = plan.solve(solver)
-    return CheckedResponses(
-        wider, solver, cases, worst, further_shapes, _mesh_errors(wider, cases, mass)
-    )
+    errors = _mesh_errors(wider, cases, mesh_shifts(wider, scenarios, models))
+    return CheckedResponses(wider, solver, cases, worst, further_shapes, errors)
 
 
-def mesh_shifts(panel: ResponsePanel, mass: Array) -> dict[bool, Array]:
+def mesh_shifts(
+    panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
+) -> dict[str, Array]:
     """Return the share (nf,) by which the mesh raises the resonance nearest to each line.
 
-    Of the bare panel (True), and with masses (n_patches,) [kg/m²] on its patches (False).
+    By the labels of scenarios, each with the heaviest of its dampers.
     """
     f, basis = panel.frequency, panel.basis
     # a patch may have shorter elements than the panel
     sizes = element_sizes(basis.vertex_position, basis.cells)
     edges = [float(sizes.max()), *(float(sizes[cells].max()) for cells in basis.cell_in_patch)]
     shifts = {}
-    for is_bare in (True, False):
-        on_patch = np.zeros_like(mass) if is_bare else mass
-        modes = loaded_modes(panel.modal, basis.patch_overlap, on_patch, panel.mass_per_area)
+    for scenario in scenarios:
+        mass = heaviest_dampers(panel, [scenario], models)
+        modes = loaded_modes(panel.modal, basis.patch_overlap, mass, panel.mass_per_area)
         up_to = modes.frequency <= 2 * f[-1]
         modes = LoadedModes(
             modes.frequency[up_to], modes.damping_ratio[up_to], modes.share[:, up_to]
         )
         of_wave = [
             [panel.shift_of_wave(edge, one, extra) for one in modes.frequency.tolist()]
-            for edge, extra in zip(edges, (0.0, *on_patch.tolist()), strict=True)
+            for edge, extra in zip(edges, (0.0, *mass.tolist()), strict=True)
         ]
         bare, patches = np.split(np.array(of_wave), [1])
-        shifts[is_bare] = MARGIN * shift_of_modes(f, modes, bare[0], patches)
+        shifts[scenario.label] = MARGIN * shift_of_modes(f, modes, bare[0], patches)
     return shifts
 
 
 def _mesh_errors(
-    panel: ResponsePanel, cases: Sequence[SolvedCase], mass: Array
+    panel: ResponsePanel, cases: Sequence[SolvedCase], shifts: Mapping[str, Array]
 ) -> list[MeshError | None]:
-    """Return the error of each case: of the heaviest dampers, and of none on the bare panel."""
-    f, shifts = panel.frequency, mesh_shifts(panel, mass)
+    """Return the error of each case, with the shifts of its scenario by `mesh_shifts`."""
+    f = panel.frequency
     spectrum = panel.excitation.spectrum(f)
     errors: list[MeshError | None] = []
     for case in cases:
@@ -156,7 +156,7 @@ def _mesh_errors(
             errors.append(None)
             continue
         psd = case.response.response.acceleration_psd
-        errors.append(mesh_error(f, psd, spectrum, shifts[case.scenario.is_bare]))
+        errors.append(mesh_error(f, psd, spectrum, shifts[case.scenario.label]))
     return errors
 
 

@@ -60,7 +60,8 @@ class Mesh(SectionModel):
     size_m: Annotated[float, Quantity(1e-5, 10, units=METRES)] | None = None
     """Edge length of triangles [m]."""
     corner_size_m: Annotated[float, Quantity(1e-6, 10, units=METRES)] | None = None
-    """Edge length at re-entrant corners [m]; by default 0.002 of size_m."""
+    """Edge length at re-entrant corners and rims of feet [m]; by default 0.002 of size_m, and a
+    tenth of the radius of a foot."""
     file: Annotated[Path, AfterValidator(_of_known_suffix), file_in()] | None = None
     """Mesh file: .msh (gmsh), or .bdf, .dat or .nas (Nastran bulk data)."""
     unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
