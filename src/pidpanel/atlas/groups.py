@@ -85,7 +85,8 @@ def is_hard(bead: Bead, frequency: Array, gamma: float) -> Flags:
     2.943 δ/v (Johnson, *Contact Mechanics* (1985), eq. 11.22 and 11.24).
     """
     per_square, usual = (
-        (1 - one.poissons_ratio**2) * one.density / one.youngs_modulus for one in (bead, Bead())
+        (1 - particle.poissons_ratio**2) * particle.density / particle.youngs_modulus
+        for particle in (bead, Bead())
     )
     v = gamma * STANDARD_GRAVITY / (2 * math.pi * frequency)
     overlap = (2.5 * math.pi * per_square * v**2) ** 0.4
