@@ -83,11 +83,13 @@ def figure(cases: pd.DataFrame, predicted: Predicted, calibration: np.ndarray) -
     values = np.exp(predicted.damping)
     low, high = values * (1 - np.exp(-error)), values * (np.exp(error) - 1)
     axes.errorbar(
-        cases["stroke_per_gap"], values, [low, high], fmt="o", ms=3, lw=0.7, color="#1f4e79"
+        cases["stroke_per_gap"], values, [low, high], fmt="none", elinewidth=0.5, ecolor="#b8cbe0"
     )
+    axes.plot(cases["stroke_per_gap"], values, "o", ms=2, mew=0, color="#1f4e79")
     axes.set(xscale="log", yscale="log", xlabel="W/L", ylabel="predicted over simulated $C_e$")
     axes.set_ylim(0.1, 10)
     axes.axhline(1, color="#999999", lw=0.6)
+    axes.yaxis.set_major_formatter("{x:g}")
     for edge in REGIMES:
         axes.axvline(edge, color="#999999", lw=0.6, ls=":")
     return drawn
