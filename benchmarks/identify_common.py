@@ -25,12 +25,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from identify import BED, CELL, DESIGN, NOISE, TRUTH
-from scipy.optimize import minimize_scalar
 
 from pidpanel.arrays import Array
-from pidpanel.damping.atlas import REGIMES, TAILS, Atlas
+from pidpanel.damping.atlas import REGIMES, Atlas
 from pidpanel.damping.atlas_files import read_atlas, read_rows
-from pidpanel.damping.atlas_fit import packings_of
+from pidpanel.damping.atlas_fit import fit_student_scale, packings_of
 from pidpanel.damping.sides import Mixture
 from pidpanel.identify.prediction import Specimen
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
@@ -108,24 +107,15 @@ def left_out(cases: pd.DataFrame, folder: Path) -> Iterator[float]:
                 yield float(projected(atlas, bed, [len(bed)], 0.0)[0][0])
 
 
-def student_scale(values: Array) -> float:
-    """Return the scale of largest likelihood of Student's t."""
-
-    def cost(log_scale: float) -> float:
-        log = 0.5 * (TAILS + 1) * np.log1p((values / np.exp(log_scale)) ** 2 / TAILS)
-        return float(np.sum(log + log_scale))
-
-    return float(np.exp(minimize_scalar(cost, bounds=(-3, 3), method="bounded").x))
-
-
 def main() -> None:
     """Print the numbers of docs/identify.md."""
     cases = read_rows(ATLAS_CASES)
     with tempfile.TemporaryDirectory() as folder:
         values = np.array(list(left_out(cases[cases["source"] == DESIGN], Path(folder))))
-    rng = np.random.default_rng(0)
-    drawn = [student_scale(rng.choice(values, len(values))) for _ in range(300)]
-    print(f"{len(values)} packings: scale {student_scale(values):.2f} ± {np.std(drawn):.2f}")
+    rng, weight = np.random.default_rng(0), np.ones(len(values))
+    drawn = [fit_student_scale(np.abs(rng.choice(values, len(values))), weight) for _ in range(300)]
+    scale = fit_student_scale(np.abs(values), weight)
+    print(f"{len(values)} packings: scale {scale:.2f} ± {np.std(drawn):.2f}")
 
     atlas, table = read_atlas(), read_rows(TRUTH)
     first = table.groupby(BED, sort=False).head(TONES)

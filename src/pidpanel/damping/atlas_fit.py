@@ -107,7 +107,7 @@ def calibration_of(predicted: Predicted, stroke: Array, packing: Index) -> Array
 
 def student_scale_of(predicted: Predicted, stroke: Array, packing: Index) -> Array:
     """Return the scales (2, 3) of Student's t in these errors; parameters of `calibration_of`."""
-    return _by_regime(predicted, stroke, packing, _student_scale)
+    return _by_regime(predicted, stroke, packing, fit_student_scale)
 
 
 def _by_regime(
@@ -131,7 +131,7 @@ def _conformal_factor(scores: Array, weight: Array) -> float:
     return float(scores[order[min(int(rank), len(share) - 1)]] / WIDTH)
 
 
-def _student_scale(scores: Array, weight: Array) -> float:
+def fit_student_scale(scores: Array, weight: Array) -> float:
     """Return the scale of largest likelihood of Student's t with `TAILS` degrees of freedom."""
 
     def cost(log_scale: float) -> float:

@@ -54,7 +54,7 @@ WORST_SHIFT, ORDER = 0.01, 4
 LOCAL_SHIFT = 0.4
 # Mass of panel and damper over that of the panel above which elements that are made for a damper
 # are shorter: such a patch resonates more sharply by itself. Under 30 times the mass of sandwiches
-# the stated error of the mesh was 0.5 to 1.6 dB, now 0.1 to 0.5.
+# the stated error of the mesh is 0.1 to 0.5 dB; without this, 0.5 to 1.6.
 HEAVY = 7.2
 # Largest error of a PSD [dB] that a mesh may make at any line.
 LINE_ERROR_DB = 0.5
