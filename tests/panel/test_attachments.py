@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
+from pidpanel.panel.section import ThinSection
 
 # one cell of 0.4 m x 0.4 m, so that elements measure 0.4 m
 SQUARE = 0.4 * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
@@ -32,6 +33,8 @@ def monomials(asked):
             "mass": sp.csr_array(MASS),
             "inertia": np.zeros(3),
             "interpolate": interpolate,
+            "section": ThinSection(1.0, 1.0),
+            "reactions": (sp.csr_array((0, 3)),) * 2,
         }
     )
 

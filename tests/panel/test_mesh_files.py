@@ -178,9 +178,11 @@ def test_a_refined_mesh_has_the_nodes_area_and_groups_of_its_file(tmp_path):
 def test_a_mesh_is_not_refined_beyond_what_memory_holds(tmp_path, monkeypatch):
     # red: no count before `refined`
     study = load_study(STUDIES / "bdf_panel.yaml")
-    mesh = study.panel.mesh.model_copy(update={"refine": 4})
-    panel = StudiedPanel(study.panel.model_copy(update={"mesh": mesh}))
-    coarse = len(StudiedPanel(study.panel).foreign.triangles)
+    panel, whole = (
+        StudiedPanel(study.panel.model_copy(update={"mesh": mesh}))
+        for mesh in (study.panel.mesh.model_copy(update={"refine": times}) for times in (4, 0))
+    )
+    coarse = len(whole.foreign.triangles)
     assert len(panel.foreign.triangles) == 256 * coarse
     monkeypatch.setattr(from_study, "MOST_ELEMENTS", 256 * coarse - 1)
     with pytest.raises(ValueError, match=r"with mesh\.refine = 4; allowed are"):

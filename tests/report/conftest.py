@@ -107,6 +107,7 @@ def basis(study, modes):
         shear_at_vertices=np.zeros((len(x), 2, count)),
         curvature_at_points=np.zeros((2, 3, count)),
         shear_at_points=np.zeros((2, 2, count)),
+        reactions=np.zeros((2, 0, count)),
         layer_names=("top",),
         layer_strain=np.zeros((1, 3, 3)),
         layer_stress=np.zeros((1, 3, 3)),

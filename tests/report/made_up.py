@@ -53,6 +53,7 @@ def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
                         "basis_error": 1e-3,
                         "mesh_error": 1e-2,
                         "mesh_error_rms": 1e-4,
+                        "point_error_rms": 0.0,
                         "motion_residual": 0.0,
                         "added_mass_kg": 0.0 if scenario.is_bare else np.nan,
                         "added_mass_percent": 0.0 if scenario.is_bare else np.nan,

@@ -31,7 +31,7 @@ def test_sentences_are_plain_text_for_a_page_that_escapes_them():
     (massless, vacuum) = templates.lines(
         "shaker_warnings.html",
         {"study": study, "outside": 0, "unstable": [], "panel_mesh": None, "has_tones": False,
-         "coupons": []},
+         "coupons": [], "at_points": {"names": ()}},
     )  # fmt: skip
     assert massless.startswith(f"The particles of {values['name']} have no mass")
     assert vacuum == "The panel is in vacuum: radiation into the air is not included."

@@ -90,7 +90,6 @@ def test_a_mesh_that_is_too_coarse_says_how_much_shorter_its_elements_must_be(sa
 @pytest.mark.parametrize(
     ("cause", "kind", "advice"),
     [
-        ("points", "triangles", "State the radius of their feet (radius_m)."),
         ("feet", "triangles", "at the rims of feet must be 16 times shorter: mesh.corner_size_m"),
         ("ends", "quadrilaterals", "must be 16 times shorter: mesh.kind: triangles."),
         ("ends", "file", "must be 16 times shorter: mesh.refine, or a finer file."),

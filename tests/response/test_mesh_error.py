@@ -221,10 +221,11 @@ def test_the_stated_error_of_the_mesh_contains_that_of_the_shear_at_free_edges(s
 
 @pytest.mark.parametrize(("radius", "is_told"), [(0.0, True), (0.03, False)])
 def test_rows_of_a_panel_that_single_points_hold_are_not_trusted(radius, is_told):
-    # red: `points` left out of `roughness`: named in a warning, and trusted all the same
+    # red: named in a warning, and trusted all the same
     held = {
         f"h{x}": {"at_m": [x, 0.3], "kind": "hold_down", "radius_m": radius} for x in (0.2, 0.7)
     }
     panel = triangles("thin", [0.9, 0.6], 0.12, 200, "free", 0.02, [0.45, 0.3], [0.1, 0.1], 100, 1)
     rows = panel.changed({"panel.supports": {"outline": "free", "points": held}}).summary()
-    assert rows["doubts"].fillna("").str.contains("mesh too coarse").all() == is_told
+    assert rows["doubts"].fillna("").str.contains("held at single points").all() == is_told
+    assert (rows["point_error_rms"] > 0.05).all() == is_told

@@ -40,6 +40,8 @@ VARIABLES = {
     "motion_residual": ("", "1", "largest residual of the consistent motion of any line"),
     "mesh_error": ("point", "1", "largest relative error of the PSD of any line due to the mesh"),
     "mesh_error_rms": ("point", "1", "relative error of the rms acceleration due to the mesh"),
+    "point_error_rms": (
+        "point", "1", "change of the rms acceleration with half the elements, at single points"),
 }  # fmt: skip
 
 
@@ -111,6 +113,7 @@ def random_dataset(
                 "outside_share": part.outside_share,
                 "mesh_error": mesh.line,
                 "mesh_error_rms": mesh.rms,
+                "point_error_rms": mesh.point_rms,
                 "log_error": errors.log_psd[:, :-1],
                 "log_rms_error": errors.log_rms[:-1],
                 "force_log_error": errors.log_psd[:, -1],
@@ -144,6 +147,7 @@ def summary_rows(curves: xr.Dataset) -> pd.DataFrame:
             "outside_run_points_share": curves["outside_share"],
             "mesh_error": curves["mesh_error"],
             "mesh_error_rms": curves["mesh_error_rms"],
+            "point_error_rms": curves["point_error_rms"],
         }
     )
     table = table.where(curves["outside_share"] >= 0)

@@ -10,6 +10,7 @@ from pidpanel.arrays import Array
 from pidpanel.geometry.polygon import Position
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
+from pidpanel.panel.reactions import added_compliance, share_of_turn
 from pidpanel.panel.supports import vertex_spacing
 
 # Gauss points on each piece of a line mass; pieces are a quarter of an element long.
@@ -30,6 +31,7 @@ def with_attachments(
 ) -> AssembledPlate:
     """Add springs and masses: K += k Nᵀ N, M += m Nᵀ N, M += ∫ μ Nᵀ N ds."""
     stiffness, mass, inertia = plate.stiffness, plate.mass, plate.inertia
+    reactions = plate.reactions
     element_size = float(np.median(vertex_spacing(mesh)))
     for attached in attachments:
         position, share = _spread(np.array(attached.ends), element_size)
@@ -37,6 +39,10 @@ def with_attachments(
         value = attached.stiffness or attached.mass
         if len(attached.ends) == 1:
             squares = value * (N.T @ N)
+            compliance, _ = added_compliance(plate.section, share_of_turn(mesh, position[0]))
+            row = np.sqrt(compliance / 2) * value * N
+            further = (row, 0 * row) if attached.stiffness else (0 * row, row)
+            reactions = tuple(map(_stacked, reactions, further))
         else:
             squares = N.T @ sp.diags_array(value * share) @ N
         if attached.stiffness:
@@ -45,8 +51,16 @@ def with_attachments(
             mass = mass + squares
             inertia = inertia + attached.mass * (N.T @ share)
     return replace(
-        plate, stiffness=sp.csr_array(stiffness), mass=sp.csr_array(mass), inertia=inertia
+        plate,
+        stiffness=sp.csr_array(stiffness),
+        mass=sp.csr_array(mass),
+        inertia=inertia,
+        reactions=reactions,
     )
+
+
+def _stacked(upper: sp.csr_array, lower: sp.csr_array) -> sp.csr_array:
+    return sp.csr_array(sp.vstack([upper, lower]))
 
 
 def _spread(ends: Array, element_size: float) -> tuple[Array, Array]:

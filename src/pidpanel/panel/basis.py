@@ -40,6 +40,9 @@ class PanelBasis(WettedFace):
     layer_strain: Array
     layer_stress: Array
     core_stress: Array  # (2, 2) shear stress of the core per shear angle [Pa]
+    # (2, n_held + 1, n) reactions (see `pidpanel.panel.reactions`) of what stands at single points:
+    # of supports and springs, and, times ω², of masses
+    reactions: Array
     point_position: Array  # (n_points, 2) positions of the response points [m]
     cell_in_patch: Flags  # (n_patches, n_cells) the cells of each patch
     point_names: tuple[str, ...]  # names of the response points, in the order of `shape_at_points`
@@ -83,6 +86,7 @@ def values_of(plate: PlateMatrices, shapes: Shapes, points: Index) -> dict[str, 
         for components in (plate.curvature_at_vertices, plate.shear_at_vertices)
     )
     at_quadrature = plate.at_quadrature @ vectors
+    reactions = np.array([matrix @ vectors for matrix in plate.reactions])
     root = np.sqrt(plate.quadrature_weight)[:, None] * at_quadrature
     return {
         "natural_frequency": np.concatenate([shapes.frequency, shapes.residual_frequency]),
@@ -102,6 +106,8 @@ def values_of(plate: PlateMatrices, shapes: Shapes, points: Index) -> dict[str, 
         "shear_at_vertices": shear,
         "curvature_at_points": curvature[points],
         "shear_at_points": shear[points],
+        # NetCDF 3 has no dimension of length 0: the last row is zero
+        "reactions": np.pad(reactions, ((0, 0), (0, 1), (0, 0))),
     }
 
 

@@ -36,6 +36,8 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
                             "curvature of the shapes at the response points"),
     "shear_at_points": ("point shear shape", "m-1",
                         "shear angle of the shapes at the response points"),
+    "reactions": ("power held shape", "J0.5 m-1",
+                  "reactions of what stands at single points, per power of omega squared"),
     "layer_names": ("layer", "1", "names of the layers of the section"),
     "layer_strain": ("layer strain curvature", "m", "strain of a layer per curvature"),
     "layer_stress": ("layer strain curvature", "Pa m", "stress of a layer per curvature"),

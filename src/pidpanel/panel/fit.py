@@ -21,8 +21,6 @@ from pidpanel.panel.supports import PointSupport, Supports, boundary_loops, held
 SLACK = 1e-6
 # Of the area of a foot on a mesh from a file: a tenth in its radius.
 FOOT_TOLERANCE = 0.2
-# Shift of modes with hinges at single points of sandwiches over that with hold-downs.
-HINGE_SHARE = 0.4
 SEPARATION = "feet must lie apart from other supports"
 
 
@@ -179,7 +177,6 @@ def fine_places(
 def roughness(
     area: BaseGeometry,
     supports: Supports,
-    section: Section,
     size_at: Callable[[Position, float], float],
 ) -> dict[str, float]:
     """Return arguments of `ElementKind.frequency_shift`: what elements resolve worse than waves.
@@ -191,12 +188,9 @@ def roughness(
     corners = shapely.MultiPoint(shapely.get_coordinates(area.simplify(slack)))
     inside = [size_at(end, 0.0) for end in ends if shapely.Point(end).distance(corners) > slack]
     feet = [size_at(p.position, p.radius) / p.radius for p in points if p.radius]
-    yielding = 0.0 if isinstance(section, ThinSection) else HINGE_SHARE
-    held = [1.0 if p.kind == "hold_down" else yielding for p in points if not p.radius]
     return {
         "free_edges": free_edges(area, supports),
         "feet": max(feet, default=0.0),
-        "points": max(held, default=0.0),
         "ends": sum(inside) / float(np.sqrt(area.area)),
     }
 

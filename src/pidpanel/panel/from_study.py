@@ -291,7 +291,7 @@ class StudiedPanel:
 
     @cached_property
     def _rough(self) -> dict[str, float]:
-        return fit.roughness(self.area, self.supports, self.section, self._size_at)
+        return fit.roughness(self.area, self.supports, self._size_at)
 
     def _size_at(self, place: Position, radius: float) -> float:
         """Return the size of elements at a place, or at the rim of a foot there [m]."""

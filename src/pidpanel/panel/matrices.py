@@ -29,6 +29,9 @@ class PlateMatrices:
     at_quadrature: sp.csr_array
     # (n,) ∫ m″ N dA with the attached masses: force per acceleration of all supports [kg]
     inertia: Array
+    # Two matrices (n_points, n): reactions (see `reactions`) of what stands at single points, of
+    # supports and springs [√J/m] and, times ω², of masses
+    reactions: tuple[sp.csr_array, sp.csr_array]
 
     def with_shapes(self, shapes: Array) -> "StoredPlate":
         """Return the matrices with the shapes (n, n_shapes) of a basis."""

@@ -42,6 +42,7 @@ from pidpanel.panel.plate import (
     overlap_form,
     vertex_values,
 )
+from pidpanel.panel.reactions import held_reactions
 from pidpanel.panel.section import SolidSection
 from pidpanel.panel.supports import Block, Supports, free_coordinates, held_vertices, null_space
 
@@ -110,6 +111,17 @@ def assemble_shear_plate(
                 - vertex_values(b, lambda b, k=k: np.asarray(b)[k], free_b)
             )
             for k in range(2)
+        ),
+        reactions=sp.csr_array(
+            held_reactions(
+                mesh,
+                section,
+                supports.points,
+                stiffness,
+                deflection.nodal_dofs[0],
+                deflection.N + rotation.nodal_dofs,
+            )
+            @ free
         ),
         section=section,
     )

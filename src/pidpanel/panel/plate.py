@@ -61,6 +61,7 @@ def assembled_plate(
     mass: sp.csr_array,
     curvature_at_vertices: tuple[sp.csr_array, ...],
     shear_at_vertices: tuple[sp.csr_array, ...],
+    reactions: sp.csr_array,
     section: Section,
 ) -> AssembledPlate:
     """Assemble what all plate theories share: patches, positions and loads of the deflection."""
@@ -93,6 +94,7 @@ def assembled_plate(
         at_quadrature=at_quadrature,
         curvature_at_vertices=curvature_at_vertices,
         shear_at_vertices=shear_at_vertices,
+        reactions=(reactions, sp.csr_array(reactions.shape)),
         section=section,
         inertia=section.mass_per_area * (at_quadrature.T @ load.dx.ravel()),
     )

@@ -32,6 +32,7 @@ def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -
         ("patch", plate.patch_overlap.values()),
         ("curvature", plate.curvature_at_vertices),
         ("shear", plate.shear_at_vertices),
+        ("reaction", plate.reactions),
     ):
         for k, matrix in enumerate(matrices):
             variables |= _as_variables(f"{kind}_{k}", matrix)
@@ -72,7 +73,8 @@ def read_plate(path: Path) -> StoredPlate:
         patch_overlap={name: matrix(f"patch_{k}") for k, name in enumerate(names)},
         at_vertices=matrix("at_vertices"),
         curvature_at_vertices=tuple(matrix(f"curvature_{k}") for k in range(3)),
-        shear_at_vertices=tuple(matrix(f"shear_{k}") for k in range(2)),
+        shear_at_vertices=(matrix("shear_0"), matrix("shear_1")),
+        reactions=(matrix("reaction_0"), matrix("reaction_1")),
         quadrature_position=array("quadrature_position"),
         quadrature_weight=array("quadrature_weight"),
         at_quadrature=matrix("at_quadrature"),

@@ -38,10 +38,6 @@ EDGE_LAYER = {"sandwich triangles": (3, 13.0), "solid triangles": (2, 40.0)}
 # rim and radius: linear from 0.025 to 0.5 radii for hold-downs of 3 cm, one or three on 1.2 m × 0.9
 # m; less with 1 cm, and with hinges.
 FOOT_SHIFT = 9e-3
-# By which elements of half the size lower frequencies where a single point is held that resists
-# nothing in the limit: up to 5 % with three hold-downs on 1.2 m × 0.9 m, thin or sandwich, and 2 %
-# with hinges of sandwiches. They act like feet of a tenth of the element size.
-POINT_SHIFT = 0.05
 # Of rectangles at each end of a supported part of an edge, over element size there and √area: four
 # ends of clamped parts on 1.2 m × 0.9 m, 6.7, 3.5 and 1.8 % with elements of 10, 5 and 2.5 cm; a
 # fifth of it where the parts are simply supported.
@@ -128,7 +124,6 @@ class ElementKind:
         added_mass: float = 0.0,
         free_edges: float = 0.0,
         feet: float = 0.0,
-        points: float = 0.0,
         ends: float = 0.0,
     ) -> dict[str, float]:
         """Return by which share edges [m] raise the frequency of a resonance, by cause, about [1].
@@ -144,13 +139,11 @@ class ElementKind:
             Half the length of the free edges over the area of the panel [1/m].
         feet
             Size of elements at the rims of feet over their radius [1].
-        points
-            1 where single points are held that resist nothing in the limit; less with hinges.
         ends
             Sizes of elements at the ends of supported parts of edges, together over √area [1].
         """
         waves = float(WORST_SHIFT * (edge / self.allowed_edge(frequency, added_mass)) ** ORDER)
-        shifts = {"waves": waves, "points": POINT_SHIFT * points, "ends": END_SHIFT * ends}
+        shifts = {"waves": waves, "ends": END_SHIFT * ends}
         if isinstance(self.section, ThinSection):
             return {**shifts, "feet": FOOT_SHIFT * feet}
         order, half = EDGE_LAYER[self.kind]

@@ -39,7 +39,13 @@ from pidpanel.report.templates import lines
 from pidpanel.report.text import records
 from pidpanel.report.varied_section import findings, varied_section
 from pidpanel.report.verdict_section import verdict_section
-from pidpanel.report.warnings import coarse_mesh, coupon_warnings, doubted_coupons, study_warnings
+from pidpanel.report.warnings import (
+    at_points,
+    coarse_mesh,
+    coupon_warnings,
+    doubted_coupons,
+    study_warnings,
+)
 from pidpanel.sound.from_study import spectrum_of
 
 Steps = Sequence[tuple[str, str]]  # (text, command) to reproduce the results
@@ -228,6 +234,7 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
         "outside": 0.0,
         "unstable": [],
         "panel_mesh": None,
+        "at_points": {"names": study.panel.single_points},
         "has_tones": False,
         "coupons": doubted_coupons(inputs.coupons),
     }
@@ -237,6 +244,7 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
             "outside": base.summary["outside_run_points_share"].max(),
             "unstable": records(unstable.drop_duplicates(["reading", "scenario"])),
             "panel_mesh": coarse_mesh(inputs, inputs.names, base.summary),
+            "at_points": at_points(inputs, base.summary),
             "has_tones": not study.is_coupled
             and (bool(study.scenarios) or inputs.proposal is not None),
         }

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from pidpanel.constants import ATLAS
@@ -21,7 +22,7 @@ from pidpanel.report.names import Study, names_of
 from pidpanel.report.templates import lines
 from pidpanel.report.text import READINGS, capitalised, records
 from pidpanel.response import trust
-from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels
+from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels, point_shifts
 
 NAMED = 3  # scenarios that a warning names
 
@@ -55,6 +56,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         "has_masses": answer and all(math.isfinite(c.mass) for c in answer.candidates),
         "base_mesh": base_mesh,
         "panel_mesh": coarse_mesh(inputs, inputs.names, summary),
+        "at_points": at_points(inputs, summary),
         "has_tones": bool(study.surfaces)
         or inputs.layouts.loc[~of_atlas, "damping_read_at_g"].notna().any(),
         "has_atlas": of_atlas.any(),
@@ -151,6 +153,25 @@ def coarse_mesh(
         "psd_db": psd_db,
         "rms": rms,
         "shorter": math.ceil(10 * beyond ** (1 / ORDER if cause == "waves" else 1)) / 10,
+    }
+
+
+def at_points(inputs: PanelInputs, summary: pd.DataFrame) -> dict[str, Any]:
+    """Return what stands at single points, and what half the element size changes there.
+
+    Parameters
+    ----------
+    inputs, summary
+        As of `coarse_mesh`.
+    """
+    basis = inputs.basis
+    of_range = basis.natural_frequency < inputs.study.response.frequency_hz[1]
+    omega = 2 * np.pi * basis.natural_frequency[of_range]
+    reactions = basis.reactions[:, :, of_range] / np.sqrt(basis.modal_mass[of_range])
+    return {
+        "names": inputs.study.panel.single_points,
+        "shift": point_shifts(reactions, omega).max(initial=0.0),
+        "rms": summary["point_error_rms"].max(),
     }
 
 

@@ -32,7 +32,7 @@ from pidpanel.solve.basis_error import (
 )
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import LayoutResponse
-from pidpanel.solve.mesh_error import MeshError, mesh_error, shift_of_modes
+from pidpanel.solve.mesh_error import MeshError, mesh_error, point_shifts, shift_of_modes
 from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.sharpness import LoadedModes, flanks, loaded_modes
 from pidpanel.solve.solvers import PanelSolver, damper_key
@@ -119,7 +119,7 @@ def checked_responses(
 def mesh_shifts(
     panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
 ) -> dict[str, Array]:
-    """Return the share (nf,) by which the mesh raises the resonance nearest to each line.
+    """Return the share (2, nf) by which the mesh raises the resonance nearest to each line.
 
     By the labels of scenarios, each with the heaviest of its dampers.
     """
@@ -133,14 +133,18 @@ def mesh_shifts(
         modes = loaded_modes(panel.modal, basis.patch_overlap, mass, panel.mass_per_area)
         up_to = modes.frequency <= 2 * f[-1]
         modes = LoadedModes(
-            modes.frequency[up_to], modes.damping_ratio[up_to], modes.share[:, up_to]
+            modes.frequency[up_to],
+            modes.damping_ratio[up_to],
+            modes.share[:, up_to],
+            modes.shape[:, up_to],
         )
         of_wave = [
             [panel.shift_of_wave(edge, one, extra) for one in modes.frequency.tolist()]
             for edge, extra in zip(edges, (0.0, *mass.tolist()), strict=True)
         ]
         bare, patches = np.split(np.array(of_wave), [1])
-        shifts[scenario.label] = MARGIN * shift_of_modes(f, modes, bare[0], patches)
+        points = point_shifts(basis.reactions @ modes.shape, 2 * np.pi * modes.frequency)
+        shifts[scenario.label] = MARGIN * shift_of_modes(f, modes, bare[0], patches, points)
     return shifts
 
 

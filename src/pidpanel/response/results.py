@@ -178,6 +178,7 @@ class _Rows:
             "basis_error": basis_error,
             "mesh_error": mesh.line,
             "mesh_error_rms": mesh.rms,
+            "point_error_rms": mesh.point_rms,
             "model_error_db": 20
             / np.log(10)
             * (0.0 if model_error is None else model_error.log_rms),

@@ -24,6 +24,11 @@ MESH_ERROR, MESH_RMS = 10 ** (ALLOWED_DB / 10) - 1, ALLOWED_RMS
 
 COARSE_MESH = "mesh too coarse"
 
+# Change of an rms acceleration with half the elements at what stands at single points from which
+# it is doubted: 0.4 dB.
+POINT_RMS = 0.05
+AT_POINTS = "held at single points"
+
 # Share of the change in mean square that may rest on damping a factor of two beyond its data.
 EXTRAPOLATED_SHARE = 0.05
 
@@ -135,6 +140,8 @@ def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "
         reasons.append("basis too small")
     if largest(rows, "mesh_error") > MESH_ERROR or largest(rows, "mesh_error_rms") > MESH_RMS:
         reasons.append(COARSE_MESH)
+    if largest(rows, "point_error_rms") > POINT_RMS:
+        reasons.append(AT_POINTS)
     if math.isfinite(largest_error):
         error = max((_relative_error(row) for row in rows), default=0.0)
         if not math.isfinite(error):

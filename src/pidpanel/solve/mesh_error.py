@@ -31,12 +31,32 @@ class MeshError:
 
     line: Array  # (n_points,) largest relative error of a PSD [1]
     rms: Array  # (n_points,) relative error of the rms acceleration [1]
+    # (n_points,) by which half the elements change it at what stands at single points [1]
+    point_rms: Array
 
 
-def shift_of_modes(frequency: Array, modes: LoadedModes, bare: Array, patches: Array) -> Array:
-    """Return the share (nf,) by which the resonance nearest to each line is too high.
+def point_shifts(reactions: Array, angular_frequency: Array) -> Array:
+    """Return the share (n,) by which half the elements lower modes, at what stands at points.
 
-    Never less than below: of modes at nearly the same frequency the worst counts.
+    Parameters
+    ----------
+    reactions
+        (2, n_held, n) as of `PanelBasis`, of modes of a modal mass of 1 kg.
+    angular_frequency
+        (n,) [rad/s].
+    """
+    square = angular_frequency**2
+    energy = np.sum((reactions[0] + square * reactions[1]) ** 2, axis=0)
+    return np.divide(energy, square, out=np.zeros_like(square), where=square > 0)
+
+
+def shift_of_modes(
+    frequency: Array, modes: LoadedModes, bare: Array, patches: Array, points: Array
+) -> Array:
+    """Return the share (2, nf) by which the resonance nearest to each line is too high.
+
+    First by waves, never less than below: of modes at nearly the same frequency the worst counts.
+    Then by what stands at single points.
 
     Parameters
     ----------
@@ -47,13 +67,15 @@ def shift_of_modes(frequency: Array, modes: LoadedModes, bare: Array, patches: A
     bare, patches
         (n,) and (n_patches, n) shift of waves at the frequencies of the modes, on the bare panel
         and on the patches.
+    points
+        (n,) as of `point_shifts`.
     """
     rest = np.maximum(1 - modes.share.sum(axis=0), 0.0)
-    shift = np.maximum.accumulate(rest * bare + np.sum(modes.share * patches, axis=0))
-    if not shift.size:
-        return np.zeros_like(frequency)
+    waves = np.maximum.accumulate(rest * bare + np.sum(modes.share * patches, axis=0))
+    if not waves.size:
+        return np.zeros((2, *frequency.shape))
     between = np.sqrt(modes.frequency[:-1] * modes.frequency[1:])
-    found: Array = shift[np.searchsorted(between, frequency)]
+    found: Array = np.array([waves, points])[:, np.searchsorted(between, frequency)]
     return found
 
 
@@ -71,27 +93,39 @@ def mesh_error(
     input_psd
         (nf,) of the pressure, whose steps stay where they are.
     shift
-        (nf,) [1].
+        (2, nf) as of `shift_of_modes` [1].
     over_largest
         Whether the error of a line is over the largest PSD of any point there: under base motion a
         point that is nearly at rest has deep minima, whose shift changes nothing.
     """
     largest = np.max(psd, axis=1)
     moves = np.all(psd > 0, axis=0)
-    line, rms = np.zeros((2, psd.shape[1]))
+    line, rms, point_rms = np.zeros((3, psd.shape[1]))
+    for point in np.flatnonzero(moves):
+        transfer = np.log(psd[:, point] / input_psd)
+        share = psd[:, point] / largest if over_largest else 1.0
+        ratio, change = _shifted(frequency, transfer, psd[:, point], shift[0])
+        line[point] = np.max(np.abs(np.log(ratio)) * share)
+        rms[point] = change + AMPLITUDE * _mean(frequency, psd[:, point], shift[0])
+        if shift[1].any():
+            _, change = _shifted(frequency, transfer, psd[:, point], shift[1])
+            point_rms[point] = change + _mean(frequency, psd[:, point], shift[1])
+    return MeshError(np.expm1(line), rms, point_rms)
+
+
+def _shifted(frequency: Array, transfer: Array, psd: Array, shift: Array) -> tuple[Array, float]:
+    """Return the ratio (nf,) of a PSD whose resonances are lower, and the change of its rms."""
     log_f = np.log(frequency)
     raised = log_f + shift
     # beyond the last line the slope on this side of it stands for that on the other
     raised = np.where(raised > log_f[-1], log_f - shift, raised)
-    for point in np.flatnonzero(moves):
-        transfer = np.log(psd[:, point] / input_psd)
-        ratio = np.exp(np.interp(raised, log_f, transfer) - transfer)
-        share = psd[:, point] / largest if over_largest else 1.0
-        line[point] = np.max(np.abs(np.log(ratio)) * share)
-        squares = root_mean_square(frequency, np.stack([psd[:, point], ratio * psd[:, point]], 1))
-        mean_shift = np.trapezoid(shift * psd[:, point], frequency) / squares[0] ** 2
-        rms[point] = abs(squares[1] / squares[0] - 1) + AMPLITUDE * mean_shift
-    return MeshError(np.expm1(line), rms)
+    ratio = np.exp(np.interp(raised, log_f, transfer) - transfer)
+    squares = root_mean_square(frequency, np.stack([psd, ratio * psd], 1))
+    return ratio, abs(float(squares[1] / squares[0]) - 1)
+
+
+def _mean(frequency: Array, psd: Array, shift: Array) -> float:
+    return float(np.trapezoid(shift * psd, frequency) / np.trapezoid(psd, frequency))
 
 
 def decibels(relative_error: float) -> float:

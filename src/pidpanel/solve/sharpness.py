@@ -21,6 +21,7 @@ class LoadedModes:
     frequency: Array  # (n,) [Hz], ascending
     damping_ratio: Array  # (n,) [1]; infinite of a rigid body's mode
     share: Array  # (n_patches, n) of the kinetic energy, panel and mass [1]
+    shape: Array  # (n_shapes, n) in the shapes of the bare panel, of a modal mass of 1 kg
 
 
 def loaded_modes(
@@ -42,7 +43,7 @@ def loaded_modes(
     ratio = np.divide(damping, 2 * omega, out=np.full(omega.shape, np.inf), where=omega > 0)
     moved = np.array([np.sum(shape * (D @ shape), axis=0) for D in overlap])
     share = (mass_per_area + mass)[:, None] * moved.reshape(len(mass), len(omega))
-    return LoadedModes(omega / (2 * np.pi), ratio, share)
+    return LoadedModes(omega / (2 * np.pi), ratio, share, shape)
 
 
 def least_damping_ratio(

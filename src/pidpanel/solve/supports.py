@@ -97,6 +97,7 @@ def with_translation(basis: PanelBasis, inertia: Inertia) -> PanelBasis:
         shear_at_vertices=joined(basis.shear_at_vertices, 0.0),
         curvature_at_points=joined(basis.curvature_at_points, 0.0),
         shear_at_points=joined(basis.shear_at_points, 0.0),
+        reactions=joined(basis.reactions, 0.0),
     )
 
 
