@@ -102,14 +102,14 @@ def psd_curves(
 
 
 def reading_title(inputs: Inputs, family: ComparedScenarios, reading: str) -> str:
-    """Return the name of a reading over its figures, with how often coupled runs refute it."""
+    """Return the name of a reading over its figures, and in how many scenarios it fails."""
     if inputs.coupled is None or inputs.coupled.verdict is None:
         return READINGS[reading]
     table = inputs.coupled.verdict
     wrong = set(table.loc[(table["reading"] == reading) & (table["holds"] == "no"), "scenario"])
     scenarios = [scenario.label for scenario in family.scenarios]
     count = len(wrong.intersection(scenarios))
-    return READINGS[reading] + (f" – refuted in {count} of {len(scenarios)}" if count else "")
+    return READINGS[reading] + (f" – does not hold in {count} of {len(scenarios)}" if count else "")
 
 
 def acceleration_note(inputs: Inputs, family: ComparedScenarios, reading: str) -> str:
