@@ -72,7 +72,10 @@ def _row(
         "response": response,
         "is_bare": candidate.scenario.is_bare,
         "is_massless": any(f.damper in massless for f in candidate.scenario.fillings),
-        "per_kg": response.reduction / candidate.mass if candidate.mass > 0 else math.nan,
+        # "–" for a reduction within its error
+        "per_kg": response.reduction / candidate.mass
+        if candidate.mass > 0 and is_gain(response) is not False
+        else math.nan,
         "trust": trust(candidate),
     }
 

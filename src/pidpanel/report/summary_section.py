@@ -13,6 +13,15 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
     """Return mass, rms values and reductions of all scenarios."""
     by_key = {(row["scenario"], row["reading"], row["point"]): row for row in text.records(summary)}
     rows, names = [], names_of(study)
+    decimals = {
+        reading: {
+            "rms_decimals": text.common_decimals(of_reading["acceleration_rms_error_g"]),
+            "decimals": text.common_decimals(
+                of_reading["reduction_error_db"], text.DECIBEL_DECIMALS
+            ),
+        }
+        for reading, of_reading in summary.groupby("reading")
+    }
     for scenario, reading, point in product(
         study.all_scenarios(), study.readings, study.panel.points
     ):
@@ -22,10 +31,8 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
         if name == scenario.label and not scenario.is_bare:
             name += f" ({scenario.filling_text})"
         row = by_key[scenario.label, reading, point]
-        rows.append({**row, "name": name, "is_bare": scenario.is_bare})
+        rows.append({**row, "name": name, "is_bare": scenario.is_bare, **decimals[reading]})
     values = {
         "rows": rows,
-        "rms_decimals": text.common_decimals(summary["acceleration_rms_error_g"]),
-        "decimals": text.common_decimals(summary["reduction_error_db"], text.DECIBEL_DECIMALS),
     }
     return template_section("summary.html", "All scenarios", values)
