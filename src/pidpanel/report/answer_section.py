@@ -72,10 +72,8 @@ def _row(
         "response": response,
         "is_bare": candidate.scenario.is_bare,
         "is_massless": any(f.damper in massless for f in candidate.scenario.fillings),
-        # "–" for a reduction within its error
-        "per_kg": response.reduction / candidate.mass
-        if candidate.mass > 0 and is_gain(response) is not False
-        else math.nan,
+        "per_kg": response.reduction / candidate.mass if candidate.mass > 0 else math.nan,
+        "is_within": not candidate.scenario.is_bare and is_gain(response) is False,
         "trust": trust(candidate),
     }
 

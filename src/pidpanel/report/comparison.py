@@ -18,7 +18,16 @@ from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.maps_section import map_figure, scale_ends
 from pidpanel.report.read import read_by_point, read_dataset, without_errors
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
-from pidpanel.report.text import DECIBEL_DECIMALS, READINGS, common_decimals, records, value_text
+from pidpanel.report.text import (
+    DECIBEL_DECIMALS,
+    READINGS,
+    common_decimals,
+    number,
+    plain,
+    records,
+    span,
+    value_text,
+)
 
 SAME = 1e-3  # share of a value below which a difference is that of lines and meshes [1]
 
@@ -46,6 +55,7 @@ class Value:
     reading: str
     rms: float
     error: float
+    mass: float = math.nan  # of the dampers [kg]; NaN of the bare panel or if not known
 
 
 @dataclass(frozen=True)
@@ -112,7 +122,8 @@ def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
         reading, scenario, point = (row[name] for name in ("reading", "scenario", "point"))
         is_bare = row["patch"] == "none"
         error = 0.0 if is_bare else row.get("acceleration_rms_error_g", math.nan)
-        value = Value(scenario, reading, row["acceleration_rms_g"], error)
+        mass = math.nan if is_bare else row.get("added_mass_kg", math.nan)
+        value = Value(scenario, reading, row["acceleration_rms_g"], error, mass)
         values[reading, scenario, point] = value
         key = (reading, BEST, point)
         if not is_bare and (key not in values or value.rms < values[key].rms):
@@ -123,14 +134,15 @@ def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
 def differences(first: Side, second: Side) -> list[Difference]:
     """Return what both studies have: same reading, scenario and point.
 
-    Two studies of one reading each are compared whatever the readings are.
+    Two studies of one reading each are compared whatever the readings are. The best are last.
     """
     base, rival = values_of(first.summary), values_of(second.summary)
     readings = [{key[0] for key in values} for values in (base, rival)]
     if len(readings[0]) == len(readings[1]) == 1 and readings[0] != readings[1]:
         (shared,) = readings[0]
         rival = {(shared, scenario, point): v for (_, scenario, point), v in rival.items()}
-    return [Difference(key, base[key], rival[key]) for key in base if key in rival]
+    shared = [Difference(key, base[key], rival[key]) for key in base if key in rival]
+    return sorted(shared, key=lambda difference: difference.key[1] == BEST)
 
 
 def missing_scenarios(first: Side, second: Side) -> Iterator[str]:
@@ -155,16 +167,17 @@ def rows_of(shared: Sequence[Difference]) -> list[list[str]]:
         values = (difference.first, difference.second)
         rms = [value_text(value.rms, value.error, rms_decimals) for value in values]
         gain = value_text(difference.reduction, difference.error, decimals)
-        rows.append(
-            [READINGS.get(reading, reading), scenario, point, *rms, gain, difference.verdict]
-        )
+        name, verdict = READINGS.get(reading, reading), difference.verdict
+        mass = span((number(value.mass, 2) for value in values), " | ")
+        rows.append([name, scenario, point, *rms, gain, verdict, mass])
     return rows
 
 
 def columns_of(first: Side, second: Side) -> list[str]:
     """Return the heads of the columns of `rows_of`."""
     values = [f"{side.name}, g rms" for side in (first, second)]
-    return ["damping model", "scenario", "point", *values, "reduction, dB", f"{second.name} is"]
+    verdict = f"{second.name} is"
+    return ["damping model", "scenario", "point", *values, "reduction, dB", verdict, "added, kg"]
 
 
 def comparison_lines(first: Side, second: Side) -> Iterator[str]:
@@ -185,7 +198,7 @@ def comparison_lines(first: Side, second: Side) -> Iterator[str]:
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         yield "  ".join(map(str.ljust, row, widths)).rstrip()
-    yield outcome(shared)
+    yield f"{outcome(shared, first, second)} {SIGNIFICANT}"
     yield from missing_scenarios(first, second)
 
 
@@ -193,14 +206,24 @@ class NothingInCommon(ValueError):
     """Two studies without a value to compare."""
 
 
-def outcome(shared: Sequence[Difference]) -> str:
-    """Return a sentence: how many values differ by more than their errors."""
-    verdicts = Counter(difference.verdict for difference in shared)
-    named = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
-    return (
-        f"{len(shared)} values: {named}. Differences of at least {SIGNIFICANCE:g} standard errors "
-        "are significant; the errors of the two studies are taken as independent."
-    )
+SIGNIFICANT = (
+    f"Differences above {SIGNIFICANCE:g} standard errors are significant; the errors of the two "
+    "studies are taken as independent."
+)
+
+
+def outcome(shared: Sequence[Difference], first: Side, second: Side) -> str:
+    """Return a sentence: how many values differ by more than their errors, and by how much."""
+    parts = []
+    for verdict, count in Counter(difference.verdict for difference in shared).items():
+        gains = [abs(d.reduction) for d in shared if d.verdict == verdict]
+        by = f" by {span(plain(f(gains), 1) for f in (min, max))} dB"
+        parts.append(f"{count} {verdict}{by if verdict in CERTAIN else ''}")
+    named = ", ".join(parts)
+    return f"{second.name} against {first.name}, {len(shared)} rms accelerations: {named}."
+
+
+CERTAIN = ("lower", "higher")  # verdicts on a difference beyond its error
 
 
 # Of the two studies, distinct for the common kinds of colour blindness.
@@ -217,13 +240,13 @@ def write_comparison(first: Side, second: Side, file: Path) -> None:
 def comparison_page(first: Side, second: Side) -> html.Page:
     """Return the page."""
     shared = differences(first, second)
-    certain = [d for d in shared if d.verdict in ("lower", "higher")]
-    caption = f"Where {second.name} and {first.name} differ by more than the stated errors"
+    certain = [d for d in shared if d.verdict in CERTAIN]
+    caption = f"Where {second.name} and {first.name} differ. {SIGNIFICANT}"
     tables = [_table(caption, first, second, certain, is_first=True)] if certain else []
     values = _table("Rms accelerations of both", first, second, shared)
     return html.Page(
         title=f"{first.name} and {second.name}",
-        answer=outcome(shared),
+        answer=outcome(shared, first, second),
         first=tables,
         facts=_facts(first, second),
         sections=[
@@ -312,11 +335,11 @@ def _maps(first: Side, second: Side) -> list[html.PageSection]:
     ends = [scale_ends(maps) for maps in (first.maps, second.maps)]
     tops = {name: max(side_tops[name] for side_tops in ends) for name in ends[0]}
     blocks = []
-    for number, side in enumerate((first, second)):
+    for index, side in enumerate((first, second)):
         if side.maps is None or side.cell_in_patch is None:
             continue
         titles = [f"{side.name}: {scenario}" for scenario in side.maps["scenario"].to_numpy()]
         shown = side.maps, side.cell_in_patch, titles, tops
         caption = f"Rms acceleration and stress of {side.name}; colours as in the other map."
-        blocks.append(html.figure_picture(f"maps_{number}", map_figure, *shown, caption=caption))
+        blocks.append(html.figure_picture(f"maps_{index}", map_figure, *shown, caption=caption))
     return [html.PageSection("maps", "Maps", blocks)]

@@ -13,15 +13,11 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
     """Return mass, rms values and reductions of all scenarios."""
     by_key = {(row["scenario"], row["reading"], row["point"]): row for row in text.records(summary)}
     rows, names = [], names_of(study)
-    decimals = {
-        reading: {
-            "rms_decimals": text.common_decimals(of_reading["acceleration_rms_error_g"]),
-            "decimals": text.common_decimals(
-                of_reading["reduction_error_db"], text.DECIBEL_DECIMALS
-            ),
-        }
-        for reading, of_reading in summary.groupby("reading")
-    }
+    decimals = {}
+    for reading, of in summary.groupby("reading"):
+        gain_decimals = text.common_decimals(of["reduction_error_db"], text.DECIBEL_DECIMALS)
+        rms_decimals = text.common_decimals(of["acceleration_rms_error_g"])
+        decimals[reading] = {"rms_decimals": rms_decimals, "decimals": gain_decimals}
     for scenario, reading, point in product(
         study.all_scenarios(), study.readings, study.panel.points
     ):
@@ -32,7 +28,4 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
             name += f" ({scenario.filling_text})"
         row = by_key[scenario.label, reading, point]
         rows.append({**row, "name": name, "is_bare": scenario.is_bare, **decimals[reading]})
-    values = {
-        "rows": rows,
-    }
-    return template_section("summary.html", "All scenarios", values)
+    return template_section("summary.html", "All scenarios", {"rows": rows})
