@@ -143,19 +143,16 @@ def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
         return None
     (bare,) = (s for s in all_scenarios if s.oaspl_db == level and s.is_bare)
     points.sort(key=lambda point: -by_key[bare.label, point]["acceleration_rms_g"])
-    oaspl = float(by_key[bare.label, points[0]]["oaspl_db"])
-    scenarios = [
-        s
-        for s in all_scenarios
-        if not s.is_bare and abs(by_key[s.label, points[0]]["oaspl_db"] - oaspl) < SAME_LEVEL
-    ]
+    levels = {s.label: float(by_key[s.label, points[0]]["oaspl_db"]) for s in all_scenarios}
+    near = [s for s in all_scenarios if abs(levels[s.label] - levels[bare.label]) < SAME_LEVEL]
+    scenarios = [s for s in near if not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
     candidates = [_candidate(s, [by_key[s.label, point] for point in points]) for s in steady]
     candidates.sort(key=lambda candidate: -candidate.responses[points[0]].reduction)
     bare_rows = [by_key[bare.label, point] for point in points]
     return StudyAnswer(
         reading=reading,
-        oaspl=oaspl,
+        oaspl=levels[bare.label],
         points=tuple(points),
         bare=_candidate(bare, bare_rows),
         candidates=tuple(candidates),

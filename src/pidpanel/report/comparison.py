@@ -13,21 +13,12 @@ import xarray as xr
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
-from pidpanel.report import html
+from pidpanel.report import html, text
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.maps_section import map_figure, scale_ends
 from pidpanel.report.read import read_by_point, read_dataset, without_errors
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
-from pidpanel.report.text import (
-    DECIBEL_DECIMALS,
-    READINGS,
-    common_decimals,
-    number,
-    plain,
-    records,
-    span,
-    value_text,
-)
+from pidpanel.report.text import DECIBEL_DECIMALS, READINGS, common_decimals, records, value_text
 
 SAME = 1e-3  # share of a value below which a difference is that of lines and meshes [1]
 
@@ -118,6 +109,7 @@ def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
     A bare panel has no error of its damping.
     """
     values: dict[Key, Value] = {}
+    best: dict[Key, Value] = {}
     for row in records(summary[summary["acceleration_rms_g"] > 0]):
         reading, scenario, point = (row[name] for name in ("reading", "scenario", "point"))
         is_bare = row["patch"] == "none"
@@ -126,23 +118,22 @@ def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
         value = Value(scenario, reading, row["acceleration_rms_g"], error, mass)
         values[reading, scenario, point] = value
         key = (reading, BEST, point)
-        if not is_bare and (key not in values or value.rms < values[key].rms):
-            values[key] = value
-    return values
+        if not is_bare and (key not in best or value.rms < best[key].rms):
+            best[key] = value
+    return values | best
 
 
 def differences(first: Side, second: Side) -> list[Difference]:
     """Return what both studies have: same reading, scenario and point.
 
-    Two studies of one reading each are compared whatever the readings are. The best are last.
+    Two studies of one reading each are compared whatever the readings are.
     """
     base, rival = values_of(first.summary), values_of(second.summary)
     readings = [{key[0] for key in values} for values in (base, rival)]
     if len(readings[0]) == len(readings[1]) == 1 and readings[0] != readings[1]:
         (shared,) = readings[0]
         rival = {(shared, scenario, point): v for (_, scenario, point), v in rival.items()}
-    shared = [Difference(key, base[key], rival[key]) for key in base if key in rival]
-    return sorted(shared, key=lambda difference: difference.key[1] == BEST)
+    return [Difference(key, base[key], rival[key]) for key in base if key in rival]
 
 
 def missing_scenarios(first: Side, second: Side) -> Iterator[str]:
@@ -168,7 +159,7 @@ def rows_of(shared: Sequence[Difference]) -> list[list[str]]:
         rms = [value_text(value.rms, value.error, rms_decimals) for value in values]
         gain = value_text(difference.reduction, difference.error, decimals)
         name, verdict = READINGS.get(reading, reading), difference.verdict
-        mass = span((number(value.mass, 2) for value in values), " | ")
+        mass = text.span((text.number(value.mass, 2) for value in values), " | ")
         rows.append([name, scenario, point, *rms, gain, verdict, mass])
     return rows
 
@@ -176,8 +167,8 @@ def rows_of(shared: Sequence[Difference]) -> list[list[str]]:
 def columns_of(first: Side, second: Side) -> list[str]:
     """Return the heads of the columns of `rows_of`."""
     values = [f"{side.name}, g rms" for side in (first, second)]
-    verdict = f"{second.name} is"
-    return ["damping model", "scenario", "point", *values, "reduction, dB", verdict, "added, kg"]
+    values += ["reduction, dB", f"{second.name} is", "added, kg"]
+    return ["damping model", "scenario", "point", *values]
 
 
 def comparison_lines(first: Side, second: Side) -> Iterator[str]:
@@ -214,16 +205,13 @@ SIGNIFICANT = (
 
 def outcome(shared: Sequence[Difference], first: Side, second: Side) -> str:
     """Return a sentence: how many values differ by more than their errors, and by how much."""
-    parts = []
+    named = []
     for verdict, count in Counter(difference.verdict for difference in shared).items():
         gains = [abs(d.reduction) for d in shared if d.verdict == verdict]
-        by = f" by {span(plain(f(gains), 1) for f in (min, max))} dB"
-        parts.append(f"{count} {verdict}{by if verdict in CERTAIN else ''}")
-    named = ", ".join(parts)
-    return f"{second.name} against {first.name}, {len(shared)} rms accelerations: {named}."
-
-
-CERTAIN = ("lower", "higher")  # verdicts on a difference beyond its error
+        by = f" by {text.span(f'{f(gains):.1f}' for f in (min, max))} dB"
+        named.append(f"{count} {verdict}{by if verdict in ('lower', 'higher') else ''}")
+    names = f"{second.name} against {first.name}"
+    return f"{names}, {len(shared)} rms accelerations: {', '.join(named)}."
 
 
 # Of the two studies, distinct for the common kinds of colour blindness.
@@ -240,7 +228,7 @@ def write_comparison(first: Side, second: Side, file: Path) -> None:
 def comparison_page(first: Side, second: Side) -> html.Page:
     """Return the page."""
     shared = differences(first, second)
-    certain = [d for d in shared if d.verdict in CERTAIN]
+    certain = [d for d in shared if d.verdict in ("lower", "higher")]
     caption = f"Where {second.name} and {first.name} differ. {SIGNIFICANT}"
     tables = [_table(caption, first, second, certain, is_first=True)] if certain else []
     values = _table("Rms accelerations of both", first, second, shared)
@@ -335,11 +323,11 @@ def _maps(first: Side, second: Side) -> list[html.PageSection]:
     ends = [scale_ends(maps) for maps in (first.maps, second.maps)]
     tops = {name: max(side_tops[name] for side_tops in ends) for name in ends[0]}
     blocks = []
-    for index, side in enumerate((first, second)):
+    for number, side in enumerate((first, second)):
         if side.maps is None or side.cell_in_patch is None:
             continue
         titles = [f"{side.name}: {scenario}" for scenario in side.maps["scenario"].to_numpy()]
         shown = side.maps, side.cell_in_patch, titles, tops
         caption = f"Rms acceleration and stress of {side.name}; colours as in the other map."
-        blocks.append(html.figure_picture(f"maps_{index}", map_figure, *shown, caption=caption))
+        blocks.append(html.figure_picture(f"maps_{number}", map_figure, *shown, caption=caption))
     return [html.PageSection("maps", "Maps", blocks)]

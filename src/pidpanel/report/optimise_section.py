@@ -97,11 +97,9 @@ def _psd(proposal: ProposalResults, layout: int, excitation: str) -> dict[str, A
         psd = psds[(psds["layout"] == number_of) & (psds["point"] == row["point"])]
         frequency = psd["frequency_hz"].to_numpy()
         values = psd["acceleration_psd_g2_hz"].to_numpy()
-        rms, error = row["bare_rms_g"], 0.0
-        if number_of:
-            rms, error = row["acceleration_rms_g"], row["acceleration_rms_error_g"]
-        label = f"{name}: {value_text(rms, error)} g rms"
-        curves.append(html.PageCurve(label, values, colour, width=1.4))
+        key = "acceleration_rms" if number_of else "bare_rms"
+        text = value_text(row[f"{key}_g"], row.get(f"{key}_error_g", 0.0))
+        curves.append(html.PageCurve(f"{name}: {text} g rms", values, colour, width=1.4))
     charts = [html.Chart("", frequency, PSD_UNIT, curves)]
     name = f"layout_psd_{layout}_{excitation}"
     picture = chart_picture(name, charts, width=NARROW, height=3.7)

@@ -24,8 +24,8 @@ def stress_section(stress: pd.DataFrame, bare: Collection[str] = ()) -> PageSect
     units = stress.drop_duplicates("quantity").set_index("quantity")
     place = ["reading", "scenario", "point", "layer"]
     von_mises = stress[stress["quantity"] == "von_mises"]
-    first = stress["reading"].iloc[0]  # bare panels are the same with every damping model
-    von_mises = von_mises[(von_mises["reading"] == first) | ~von_mises["scenario"].isin(bare)]
+    is_again = von_mises.duplicated(place[1:])  # a bare panel is the same with every damping model
+    von_mises = von_mises[~(is_again & von_mises["scenario"].isin(bare))]
     worst = von_mises.loc[von_mises.groupby(place[:3], sort=False)["three_sigma"].idxmax()]
     rms = stress.pivot(index=place, columns="quantity", values="rms")
     values = {
