@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -89,11 +90,13 @@ def psd_curves(
 ) -> list[html.PageCurve]:
     """Return PSDs [g²/Hz] of the bare panel at each sound level, then of the scenarios."""
     scenarios, place = family.scenarios, {"reading": reading, "point": point}
-    levels = {s.bare.label: f", {s.oaspl_db or 0.0:g} dB" for s in scenarios}
+    levels = {s.bare.label: _known_as(inputs, family, s) for s in scenarios}
     curves = []
-    for label, level in levels.items():
-        name = "bare panel" + (level if len(levels) > 1 else "")
-        curves.append(psd_curve(inputs.psd, {**place, "scenario": label}, name, style.BARE, 0.8))
+    for label, (level, colour) in levels.items():
+        curve = psd_curve(inputs.psd, {**place, "scenario": label}, "bare panel", style.BARE, 0.8)
+        if len(levels) > 1:
+            curve = replace(curve, label=f"bare panel, {level}", colour=colour, line="dotted")
+        curves.append(curve)
     for index, scenario in enumerate(scenarios):
         look = *_known_as(inputs, family, scenario), nested_width(index, len(scenarios))
         # no bands: those of several curves would hide them
