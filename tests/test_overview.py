@@ -179,7 +179,7 @@ def test_the_motions_of_the_supports_are_summed_up(tmp_path):
 @pytest.mark.parametrize(
     ("key", "value", "says"),
     [
-        ("panel.damping_ratio", 0.3, "panel.damping_ratio = 0.3 is 30%; bare panels have 0.001 to 0.1, and 0.3 % would be 0.003"),
+        ("panel.damping_ratio", 0.3, "panel.damping_ratio = 0.3 is 30 %; bare panels have 0.001 to 0.1, and 0.3 % would be 0.003"),
         ("dampers.heavy.equivalent_damping_n_s_m3", 0.03, "dampers.heavy.equivalent_damping_n_s_m3 = 0.03 does nothing; it is per area"),
     ],
 )  # fmt: skip

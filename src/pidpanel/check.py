@@ -268,7 +268,7 @@ def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) ->
     stated = random.overall_g
     if stated is not None and abs(spectrum.rms / stated - 1) > OVERALL_TOLERANCE:
         says = f"the table integrates to {spectrum.rms:.3g} g rms; must agree within "
-        yield Mistake((*keys, "overall_g"), f"{says}{OVERALL_TOLERANCE:.0%}")
+        yield Mistake((*keys, "overall_g"), f"{says}{100 * OVERALL_TOLERANCE:.0f} %")
     low, high = spectrum.frequency[[0, -1]]
     if max(low, response.frequency_hz[0]) * LEAST_SPAN > min(high, response.frequency_hz[1]):
         says = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"

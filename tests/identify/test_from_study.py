@@ -84,7 +84,7 @@ def test_a_measurement_that_nothing_explains_is_to_be_checked(laboratory, tmp_pa
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("No particles of the atlas explain the measurement")
     # red: χ² without its probability, which a reader cannot know from tables: its tails are long
-    assert lines[0].endswith("for 8 values (probability below 0.1 %).")
+    assert lines[0].endswith("for 8 values (probability of a larger one below 0.1 %).")
     assert lines[-2].startswith("Check units, cell, particles and fill")
 
 

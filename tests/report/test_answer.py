@@ -74,10 +74,15 @@ def test_without_errors_no_scenario_is_called_better(study, respond):
     assert all("no stated error" in one.doubts for one in found.candidates)
 
 
-def test_a_gain_within_its_error_is_none(study, respond):
+def test_a_gain_within_its_error_is_none(study, respond, inputs):
     # red: is_gain without SIGNIFICANCE
     said = answer_section.headline(answered(study, respond, 1.6))
     assert said.endswith("no reduction beyond its error.")
+    # red: 10 dB per kg of 3.0 ± 1.6 dB
+    weights = {"added_mass_kg": 0.3, "added_mass_percent": 5.0}
+    for error, text in ((1.6, "–"), (1.4, "10")):
+        rows = answer_table(inputs, answered(study, respond, error, **weights)).rows
+        assert rows[1][-2] == text
 
 
 def test_nothing_is_told_apart_with_an_error_that_is_not_a_number():
@@ -120,6 +125,16 @@ def test_the_answer_is_at_the_level_of_the_study_or_of_most_scenarios(study):
     family = {"level": study.scenarios["level"]}
     alone = elsewhere.model_copy(update={"scenarios": family})
     assert isinstance(alone, Study) and main_level(alone) == 150
+
+
+def test_levels_that_are_written_alike_are_one(study, respond):
+    # 136.7 dB of a scenario beside 136.738 of the table; red: the levels as keys of the study
+    summary, _ = respond(SCALE)
+    of = summary["scenario"] == "A_r0.5_140dB"
+    for level, joins in ((150.03, True), (149.9, False)):
+        summary.loc[of, "oaspl_db"] = level
+        labels = [one.scenario.label for one in answer_of(study, summary).candidates]
+        assert ("A_r0.5_140dB" in labels) == joins
 
 
 def test_measured_damping_answers_before_a_law():

@@ -48,4 +48,8 @@ def test_the_section_names_version_and_cases():
     assert atlas_text(ATLAS) == "version 0.1.0, 873 simulated cases"
     with style.context():
         section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (100.0, 2000.0))
+        coupled = LAYOUTS.assign(reading=["atlas", "atlas", "coupled"])
+        beside = atlas_section(ATLAS, coupled, {"a": "A"}, (100.0, 2000.0))
     assert atlas_text(ATLAS) in blocks_of(section)[0].text
+    # red: "No bed of this study was simulated" beside its coupled runs
+    assert [" simulated. To" in blocks_of(s)[0].text for s in (section, beside)] == [True, False]

@@ -168,6 +168,29 @@ def test_the_first_printed_page_is_full(table):
     assert len(tops) == 2 and abs(tops[0] - tops[1]) < 2
 
 
+def test_a_printed_figure_of_curves_is_not_split(table):
+    # the legend of curves is a table; red: `figure:not(:has(table))`, a heading at the foot of a
+    # page and its curves on the next
+    with Browser(703) as browser:
+        browser.open(table[1] / "report.html")
+        browser.say("Emulation.setEmulatedMedia", media="print")
+        kept = browser.run(
+            "[...document.querySelectorAll('figure.charted')].map(e => getComputedStyle(e).breakInside)"
+        )
+    assert kept and set(kept) == {"avoid"}
+
+
+def test_the_heads_of_a_card_break_on_a_telephone(table):
+    # red: no `white-space` of ::before: a long head over its value
+    with Browser(390) as browser:
+        browser.open(table[1] / "report.html")
+        heads = browser.run(
+            "[...document.querySelectorAll('table.cards td.short')]"
+            ".map(e => getComputedStyle(e, '::before').whiteSpace)"
+        )
+    assert heads and set(heads) == {"normal"}
+
+
 def test_printed_curves_are_as_wide_as_their_column(table):
     # a window of 1280 pixels cut the end of every curve off; red: no `printedWidth`
     with Browser(1280) as browser:

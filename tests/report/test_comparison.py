@@ -70,6 +70,7 @@ def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
     # red: the highest as the best; the bare panel among them
     one = side("one", [("bare", 10, np.nan), ("x", 8, 0.1), ("y", 7, 0.1)])
     other = side("other", [("bare", 10, np.nan), ("x", 5, 0.1), ("z", 6, 0.1)], reading="table")
+    one.summary["added_mass_kg"], other.summary["added_mass_kg"] = [0, 0.2, 0.1], [0, 0.3, 0.4]
     found = {d.key[1]: d for d in differences(one, other)}
     assert set(found) == {"bare", "x", BEST}
     assert (found[BEST].first.scenario, found[BEST].second.scenario) == ("y", "x")
@@ -78,7 +79,13 @@ def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
     lines = list(comparison_lines(one, other))
     assert lines[0].split()[:4] == ["damping", "model", "scenario", "point"]
     assert lines[2].startswith("DEM")  # red: the model's name in the tables, "dem"
-    assert "1 the same" in lines[-3] and lines[-1] == "only in other: z"
+    # red: "4 values: …", of which study; the names without their masses
+    says = "other against one, 3 rms accelerations: 1 the same, 2 lower by 2.9 to 4.1 dB. "
+    assert (
+        lines[-3].startswith(says)
+        and lines[3].endswith("lower     0.10 | 0.30")
+        and lines[-1] == "only in other: z"
+    )
 
 
 def test_studies_without_a_common_point_say_which_points_they_have():

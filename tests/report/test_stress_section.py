@@ -47,6 +47,14 @@ def test_every_scenario_and_point_has_one_row_at_its_worst_layer(stress):
     assert table.folded
 
 
+def test_a_bare_panel_has_one_row_and_no_damping_model(stress):
+    # red: a row of every reading, "DEM"
+    both = pd.concat([stress, stress.assign(reading="table")], ignore_index=True)
+    (table,) = blocks_of(stress_section(both, ["bare"]))
+    assert [row[1] for row in table.rows if row[0] == "bare"] == ["–", "–"]
+    assert len([row for row in table.rows if row[0] == "A_r0.5"]) == 4
+
+
 def test_rms_and_three_sigma_are_in_mpa_and_micrometres_per_metre(stress):
     # red: values of another layer; three_sigma first; two symbols exchanged
     (table,) = blocks_of(stress_section(stress))

@@ -92,6 +92,8 @@ def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
         "150 dB",
     ]
     assert levels[1].values == pytest.approx(10 * levels[0].values)
+    # red: black for both bare panels, which cannot be told apart
+    assert [(c.colour, c.line) for c in levels[:2]] == [(c.colour, "dotted") for c in levels[2:]]
 
 
 def test_a_family_without_any_response_says_so_in_words(inputs):

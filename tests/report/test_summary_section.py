@@ -54,6 +54,17 @@ def test_all_rows_of_a_table_have_the_same_decimals(study, respond):
     assert {len(text.split(" ± ")[0].partition(".")[2]) for text in rms} == {1}
 
 
+def test_a_model_of_large_errors_takes_no_digits_from_another(study, respond):
+    # 16 ± <1 for 15.86 ± 0.38 beside the law's 26 ± 5; red: decimals of all models together
+    summary, _ = respond({})
+    printed = summary["reading"] == "paper_printed"
+    summary["acceleration_rms_error_g"] = np.where(printed, 20.0, 0.38)
+    summary["status"], summary["acceleration_rms_g"] = "ok", 26.0
+    (table,) = blocks_of(summary_section(study, summary))
+    rms = {row[table.columns.index("g rms")].partition(" ± ")[2] for row in table.rows}
+    assert rms >= {"20", "0.38"}
+
+
 def test_a_point_on_a_support_does_not_move(study, respond):
     # red: its rms value of 0
     summary, _ = respond({})

@@ -2,11 +2,12 @@
 
 import dataclasses
 
+import pandas as pd
 import pytest
 
 from pidpanel.report import warnings
 from pidpanel.report.answer import answer_of
-from pidpanel.report.inputs import CouponResults
+from pidpanel.report.inputs import CouponResults, ProposalResults
 from pidpanel.report.text import READINGS
 from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import judged
@@ -51,14 +52,16 @@ def test_beds_that_may_ride_or_cross_are_simulated_on_demand(said, respond):
 
 
 def test_motion_beyond_a_tenth_of_the_thickness_is_told(said, respond):
-    # red: the smallest displacement
+    # red: the smallest displacement; the bare panel of every damping model, under its name
     summary, _ = respond({})
     assert not any("tenth" in text for text in said(summary))
     first = summary.index[0]
     summary.loc[first, "beyond_linear_plate"] = True
     summary.loc[first, "displacement_rms_mm"] = 25.5
     (text,) = (text for text in said(summary) if "tenth" in text)
-    assert "bare panel, 150 dB: the rms displacement, up to 26 mm, is more than a tenth" in text
+    assert text.startswith("Bare panel, 150 dB: the rms displacement, up to 26 mm, is more than a")
+    summary.loc[summary["scenario"] == summary["scenario"][first], "beyond_linear_plate"] = True
+    assert sum("tenth" in text for text in said(summary)) == 1
 
 
 def test_a_motion_that_is_not_converged_and_a_basis_that_is_not_right_are_told(said, respond):
@@ -210,3 +213,13 @@ def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, said):
     )
     for words in ("Radiation damping is not included", "steady state"):
         assert sum(words in text for text in lines) == 1, words
+
+
+def test_limits_of_the_damping_are_told_where_only_a_search_has_dampers(inputs, said):
+    # red: the scenarios of the study alone
+    layouts = pd.DataFrame({"acceleration_g": [21.4]})
+    none = pd.DataFrame()
+    proposal = ProposalResults(layouts, none, none, none, search=pd.Series())
+    for proposed, count in ((None, 0), (proposal, 1)):
+        lines = said(inputs.summary, proposal=proposed)
+        assert sum("for single tones" in text for text in lines) == count

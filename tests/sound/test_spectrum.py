@@ -224,7 +224,7 @@ def test_centres_within_two_percent_are_read(tmp_path, share):
     if abs(share) < 0.02:
         assert read_spl_table(path).band_number.tolist() == [20, 21]
     else:
-        with pytest.raises(ColumnsError, match=r"nearest is 100 Hz \(within 2%\)"):
+        with pytest.raises(ColumnsError, match=r"nearest is 100 Hz \(within 2 %\)"):
             read_spl_table(path)
 
 

@@ -182,7 +182,7 @@ def _unusual(study: Study) -> Iterator[str]:
     """Yield values that are allowed and most likely meant otherwise."""
     ratio, (low, high) = max(study.panel.modal_damping.ratio), USUAL_RATIO
     if ratio > high:
-        yield (f"panel.damping_ratio = {ratio:g} is {ratio:.0%}; bare panels have {low:g} to "
+        yield (f"panel.damping_ratio = {ratio:g} is {100 * ratio:g} %; bare panels have {low:g} to "
                f"{high:g}, and {ratio:g} % would be {ratio / 100:g}")  # fmt: skip
     for name, damper in study.dampers.items():
         if 0 < (damping := damper.equivalent_damping_n_s_m3 or 0.0) < LEAST_DAMPING:

@@ -157,7 +157,7 @@ def _contradictions(
         error = np.hypot(BULK_ERROR, identification.fill_fraction_error / fill)
         if abs(weight - expected) > FARTHEST * error * expected:
             says = f"particles of {weight:.3g} kg/m² contradict it: with it the cell holds "
-            yield Mistake(("fill_fraction",), f"{says}{expected:.3g} kg/m², to {error:.0%}")
+            yield Mistake(("fill_fraction",), f"{says}{expected:.3g} kg/m², to {100 * error:.0f} %")
     worst = float(np.max(np.abs(measured.mass), initial=0.0, where=np.isfinite(measured.mass)))
     if worst > MOST_OF_MASS * mass:
         says = f"an apparent mass of {worst:.3g} kg/m²: at most {MOST_OF_MASS:g} times the mass of "

@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.report.names import Scenario, Study, main_level
+from pidpanel.report.names import SAME_LEVEL, Scenario, Study, main_level
 from pidpanel.report.rms import moving_points
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records
 from pidpanel.response.trust import BETWEEN_SHARE, MAY_CROSS, doubts_in, largest
@@ -143,14 +143,16 @@ def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
         return None
     (bare,) = (s for s in all_scenarios if s.oaspl_db == level and s.is_bare)
     points.sort(key=lambda point: -by_key[bare.label, point]["acceleration_rms_g"])
-    scenarios = [s for s in all_scenarios if s.oaspl_db == level and not s.is_bare]
+    levels = {s.label: float(by_key[s.label, points[0]]["oaspl_db"]) for s in all_scenarios}
+    near = [s for s in all_scenarios if abs(levels[s.label] - levels[bare.label]) < SAME_LEVEL]
+    scenarios = [s for s in near if not s.is_bare]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
     candidates = [_candidate(s, [by_key[s.label, point] for point in points]) for s in steady]
     candidates.sort(key=lambda candidate: -candidate.responses[points[0]].reduction)
     bare_rows = [by_key[bare.label, point] for point in points]
     return StudyAnswer(
         reading=reading,
-        oaspl=float(bare_rows[0]["oaspl_db"]),
+        oaspl=levels[bare.label],
         points=tuple(points),
         bare=_candidate(bare, bare_rows),
         candidates=tuple(candidates),

@@ -73,6 +73,7 @@ def _row(
         "is_bare": candidate.scenario.is_bare,
         "is_massless": any(f.damper in massless for f in candidate.scenario.fillings),
         "per_kg": response.reduction / candidate.mass if candidate.mass > 0 else math.nan,
+        "is_within": not candidate.scenario.is_bare and is_gain(response) is False,
         "trust": trust(candidate),
     }
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.constants import ATLAS
+from pidpanel.damping.coupled import COUPLED
 from pidpanel.report.coupled_section import coupled_figure
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import AtlasResults
@@ -38,7 +39,8 @@ def atlas_section(
     """
     beds = curves(atlas, layouts, frequency)
     picture = figure_picture("atlas_damping", coupled_figure, beds, names)
-    values = {"atlas": atlas_text(atlas), "damping": picture}
+    is_coupled = (layouts["reading"] == COUPLED).any()
+    values = {"atlas": atlas_text(atlas), "damping": picture, "is_coupled": is_coupled}
     return template_section("atlas.html", "Damping from the atlas", values)
 
 

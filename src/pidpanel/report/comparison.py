@@ -13,7 +13,7 @@ import xarray as xr
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
-from pidpanel.report import html
+from pidpanel.report import html, text
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.maps_section import map_figure, scale_ends
 from pidpanel.report.read import read_by_point, read_dataset, without_errors
@@ -46,6 +46,7 @@ class Value:
     reading: str
     rms: float
     error: float
+    mass: float = math.nan  # of the dampers [kg]; NaN of the bare panel or if not known
 
 
 @dataclass(frozen=True)
@@ -108,16 +109,18 @@ def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
     A bare panel has no error of its damping.
     """
     values: dict[Key, Value] = {}
+    best: dict[Key, Value] = {}
     for row in records(summary[summary["acceleration_rms_g"] > 0]):
         reading, scenario, point = (row[name] for name in ("reading", "scenario", "point"))
         is_bare = row["patch"] == "none"
         error = 0.0 if is_bare else row.get("acceleration_rms_error_g", math.nan)
-        value = Value(scenario, reading, row["acceleration_rms_g"], error)
+        mass = math.nan if is_bare else row.get("added_mass_kg", math.nan)
+        value = Value(scenario, reading, row["acceleration_rms_g"], error, mass)
         values[reading, scenario, point] = value
         key = (reading, BEST, point)
-        if not is_bare and (key not in values or value.rms < values[key].rms):
-            values[key] = value
-    return values
+        if not is_bare and (key not in best or value.rms < best[key].rms):
+            best[key] = value
+    return values | best
 
 
 def differences(first: Side, second: Side) -> list[Difference]:
@@ -155,16 +158,17 @@ def rows_of(shared: Sequence[Difference]) -> list[list[str]]:
         values = (difference.first, difference.second)
         rms = [value_text(value.rms, value.error, rms_decimals) for value in values]
         gain = value_text(difference.reduction, difference.error, decimals)
-        rows.append(
-            [READINGS.get(reading, reading), scenario, point, *rms, gain, difference.verdict]
-        )
+        name, verdict = READINGS.get(reading, reading), difference.verdict
+        mass = text.span((text.number(value.mass, 2) for value in values), " | ")
+        rows.append([name, scenario, point, *rms, gain, verdict, mass])
     return rows
 
 
 def columns_of(first: Side, second: Side) -> list[str]:
     """Return the heads of the columns of `rows_of`."""
     values = [f"{side.name}, g rms" for side in (first, second)]
-    return ["damping model", "scenario", "point", *values, "reduction, dB", f"{second.name} is"]
+    values += ["reduction, dB", f"{second.name} is", "added, kg"]
+    return ["damping model", "scenario", "point", *values]
 
 
 def comparison_lines(first: Side, second: Side) -> Iterator[str]:
@@ -185,7 +189,7 @@ def comparison_lines(first: Side, second: Side) -> Iterator[str]:
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         yield "  ".join(map(str.ljust, row, widths)).rstrip()
-    yield outcome(shared)
+    yield f"{outcome(shared, first, second)} {SIGNIFICANT}"
     yield from missing_scenarios(first, second)
 
 
@@ -193,14 +197,21 @@ class NothingInCommon(ValueError):
     """Two studies without a value to compare."""
 
 
-def outcome(shared: Sequence[Difference]) -> str:
-    """Return a sentence: how many values differ by more than their errors."""
-    verdicts = Counter(difference.verdict for difference in shared)
-    named = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
-    return (
-        f"{len(shared)} values: {named}. Differences of at least {SIGNIFICANCE:g} standard errors "
-        "are significant; the errors of the two studies are taken as independent."
-    )
+SIGNIFICANT = (
+    f"Differences above {SIGNIFICANCE:g} standard errors are significant; the errors of the two "
+    "studies are taken as independent."
+)
+
+
+def outcome(shared: Sequence[Difference], first: Side, second: Side) -> str:
+    """Return a sentence: how many values differ by more than their errors, and by how much."""
+    named = []
+    for verdict, count in Counter(difference.verdict for difference in shared).items():
+        gains = [abs(d.reduction) for d in shared if d.verdict == verdict]
+        by = f" by {text.span(f'{f(gains):.1f}' for f in (min, max))} dB"
+        named.append(f"{count} {verdict}{by if verdict in ('lower', 'higher') else ''}")
+    names = f"{second.name} against {first.name}"
+    return f"{names}, {len(shared)} rms accelerations: {', '.join(named)}."
 
 
 # Of the two studies, distinct for the common kinds of colour blindness.
@@ -218,12 +229,12 @@ def comparison_page(first: Side, second: Side) -> html.Page:
     """Return the page."""
     shared = differences(first, second)
     certain = [d for d in shared if d.verdict in ("lower", "higher")]
-    caption = f"Where {second.name} and {first.name} differ by more than the stated errors"
+    caption = f"Where {second.name} and {first.name} differ. {SIGNIFICANT}"
     tables = [_table(caption, first, second, certain, is_first=True)] if certain else []
     values = _table("Rms accelerations of both", first, second, shared)
     return html.Page(
         title=f"{first.name} and {second.name}",
-        answer=outcome(shared),
+        answer=outcome(shared, first, second),
         first=tables,
         facts=_facts(first, second),
         sections=[

@@ -1,6 +1,6 @@
 """Coupled runs on the page: how well they know g rms, and C_e and m_a of every patch."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -44,19 +44,19 @@ def coupled_rows(
                 "error": span(number(value, 2) for value in (error.min(), error.max())),
                 "residual": span(signed(f(of_scenario["residual_db"]), 2) for f in (min, max)),
                 "share": span(plain(value, 1) for value in (share.min(), share.max())),
-                "modulus": _by_patch(beds, "youngs_modulus_mpa"),
+                "modulus": _by_patch(beds, "youngs_modulus_mpa", "{:g}".format),
                 "mass": _by_patch(beds, "particle_mass_per_area_kg_m2"),
             }
         )
     return rows
 
 
-def _by_patch(beds: pd.DataFrame, column: str) -> str:
+def _by_patch(beds: pd.DataFrame, column: str, text: Callable[[float], str] = number) -> str:
     """Return a quantity of the simulated beds, by patch where they differ; "–" without it."""
     if column not in beds:
         return "–"
     first = beds.drop_duplicates("patch")
-    values = {patch: number(x) for patch, x in zip(first["patch"], first[column], strict=True)}
+    values = {patch: text(x) for patch, x in zip(first["patch"], first[column], strict=True)}
     if len(set(values.values())) == 1:
         return next(iter(values.values()))
     return ", ".join(f"{value} ({patch})" for patch, value in values.items())

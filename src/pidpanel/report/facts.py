@@ -30,6 +30,7 @@ def study_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
         "response": None,
         "atlas": atlas_text(inputs.atlas) if inputs.atlas else "",
         "runs": [],
+        "proposed": [] if (found := inputs.proposal) is None else found.layouts["damper"].unique(),
         "coupons": [(name, cases_text(coupon.cases)) for name, coupon in inputs.coupons.items()],
         "software": software_text(inputs.stamp, dem=bool(inputs.coupons) or study.is_coupled),
     }

@@ -90,6 +90,7 @@ def identification_page(result: IdentificationResult) -> Page:
             PageSection("next", "Further tests", [proposed]),
             PageSection("values", "Measured and computed", [values]),
         ],
+        steps=[("In the folder of the file:", f"pidpanel identify {identification.name}.yaml")],
     )
 
 

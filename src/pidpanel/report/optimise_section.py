@@ -18,7 +18,7 @@ from pidpanel.report.inputs import ProposalResults
 from pidpanel.report.layout import panel_axes
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.templates import fill, sentence
-from pidpanel.report.text import number, records, value_text
+from pidpanel.report.text import common_decimals, number, records, value_text
 
 NARROW = 5.2  # width of a picture, two of which make a row [in]
 
@@ -45,7 +45,7 @@ def proposal_headline(proposal: ProposalResults) -> str:
         "patches": patches_text(proposal.layouts, 1),
         "size": proposal.layouts[["size_x_m", "size_y_m"]].iloc[0].tolist(),
         "objective": OBJECTIVES.get(proposal.objective),
-        "bare": rows["bare_rms_g"].max(),
+        "bare": dict(rows.sort_values("bare_rms_g").iloc[-1]),
         "after": dict(rows.sort_values("acceleration_rms_g").iloc[-1]),
         "gap": _gap(proposal),
     }
@@ -97,8 +97,9 @@ def _psd(proposal: ProposalResults, layout: int, excitation: str) -> dict[str, A
         psd = psds[(psds["layout"] == number_of) & (psds["point"] == row["point"])]
         frequency = psd["frequency_hz"].to_numpy()
         values = psd["acceleration_psd_g2_hz"].to_numpy()
-        rms = row["acceleration_rms_g" if number_of else "bare_rms_g"]
-        curves.append(html.PageCurve(f"{name}: {number(rms)} g rms", values, colour, width=1.4))
+        key = "acceleration_rms" if number_of else "bare_rms"
+        text = value_text(row[f"{key}_g"], row.get(f"{key}_error_g", 0.0))
+        curves.append(html.PageCurve(f"{name}: {text} g rms", values, colour, width=1.4))
     charts = [html.Chart("", frequency, PSD_UNIT, curves)]
     name = f"layout_psd_{layout}_{excitation}"
     picture = chart_picture(name, charts, width=NARROW, height=3.7)
@@ -129,6 +130,7 @@ def optimise_section(proposal: ProposalResults) -> html.PageSection:
         "losing_dampers": losing,
         "losing": front.loc[front["loses_to_dead_weight"], "layout"].tolist(),
         "points": records(summary[summary["layout"] == 1]),
+        "decimals": common_decimals(front["reduction_error_db"]),
         "layouts": [
             {**row, "text": patches_text(proposal.layouts, row["layout"])}
             for row in records(layouts)

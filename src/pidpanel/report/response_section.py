@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -89,11 +90,13 @@ def psd_curves(
 ) -> list[html.PageCurve]:
     """Return PSDs [g²/Hz] of the bare panel at each sound level, then of the scenarios."""
     scenarios, place = family.scenarios, {"reading": reading, "point": point}
-    levels = {s.bare.label: f", {s.oaspl_db or 0.0:g} dB" for s in scenarios}
+    levels = {s.bare.label: _known_as(inputs, family, s) for s in scenarios}
     curves = []
-    for label, level in levels.items():
-        name = "bare panel" + (level if len(levels) > 1 else "")
-        curves.append(psd_curve(inputs.psd, {**place, "scenario": label}, name, style.BARE, 0.8))
+    for label, (level, colour) in levels.items():
+        curve = psd_curve(inputs.psd, {**place, "scenario": label}, "bare panel", style.BARE, 0.8)
+        if len(levels) > 1:
+            curve = replace(curve, label=f"bare panel, {level}", colour=colour, line="dotted")
+        curves.append(curve)
     for index, scenario in enumerate(scenarios):
         look = *_known_as(inputs, family, scenario), nested_width(index, len(scenarios))
         # no bands: those of several curves would hide them
@@ -102,14 +105,14 @@ def psd_curves(
 
 
 def reading_title(inputs: Inputs, family: ComparedScenarios, reading: str) -> str:
-    """Return the name of a reading over its figures, with how often coupled runs refute it."""
+    """Return the name of a reading over its figures, and in how many scenarios it fails."""
     if inputs.coupled is None or inputs.coupled.verdict is None:
         return READINGS[reading]
     table = inputs.coupled.verdict
     wrong = set(table.loc[(table["reading"] == reading) & (table["holds"] == "no"), "scenario"])
     scenarios = [scenario.label for scenario in family.scenarios]
     count = len(wrong.intersection(scenarios))
-    return READINGS[reading] + (f" – refuted in {count} of {len(scenarios)}" if count else "")
+    return READINGS[reading] + (f" – does not hold in {count} of {len(scenarios)}" if count else "")
 
 
 def acceleration_note(inputs: Inputs, family: ComparedScenarios, reading: str) -> str:

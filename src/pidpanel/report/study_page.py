@@ -138,7 +138,8 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     if inputs.maps is not None:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))
     sections.append(summary_section(study, inputs.summary))
-    sections.append(stress_section(with_names(inputs.stress, names)))
+    bare = [names[scenario.label] for scenario in study.all_scenarios() if scenario.is_bare]
+    sections.append(stress_section(with_names(inputs.stress, names), bare))
     if inputs.severity is not None:
         sections.append(severity_section(inputs.severity, inputs))
     return sections

@@ -13,6 +13,11 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
     """Return mass, rms values and reductions of all scenarios."""
     by_key = {(row["scenario"], row["reading"], row["point"]): row for row in text.records(summary)}
     rows, names = [], names_of(study)
+    decimals = {}
+    for reading, of in summary.groupby("reading"):
+        gain_decimals = text.common_decimals(of["reduction_error_db"], text.DECIBEL_DECIMALS)
+        rms_decimals = text.common_decimals(of["acceleration_rms_error_g"])
+        decimals[reading] = {"rms_decimals": rms_decimals, "decimals": gain_decimals}
     for scenario, reading, point in product(
         study.all_scenarios(), study.readings, study.panel.points
     ):
@@ -22,10 +27,5 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
         if name == scenario.label and not scenario.is_bare:
             name += f" ({scenario.filling_text})"
         row = by_key[scenario.label, reading, point]
-        rows.append({**row, "name": name, "is_bare": scenario.is_bare})
-    values = {
-        "rows": rows,
-        "rms_decimals": text.common_decimals(summary["acceleration_rms_error_g"]),
-        "decimals": text.common_decimals(summary["reduction_error_db"], text.DECIBEL_DECIMALS),
-    }
-    return template_section("summary.html", "All scenarios", values)
+        rows.append({**row, "name": name, "is_bare": scenario.is_bare, **decimals[reading]})
+    return template_section("summary.html", "All scenarios", {"rows": rows})

@@ -32,13 +32,12 @@ def worst(verdict: pd.DataFrame) -> pd.DataFrame:
 
 
 def _counts(summary: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return in how many scenarios each reading holds."""
+    """Return in how many scenarios each reading holds, does not, or may."""
     readings = summary[~summary["reading"].isin([BARE, DEAD_WEIGHT])]
     return [
         {
             "name": NAMES[str(reading)],
-            "good": int((rows["holds"] == "yes").sum()),
-            "unsure": int((rows["holds"] == "open").sum()),
+            **{holds: int((rows["holds"] == holds).sum()) for holds in WORDS},
         }
         for reading, rows in readings.groupby("reading", sort=False)
     ]
@@ -55,9 +54,11 @@ def level_figure(verdict: pd.DataFrame, points: Sequence[str]) -> Figure:
         for reading in rows["reading"].unique():
             curve = rows[rows["reading"] == reading].sort_values("oaspl_db")
             colour = DASHED.get(reading) or style.place_colour(reading, readings)
-            line = "--" if reading in DASHED else "-"
+            # several scenarios of a level differ in more than it: no line joins them
+            joined = "--" if reading in DASHED else "-"
+            line = "none" if curve["oaspl_db"].duplicated().any() else joined
             values = curve["oaspl_db"], 100 * curve["difference"]
-            axes.plot(*values, line, color=colour, marker="o", ms=3, label=NAMES[reading])
+            axes.plot(*values, ls=line, color=colour, marker="o", ms=3, label=NAMES[reading])
         run = rows.drop_duplicates("scenario").sort_values("oaspl_db")
         axes.errorbar(
             run["oaspl_db"], 0 * run["oaspl_db"], 200 * run["coupled_g_rms_relative_error"],

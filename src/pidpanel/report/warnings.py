@@ -42,6 +42,8 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     others = [reading for reading in study.readings if reading != main]
     good = summary[summary["status"] == "ok"]
     of_atlas = inputs.layouts["reading"] == ATLAS
+    proposed = inputs.proposal
+    reads = proposed is not None and proposed.layouts["acceleration_g"].notna().any()
     base_mesh = None
     if base is not None and base.summary is not None:
         names = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
@@ -57,9 +59,11 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         "base_mesh": base_mesh,
         "panel_mesh": coarse_mesh(inputs, inputs.names, summary),
         "at_points": at_points(inputs, summary),
+        "has_dampers": proposed is not None or bool(answer and answer.candidates),
         "has_tones": bool(study.surfaces)
-        or inputs.layouts.loc[~of_atlas, "damping_read_at_g"].notna().any(),
-        "has_atlas": of_atlas.any(),
+        or inputs.layouts.loc[~of_atlas, "damping_read_at_g"].notna().any()
+        or (reads and inputs.atlas is None),
+        "has_atlas": of_atlas.any() or (reads and inputs.atlas is not None),
         "power": good["power_balance_error"].max(),
         "coupons": doubted_coupons(inputs.coupons),
     }
@@ -69,14 +73,17 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
 def _doubts(study: Study, summary: pd.DataFrame, reading: str) -> Iterator[dict[str, Any]]:
     """Yield what is doubted in a reading, and in which scenarios."""
     rows = summary[summary["reading"] == reading]
+    bare = {scenario.label for scenario in study.all_scenarios() if scenario.is_bare}
+    if reading != main_reading(study.readings):
+        rows = rows[~rows["scenario"].isin(bare)]  # the same with every damping model
     count, scenario_names = rows["scenario"].nunique(), names_of(study)
 
     def names(doubted: pd.DataFrame) -> str:
-        labels = list(dict.fromkeys(doubted["scenario"]))
+        labels = sorted(dict.fromkeys(doubted["scenario"]), key=bare.__contains__)
         named = [scenario_names[label] for label in labels[:NAMED]]
         named += [f"{len(labels) - NAMED} more"] * (len(labels) > NAMED)
         text = "all scenarios" if 1 < count == len(labels) else "; ".join(named)
-        if len(study.readings) > 1:
+        if len(study.readings) > 1 and not bare.issuperset(labels):
             return f"{READINGS[reading]}, {text}"
         return capitalised(text)
 

@@ -109,7 +109,7 @@ def _band_numbers(table: UserTable) -> Index:
     exact = center_frequency(number)
     says = "center_hz = {center_hz:g} is not a preferred centre; the nearest is {exact:.4g} Hz"
     is_far = (center > 0) & (np.abs(center / exact - 1) > CENTER_TOLERANCE)
-    table.note(is_far, f"{says} (within {CENTER_TOLERANCE:.0%})", exact=exact)
+    table.note(is_far, f"{says} (within {100 * CENTER_TOLERANCE:.0f} %)", exact=exact)
     return number
 
 
