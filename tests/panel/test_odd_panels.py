@@ -358,6 +358,21 @@ def test_elements_of_half_the_size_lower_modes_as_stated_for_single_points(tmp_p
     assert np.all(change < 1.15 * shift) and np.all(change > least * shift)
 
 
+def test_the_motion_near_a_single_support_changes_with_the_logarithm_of_its_foot():
+    # w ~ ln(ρ/a) below the extent of 0.5 m, a tenth of elements of 6 cm, and then half of it
+    # red: the larger of two supports; a foot counted; hinges of thin plates counted
+    panel, _ = of([1, 1], SANDWICH, triangles(0.06), 500,
+                  held(foot(0.5, 0.5, 0), foot(0.9, 0.9, 0, "hinge"), foot(0.1, 0.9, 0.02)),
+                  points={"near": [0.5, 0.56], "far": [0.5, 0.999], "foot": [0.1, 0.93]})  # fmt: skip
+    change = StudiedPanel(Panel(**panel)).change_near_supports
+    before, after = (np.log(0.06 / foot) / np.log(0.5 / foot) for foot in (6e-3, 3e-3))
+    assert change[0] == pytest.approx(after / before - 1, abs=0.03)
+    assert change[1] < 0.03 and change[2] < 0.03
+    thin = {**panel, "section": THIN}
+    thin["supports"] = held(foot(0.5, 0.5, 0, "hinge"))
+    assert not StudiedPanel(Panel(**thin)).change_near_supports.any()
+
+
 def test_a_force_on_a_thin_plate_needs_no_foot():
     # red: Kelvin's part of sections with shear
     assert added_compliance(ThinSection(3273.07, 4.0), 1.0)[0] == 0.0

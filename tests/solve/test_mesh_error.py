@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from pidpanel.solve.mesh_error import AMPLITUDE, decibels, mesh_error, point_shifts, shift_of_modes
+from pidpanel.solve.mesh_error import (
+    AMPLITUDE,
+    MeshShift,
+    decibels,
+    mesh_error,
+    point_shifts,
+    shift_of_modes,
+)
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.sharpness import LoadedModes, loaded_modes
 
@@ -12,8 +19,7 @@ AT = np.array([120.0, 310.0, 340.0, 770.0])
 
 
 def by_waves(frequency, shift):
-    """(2, nf) of waves that are too fast by a share, on every line."""
-    return np.array([np.broadcast_to(shift, frequency.shape), np.zeros(frequency.shape)])
+    return MeshShift(np.broadcast_to(shift, frequency.shape), np.zeros(frequency.shape))
 
 
 def resonances(frequency, raised=0.0):
@@ -89,12 +95,14 @@ def test_a_mode_falls_by_the_energy_of_its_reactions():
 
 
 def test_what_stands_at_points_counts_for_the_rms_alone():
-    # red: added to the shift of waves; AMPLITUDE times; the change of the rms left out
+    # red: added to the shift of waves; AMPLITUDE times; the change of the rms or `nearby` left out
     f = np.geomspace(10, 1000, 5000)
     psd = f[:, None] ** -4
-    error = mesh_error(f, psd, np.ones_like(f), by_waves(f, 0.01)[::-1])
+    shift = MeshShift(np.zeros(f.shape), np.full(f.shape, 0.01), np.array([0.07]))
+    error = mesh_error(f, psd, np.ones_like(f), shift)
     assert error.line == 0 and error.rms == 0
-    assert error.point_rms == pytest.approx(1 - np.exp(-0.02) + 0.01, rel=1e-4)
+    assert error.point_rms == pytest.approx(1 - np.exp(-0.02) + 2 * 0.01 + 0.07, rel=1e-4)
+    assert mesh_error(f, 0 * psd, np.ones_like(f), shift).point_rms == 0  # on the support
 
 
 @pytest.mark.parametrize("slope", [5.0, -5.0])

@@ -176,9 +176,8 @@ def shakers_of(study: Study) -> dict[str, Shaker]:
         stated_acceleration_g=study.damping.level.acceleration_g,
     )
     panel = StudiedPanel(study.panel)
-    shift = panel.shift_of_wave
-    per_area = panel.section.mass_per_area
-    return {name: Shaker(settings, level, per_area, shift) for name, level in levels.items()}
+    of_mesh = panel.section.mass_per_area, panel.shift_of_wave, panel.change_near_supports
+    return {name: Shaker(settings, level, *of_mesh) for name, level in levels.items()}
 
 
 def _sweeps(

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.cases import ResponseScenario, heaviest_dampers, resolving
 from pidpanel.response.dampers import DampingModels
@@ -19,6 +20,7 @@ class Shaker:
     spectrum: BreakPoints  # [g²/Hz]
     mass_per_area: float  # of the panel, without dampers [kg/m²]
     shift_of_wave: ShiftOfWave  # as of `ResponsePanel`
+    change_near_supports: Array | float  # likewise
 
     def panel(self, supported: SupportedPanel) -> ResponsePanel:
         """Return a panel under the motion."""
@@ -31,6 +33,7 @@ class Shaker:
             BaseExcitation.of_inertia(level, inertia),
             mass_per_area=self.mass_per_area,
             shift_of_wave=self.shift_of_wave,
+            change_near_supports=self.change_near_supports,
         )
 
     def panel_with(

@@ -11,7 +11,7 @@ from pidpanel.base.notching import Limit
 from pidpanel.base.random import RandomCase
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.solve.mesh_error import mesh_error
+from pidpanel.solve.mesh_error import MeshShift, mesh_error
 from pidpanel.solve.supports import Inertia
 from pidpanel.solve.uncertainty import StandardErrors
 
@@ -89,7 +89,7 @@ def random_dataset(
     models: Sequence[str],
     labels: Sequence[str],
     points: Sequence[str],
-    shifts: Mapping[str, Array],
+    shifts: Mapping[str, MeshShift],
 ) -> xr.Dataset:
     """Return PSDs of input, points and interface under the stated and the notched input.
 

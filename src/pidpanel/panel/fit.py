@@ -14,6 +14,7 @@ from pidpanel.panel.attachments import Attachment
 from pidpanel.panel.layup import Section
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import NONE_FREE
+from pidpanel.panel.reactions import change_nearby
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.supports import PointSupport, Supports, boundary_loops, held_vertices
 
@@ -193,6 +194,31 @@ def roughness(
         "feet": max(feet, default=0.0),
         "ends": sum(inside) / float(np.sqrt(area.area)),
     }
+
+
+def change_near_supports(
+    area: BaseGeometry,
+    supports: Supports,
+    section: Section,
+    points: Iterable[Position],
+    size_at: Callable[[Position], float],
+) -> Array:
+    """Return by which share half the elements change the motion of points (n,), at most [1].
+
+    Near supports at single points that resist nothing in the limit; ``size_at`` gives the size of
+    elements at a place.
+    """
+    yielding = [
+        support.position
+        for support in supports.points.values()
+        if not support.radius
+        and (support.kind == "hold_down" or not isinstance(section, ThinSection))
+    ]
+    places, positions = np.array(list(points)), np.array(yielding).reshape(-1, 2)
+    distance = np.linalg.norm(places[:, None] - positions, axis=2)
+    size = np.array([size_at(position) for position in yielding])
+    extent = np.sqrt(area.area) / 2
+    return change_nearby(distance, size, extent).max(axis=1, initial=0.0)
 
 
 def free_edges(area: BaseGeometry, supports: Supports) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
 from pidpanel.panel import fit, layup, supports
@@ -169,6 +170,16 @@ class StudiedPanel:
     def shift_of_wave(self) -> Callable[[float, float, float], float]:
         """`ElementKind.frequency_shift` of edges [m], frequencies [Hz] and added masses [kg/m²]."""
         return partial(self.elements.frequency_shift, **self._rough)
+
+    @property
+    def change_near_supports(self) -> Array:
+        """`fit.change_near_supports` of the response points (n_points,) [1]."""
+
+        def size_at(place: Position) -> float:
+            return self._size_at(place, 0.0) or self._element_size
+
+        points = self.points.values()
+        return fit.change_near_supports(self.area, self.supports, self.section, points, size_at)
 
     def cause_of_shift(self, edge: float, frequency: float) -> str:
         """Return the largest of `ElementKind.frequency_shifts` on the panel without dampers."""

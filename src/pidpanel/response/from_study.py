@@ -105,6 +105,7 @@ def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -
         read_air(study, radiation, table, files.air),
         mass_per_area=panel.section.mass_per_area,
         shift_of_wave=panel.shift_of_wave,
+        change_near_supports=panel.change_near_supports,
     )
 
 

@@ -32,7 +32,7 @@ from pidpanel.solve.basis_error import (
 )
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import LayoutResponse
-from pidpanel.solve.mesh_error import MeshError, mesh_error, point_shifts, shift_of_modes
+from pidpanel.solve.mesh_error import MeshError, MeshShift, mesh_error, point_shifts, shift_of_modes
 from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.sharpness import LoadedModes, flanks, loaded_modes
 from pidpanel.solve.solvers import PanelSolver, damper_key
@@ -118,16 +118,13 @@ def checked_responses(
 
 def mesh_shifts(
     panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
-) -> dict[str, Array]:
-    """Return the share (2, nf) by which the mesh raises the resonance nearest to each line.
-
-    By the labels of scenarios, each with the heaviest of its dampers.
-    """
+) -> dict[str, MeshShift]:
+    """Return what the mesh does by the labels of scenarios, each with its heaviest dampers."""
     f, basis = panel.frequency, panel.basis
     # a patch may have shorter elements than the panel
     sizes = element_sizes(basis.vertex_position, basis.cells)
     edges = [float(sizes.max()), *(float(sizes[cells].max()) for cells in basis.cell_in_patch)]
-    shifts = {}
+    shifts: dict[str, MeshShift] = {}
     for scenario in scenarios:
         mass = heaviest_dampers(panel, [scenario], models)
         modes = loaded_modes(panel.modal, basis.patch_overlap, mass, panel.mass_per_area)
@@ -144,12 +141,13 @@ def mesh_shifts(
         ]
         bare, patches = np.split(np.array(of_wave), [1])
         points = point_shifts(basis.reactions @ modes.shape, 2 * np.pi * modes.frequency)
-        shifts[scenario.label] = MARGIN * shift_of_modes(f, modes, bare[0], patches, points)
+        shift = shift_of_modes(f, modes, MARGIN * bare[0], MARGIN * patches, MARGIN * points)
+        shifts[scenario.label] = MeshShift(*shift, panel.change_near_supports)
     return shifts
 
 
 def _mesh_errors(
-    panel: ResponsePanel, cases: Sequence[SolvedCase], shifts: Mapping[str, Array]
+    panel: ResponsePanel, cases: Sequence[SolvedCase], shifts: Mapping[str, MeshShift]
 ) -> list[MeshError | None]:
     """Return the error of each case, with the shifts of its scenario by `mesh_shifts`."""
     f = panel.frequency
