@@ -21,6 +21,7 @@ from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, read_co
 from pidpanel.damping.tables import TableReading
 from pidpanel.paths import SECTION
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.study import Study
 from pidpanel.study.atlas import direction_of, mistakes_of_coupon
 from pidpanel.study.coupon import Coupon
@@ -249,9 +250,7 @@ def _constant(damper: Damper) -> ConstantDamper:
     )
 
 
-def write_damping(
-    study: Study, damper: str, cases: Path, surface_nc: Path, surface_csv: Path, law_csv: Path
-) -> None:
+def write_damping(study: Study, damper: str, cases: Path, output: Files) -> None:
     """Write the surface of the cases of a damper's coupon and the constants of the law.
 
     A `DampingError` says that the cases make no surface.
@@ -259,8 +258,7 @@ def write_damping(
     from pidpanel.damping import fit, surface_files
 
     surface = surface_of(study.coupons[damper], read_cases(cases))
-    surface_files.to_dataset(surface).assign_attrs(stamp(study)).to_netcdf(
-        surface_nc, engine="scipy"
-    )
-    surface_files.to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
-    fit.fit_accelerations(surface.cases).to_csv(law_csv, index=False, float_format="%.6g")
+    dataset = surface_files.to_dataset(surface).assign_attrs(stamp(study))
+    dataset.to_netcdf(output.surface, engine="scipy")
+    surface_files.to_frame(surface).to_csv(output.table, index=False, float_format="%.6g")
+    fit.fit_accelerations(surface.cases).to_csv(output.law, index=False, float_format="%.6g")

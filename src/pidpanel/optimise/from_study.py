@@ -42,12 +42,7 @@ from pidpanel.paths import of_damper
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
-from pidpanel.response.from_study import (
-    PanelFiles,
-    StudySound,
-    read_panel_mass,
-    read_response_panel,
-)
+from pidpanel.response.from_study import StudySound, read_panel_mass, read_response_panel
 from pidpanel.response.results import write_csv
 from pidpanel.severity.oscillators import natural_frequencies
 from pidpanel.solve.layout import DampingOfMotion
@@ -240,8 +235,7 @@ def excited_panels(study: Study, files: Files) -> dict[str, Excited]:
     with_strains = section.objective == "stress"
     for name in counted_excitations(study):
         if name == "sound":
-            sound = PanelFiles(files.modes, files.modal_force, files.get("air"))
-            start = read_response_panel(study, sound, study.response.radiation)
+            start = read_response_panel(study, files, study.response.radiation)
             start = replace(start, basis=_with_vertices(section, start.basis))
             panels[name] = UnderSound(start, StudySound(study), with_strains)
         else:

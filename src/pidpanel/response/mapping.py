@@ -1,13 +1,13 @@
 """Rms values over the whole panel for some scenarios."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED, CoupledDamping
+from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.map_files import CORE_STRESSES, map_dataset, write_paraview
 from pidpanel.response.panel import ResponsePanel
@@ -24,8 +24,7 @@ def write_rms_maps(
     psd: xr.Dataset,
     beds: Mapping[tuple[str, str], CoupledDamping],
     attributes: Mapping[str, str],
-    maps_nc: Path,
-    folder: Path,
+    output: Files,
 ) -> None:
     """Write rms values over the whole panel."""
     basis = panel.basis
@@ -71,8 +70,8 @@ def write_rms_maps(
                 }
     errors = [_error_of_points(psd, *key) for key in maps]
     dataset = map_dataset(maps, errors, basis.vertex_position, basis.cells, layers.names)
-    dataset.assign_attrs(attributes).to_netcdf(maps_nc, engine="scipy")
-    write_paraview(folder, dataset)
+    dataset.assign_attrs(attributes).to_netcdf(output.maps, engine="scipy")
+    write_paraview(output.folder, dataset)
 
 
 def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:

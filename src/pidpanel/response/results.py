@@ -4,13 +4,14 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED
+from pidpanel.provenance.job import Files
 from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase
 from pidpanel.response.extrapolation import between_regimes, extrapolation_of
 from pidpanel.response.model_error import (
@@ -44,17 +45,6 @@ class OutsideSimulatedRange(ResponseError):
     """C_e is read where no coupon was simulated, and the study refuses that."""
 
 
-class ResponseFiles(NamedTuple):
-    """The files of the stage."""
-
-    psd_nc: Path
-    summary_csv: Path
-    layouts_csv: Path
-    stress_nc: Path
-    stress_csv: Path
-    left_out_nc: Path
-
-
 @dataclass(frozen=True)
 class Tabulation:
     """Values of a study that its tables need beside the responses."""
@@ -72,7 +62,7 @@ class Tabulation:
     coupled_accuracy: float  # wanted relative standard error of coupled runs [1]
 
 
-def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: ResponseFiles) -> None:
+def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Files) -> None:
     """Write all files of the stage."""
     panel, basis = checked.panel, checked.panel.basis
     rows = _Rows(checked, tabulation)
@@ -89,18 +79,18 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
     }
     summary = pd.concat(rows.summary, ignore_index=True)
     summary = judged(tabulation.scenarios, summary, tabulation.coupled_accuracy)
-    write_csv(output.summary_csv, summary)
-    write_csv(output.layouts_csv, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
+    write_csv(output.summary, summary)
+    write_csv(output.layouts, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
     cases_dataset(rows.psds, PSD_VARIABLES, {**axes, "patch": basis.patch_names}).assign_attrs(
         tabulation.attributes, level=tabulation.level, resolved_damping_ratio=panel.resolved_ratio
-    ).to_netcdf(output.psd_nc, engine="scipy")
-    write_csv(output.stress_csv, pd.DataFrame(rows.stress))
+    ).to_netcdf(output.psd, engine="scipy")
+    write_csv(output.stress_table, pd.DataFrame(rows.stress))
     strains = {**axes, "layer": rows.layers.names}
     variables = stress_variables(stress.QUANTITIES)
     cases_dataset(rows.strains, variables, strains, np.float32).assign_attrs(
         tabulation.attributes
-    ).to_netcdf(output.stress_nc, engine="scipy")
-    write_further_shapes(output.left_out_nc, checked.further_shapes, dict(tabulation.attributes))
+    ).to_netcdf(output.stress, engine="scipy")
+    write_further_shapes(output.left_out, checked.further_shapes, dict(tabulation.attributes))
 
 
 def standard_errors(

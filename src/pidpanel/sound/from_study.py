@@ -16,6 +16,7 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.geometry.plane_waves import MovedFace, WettedFace
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.excitation import SoundExcitation
@@ -168,25 +169,24 @@ def air_tables(
     return tables
 
 
-def write_sound(
-    study: Study,
-    shapes: WettedFace,
-    spectrum_csv: Path,
-    modal_force_nc: Path,
-    air_nc: Path | None = None,
-) -> None:
+def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
     """Write the bands, the modal force of the field and, where it is asked for, the air's tables.
+
+    Parameters
+    ----------
+    output
+        spectrum, a CSV table, modal_force and, for the air, air.
 
     Raises
     ------
     ValueError
         As of `modal_force_tables` and `air_tables`.
     """
-    band_table(study.acoustics).to_csv(spectrum_csv, index=False, float_format="%.7g")
+    band_table(study.acoustics).to_csv(output.spectrum, index=False, float_format="%.7g")
     force = modal_force_tables(study.acoustics, study.response.frequency_hz[1], shapes)
     _tell("modal force", force[MODAL_FORCE])
-    write_tables(modal_force_nc, force, {**stamp(study), "field": study.acoustics.field})
-    if air_nc is not None:
+    write_tables(output.modal_force, force, {**stamp(study), "field": study.acoustics.field})
+    if (air_nc := output.get("air")) is not None:
         air = air_tables(study.acoustics, shapes, force, air_mass=study.response.air_mass)
         for name, table in air.items():
             _tell(name.replace("_", " "), table)
