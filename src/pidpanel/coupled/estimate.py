@@ -78,10 +78,6 @@ class ScenarioEstimate:
     recorded: Array
 
 
-def _zero(frequency: Array) -> Complexes:
-    return np.zeros(frequency.shape, complex)
-
-
 def estimate(
     panel: CoupledPanel,
     records: Sequence[SettledRecord],
@@ -202,7 +198,7 @@ def _fits(
 ) -> tuple[list[_PatchFit], list[BandImpedance]]:
     """Return the sums over all records, with the Z from which the own force follows."""
     patches = range(len(panel.patches))
-    impedances: Sequence[Impedance] = [_zero for _ in patches]
+    impedances: Sequence[Impedance] = [lambda f: np.zeros(f.shape, complex)] * len(patches)
     for _ in range(PASSES):
         motions = [run.linear_motion(impedances) for run in runs]
         sums = [

@@ -61,11 +61,11 @@ def _patch_variables(estimate: ScenarioEstimate, beds: Sequence[SimulatedBed]) -
             "own_force_psd": (patch.own_force.psd, "Pa2 Hz-1"),
             "own_force_coherence": (patch.own_force.coherence, "1"),
             "own_force_error": (patch.own_force_error, "1"),
-            "common_error": (patch.common_error, "1"),
             "own_force_length": (patch.own_force.length, "m Hz"),
             "cell_area": (bed.cell_area, "m2"),
-            "mass_per_area": (bed.mass_per_area, "kg m-2"),
-            "youngs_modulus": (bed.modulus, "Pa"),
+            "common_error": (patch.common_error, "1"),
+            "particle_mass_per_area": (bed.mass_per_area, "kg m-2"),
+            "youngs_modulus": (bed.modulus / 1e6, "MPa"),
         }
         for patch, bed in zip(estimate.patches, beds, strict=True)
     ]
@@ -143,28 +143,17 @@ def frames(scenario: str, stored: xr.Dataset) -> dict[str, pd.DataFrame]:
     }
 
 
-# Columns of the table by the names in the file of an estimate.
-IMPEDANCE_COLUMNS = {
-    "band": "band_hz",
-    "impedance_frequency": "frequency_hz",
-    "equivalent_damping": "equivalent_damping_n_s_m3",
-    "equivalent_damping_error": "equivalent_damping_error_n_s_m3",
-    "apparent_mass": "apparent_mass_kg_m2",
-    "apparent_mass_error": "apparent_mass_error_kg_m2",
-    "own_force_psd": "own_force_psd_pa2_hz",
-    "own_force_coherence": "own_force_coherence",
-    "own_force_error": "own_force_error",
-    "own_force_length": "own_force_length_m_hz",
-    "cell_area": "cell_area_m2",
-    "common_error": "common_error",
-    "mass_per_area": "particle_mass_per_area_kg_m2",
-    "youngs_modulus": "youngs_modulus_mpa",
-}
-
-
 def _impedance(scenario: str, stored: xr.Dataset) -> pd.DataFrame:
-    values = stored[list(IMPEDANCE_COLUMNS)]
-    rows = values.to_dataframe(["patch", "band"]).reset_index().rename(columns=IMPEDANCE_COLUMNS)
-    rows["youngs_modulus_mpa"] /= 1e6
+    """Return what is known of patches by band; names of the columns end with the unit."""
+    values = stored[[name for name in stored.data_vars if stored[name].dims[0] == "patch"]]
+    rows = values.to_dataframe(["patch", "band"]).reset_index()
+    units = {name: variable.attrs.get("units", "1") for name, variable in values.variables.items()}
+    names = {name: f"{name}_{_suffix(unit)}" for name, unit in units.items() if unit != "1"}
+    rows = rows.rename(columns=names | {"impedance_frequency": "frequency_hz"})
     rows.insert(0, "scenario", scenario)
     return rows
+
+
+def _suffix(unit: str) -> str:
+    """Return ``n_s_m3`` of ``N s m-3``, and ``pa2_hz`` of ``Pa2 Hz-1``."""
+    return unit.lower().replace("-1", "").replace("-", "").replace(" ", "_")

@@ -97,24 +97,16 @@ class Variants:
         C_e falls as the rms velocity v of its patch rises, about as v^−`EXPONENT`, and v follows
         C_e: ln of the factor is γ m with m = ln(v_recorded/v) + Σ_q ∂ ln v/∂ ln C_e γ m_q.
         """
-        omega = 2 * np.pi * self.frequency[:, None]
-        first = len(self.panel.points)
-        velocity, slope = [], []
-        for part in self.panel.slices:
-            columns = slice(first + part.start, first + part.stop)
-            area = self.panel.area[part] / self.panel.area[part].sum()
-            velocity.append(np.trapezoid((omega**2 * self.psd[:, columns]) @ area, self.frequency))
-            slope.append(
-                [
-                    np.trapezoid(
-                        (omega**2 * derivative[:, columns]) @ area * z(self.frequency).real,
-                        self.frequency,
-                    )
-                    for derivative, z in zip(self.of_damping, self.impedances, strict=True)
-                ]
-            )
-        square = np.array(velocity)
-        by_damping = np.array(slope) / square[:, None] / 2  # ∂ ln v_p/∂ ln C_q
+        panel, frequency = self.panel, self.frequency
+        omega, cells = 2 * np.pi * frequency[:, None], slice(len(panel.points), None)
+        share = np.zeros((len(panel.area), len(panel.patches)))  # of each cell in its patch
+        for patch, part in enumerate(panel.slices):
+            share[part, patch] = panel.area[part] / panel.area[part].sum()
+        square = np.trapezoid((omega**2 * self.psd[:, cells]) @ share, frequency, axis=0)
+        damping = np.array([z(frequency).real for z in self.impedances])
+        slope = damping[:, :, None] * ((omega**2 * self.of_damping[:, :, cells]) @ share)
+        # ∂ ln v_p/∂ ln C_q
+        by_damping = np.trapezoid(slope, frequency, axis=1).T / square[:, None] / 2
         log_ratio = np.log(recorded / square) / 2
         matrix = np.eye(len(square)) + EXPONENT * by_damping
         return np.exp(EXPONENT * np.linalg.solve(matrix, log_ratio))

@@ -31,7 +31,7 @@ from pidpanel.damping.broadband import (
 )
 from pidpanel.damping.inelastic import thrown_height
 from pidpanel.damping.jump import Jump
-from pidpanel.damping.readings import DampingValues, Point
+from pidpanel.damping.readings import DampingReading, DampingValues, Point
 from pidpanel.damping.riding import riding_trend
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface import DampingSurface
@@ -238,7 +238,7 @@ def dimensionless(
 
 
 @dataclass(frozen=True)
-class AtlasDamping:
+class AtlasDamping(DampingReading):
     """C_e and m_a of one coupon; see `readings.DampingReading`."""
 
     surface: DampingSurface  # with m₁ = 1
@@ -299,11 +299,6 @@ class AtlasDamping:
             self.mass_per_fill * values.apparent_mass * self.with_mass,
             values.inside & self.is_hard(frequency, acceleration_g),
         )
-
-    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
-        """Return the covariance (2n, 2n) of ln C_e, then of m_a [kg/m²], at (n,) [Hz]."""
-        point = (fill_fraction, acceleration_g)
-        return self.cross_covariance(frequency, point, point)
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between what is read at two points of r and Γ."""

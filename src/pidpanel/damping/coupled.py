@@ -11,7 +11,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT
-from pidpanel.damping.readings import DampingValues, Point
+from pidpanel.damping.readings import DampingReading, DampingValues, Point
 
 COUPLED = "coupled"  # name of this damping model in a study
 
@@ -40,7 +40,7 @@ SCALARS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class CoupledDamping:
+class CoupledDamping(DampingReading):
     """C_e, m_a and own force of one patch at the motion that it has.
 
     ln C_e, m_a, ln of the PSD of the own force and its coherence are linear in ln f between the
@@ -96,7 +96,7 @@ class CoupledDamping:
             damping, damping * np.sqrt(variance), mass, np.ones(frequency.shape, np.bool_)
         )
 
-    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) of ln C_e, then of m_a, at (n,) [Hz]."""
         hats = self._hats(np.asarray(frequency, float))
         count = len(hats)
@@ -105,10 +105,6 @@ class CoupledDamping:
         if self.with_mass:
             result[count:, count:] = hats @ self._mass_covariance @ hats.T
         return result
-
-    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return the covariance itself: the parts of a patch have the same damper."""
-        return self.covariance(frequency, *first)
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the particles [kg/m²]."""

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import PAPER_LAW
-from pidpanel.damping.readings import DampingError, DampingValues, Point
+from pidpanel.damping.readings import DampingError, DampingReading, DampingValues, Point
 
 FREQUENCY_RANGE = (5.0, 2000.0)  # the range in which the paper shook its coupon [Hz]
 
@@ -83,7 +83,7 @@ def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:
     return f
 
 
-class PaperLaw:
+class PaperLaw(DampingReading):
     """A law of the paper, as printed (C_e is negative) or corrected; without mass, whatever Γ."""
 
     depends_on_acceleration = False
@@ -102,13 +102,9 @@ class PaperLaw:
             damping, np.zeros_like(damping), np.zeros_like(damping), np.ones(damping.shape, bool)
         )
 
-    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return zeros (2n, 2n): the paper states no errors."""
         return np.zeros((2 * len(frequency), 2 * len(frequency)))
-
-    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return zeros (2n, 2n)."""
-        return self.covariance(frequency, *first)
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return NaN: the paper states no mass."""

@@ -4,7 +4,6 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.damping.surface_cases import AXES
 
 
 class SimulatedRange:
@@ -24,12 +23,6 @@ class SimulatedRange:
         flat = np.linalg.matrix_rank(spread - spread[0], tol=1e-6) < dimensions
         hull = ConvexHull(spread, qhull_options="QJ" if flat else "")
         self._normals, self._offsets = hull.equations[:, :-1], hull.equations[:, -1]
-
-    def __str__(self) -> str:
-        return ", ".join(
-            f"{axis} {low:g} to {high:g}"
-            for axis, low, high in zip(AXES, self.low, self.high, strict=True)
-        )
 
     def contains(self, points: Array) -> Flags:
         """Return (n,) whether points (n, 3) of r, f, Γ are in the hull."""

@@ -22,7 +22,13 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.broadband import EXACT, SINGLE_TONES
 from pidpanel.damping.interpolation import Interpolation, Interpolator
-from pidpanel.damping.readings import NODE_STEP, DampingValues, Point, correlated_covariance
+from pidpanel.damping.readings import (
+    NODE_STEP,
+    DampingReading,
+    DampingValues,
+    Point,
+    correlated_covariance,
+)
 from pidpanel.damping.table_files import (
     DAMPING,
     ERRORS,
@@ -66,7 +72,7 @@ def impedance_of(
     return damping, error, inertia, inertia_error
 
 
-class TableReading:
+class TableReading(DampingReading):
     """The rows of a table as a reading of the damping.
 
     Parameters
@@ -82,6 +88,9 @@ class TableReading:
         Frequencies between which errors are linear in ln f [Hz]; None where the table has none.
     """
 
+    broadband_error = SINGLE_TONES
+    nodes: Array | None = None
+
     def __init__(
         self, columns: Mapping[str, Array], interpolation: Interpolation, *, with_mass: bool = True
     ) -> None:
@@ -95,10 +104,12 @@ class TableReading:
         values = np.stack([columns[name] for name in self._names], axis=1)
         self._rows = Interpolator(fill, amplitude, frequency, values, interpolation)
         self.depends_on_acceleration = self._rows.depends_on_amplitude
-        self.broadband_error = EXACT if self._amplitude is None else SINGLE_TONES
+        if self._amplitude is None:
+            self.broadband_error = EXACT
         errors = names[1::2] if with_mass else names[1:2]
         has_errors = any(columns[name].any() for name in errors if name in columns)
-        self.nodes = _nodes(frequency) if has_errors else None
+        if has_errors:
+            self.nodes = _nodes(frequency)
         self._fills = np.unique(fill)
         if PARTICLE_MASS in columns:
             mass = columns[PARTICLE_MASS]
@@ -136,11 +147,6 @@ class TableReading:
         if not self._with_mass:
             mass, mass_error = np.zeros_like(mass), np.zeros_like(mass)
         return np.concatenate([damping, mass]), np.concatenate([relative, mass_error]), inside
-
-    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
-        """Return the covariance (2n, 2n) of ln C_e and m_a; see `cross_covariance`."""
-        point = (fill_fraction, acceleration_g)
-        return self.cross_covariance(frequency, point, point)
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between what is read at two points of r and Γ.
