@@ -102,7 +102,8 @@ class Variants:
         share = np.zeros((len(panel.area), len(panel.patches)))  # of each cell in its patch
         for patch, part in enumerate(panel.slices):
             share[part, patch] = panel.area[part] / panel.area[part].sum()
-        square = np.trapezoid((omega**2 * self.psd[:, cells]) @ share, frequency, axis=0)
+        psd = (omega**2 * self.psd[:, cells]) @ share
+        square = np.asarray(np.trapezoid(psd, frequency, axis=0))
         damping = np.array([z(frequency).real for z in self.impedances])
         slope = damping[:, :, None] * ((omega**2 * self.of_damping[:, :, cells]) @ share)
         # ∂ ln v_p/∂ ln C_q

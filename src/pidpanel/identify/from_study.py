@@ -25,9 +25,14 @@ from pidpanel.damping.table_files import (
     read_columns,
 )
 from pidpanel.identify.force_files import read_force
-from pidpanel.identify.measured import measured_table
 from pidpanel.identify.next_tones import NextTones, candidates, next_tones
-from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
+from pidpanel.identify.posterior import (
+    FillPrior,
+    MeasuredDamping,
+    Posterior,
+    identify,
+    measured_table,
+)
 from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
 from pidpanel.measurement.files import UNIVERSAL
 from pidpanel.provenance import durable
