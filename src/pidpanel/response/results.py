@@ -12,6 +12,7 @@ import pandas as pd
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.provenance.job import Files
+from pidpanel.response import tables
 from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase
 from pidpanel.response.extrapolation import between_regimes, extrapolation_of
 from pidpanel.response.model_error import (
@@ -22,15 +23,6 @@ from pidpanel.response.model_error import (
 )
 from pidpanel.response.patch_rows import PATCH_COLUMNS, damping_on_patches, only_motion, patch_rows
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
-from pidpanel.response.tables import (
-    PSD_VARIABLES,
-    cases_dataset,
-    dead_weight_columns,
-    error_columns,
-    stress_rows,
-    stress_variables,
-    summary_columns,
-)
 from pidpanel.response.trust import judged
 from pidpanel.solve import stress, uncertainty
 from pidpanel.solve.layout import LayoutResponse
@@ -81,13 +73,14 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: File
     summary = judged(tabulation.scenarios, summary, tabulation.coupled_accuracy)
     write_csv(output.summary, summary)
     write_csv(output.layouts, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
-    cases_dataset(rows.psds, PSD_VARIABLES, {**axes, "patch": basis.patch_names}).assign_attrs(
+    psds = {**axes, "patch": basis.patch_names}
+    tables.cases_dataset(rows.psds, tables.PSD_VARIABLES, psds).assign_attrs(
         tabulation.attributes, level=tabulation.level, resolved_damping_ratio=panel.resolved_ratio
     ).to_netcdf(output.psd, engine="scipy")
     write_csv(output.stress_table, pd.DataFrame(rows.stress))
     strains = {**axes, "layer": rows.layers.names}
-    variables = stress_variables(stress.QUANTITIES)
-    cases_dataset(rows.strains, variables, strains, np.float32).assign_attrs(
+    variables = tables.stress_variables(stress.QUANTITIES)
+    tables.cases_dataset(rows.strains, variables, strains, np.float32).assign_attrs(
         tabulation.attributes
     ).to_netcdf(output.stress, engine="scipy")
     write_further_shapes(output.left_out, checked.further_shapes, dict(tabulation.attributes))
@@ -210,7 +203,7 @@ class _Rows:
         """Rms values, their errors, masses and dead weight of a case."""
         panel = self._panel
         read_at, motion = only_motion(panel, case, response, self._tabulation.scenarios)
-        values = summary_columns(
+        values = tables.summary_columns(
             response,
             case.bare,
             thickness=self._tabulation.thickness,
@@ -219,9 +212,9 @@ class _Rows:
             read_at_g=read_at,
             patch_motion_g=motion,
         )
-        masses = case.masses(panel.load_area(response))
-        dead = dead_weight_columns(case.bare, case.dead_weight, masses, self._tabulation.panel_mass)
-        return {**values, **error_columns(values, error), **dead}
+        masses, mass = case.masses(panel.load_area(response)), self._tabulation.panel_mass
+        dead = tables.dead_weight_columns(case.bare, case.dead_weight, masses, mass)
+        return {**values, **tables.error_columns(values, error), **dead}
 
     def _strains(
         self, case: SolvedCase, response: PanelResponse, error: uncertainty.StandardErrors | None
@@ -233,7 +226,7 @@ class _Rows:
         rows = [
             {"layer": layer, **row}
             for layer, part in parts.items()
-            for row in stress_rows(
+            for row in tables.stress_rows(
                 self._panel.frequency,
                 part,
                 stress.CORE_QUANTITIES if layer == CORE else stress.QUANTITIES,
