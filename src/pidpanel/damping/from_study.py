@@ -55,17 +55,13 @@ def read_cases(path: Path) -> pd.DataFrame:
     return pd.read_csv(path, keep_default_na=True)
 
 
-def read_stored_surface(path: Path) -> DampingSurface:
-    """Read the surface of ``damping/surface.nc``."""
+def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> DampingReading:
+    """Read the surface of ``damping/surface.nc``: of its cases alone, or added to the atlas."""
     import xarray as xr
 
     from pidpanel.damping import surface_files
 
-    return surface_files.from_dataset(xr.load_dataset(path, engine="scipy"))
-
-
-def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> DampingReading:
-    surface = read_stored_surface(path)
+    surface = surface_files.from_dataset(xr.load_dataset(path, engine="scipy"))
     if prior == "closed_form":
         return surface
     return reading_from_atlas(coupon, is_broadband=False, surface=surface)

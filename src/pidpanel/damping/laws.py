@@ -33,8 +33,7 @@ def paper_constants(fill_fraction: float) -> tuple[float, float, float]:
 def equation_5(omega: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> Array:
     """C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω) (Eq. 5); ω in the unit that a₁ and a₃ are stated for."""
     w = np.asarray(omega, float)
-    result: Array = a1 / (2 * np.pi) * w ** (np.asarray(a2) - 1) * np.exp(-a3 * w)  # type: ignore[operator]
-    return result
+    return a1 / (2 * np.pi) * w ** (np.asarray(a2) - 1) * np.exp(-a3 * w)  # type: ignore[operator]
 
 
 def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:

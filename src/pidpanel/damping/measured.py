@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.damping.table_files import (
     ERRORS,
@@ -19,6 +18,7 @@ from pidpanel.damping.table_files import (
     MASS,
     PARTICLE_MASS,
     amplitude_of,
+    gamma_per_unit,
 )
 from pidpanel.damping.tables import impedance_of
 
@@ -72,16 +72,10 @@ def amplitudes_g(columns: Mapping[str, Array]) -> Array | None:
     >>> amplitudes_g(rows).round(2)
     array([20.13])
     """
-    omega = 2 * np.pi * columns[FREQUENCY]
     name, amplitude = amplitude_of(columns)
     if name is None:
         return None
-    scales = {
-        "acceleration_g": np.ones_like(omega),
-        "displacement_mm": 1e-3 * omega**2 / STANDARD_GRAVITY,
-        "velocity_m_s": omega / STANDARD_GRAVITY,
-    }
-    return np.asarray(amplitude * scales[name])
+    return np.asarray(amplitude * gamma_per_unit(name, 2 * np.pi * columns[FREQUENCY]))
 
 
 def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | None) -> pd.DataFrame:

@@ -30,8 +30,7 @@ class SimulatedRange:
             (points >= self.low * (1 - 1e-9)) & (points <= self.high * (1 + 1e-9)), axis=1
         )
         away = _logarithmic(points)[:, self._spread] @ self._normals.T + self._offsets
-        inside: Flags = in_bounds & (away <= 1e-6).all(axis=1)
-        return inside
+        return in_bounds & (away <= 1e-6).all(axis=1)
 
 
 def _logarithmic(points: Array) -> Array:
