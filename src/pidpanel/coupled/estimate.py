@@ -200,14 +200,9 @@ def _fits(
     patches = range(len(panel.patches))
     impedances: Sequence[Impedance] = [lambda f: np.zeros(f.shape, complex)] * len(patches)
     for _ in range(PASSES):
-        motions = [run.linear_motion(impedances) for run in runs]
+        moved = [(run, run.linear_motion(impedances)) for run in runs]
         sums = [
-            ImpedanceSums.joined(
-                [
-                    run.impedance_sums(motion, p, edge)
-                    for run, motion in zip(runs, motions, strict=True)
-                ]
-            )
+            ImpedanceSums.joined([run.impedance_sums(motion, p, edge) for run, motion in moved])
             for p in patches
         ]
         fitted = [of_patch.impedance() for of_patch in sums]

@@ -5,7 +5,7 @@ All is in closed form and linear in changes of C_e, m_a and own force.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -52,24 +52,22 @@ class Variants:
             patch.whole_load(force, centre) * force.psd[:, None, None]
             for patch, force in zip(panel.patches, forces, strict=True)
         ]
-        total = np.sum(loads, axis=0)
-        sets: list[tuple[Complexes, Array | None]] = [(z, None), (z, total)]
-        sets += [(z, load) for load in loads]
+        total, *own = (
+            interpolated_load(frequency, centre, load) for load in (np.sum(loads, axis=0), *loads)
+        )
+        sets: list[tuple[Complexes, Callable[[slice], Array] | None]] = [(z, None), (z, total)]
+        sets += [(z, force) for force in own]
         for p in range(len(loads)):
             for unit in (1.0, 1j):
                 changed = z.copy()
                 changed[p] += unit * step[p]
                 sets.append((changed, total))
         observed = np.concatenate([panel.points, panel.at_cells])
-        psds = Receptances(
-            frequency, panel.modal.dynamic_stiffness(frequency), felt, observed
-        ).psds(
+        stiffness = panel.modal.dynamic_stiffness(frequency)
+        psds = Receptances(frequency, stiffness, felt, observed).psds(
             [values[owner].T for values, _ in sets],
             lambda lines: panel.load(frequency[lines]),
-            [
-                None if load is None else interpolated_load(frequency, centre, load)
-                for _, load in sets
-            ],
+            [force for _, force in sets],
         )
         base, whole, patches = psds[0], psds[1], len(loads)
         changed = psds[2 + patches :].reshape(patches, 2, *base.shape)

@@ -73,9 +73,6 @@ class SeedMean:
     seed_error: float = math.nan
     apparent_mass: float = math.nan  # m_a [kg/m²]
     apparent_mass_error: float = math.nan
-    spheres: float = math.nan  # in all cells
-    mass_kg: float = math.nan
-    drift: float = math.nan  # of the seed that drifts most, in standard errors
     states: States = NO_STATES
 
 
@@ -112,17 +109,7 @@ def _mean_of_seeds(case: Case, seeds: Sequence[SeedEstimate], scatter: float) ->
     states = _states(case, seeds)
     if len(states.damping) > 1:
         c, m, m_error = states.mean, states.mass_mean, math.hypot(m_error, states.mass_error)
-    return SeedMean(
-        damping=c,
-        damping_error=c_error,
-        seed_error=seed_error,
-        apparent_mass=m,
-        apparent_mass_error=m_error,
-        spheres=float(np.mean([seed.shaken.spheres for seed in seeds])),
-        mass_kg=float(np.mean([seed.shaken.mass_kg for seed in seeds])),
-        drift=max((seed.damping.drift for seed in seeds), key=abs),
-        states=states,
-    )
+    return SeedMean(c, c_error, seed_error, m, m_error, states)
 
 
 def summarise(
@@ -139,7 +126,11 @@ def summarise(
         # a run on its way from one state to another is not steady; that is in the error
         problems = [problem for problem in problems if problem[0] != NotSteady.__name__]
     c, m = mean.damping, mean.apparent_mass
-    per_area = mean.mass_kg / packing.area
+    spheres, mass = math.nan, math.nan
+    if seeds:
+        of_seeds = [(seed.shaken.spheres, seed.shaken.mass_kg) for seed in seeds]
+        spheres, mass = np.mean(of_seeds, axis=0).tolist()
+    per_area = mass / packing.area
     w, f = drive.amplitude, drive.frequency
     # where cycles do not tell its error, m_a is known to within the mass of the particles
     m_error = mean.apparent_mass_error if mean.apparent_mass_error < math.inf else per_area
@@ -151,8 +142,8 @@ def summarise(
         "youngs_modulus_mpa": point.constants.youngs_modulus / 1e6,
         "seeds": len(seeds),
         "cells": packing.count,
-        "spheres_per_cell": mean.spheres / packing.count,
-        "bulk_fraction": mean.mass_kg / packing.density / (packing.area * packing.depth),
+        "spheres_per_cell": spheres / packing.count,
+        "bulk_fraction": mass / packing.density / (packing.area * packing.depth),
         "particle_mass_per_area_kg_m2": per_area,
         "dissipated_energy_j_m2": cycles.dissipated_energy(c, w, f),
         "dissipated_energy_error_j_m2": cycles.dissipated_energy(total_error, w, f),
@@ -174,7 +165,7 @@ def summarise(
         **_energies([seed.shaken.balance for seed in seeds]),
         "cycles_run": sum(seed.shaken.cycles for seed in seeds),
         "cycles_used": sum(seed.damping.used for seed in seeds),
-        "drift": mean.drift,
+        "drift": max((seed.damping.drift for seed in seeds), key=abs, default=math.nan),
         "target_met": bool(
             math.hypot(mean.seed_error, cell_states.damping_error)
             <= max(case.relative_error * abs(c), rows.FLOOR * bound)

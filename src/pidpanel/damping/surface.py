@@ -129,14 +129,11 @@ class DampingSurface(DampingReading):
         if crossing is None:
             crossing = self.crossing(points)
         log_damping, mass = self.expected(points)
-        return (
-            self.damping.mixture(
-                points, crossing, log_damping, self.bed.restless(points), self.bed.riding(points)
-            ),
-            None
-            if self.mass is None
-            else self.mass.mixture(points, crossing, mass, np.zeros((2, len(points)))),
-        )
+        restless, trend = self.bed.restless(points), self.bed.riding(points)
+        damping = self.damping.mixture(points, crossing, log_damping, restless, trend)
+        if self.mass is None:
+            return damping, None
+        return damping, self.mass.mixture(points, crossing, mass, np.zeros((2, len(points))))
 
     def expected(self, points: Array) -> tuple[Array, Array]:
         """Return ln 2m₁E and m₁μ (n,) of the bed that crosses; 0 where nothing jumps."""

@@ -135,19 +135,15 @@ def solve_layouts(
 
     A layout with a force beside the excitation is solved on its own.
     """
-    plain = [layout for layout in layouts if layout.force is None]
-    answers = iter(_solve_together(solver, plain))
-    return [
-        next(answers)
-        if layout.force is None
-        else _solve_together(
-            solver.with_excitation(
-                Superposition(solver.excitation, layout.force, 1 / layout.factor)
-            ),
-            [layout],
-        )[0]
-        for layout in layouts
-    ]
+    answers = iter(_solve_together(solver, [each for each in layouts if each.force is None]))
+    solved: list[LayoutResponse | UnstableDamping] = []
+    for layout in layouts:
+        if layout.force is None:
+            solved.append(next(answers))
+        else:
+            excitation = Superposition(solver.excitation, layout.force, 1 / layout.factor)
+            solved += _solve_together(solver.with_excitation(excitation), [layout])
+    return solved
 
 
 def _solve_together(

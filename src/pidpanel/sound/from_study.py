@@ -196,7 +196,5 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
 def _tell(title: str, table: WavenumberTable) -> None:
     """Say in the log of the stage what stands."""
     count, shapes = table.even.shape[:2]
-    print(
-        f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m",
-        file=sys.stderr,
-    )
+    text = f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m"
+    print(text, file=sys.stderr)
