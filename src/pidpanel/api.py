@@ -332,13 +332,13 @@ class Model:
         names = {"modes": "modes.nc", "plate": "plate.nc", "section": "section.csv", **SOUND_FILES}
         if study.response.radiation != "none":
             names["air"] = "air.nc"
-        read, made = (
+        upstream, outputs = (
             Files({name: [folder / file] for name, file in group.items()})
             for group in (names, RESPONSE)
         )
         with contextlib.redirect_stderr(io.StringIO()):  # lines for the log of the stage
-            write_sound(study, read_basis(read.modes), read)
-            write_response(study, read, made, None, None)
+            write_sound(study, read_basis(upstream.modes), upstream)
+            write_response(study, upstream, outputs, None, None)
         files |= {name: folder / name for name in RESPONSE.values()}
 
     def _reading(self, source: str | None) -> DampingReading:

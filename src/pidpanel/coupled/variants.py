@@ -52,11 +52,11 @@ class Variants:
             patch.whole_load(force, centre) * force.psd[:, None, None]
             for patch, force in zip(panel.patches, forces, strict=True)
         ]
-        total, *own = (
+        total, *single = (
             interpolated_load(frequency, centre, load) for load in (np.sum(loads, axis=0), *loads)
         )
         sets: list[tuple[Complexes, Callable[[slice], Array] | None]] = [(z, None), (z, total)]
-        sets += [(z, force) for force in own]
+        sets += [(z, force) for force in single]
         for p in range(len(loads)):
             for unit in (1.0, 1j):
                 changed = z.copy()

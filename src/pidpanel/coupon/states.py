@@ -39,8 +39,8 @@ def states_of(means: Array, errors: Array) -> list[Index]:
     """
     order = np.argsort(means, kind="stable")
     means, errors = means[order], errors[order]
-    apart = are_apart(means[:-1], errors[:-1], means[1:], errors[1:])
-    return np.split(order, 1 + np.flatnonzero(apart))
+    cuts = are_apart(means[:-1], errors[:-1], means[1:], errors[1:])
+    return np.split(order, 1 + np.flatnonzero(cuts))
 
 
 def farthest(means: Array, states: list[Index]) -> float:

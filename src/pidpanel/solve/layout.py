@@ -135,15 +135,16 @@ def solve_layouts(
 
     A layout with a force beside the excitation is solved on its own.
     """
-    answers = iter(_solve_together(solver, [each for each in layouts if each.force is None]))
-    solved: list[LayoutResponse | UnstableDamping] = []
+    plain = [layout for layout in layouts if layout.force is None]
+    answers = iter(_solve_together(solver, plain))
+    responses: list[LayoutResponse | UnstableDamping] = []
     for layout in layouts:
         if layout.force is None:
-            solved.append(next(answers))
+            responses.append(next(answers))
         else:
             excitation = Superposition(solver.excitation, layout.force, 1 / layout.factor)
-            solved += _solve_together(solver.with_excitation(excitation), [layout])
-    return solved
+            responses += _solve_together(solver.with_excitation(excitation), [layout])
+    return responses
 
 
 def _solve_together(
