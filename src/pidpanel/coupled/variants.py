@@ -3,8 +3,6 @@
 All is in closed form and linear in changes of C_e, m_a and own force.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The file of an identification and its results: the only module of the package that reads both."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

@@ -10,8 +10,6 @@ linear-Gaussian update leaves
 and the tone tells ½ ln(det cov θ / det cov θ′).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
