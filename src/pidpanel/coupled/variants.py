@@ -153,11 +153,9 @@ class Variants:
             load += weighted.T @ psd @ weighted
         stiffness = panel.modal.dynamic_stiffness(frequency)
         receptances = Receptances(frequency, stiffness, panel.at_cells.T, panel.points)
-        (result,) = receptances.psds(
-            [cell_load(panel, frequency, impedances)],
-            None,
-            [interpolated_load(frequency, self.centre, load)],
-        )
+        own_force = interpolated_load(frequency, self.centre, load)
+        dampers = cell_load(panel, frequency, impedances)
+        (result,) = receptances.psds([dampers], None, [own_force])
         return result
 
     def band_squares(self, psd: Array, edge: Array) -> Array:

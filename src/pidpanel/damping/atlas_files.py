@@ -92,18 +92,13 @@ def read_rows(path: Path) -> pd.DataFrame:
 def by_state(cases: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each state of motion of the cases; m_a of one of several is not known."""
     several = cases["state_loss_factors"] != ""
-    rows = [cases[~several]]
-    for _, case in cases[several].iterrows():
-        losses = [float(text) for text in str(case["state_loss_factors"]).split()]
-        relative = case["loss_factor_statistical_error"] / case["loss_factor"]
-        rows.append(
-            pd.DataFrame([case] * len(losses)).assign(
-                loss_factor=losses,
-                loss_factor_error=[relative * loss for loss in losses],
-                mass_ratio_error=UNKNOWN_MASS,
-            )
-        )
-    return pd.concat(rows, ignore_index=True)
+    losses = cases["state_loss_factors"][several].str.split().explode().astype(float)
+    states = cases.loc[losses.index]
+    relative = states["loss_factor_statistical_error"] / states["loss_factor"]
+    states = states.assign(
+        loss_factor=losses, loss_factor_error=relative * losses, mass_ratio_error=UNKNOWN_MASS
+    )
+    return pd.concat([cases[~several], states], ignore_index=True)
 
 
 def atlas_data(cases: pd.DataFrame, trend: Array | None = None) -> TrainingData:

@@ -49,12 +49,8 @@ class ConstantDamper(DampingReading):
         """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
         frequency = np.asarray(frequency, float)
         damping = self.equivalent_damping + self.loss_mass * 2 * np.pi * frequency
-        return DampingValues(
-            damping,
-            self.relative_error * damping,
-            np.full(frequency.shape, self.apparent_mass),
-            np.ones(frequency.shape, dtype=np.bool_),
-        )
+        mass, inside = np.full(frequency.shape, self.apparent_mass), np.ones(frequency.shape, bool)
+        return DampingValues(damping, self.relative_error * damping, mass, inside)
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) of ln C_e, m_a; see `readings.correlated_covariance`."""

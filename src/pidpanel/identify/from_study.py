@@ -198,14 +198,10 @@ def _from_universal(test: Measured, mass: float) -> MeasuredDamping:
         raise Mistakes([Mistake(("measured", "relative_error"), _MISSING)])
     bands = read_force(test.file, test.record, test.area_mm2 * 1e-6, test.fixture_mass_kg)
     gamma, is_broadband = _level(test, None, len(bands.frequency))
-    relative = test.relative_error
-    return MeasuredDamping(
-        Tones(bands.frequency, gamma, is_broadband),
-        bands.damping,
-        np.hypot(bands.damping_error, relative * bands.damping),
-        bands.mass,
-        np.hypot(bands.mass_error, relative * mass),
-    )
+    tones, relative = Tones(bands.frequency, gamma, is_broadband), test.relative_error
+    damping_error = np.hypot(bands.damping_error, relative * bands.damping)
+    mass_error = np.hypot(bands.mass_error, relative * mass)
+    return MeasuredDamping(tones, bands.damping, damping_error, bands.mass, mass_error)
 
 
 def _level(test: Measured, gamma: Any, count: int) -> tuple[Any, Any]:

@@ -55,12 +55,9 @@ class MeasuredDamping:
 
     def rows(self, used: Flags) -> MeasuredDamping:
         """Return some of the tones."""
-        f, gamma, is_broadband = self.tones
-        tones = Tones(f[used], gamma[used], is_broadband[used])
-        return MeasuredDamping(
-            tones, self.damping[used], self.damping_error[used], self.mass[used],
-            self.mass_error[used],
-        )  # fmt: skip
+        tones = Tones(*(values[used] for values in self.tones))
+        values = self.damping, self.damping_error, self.mass, self.mass_error
+        return MeasuredDamping(tones, *(array[used] for array in values))
 
     @property
     def errors(self) -> Array:
