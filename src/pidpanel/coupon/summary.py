@@ -73,6 +73,8 @@ class SeedMean:
     seed_error: float = math.nan
     apparent_mass: float = math.nan  # m_a [kg/m²]
     apparent_mass_error: float = math.nan
+    spheres: float = math.nan  # in all cells
+    mass_kg: float = math.nan
     states: States = NO_STATES
 
 
@@ -109,7 +111,9 @@ def _mean_of_seeds(case: Case, seeds: Sequence[SeedEstimate], scatter: float) ->
     states = _states(case, seeds)
     if len(states.damping) > 1:
         c, m, m_error = states.mean, states.mass_mean, math.hypot(m_error, states.mass_error)
-    return SeedMean(c, c_error, seed_error, m, m_error, states)
+    of_seeds = [(seed.shaken.spheres, seed.shaken.mass_kg) for seed in seeds]
+    spheres, mass = np.mean(of_seeds, axis=0).tolist()
+    return SeedMean(c, c_error, seed_error, m, m_error, spheres, mass, states)
 
 
 def summarise(
@@ -126,11 +130,7 @@ def summarise(
         # a run on its way from one state to another is not steady; that is in the error
         problems = [problem for problem in problems if problem[0] != NotSteady.__name__]
     c, m = mean.damping, mean.apparent_mass
-    spheres, mass = math.nan, math.nan
-    if seeds:
-        of_seeds = [(seed.shaken.spheres, seed.shaken.mass_kg) for seed in seeds]
-        spheres, mass = np.mean(of_seeds, axis=0).tolist()
-    per_area = mass / packing.area
+    per_area = mean.mass_kg / packing.area
     w, f = drive.amplitude, drive.frequency
     # where cycles do not tell its error, m_a is known to within the mass of the particles
     m_error = mean.apparent_mass_error if mean.apparent_mass_error < math.inf else per_area
@@ -142,8 +142,8 @@ def summarise(
         "youngs_modulus_mpa": point.constants.youngs_modulus / 1e6,
         "seeds": len(seeds),
         "cells": packing.count,
-        "spheres_per_cell": spheres / packing.count,
-        "bulk_fraction": mass / packing.density / (packing.area * packing.depth),
+        "spheres_per_cell": mean.spheres / packing.count,
+        "bulk_fraction": mean.mass_kg / packing.density / (packing.area * packing.depth),
         "particle_mass_per_area_kg_m2": per_area,
         "dissipated_energy_j_m2": cycles.dissipated_energy(c, w, f),
         "dissipated_energy_error_j_m2": cycles.dissipated_energy(total_error, w, f),
@@ -202,35 +202,28 @@ def _states(case: Case, seeds: Sequence[SeedEstimate]) -> States:
     groups = [np.arange(len(cells))]
     if case.state_cycles:
         groups = states.states_of(means, errors)
-    return States(
-        tuple(float(means[state].mean()) for state in groups),
-        tuple(len(state) / len(cells) for state in groups),
-        states.farthest(means, groups),
-        states.farthest(masses, groups),
-        float(means.mean()),
-        float(masses.mean()),
-    )
+    damping = tuple(float(means[state].mean()) for state in groups)
+    share = tuple(len(state) / len(cells) for state in groups)
+    error, mass_error = states.farthest(means, groups), states.farthest(masses, groups)
+    return States(damping, share, error, mass_error, float(means.mean()), float(masses.mean()))
 
 
 def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:
     """Worst closure of the seeds and shares of the loss, all seeds together."""
     measured = [balance for balance in balances if balance is not None]
-    normal, tangential, rolling, walls = (
-        sum(getattr(balance.energies, key) for balance in measured for key in keys)
-        for keys in (
-            ("sphere_normal", "wall_normal"),
-            ("sphere_tangential", "wall_tangential"),
-            ("rolling",),
-            ("wall_normal", "wall_tangential"),
-        )
-    )
-    total = normal + tangential + rolling
+
+    def loss(*kinds: str) -> float:
+        return sum(getattr(balance.energies, kind) for balance in measured for kind in kinds)
+
+    normal = loss("sphere_normal", "wall_normal")
+    tangential = loss("sphere_tangential", "wall_tangential")
+    total = normal + tangential + loss("rolling")
     share = (lambda part: part / total) if total else (lambda part: math.nan)
     return {
         "closure": max((balance.closure for balance in measured), key=abs, default=math.nan),
         "normal_share": share(normal),
         "tangential_share": share(tangential),
-        "wall_share": share(walls),
+        "wall_share": share(loss("wall_normal", "wall_tangential")),
     }
 
 

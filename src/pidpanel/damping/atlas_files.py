@@ -24,6 +24,7 @@ from pidpanel.damping.atlas import (
 from pidpanel.damping.surface_cases import Constants, TrainingData, clear_gap, training_data
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
 
+ARRAYS = ("calibration", "student_scale", "bulk")  # of the file of the constants
 UNKNOWN_MASS = 1.0  # error of m_a over the mass of the particles in one of several states
 
 
@@ -55,17 +56,11 @@ def _atlas(frame: pd.DataFrame, constants: Path) -> Atlas:
     stored = json.loads(constants.read_text(encoding="utf-8"))
     trend = np.array(stored["trend"])
     data = atlas_data(by_state(frame), trend)
-    return Atlas(
-        frame,
-        data.damping_sides(stored_sides(stored["damping"])),
-        data.mass_sides(stored_sides(stored["mass"])),
-        data.jump(JUMP_LENGTHS),
-        np.array(stored["calibration"]),
-        np.array(stored["student_scale"]),
-        np.array(stored["bulk"]),
-        trend,
-        stored["version"],
-    )
+    damping = data.damping_sides(stored_sides(stored["damping"]))
+    mass, jump = data.mass_sides(stored_sides(stored["mass"])), data.jump(JUMP_LENGTHS)
+    calibration, scale, bulk = map(np.array, (stored[name] for name in ARRAYS))
+    version = stored["version"]
+    return Atlas(frame, damping, mass, jump, calibration, scale, bulk, trend, version)
 
 
 def package_version() -> str:

@@ -188,13 +188,9 @@ def _note_masses(table: UserTable) -> None:
     first = _first_rows(fill.tolist())
     says = f"{PARTICLE_MASS} = {{mass:g}}: must be the same in all rows of a fill; "
     # what rounding to four digits leaves
-    table.note(
-        np.abs(mass / mass[first] - 1) > 1e-3,
-        says + "line {line} has {same:g}",
-        mass=mass,
-        same=mass[first],
-        line=np.array(table.lines)[first],
-    )
+    line, same = np.array(table.lines)[first], mass[first]
+    says += "line {line} has {same:g}"
+    table.note(np.abs(mass / same - 1) > 1e-3, says, mass=mass, same=same, line=line)
     apparent = table.columns.get(MASS, np.zeros_like(mass))
     if IMAGINARY in table.columns:
         apparent = table[IMAGINARY] / (2 * np.pi * table[FREQUENCY])

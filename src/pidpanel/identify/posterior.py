@@ -55,7 +55,8 @@ class MeasuredDamping:
 
     def rows(self, used: Flags) -> MeasuredDamping:
         """Return some of the tones."""
-        tones = Tones(*(values[used] for values in self.tones))
+        f, gamma, is_broadband = self.tones
+        tones = Tones(f[used], gamma[used], is_broadband[used])
         values = self.damping, self.damping_error, self.mass, self.mass_error
         return MeasuredDamping(tones, *(array[used] for array in values))
 

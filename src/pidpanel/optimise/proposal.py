@@ -177,24 +177,18 @@ class Proposals:
     def psd_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
         """Return PSDs of each layout, and of the bare panel as layout 0."""
         answers = [(every, 0, rows[0].bare) for every, rows in self.finalists.items()]
+        frames = []
         answers += [
             (excitation, name, finalist.response)
             for excitation, name, finalist in self._in_order(front)
         ]
-        return pd.concat(
-            pd.DataFrame(
-                {
-                    "layout": name,
-                    "excitation": excitation,
-                    "point": point,
-                    "frequency_hz": answer.frequency,
-                    "acceleration_psd_g2_hz": answer.acceleration_psd[:, index]
-                    / STANDARD_GRAVITY**2,
-                }
-            )
-            for excitation, name, answer in answers
-            for index, point in enumerate(points)
-        )
+        for excitation, name, answer in answers:
+            psd = answer.acceleration_psd / STANDARD_GRAVITY**2
+            for index, point in enumerate(points):
+                first = {"layout": name, "excitation": excitation, "point": point}
+                lines = {"frequency_hz": answer.frequency, "acceleration_psd_g2_hz": psd[:, index]}
+                frames.append(pd.DataFrame(first | lines))
+        return pd.concat(frames)
 
     def _in_order(self, front: pd.DataFrame) -> Iterator[tuple[str, int, Finalist]]:
         """Yield excitation, number and finalist of each layout, the best first."""

@@ -107,6 +107,7 @@ class CasePlan:
         """Return the responses."""
         layouts = self.layouts
         answers = dict(zip(layouts, solve_layouts(solver, list(layouts.values())), strict=True))
+        rows = zip(self.rows, self.keys, strict=True)
         return [
             SolvedCase(
                 scenario=scenario,
@@ -118,9 +119,7 @@ class CasePlan:
                 dampers=dampers,
                 dead_weight=None if dead is None else steady(answers[dead]),
             )
-            for (scenario, name, dampers), (key, bare, dead) in zip(
-                self.rows, self.keys, strict=True
-            )
+            for (scenario, name, dampers), (key, bare, dead) in rows
         ]
 
 

@@ -103,17 +103,15 @@ def standard_errors(
         for damper, gamma in zip(case.dampers, response.acceleration_g, strict=True)
     ]
     none = np.zeros((2 * len(nodes), 2 * len(nodes)))
-    covariance = np.block(
-        [
-            [
-                row.model.cross_covariance(nodes, points[i], points[j])
-                if row.source == column.source and row.model.nodes is not None
-                else none
-                for j, column in enumerate(case.dampers)
-            ]
-            for i, row in enumerate(case.dampers)
-        ]
-    )
+
+    def between(row: int, column: int) -> Array:
+        damper = case.dampers[row]
+        if damper.source != case.dampers[column].source or damper.model.nodes is None:
+            return none
+        return damper.model.cross_covariance(nodes, points[row], points[column])
+
+    numbers = range(len(points))
+    covariance = np.block([[between(i, j) for j in numbers] for i in numbers])
     sensitivity = uncertainty.sensitivity(case.solver, case.layout, response, nodes, further)
     return sensitivity.standard_errors(covariance)
 
