@@ -46,13 +46,11 @@ def estimate_tables(
     }
 
     def long_table(axis: Array, columns: Mapping[str, Array]) -> pd.DataFrame:
-        return pd.concat(
-            pd.DataFrame(
-                {"point": name, "frequency_hz": axis}
-                | {column: values[:, p] for column, values in columns.items()}
-            )
-            for p, name in enumerate(points)
-        )
+        frames = []
+        for p, name in enumerate(points):
+            of_point = {column: values[:, p] for column, values in columns.items()}
+            frames.append(pd.DataFrame({"point": name, "frequency_hz": axis, **of_point}))
+        return pd.concat(frames)
 
     third_octaves = {
         "g_rms": band_rms(frequency, psd, edge),

@@ -144,15 +144,9 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str
     fewest = max(accuracy.min_cycles, math.ceil(accuracy.min_time_s * drive.frequency))
     error = accuracy.relative_error * math.sqrt(accuracy.seeds)
     target = RunTarget(error, fewest, max(accuracy.max_cycles, fewest))
-    return Case(
-        runs[: accuracy.seeds],
-        coupon.particles.youngs_modulus,
-        accuracy.relative_error,
-        target,
-        varied,
-        reserve=runs[accuracy.seeds :],
-        state_cycles=state_cycles,
-    )
+    modulus, wanted_error = coupon.particles.youngs_modulus, accuracy.relative_error
+    first, reserve = runs[: accuracy.seeds], runs[accuracy.seeds :]
+    return Case(first, modulus, wanted_error, target, varied, reserve, state_cycles)
 
 
 def _stroke_of_crossing(bed: Bed, drive: Drive) -> float:

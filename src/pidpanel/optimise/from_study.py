@@ -292,11 +292,8 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     )
     front = proposals.front_table()
     facts = search_table(problem, fillings, proof, sampling, front, area_error)
-    print(
-        f"submodularity: {sampling.violations} of {sampling.checks} checks violated, at most by "
-        f"{sampling.largest:.2g} of the bare mean square",
-        file=sys.stderr,
-    )
+    text = f"submodularity: {sampling.violations} of {sampling.checks} checks violated, at most by "
+    print(f"{text}{sampling.largest:.2g} of the bare mean square", file=sys.stderr)
     write_csv(output.psd, proposals.psd_table(front, points), 5)
     write_csv(output.layouts, proposals.patch_table(front))
     write_csv(output.summary, proposals.point_table(front, points))

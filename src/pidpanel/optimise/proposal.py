@@ -136,19 +136,18 @@ class Proposals:
             for option, gamma in zip(layout, gammas.tolist(), strict=True):
                 filling = self.fillings[options.filling[option]]
                 x, y = places.centre[options.place[option]]
-                rows.append(
-                    {
-                        "layout": name,
-                        "centre_x_m": x,
-                        "centre_y_m": y,
-                        "size_x_m": places.size[0],
-                        "size_y_m": places.size[1],
-                        "damper": filling.damper,
-                        "fill_fraction": filling.fill_fraction,
-                        "mass_kg": options.mass[option],
-                        "acceleration_g": gamma,
-                    }
-                )
+                row = {
+                    "layout": name,
+                    "centre_x_m": x,
+                    "centre_y_m": y,
+                    "size_x_m": places.size[0],
+                    "size_y_m": places.size[1],
+                    "damper": filling.damper,
+                    "fill_fraction": filling.fill_fraction,
+                    "mass_kg": options.mass[option],
+                    "acceleration_g": gamma,
+                }
+                rows.append(row)
         return pd.DataFrame(rows)
 
     def point_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
@@ -160,18 +159,17 @@ class Proposals:
                     float(answer.acceleration_rms[index] / STANDARD_GRAVITY)
                     for answer in (finalist.bare, finalist.response, finalist.dead_weight)
                 )
-                rows.append(
-                    {
-                        "layout": name,
-                        "excitation": excitation,
-                        "point": point,
-                        "counts": index in self.counted,
-                        "bare_rms_g": bare,
-                        "acceleration_rms_g": rms,
-                        "acceleration_rms_error_g": rms * finalist.log_rms_error[index],
-                        "dead_weight_rms_g": dead,
-                    }
-                )
+                row = {
+                    "layout": name,
+                    "excitation": excitation,
+                    "point": point,
+                    "counts": index in self.counted,
+                    "bare_rms_g": bare,
+                    "acceleration_rms_g": rms,
+                    "acceleration_rms_error_g": rms * finalist.log_rms_error[index],
+                    "dead_weight_rms_g": dead,
+                }
+                rows.append(row)
         return pd.DataFrame(rows)
 
     def psd_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:

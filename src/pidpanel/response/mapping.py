@@ -47,14 +47,11 @@ def write_rms_maps(
         if sources:
             share = 1 / cases[0][1].factor
             excitation = Superposition(excitation, panel.particle_force(sources), share)
+        lines, dampers = panel.coarse_frequency, [_dampers(panel, psd, *case) for case in cases]
+        patches = panel.patches.subset([basis.patch_names.index(name) for name in names])
+        spectrum = excitation.spectrum(lines)
         covariances = modal_covariances(
-            panel.coarse_frequency,
-            panel.modal,
-            panel.patches.subset([basis.patch_names.index(name) for name in names]),
-            excitation.spectrum(panel.coarse_frequency),
-            excitation,
-            [_dampers(panel, psd, *case) for case in cases],
-            panel.air,
+            lines, panel.modal, patches, spectrum, excitation, dampers, panel.air
         )
         for (model, scenario), covariance in zip(cases, covariances, strict=True):
             maps[model, scenario.label] = {

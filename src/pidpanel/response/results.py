@@ -221,19 +221,13 @@ class _Rows:
         model = broadband_error_of(case)
         parts = self._stress_psds(response)
         undamped = self._stress_psds(undamped_response(case)) if any(model) else {}
-        rows = [
-            {"layer": layer, **row}
-            for layer, part in parts.items()
-            for row in tables.stress_rows(
-                self._panel.frequency,
-                part,
-                stress.CORE_QUANTITIES if layer == CORE else stress.QUANTITIES,
-                self._panel.basis.point_names,
-                None if error is None else _stress_error(self._panel.frequency, response, error),
-                undamped.get(layer),
-                model,
-            )
-        ]
+        f, points = self._panel.frequency, self._panel.basis.point_names
+        log_error = None if error is None else _stress_error(f, response, error)
+        rows = []
+        for layer, part in parts.items():
+            units = stress.CORE_QUANTITIES if layer == CORE else stress.QUANTITIES
+            values = (f, part, units, points, log_error, undamped.get(layer), model)
+            rows += [{"layer": layer, **row} for row in tables.stress_rows(*values)]
         psd = np.stack([parts[layer] for layer in self.layers.names])
         names = enumerate(stress.QUANTITIES)
         return {f"{name}_psd": np.moveaxis(psd[..., i], 0, 2) for i, name in names}, rows

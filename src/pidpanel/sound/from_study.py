@@ -93,13 +93,10 @@ def read_air(
     if path is None:
         raise ValueError(f"radiation = {radiation}: the file of the air is required")
     sound = study.acoustics
-    return Air(
-        sound.air_density_kg_m3,
-        sound.speed_m_s,
-        WETTED_SIDES[radiation],
-        modal_force if sound.field == "diffuse" else read_table(path, DIFFUSE),
-        read_table(path, ADDED_VOLUME) if study.response.air_mass else None,
-    )
+    diffuse = modal_force if sound.field == "diffuse" else read_table(path, DIFFUSE)
+    volume = read_table(path, ADDED_VOLUME) if study.response.air_mass else None
+    sides = WETTED_SIDES[radiation]
+    return Air(sound.air_density_kg_m3, sound.speed_m_s, sides, diffuse, volume)
 
 
 def modal_force_tables(
