@@ -102,10 +102,10 @@ def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | No
     simulated = np.full((len(points), 4), np.nan)
     read = np.full((len(points), 4), np.nan)
     names = ["fill_fraction", "frequency_hz", "acceleration_g"]
-    axes, known = points[names].to_numpy(float), good[names].to_numpy(float)
-    known[:, 1:] = np.log(known[:, 1:])
+    axes, simulated_axes = points[names].to_numpy(float), good[names].to_numpy(float)
+    simulated_axes[:, 1:] = np.log(simulated_axes[:, 1:])
     for row, (fill, frequency, gamma) in enumerate(axes):
-        distance = np.abs(known - [fill, np.log(frequency), np.log(gamma)]).max(axis=1)
+        distance = np.abs(simulated_axes - [fill, np.log(frequency), np.log(gamma)]).max(axis=1)
         if len(good) and distance.min() <= SAME_POINT:
             simulated[row] = good[value_columns].iloc[int(distance.argmin())]
         if atlas is not None:

@@ -104,14 +104,14 @@ def standard_errors(
     ]
     none = np.zeros((2 * len(nodes), 2 * len(nodes)))
 
-    def between(row: int, column: int) -> Array:
+    def covariance_of(row: int, column: int) -> Array:
         damper = case.dampers[row]
         if damper.source != case.dampers[column].source or damper.model.nodes is None:
             return none
         return damper.model.cross_covariance(nodes, points[row], points[column])
 
     numbers = range(len(points))
-    covariance = np.block([[between(i, j) for j in numbers] for i in numbers])
+    covariance = np.block([[covariance_of(i, j) for j in numbers] for i in numbers])
     sensitivity = uncertainty.sensitivity(case.solver, case.layout, response, nodes, further)
     return sensitivity.standard_errors(covariance)
 
