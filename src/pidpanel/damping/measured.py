@@ -102,7 +102,7 @@ def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | No
     simulated = np.full((len(points), 4), np.nan)
     read = np.full((len(points), 4), np.nan)
     names = ["fill_fraction", "frequency_hz", "acceleration_g"]
-    axes, simulated_axes = points[names].to_numpy(float), good[names].to_numpy(float)
+    axes, simulated_axes = points[names].to_numpy(float), good[names].to_numpy(float, copy=True)
     simulated_axes[:, 1:] = np.log(simulated_axes[:, 1:])
     for row, (fill, frequency, gamma) in enumerate(axes):
         distance = np.abs(simulated_axes - [fill, np.log(frequency), np.log(gamma)]).max(axis=1)
