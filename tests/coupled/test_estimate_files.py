@@ -5,12 +5,7 @@ import pytest
 import xarray as xr
 
 from pidpanel.coupled.estimate import PatchEstimate, ScenarioEstimate
-from pidpanel.coupled.estimate_files import (
-    SimulatedBed,
-    estimate_tables,
-    read_tables,
-    write_tables,
-)
+from pidpanel.coupled.estimate_files import SimulatedBed, frames, write_estimate
 from pidpanel.coupled.impedance import BandImpedance
 from pidpanel.coupled.own_force import OwnForce
 from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
@@ -58,16 +53,15 @@ def stored(tmp_path):
     )
     beds = [SimulatedBed("P", 4e-5, 6.0, 5e7), SimulatedBed("Q", 5e-5, 7.0, 2e8)]
     path = tmp_path / "estimate.nc"
-    tables = estimate_tables(found, beds, ["326", "7"], 3)
-    write_tables(path, tables, {"study": "mine"})
-    assert xr.load_dataset(path, engine="scipy").attrs["study"] == "mine"
-    return read_tables(path)
+    write_estimate(path, found, beds, ["326", "7"], 3, {"study": "mine"})
+    return xr.load_dataset(path, engine="scipy")
 
 
 def test_the_table_of_points_has_rms_and_its_error(stored):
     # red: `/ 2` left out of g_rms_error; STANDARD_GRAVITY² → 1; DECIBEL = 20 / ln 10
-    table = stored["summary"]
+    table = frames("one", stored)["summary"]
     assert table["point"].tolist() == ["326", "7"]
+    assert set(table["scenario"]) == {"one"}
     rms = np.sqrt(300 * np.array([4.0, 1.0]))
     assert table["g_rms"].to_numpy() == pytest.approx(rms)
     # of ln of the mean square 2 % and 4 %: half of it of the rms
@@ -80,8 +74,8 @@ def test_the_table_of_points_has_rms_and_its_error(stored):
 
 def test_the_tables_of_bands_and_lines_have_every_point(stored):
     # red: `[:, p]` → `[:, 0]`; one of the columns exchanged
-    bands = stored["third_octaves"].set_index("point")
-    lines = stored["psd"].set_index("point")
+    bands = frames("one", stored)["third_octaves"].set_index("point")
+    lines = frames("one", stored)["psd"].set_index("point")
     for name, psd, scale in (("326", 4.0, 1.0), ("7", 1.0, 2.0)):
         table = bands.loc[name]
         assert table["frequency_hz"].to_numpy() == pytest.approx(CENTRE)
@@ -96,8 +90,8 @@ def test_the_tables_of_bands_and_lines_have_every_point(stored):
 
 
 def test_the_table_of_patches_has_what_the_response_reads(stored):
-    # red: `value.imag` without ω; the bed of the first patch for all
-    table = stored["impedance"].set_index("patch")
+    # red: `value.imag` without ω; `stored.sel` of the first patch
+    table = frames("one", stored)["impedance"].set_index("patch")
     assert table.groupby(level=0).size().to_dict() == {"P": BANDS, "Q": BANDS}
     for name, scale, area, mass, modulus in (("P", 1, 4e-5, 6.0, 50), ("Q", 2, 5e-5, 7.0, 200)):
         wanted = {
@@ -119,6 +113,15 @@ def test_the_table_of_patches_has_what_the_response_reads(stored):
         rows = table.loc[name]
         for column, values in wanted.items():
             assert rows[column].to_numpy() == pytest.approx(values), column
+        assert set(rows["scenario"]) == {"one"}
+
+
+def test_the_file_has_units_and_attributes(stored):
+    # red: units of apparent_mass left out; `**attributes` left out
+    assert all("units" in stored[name].attrs for name in stored.data_vars)
+    assert stored.attrs["study"] == "mine"
+    assert stored["equivalent_damping"].dims == ("patch", "band")
+    assert stored["band_log_error"].dims == ("band", "point")
 
 
 @pytest.fixture

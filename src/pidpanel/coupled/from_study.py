@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled import estimate_files
@@ -156,8 +157,7 @@ def write_scenario(
         for patch, mass, soft in zip(scenario.patches, masses, runs.softened, strict=True)
     ]
     points = runs.excited.basis.point_names
-    tables = estimate_files.estimate_tables(estimate, beds, points, len(records))
-    estimate_files.write_tables(output, tables, stamp(study))
+    estimate_files.write_estimate(output, estimate, beds, points, len(records), stamp(study))
 
 
 def estimated_cpu_seconds(study: Study) -> float:
@@ -184,9 +184,10 @@ def estimated_cpu_seconds(study: Study) -> float:
 
 def write_coupled(study: Study, estimates: Sequence[Path], outputs: Files) -> None:
     """Write the tables of all scenarios, from the estimates of `coupled_scenarios` in order."""
-    labels = [scenario.label for scenario in study.coupled_scenarios()]
-    by_scenario = dict(zip(labels, map(estimate_files.read_tables, estimates), strict=True))
-    for name in by_scenario[labels[0]]:
-        tables = {label: tables[name] for label, tables in by_scenario.items()}
-        table = pd.concat(tables, names=["scenario", "row"]).reset_index("scenario")
+    frames = [
+        estimate_files.frames(scenario.label, xr.load_dataset(path, engine="scipy"))
+        for scenario, path in zip(study.coupled_scenarios(), estimates, strict=True)
+    ]
+    for name in frames[0]:
+        table = pd.concat([tables[name] for tables in frames])
         table.to_csv(outputs.all[name][0], index=False, float_format="%.6g")
