@@ -36,10 +36,11 @@ from pidpanel.damping.readings import DampingReading
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import ATLAS_CASES, DATA, WORKFLOW
+from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.extrapolation import between_regimes, extrapolation_of
-from pidpanel.response.from_study import PanelFiles, StudySound, read_response_panel
+from pidpanel.response.from_study import StudySound, read_response_panel
 from pidpanel.response.model_error import model_error_of, with_model_error
 from pidpanel.response.refinement import checked_responses
 from pidpanel.response.results import standard_errors
@@ -116,10 +117,8 @@ def responses(
         model.response()
         files = model._stages
         force = files["modes.nc"].with_name("modal_force.nc")
-        panel = read_response_panel(
-            model.study, PanelFiles(files["modes.nc"], files.get("modal_force.nc", force), None),
-            "none",
-        )  # fmt: skip
+        read = Files({"modes": [files["modes.nc"]], "modal_force": [force]})
+        panel = read_response_panel(model.study, read, "none")
         spectrum = spectrum_of(model.study.acoustics)
         scenarios = [
             ResponseScenario(

@@ -36,18 +36,18 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.report.read import without_errors
-from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
+from pidpanel.response.from_study import write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.writing import plain, text_of, values_of, with_changes
+from pidpanel.workflow.rules import RESPONSE
 
 __all__ = ["Model", "ResultsError", "StudyError"]
 
 PANEL_FILES = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
-RESPONSE_FILES = (
-    "psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc",
-)  # fmt: skip
+SOUND_FILES = {"spectrum": "spectrum.csv", "modal_force": "modal_force.nc"}
 
 FILLS = (0.1, 0.3, 0.5, 0.7, 0.9)
 ACCELERATIONS = (3.0, 10.0, 30.0, 100.0, 300.0)
@@ -329,19 +329,17 @@ class Model:
     def _respond(self) -> None:
         study, files = self._with_panel(), self._stages
         folder = files["modes.nc"].parent
-        air = folder / "air.nc" if study.response.radiation != "none" else None
-        force = folder / "modal_force.nc"
+        names = {"modes": "modes.nc", "plate": "plate.nc", "section": "section.csv", **SOUND_FILES}
+        if study.response.radiation != "none":
+            names["air"] = "air.nc"
+        upstream, outputs = (
+            Files({name: [folder / file] for name, file in group.items()})
+            for group in (names, RESPONSE)
+        )
         with contextlib.redirect_stderr(io.StringIO()):  # lines for the log of the stage
-            write_sound(study, read_basis(files["modes.nc"]), folder / "spectrum.csv", force, air)
-            write_response(
-                study,
-                PanelFiles(files["modes.nc"], force, air),
-                files["plate.nc"],
-                files["section.csv"],
-                None,
-                ResponseFiles(*(folder / name for name in RESPONSE_FILES)),
-            )
-        files |= {name: folder / name for name in RESPONSE_FILES}
+            write_sound(study, read_basis(upstream.modes), upstream)
+            write_response(study, upstream, outputs, None, None)
+        files |= {name: folder / name for name in RESPONSE.values()}
 
     def _reading(self, source: str | None) -> DampingReading:
         study = self.study

@@ -186,11 +186,6 @@ def test_beyond_the_cases_values_are_held_and_marked(surface):
     np.testing.assert_allclose(beyond.equivalent_damping, at_the_edge.equivalent_damping, rtol=2e-5)
 
 
-def test_beyond_the_cases_it_refuses_if_asked_to(surface):
-    with pytest.raises(DampingError, match=r"acceleration_g = 900 at fill_fraction 0\.5, 100 to"):
-        surface(np.array([100.0]), 0.5, 900.0, outside="refuse")
-
-
 def test_a_corner_without_cases_lies_outside():
     rows = frame()
     lacking = (rows["frequency_hz"] < 100) & (rows["acceleration_g"] > 100)

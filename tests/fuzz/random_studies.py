@@ -9,14 +9,9 @@ import yaml
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.report.from_study import write_study_page
-from pidpanel.response.from_study import (
-    PanelFiles,
-    ResponseFiles,
-    write_export,
-    write_maps,
-    write_response,
-)
+from pidpanel.response.from_study import write_export, write_maps, write_response
 from pidpanel.sound.from_study import write_sound
+from tests.jobs import PANEL, RESPONSE, SOUND, files, within
 
 TABLE = """\
 fill_fraction,frequency_hz,acceleration_g,equivalent_damping_n_s_m3,apparent_mass_kg_m2
@@ -229,19 +224,18 @@ def carried_out(study, file: Path, folder: Path, *, page: bool) -> Path:
              ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")]  # fmt: skip
     write_panel(study, *panel)
     radiates = study.response.radiation != "none"
-    force, air = folder / "sound" / "modal_force.nc", folder / "sound" / "air.nc"
-    others = [air] if radiates else []
-    write_sound(study, read_basis(panel[0]), folder / "sound" / "spectrum.csv", force, *others)
-    files = PanelFiles(panel[0], force, air if radiates else None)
-    names = ["psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc"]
-    response = [folder / "response" / name for name in names]
-    write_response(study, files, panel[5], panel[4], None, ResponseFiles(*response))
-    maps = folder / "response" / "maps.nc", folder / "response" / "maps"
-    write_maps(study, files, panel[5], response[5], response[0], None, *maps)
+    sound = within(folder / "sound", SOUND | ({"air": "air.nc"} if radiates else {}))
+    write_sound(study, read_basis(panel[0]), files(sound))
+    upstream = within(folder / "panel", PANEL) | sound
+    response = within(folder / "response", RESPONSE)
+    write_response(study, files(upstream), files(response), None, None)
+    maps = within(folder / "response", {"maps": "maps.nc", "folder": "maps"})
+    write_maps(study, files(upstream | response), files(maps))
     if page:
-        write_export(study, panel[0], *response[:2], folder / "response" / "export")
+        export = folder / "response" / "export"
+        write_export(study, panel[0], response["psd"], response["summary"], export)
         write_study_page(file, folder, folder / "report.html", folder / "report")
-    return response[1]
+    return response["summary"]
 
 
 def is_finite(text: str) -> bool:

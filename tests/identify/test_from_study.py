@@ -13,8 +13,7 @@ import yaml
 from pidpanel.cli import main
 from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.identify.from_study import identify_file, read_measurement
-from pidpanel.identify.measured import measured_table
-from pidpanel.identify.posterior import Posterior
+from pidpanel.identify.posterior import Posterior, measured_table
 from pidpanel.identify.prediction import Tones
 from pidpanel.report.identify_page import posterior_figure
 from pidpanel.study import StudyError, load_study

@@ -63,7 +63,7 @@ FORMULAS = {
     "severity": "fatigue moments oscillators strength",
     "optimise": "alternatives bound joint objectives places proposal reduced search variants",
     "measurement": "computed differences",
-    "identify": "force_files measured next_tones posterior prediction",
+    "identify": "force_files next_tones posterior prediction",
     "report": "verdict",
 }
 """Modules with formulas, by stage; first those of all stages."""

@@ -11,7 +11,7 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.sound.from_study import write_sound
 from pidpanel.study import load_study
-from tests.jobs import PANEL, files, within
+from tests.jobs import PANEL, SOUND, files, within
 
 NAMES = ("layouts", "front", "summary", "search", "psd")
 STUDY = """
@@ -48,8 +48,8 @@ def stages(tmp_path_factory):
     values = yaml.safe_load(STUDY) | {"sound": {"spectrum": "smc_s_016_2014_min_third.csv"}}
     loaded, panel = run(folder, file, **values)
     basis = read_basis(panel / "modes.nc")
-    write_sound(loaded, basis, folder / "spectrum.csv", folder / "force.nc")
-    return values, panel, folder / "force.nc"
+    write_sound(loaded, basis, files(within(folder, SOUND)))
+    return values, panel, folder / "modal_force.nc"
 
 
 def designed(stages, folder, **keys):

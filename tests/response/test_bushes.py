@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from pidpanel.response.bushes import write_bushes
-from pidpanel.response.from_study import PanelFiles, read_response_panel, write_export
+from pidpanel.response.from_study import read_response_panel, write_export
 from pidpanel.response.psd_files import read_psd
 from pidpanel.study import load_study
 from tests.jobs import RESPONSE, call, make_panel, make_sound, within
+from tests.jobs import files as named
 
 
 def cards(path):
@@ -147,9 +148,7 @@ def test_a_deck_read_back_and_solved_densely_gives_the_response(layouts, read):
     # red: B left out of PBUSHT; the table of the first patch for both
     folder, study, files = layouts
     attached = springs(read(folder / "export" / "dampers_stated_both.bdf"))
-    panel = read_response_panel(
-        study, PanelFiles(files["modes"], files["modal_force"], None), "none"
-    )
+    panel = read_response_panel(study, named({"air": None} | files), "none")
     basis, psd = panel.basis, read_psd(files["psd"])
     lines = psd["frequency"].to_numpy()
     chosen = np.arange(5, lines.size, lines.size // 40)

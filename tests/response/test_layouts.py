@@ -9,17 +9,12 @@ import xarray as xr
 
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.response.exports import modal_damping
-from pidpanel.response.from_study import (
-    PanelFiles,
-    ResponseFiles,
-    scenarios_of,
-    write_response,
-)
+from pidpanel.response.from_study import scenarios_of, write_response
 from pidpanel.response.psd_files import read_psd
 from pidpanel.study import load_study
-from tests.jobs import make_panel, make_sound
+from tests.jobs import PANEL, RESPONSE, SOUND, make_panel, make_sound, within
+from tests.jobs import files as named
 
-OUTPUTS = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
 AREA = 0.3 * 0.25
 DAMPERS = {
     "pot": {
@@ -64,9 +59,9 @@ def files_of(tmp_path_factory, write_study, law_values):
         study = load_study(path)
         make_panel(path, folder)
         make_sound(path, folder)
-        upstream = PanelFiles(folder / "modes.nc", folder / "modal_force.nc", None)
-        files = ResponseFiles(*(folder / output for output in OUTPUTS))
-        write_response(study, upstream, folder / "plate.nc", folder / "section.csv", None, files)
+        upstream = named(within(folder, PANEL | SOUND))
+        files = named(within(folder, RESPONSE))
+        write_response(study, upstream, files, None, None)
         return files
 
     return make
@@ -79,7 +74,7 @@ def files(files_of):
 
 @pytest.fixture(scope="module")
 def summary(files):
-    return pd.read_csv(files.summary_csv).set_index(["scenario", "point"])
+    return pd.read_csv(files.summary).set_index(["scenario", "point"])
 
 
 def test_a_layout_weighs_what_its_dampers_weigh_on_their_areas(summary):
@@ -129,7 +124,7 @@ def test_the_stated_error_of_a_layout_is_that_of_a_changed_damper(files_of, summ
     def stronger(values):
         values["dampers"]["pot"]["equivalent_damping_n_s_m3"] = 909
 
-    changed = pd.read_csv(files_of("stronger", stronger).summary_csv)
+    changed = pd.read_csv(files_of("stronger", stronger).summary)
     changed = changed.set_index(["scenario", "point"])
     at = [("both", "centre"), ("both", "Edge"), ("alone", "Edge")]
     for one in at:
@@ -152,7 +147,7 @@ def test_a_point_on_a_support_says_so_and_has_no_nan(summary):
 
 def test_every_filled_patch_has_a_row_with_its_motion_and_that_of_its_elements(files):
     # red: cell_acceleration_g of the first load for all
-    rows = pd.read_csv(files.layouts_csv).set_index(["scenario", "patch"])
+    rows = pd.read_csv(files.layouts).set_index(["scenario", "patch"])
     assert len(rows) == 2 * 5 + 2
     assert rows["area_m2"].to_numpy() == pytest.approx(AREA)
     assert rows["damper"]["both", "Left wing"] == "mass"
@@ -166,7 +161,7 @@ def test_every_filled_patch_has_a_row_with_its_motion_and_that_of_its_elements(f
 
 def test_the_damping_of_a_patch_is_none_where_it_is_not_filled(files):
     # red: C_e of the first load on all patches in damping_on_patches
-    with xr.open_dataset(files.psd_nc, engine="scipy") as psd:
+    with xr.open_dataset(files.psd, engine="scipy") as psd:
         damping = psd["equivalent_damping"].sel(reading="stated").load()
         weight = psd["dead_weight_acceleration_psd"].sel(reading="stated").load()
         own = psd["acceleration_psd"].sel(reading="stated").load()
@@ -185,12 +180,12 @@ def test_elements_as_loads_of_their_own_are_the_patch_where_motion_plays_no_part
             values["scenarios"].pop(name)
 
     files = files_of("elements", by_element)
-    found = pd.read_csv(files.summary_csv).set_index(["scenario", "point"])
+    found = pd.read_csv(files.summary).set_index(["scenario", "point"])
     at = [("both", "centre"), ("both", "Edge"), ("alone", "Edge")]
     for column in ("acceleration_rms_g", "acceleration_rms_error_g", "added_mass_kg"):
         # quadrature of the elements is of order 5, of the patch exact
         np.testing.assert_allclose(found[column][at], summary[column][at], rtol=1e-3)
-    rows = pd.read_csv(files.layouts_csv).set_index(["scenario", "patch"])
+    rows = pd.read_csv(files.layouts).set_index(["scenario", "patch"])
     # a dry bed damps less where it moves more: the patch ends up with another motion
     labs = found["acceleration_rms_g"]["labs", "centre"]
     assert labs != summary["acceleration_rms_g"]["labs", "centre"]
@@ -203,14 +198,14 @@ def test_elements_as_loads_of_their_own_are_the_patch_where_motion_plays_no_part
 
 def test_the_modal_damping_of_a_layout_is_the_sum_over_its_patches(files):
     # red: the ratio of the bare panel for every patch in modal_damping
-    basis = read_basis(files.psd_nc.with_name("modes.nc"))
-    study = load_study(files.psd_nc.with_name("layouts.yaml"))
+    basis = read_basis(files.psd.with_name("modes.nc"))
+    study = load_study(files.psd.with_name("layouts.yaml"))
     own, ratios = modal_damping(
         basis,
         study.panel.modal_damping,
         scenarios_of(study),
         study.readings,
-        read_psd(files.psd_nc),
+        read_psd(files.psd),
     )
     modes = np.isin(basis.natural_frequency, own) & ~basis.is_residual
     omega = 2 * np.pi * basis.natural_frequency[modes]

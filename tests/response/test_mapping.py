@@ -98,7 +98,8 @@ def test_maps_are_of_every_scenario_and_model_with_the_force_of_its_own_particle
     beds = {("s", "b"): "its own", ("other", "a"): "another"}
     path = tmp_path / "maps.nc"
     mapping.write_rms_maps(
-        panel, scenarios, ["coupled", "stated"], None, beds, {}, path, tmp_path
+        panel, scenarios, ["coupled", "stated"], None, beds, {},
+        SimpleNamespace(maps=path, folder=tmp_path),
     )  # fmt: skip
     assert [dampers for *_, dampers in asked] == [
         [("coupled", "bare")], [("coupled", "s")], [("stated", "s")],

@@ -5,17 +5,10 @@ import pandas as pd
 import pytest
 
 from pidpanel.damping.broadband import SINGLE_TONES
-from pidpanel.response.from_study import (
-    PanelFiles,
-    ResponseFiles,
-    read_response_panel,
-    write_response,
-)
+from pidpanel.response.from_study import read_response_panel, write_response
 from pidpanel.response.results import OutsideSimulatedRange
 from pidpanel.study import load_study
-from tests.jobs import make_panel, make_sound
-
-OUTPUTS = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
+from tests.jobs import PANEL, RESPONSE, SOUND, files, make_panel, make_sound, within
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +18,7 @@ def upstream(tmp_path_factory, write_study, table_values):
     study = write_study(folder, "table", table_values())
     make_panel(study, folder)
     make_sound(study, folder, air=True)
-    return PanelFiles(folder / "modes.nc", folder / "modal_force.nc", folder / "air.nc")
+    return files(within(folder, PANEL | SOUND | {"air": "air.nc"}))
 
 
 @pytest.fixture
@@ -36,15 +29,9 @@ def summary_of(tmp_path, upstream, write_study, table_values):
         values = table_values()
         change(values)
         study = load_study(write_study(tmp_path, name, values))
-        files = ResponseFiles(*(tmp_path / f"{name}_{output}" for output in OUTPUTS))
-        write_response(
-            study,
-            upstream,
-            *(upstream.modes.with_name(name) for name in ("plate.nc", "section.csv")),
-            None,
-            files,
-        )
-        return pd.read_csv(files.summary_csv).set_index(["scenario", "point"])
+        made = files({key: tmp_path / f"{name}_{file}" for key, file in RESPONSE.items()})
+        write_response(study, upstream, made, None, None)
+        return pd.read_csv(made.summary).set_index(["scenario", "point"])
 
     return make
 
@@ -110,7 +97,8 @@ def test_a_stated_motion_is_where_the_damping_is_read(summary_of):
 def test_air_without_its_file_is_refused(upstream, tmp_path, write_study, table_values):
     study = load_study(write_study(tmp_path, "table", table_values()))
     with pytest.raises(ValueError, match="the file of the air is required"):
-        read_response_panel(study, upstream._replace(air=None), "one_side")
+        others = {name: paths for name, paths in upstream.all.items() if name != "air"}
+        read_response_panel(study, files(others), "one_side")
 
 
 def test_the_error_contains_what_single_tones_leave_out(summary_of):

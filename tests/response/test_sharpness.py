@@ -7,13 +7,14 @@ import xarray as xr
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.response import refinement
-from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
+from pidpanel.response.from_study import write_response
 from pidpanel.solve.basis_error import LINES, check_basis
 from pidpanel.solve.lines import line_count
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.sharpness import flanks, least_damping_ratio, loaded_modes
 from pidpanel.sound.from_study import write_sound
 from pidpanel.study import load_study
+from tests.jobs import PANEL, RESPONSE, SOUND, files, within
 
 STUDY = """
 panel:
@@ -112,13 +113,10 @@ def test_the_lines_resolve_what_the_mass_of_a_damper_sharpens(mass, ratio, tmp_p
     panel = [tmp_path / name for name in
              ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")]  # fmt: skip
     write_panel(study, *panel)
-    force = tmp_path / "force.nc"
-    write_sound(study, read_basis(panel[0]), tmp_path / "spectrum.csv", force)
-    names = ("psd.nc", "summary.csv", "layouts.csv", "stress.nc", "stress.csv", "left_out.nc")
-    files = PanelFiles(panel[0], force, None)
-    output = ResponseFiles(*(tmp_path / name for name in names))
-    write_response(study, files, panel[5], panel[4], None, output)
-    with xr.open_dataset(output.psd_nc, engine="scipy") as psd:
+    write_sound(study, read_basis(panel[0]), files(within(tmp_path, SOUND)))
+    output = files(within(tmp_path, RESPONSE))
+    write_response(study, files(within(tmp_path, PANEL | SOUND)), output, None, None)
+    with xr.open_dataset(output.psd, engine="scipy") as psd:
         lines, resolved = psd.sizes["frequency"], psd.attrs["resolved_damping_ratio"]
     assert all((len(one) > LINES[1]) == (ratio < refinement.SHARP) for one in tried)
     assert resolved == pytest.approx(ratio, rel=1e-3)

@@ -7,8 +7,8 @@ from pidpanel.study import load_study
 
 def main(job: Job) -> None:
     """From the cases of a coupon."""
-    study, damper, made = load_study(job.study), job.params["damper"], job.output
-    write_damping(study, damper, job.input.cases, made.surface, made.table, made.law)
+    study, damper = load_study(job.study), job.params["damper"]
+    write_damping(study, damper, job.input.cases, job.output)
 
 
 if __name__ == "__main__":

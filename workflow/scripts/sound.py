@@ -8,9 +8,7 @@ from pidpanel.study import load_study
 
 def main(job: Job) -> None:
     """From the modes of the panel."""
-    basis, made = read_basis(job.input.modes), job.output
-    air = made.several("air")
-    write_sound(load_study(job.study), basis, made.spectrum, made.modal_force, *air)
+    write_sound(load_study(job.study), read_basis(job.input.modes), job.output)
 
 
 if __name__ == "__main__":

@@ -88,13 +88,8 @@ class CoupledPanel:
 
 def cell_load(panel: CoupledPanel, frequency: Array, impedances: Sequence[Impedance]) -> Complexes:
     """Return the diagonal (nf, c) of a_c Z_c."""
-    return np.concatenate(
-        [
-            impedance(frequency)[:, None] * patch.area
-            for impedance, patch in zip(impedances, panel.patches, strict=True)
-        ],
-        axis=1,
-    )
+    pairs = zip(impedances, panel.patches, strict=True)
+    return np.concatenate([z(frequency)[:, None] * patch.area for z, patch in pairs], axis=1)
 
 
 def bare_psd(modal: ModalBasis, excitation: Excitation, shape: Array, frequency: Array) -> Array:

@@ -78,10 +78,6 @@ class ScenarioEstimate:
     recorded: Array
 
 
-def _zero(frequency: Array) -> Complexes:
-    return np.zeros(frequency.shape, complex)
-
-
 def estimate(
     panel: CoupledPanel,
     records: Sequence[SettledRecord],
@@ -202,16 +198,11 @@ def _fits(
 ) -> tuple[list[_PatchFit], list[BandImpedance]]:
     """Return the sums over all records, with the Z from which the own force follows."""
     patches = range(len(panel.patches))
-    impedances: Sequence[Impedance] = [_zero for _ in patches]
+    impedances: Sequence[Impedance] = [lambda f: np.zeros(f.shape, complex)] * len(patches)
     for _ in range(PASSES):
-        motions = [run.linear_motion(impedances) for run in runs]
+        moved = [(run, run.linear_motion(impedances)) for run in runs]
         sums = [
-            ImpedanceSums.joined(
-                [
-                    run.impedance_sums(motion, p, edge)
-                    for run, motion in zip(runs, motions, strict=True)
-                ]
-            )
+            ImpedanceSums.joined([run.impedance_sums(motion, p, edge) for run, motion in moved])
             for p in patches
         ]
         fitted = [of_patch.impedance() for of_patch in sums]

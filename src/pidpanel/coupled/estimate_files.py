@@ -61,9 +61,9 @@ def _patch_variables(estimate: ScenarioEstimate, beds: Sequence[SimulatedBed]) -
             "own_force_psd": (patch.own_force.psd, "Pa2 Hz-1"),
             "own_force_coherence": (patch.own_force.coherence, "1"),
             "own_force_error": (patch.own_force_error, "1"),
-            "common_error": (patch.common_error, "1"),
             "own_force_length": (patch.own_force.length, "m Hz"),
             "cell_area": (bed.cell_area, "m2"),
+            "common_error": (patch.common_error, "1"),
             "mass_per_area": (bed.mass_per_area, "kg m-2"),
             "youngs_modulus": (bed.modulus, "Pa"),
         }
@@ -95,9 +95,8 @@ def frames(scenario: str, stored: xr.Dataset) -> dict[str, pd.DataFrame]:
     """Return the tables of a scenario by name; units as in the names of the columns."""
     frequency = stored["frequency"].to_numpy()
     scale = ((2 * np.pi * frequency) ** 4 / STANDARD_GRAVITY**2)[:, None]
-    psd, linear = (
-        scale * stored[name].to_numpy() for name in ("displacement_psd", "linear_displacement_psd")
-    )
+    names = ("displacement_psd", "linear_displacement_psd")
+    psd, linear = (scale * stored[name].to_numpy() for name in names)
     centre, edge = whole_third_octaves(frequency[0], frequency[-1])
     squares, linear_squares = (np.trapezoid(v, frequency, axis=0) for v in (psd, linear))
     points = [str(name) for name in stored["point"].to_numpy()]
@@ -117,13 +116,12 @@ def frames(scenario: str, stored: xr.Dataset) -> dict[str, pd.DataFrame]:
     )
 
     def long_table(axis: Array, columns: Mapping[str, Array]) -> pd.DataFrame:
-        return pd.concat(
-            pd.DataFrame(
-                {"scenario": scenario, "point": name, "frequency_hz": axis}
-                | {column: values[:, p] for column, values in columns.items()}
-            )
-            for p, name in enumerate(points)
-        )
+        frames = []
+        for p, name in enumerate(points):
+            first = {"scenario": scenario, "point": name, "frequency_hz": axis}
+            of_point = {column: values[:, p] for column, values in columns.items()}
+            frames.append(pd.DataFrame(first | of_point))
+        return pd.concat(frames)
 
     third_octaves = {
         "g_rms": band_rms(frequency, psd, edge),
@@ -143,28 +141,29 @@ def frames(scenario: str, stored: xr.Dataset) -> dict[str, pd.DataFrame]:
     }
 
 
-# Columns of the table by the names in the file of an estimate.
-IMPEDANCE_COLUMNS = {
-    "band": "band_hz",
+# Columns of the table whose names do not follow from those in the file of an estimate.
+RENAMED = {
     "impedance_frequency": "frequency_hz",
-    "equivalent_damping": "equivalent_damping_n_s_m3",
-    "equivalent_damping_error": "equivalent_damping_error_n_s_m3",
-    "apparent_mass": "apparent_mass_kg_m2",
-    "apparent_mass_error": "apparent_mass_error_kg_m2",
-    "own_force_psd": "own_force_psd_pa2_hz",
-    "own_force_coherence": "own_force_coherence",
-    "own_force_error": "own_force_error",
-    "own_force_length": "own_force_length_m_hz",
-    "cell_area": "cell_area_m2",
-    "common_error": "common_error",
     "mass_per_area": "particle_mass_per_area_kg_m2",
     "youngs_modulus": "youngs_modulus_mpa",
 }
 
 
 def _impedance(scenario: str, stored: xr.Dataset) -> pd.DataFrame:
-    values = stored[list(IMPEDANCE_COLUMNS)]
-    rows = values.to_dataframe(["patch", "band"]).reset_index().rename(columns=IMPEDANCE_COLUMNS)
+    """Return what is known of patches by band; names of the columns end with the unit."""
+    values = stored[[name for name in stored.data_vars if stored[name].dims[0] == "patch"]]
+    rows = values.to_dataframe(["patch", "band"]).reset_index()
+    names = {
+        str(name): f"{name}_{_suffix(variable.attrs['units'])}"
+        for name, variable in values.variables.items()
+        if variable.attrs.get("units", "1") != "1"
+    }
+    rows = rows.rename(columns=names | RENAMED)
     rows["youngs_modulus_mpa"] /= 1e6
     rows.insert(0, "scenario", scenario)
     return rows
+
+
+def _suffix(unit: str) -> str:
+    """Return ``n_s_m3`` of ``N s m-3``, and ``pa2_hz`` of ``Pa2 Hz-1``."""
+    return unit.lower().replace("-1", "").replace("-", "").replace(" ", "_")

@@ -49,11 +49,9 @@ class ExcitedPanel:
     @cached_property
     def coarse_frequency(self) -> Array:
         """(nf,) lines that give rms values within 1e-3 [Hz]."""
-        return frequency_grid(
-            *self.settings.frequency_range,
-            self.settings.damping_ratio.least(*self.settings.frequency_range),
-            lines_per_bandwidth=LINES_PER_BANDWIDTH,
-        )
+        span = self.settings.frequency_range
+        ratio = self.settings.damping_ratio.least(*span)
+        return frequency_grid(*span, ratio, lines_per_bandwidth=LINES_PER_BANDWIDTH)
 
     @property
     def diameter(self) -> float:

@@ -125,14 +125,9 @@ def read_excited_panel(study: Study, files: Files) -> ExcitedPanel:
         excitation = BaseExcitation.of_inertia(motion, supported.inertia)
         return ExcitedPanel(settings, moving, plate, supported.vectors, excitation, None)
     table = read_table(files.modal_force, MODAL_FORCE)
-    return ExcitedPanel(
-        settings,
-        basis,
-        plate,
-        plate.shapes.astype(np.float64),
-        excitation_of(study.acoustics, table),
-        read_air(study, study.response.radiation, table, files.get("air")),
-    )
+    shapes, sound = plate.shapes.astype(np.float64), excitation_of(study.acoustics, table)
+    air = read_air(study, study.response.radiation, table, files.get("air"))
+    return ExcitedPanel(settings, basis, plate, shapes, sound, air)
 
 
 def write_scenario(

@@ -60,12 +60,8 @@ class ImpedanceSums:
 
         summed = [values.sum(axis=2, keepdims=True) for values in (x, y)]
         scatter = np.stack([products(*summed), products(x, y)], axis=1)
-        return ImpedanceSums(
-            force,
-            moved,
-            moment=band_sums(frequency, frequency * summed[1][:, :, 0], edge, axis=1),
-            scatter=band_sums(frequency, scatter, edge, axis=3),
-        )
+        moment = band_sums(frequency, frequency * summed[1][:, :, 0], edge, axis=1)
+        return ImpedanceSums(force, moved, moment, band_sums(frequency, scatter, edge, axis=3))
 
     @staticmethod
     def joined(parts: Sequence[ImpedanceSums]) -> ImpedanceSums:

@@ -9,8 +9,6 @@ D_p = E_p E_pᵀ and L = diag(Z_p). An own force n of the particles acts on the
 modes as −Σ φ n a.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np

@@ -93,12 +93,9 @@ class ScenarioRuns:
         intervals, substeps = _steps(interval, longest, 1 / (INTERVALS_PER_PERIOD * high))
         first = int(np.ceil(low * period))
         frequency = np.arange(first, int(high * period) + 1) / period
-        amplitude = force_record.draw_modal_force(
-            frequency,
-            panel.excitation,
-            force_record.force_nodes(low, high, settings.wave_speed, self.excited.diameter),
-            np.random.default_rng([number, *self.scenario.name.encode()]),
-        )
+        nodes = force_record.force_nodes(low, high, settings.wave_speed, self.excited.diameter)
+        rng = np.random.default_rng([number, *self.scenario.name.encode()])
+        amplitude = force_record.draw_modal_force(frequency, panel.excitation, nodes, rng)
         joined = amplitude * force_record.before_hold(frequency, interval)[:, None]
         force = force_record.samples(joined, first, rows)
         # what counts is a period, before it comes the end of the one before

@@ -83,13 +83,10 @@ class RecordSegments:
     def impedance_sums(self, motion: Complexes, patch: int, edge: Array) -> ImpedanceSums:
         """Return the cross-spectra of a patch with a linear motion as instrument."""
         part = self._panel.slices[patch]
+        pressure, velocity = self.pressure[:, :, part], self.velocity[:, :, part]
+        instrument, area = self._omega * motion[:, :, part], self._panel.area[part]
         return ImpedanceSums.from_spectra(
-            self.frequency,
-            self.pressure[:, :, part],
-            self.velocity[:, :, part],
-            self._omega * motion[:, :, part],
-            self._panel.area[part],
-            edge,
+            self.frequency, pressure, velocity, instrument, area, edge
         )
 
     def own_force(self, impedance: Impedance, patch: int, edge: Array) -> Array:

@@ -3,9 +3,7 @@
 All is in closed form and linear in changes of C_e, m_a and own force.
 """
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -52,24 +50,22 @@ class Variants:
             patch.whole_load(force, centre) * force.psd[:, None, None]
             for patch, force in zip(panel.patches, forces, strict=True)
         ]
-        total = np.sum(loads, axis=0)
-        sets: list[tuple[Complexes, Array | None]] = [(z, None), (z, total)]
-        sets += [(z, load) for load in loads]
+        total, *single = (
+            interpolated_load(frequency, centre, load) for load in (np.sum(loads, axis=0), *loads)
+        )
+        sets: list[tuple[Complexes, Callable[[slice], Array] | None]] = [(z, None), (z, total)]
+        sets += [(z, force) for force in single]
         for p in range(len(loads)):
             for unit in (1.0, 1j):
                 changed = z.copy()
                 changed[p] += unit * step[p]
                 sets.append((changed, total))
         observed = np.concatenate([panel.points, panel.at_cells])
-        psds = Receptances(
-            frequency, panel.modal.dynamic_stiffness(frequency), felt, observed
-        ).psds(
+        stiffness = panel.modal.dynamic_stiffness(frequency)
+        psds = Receptances(frequency, stiffness, felt, observed).psds(
             [values[owner].T for values, _ in sets],
             lambda lines: panel.load(frequency[lines]),
-            [
-                None if load is None else interpolated_load(frequency, centre, load)
-                for _, load in sets
-            ],
+            [force for _, force in sets],
         )
         base, whole, patches = psds[0], psds[1], len(loads)
         changed = psds[2 + patches :].reshape(patches, 2, *base.shape)
@@ -97,24 +93,17 @@ class Variants:
         C_e falls as the rms velocity v of its patch rises, about as v^−`EXPONENT`, and v follows
         C_e: ln of the factor is γ m with m = ln(v_recorded/v) + Σ_q ∂ ln v/∂ ln C_e γ m_q.
         """
-        omega = 2 * np.pi * self.frequency[:, None]
-        first = len(self.panel.points)
-        velocity, slope = [], []
-        for part in self.panel.slices:
-            columns = slice(first + part.start, first + part.stop)
-            area = self.panel.area[part] / self.panel.area[part].sum()
-            velocity.append(np.trapezoid((omega**2 * self.psd[:, columns]) @ area, self.frequency))
-            slope.append(
-                [
-                    np.trapezoid(
-                        (omega**2 * derivative[:, columns]) @ area * z(self.frequency).real,
-                        self.frequency,
-                    )
-                    for derivative, z in zip(self.of_damping, self.impedances, strict=True)
-                ]
-            )
-        square = np.array(velocity)
-        by_damping = np.array(slope) / square[:, None] / 2  # ∂ ln v_p/∂ ln C_q
+        panel, frequency = self.panel, self.frequency
+        omega, cells = 2 * np.pi * frequency[:, None], slice(len(panel.points), None)
+        share = np.zeros((len(panel.area), len(panel.patches)))  # of each cell in its patch
+        for patch, part in enumerate(panel.slices):
+            share[part, patch] = panel.area[part] / panel.area[part].sum()
+        psd = (omega**2 * self.psd[:, cells]) @ share
+        square = np.asarray(np.trapezoid(psd, frequency, axis=0))
+        damping = np.array([z(frequency).real for z in self.impedances])
+        slope = damping[:, :, None] * ((omega**2 * self.of_damping[:, :, cells]) @ share)
+        # ∂ ln v_p/∂ ln C_q
+        by_damping = np.trapezoid(slope, frequency, axis=1).T / square[:, None] / 2
         log_ratio = np.log(recorded / square) / 2
         matrix = np.eye(len(square)) + EXPONENT * by_damping
         return np.exp(EXPONENT * np.linalg.solve(matrix, log_ratio))
@@ -164,11 +153,9 @@ class Variants:
             load += weighted.T @ psd @ weighted
         stiffness = panel.modal.dynamic_stiffness(frequency)
         receptances = Receptances(frequency, stiffness, panel.at_cells.T, panel.points)
-        (result,) = receptances.psds(
-            [cell_load(panel, frequency, impedances)],
-            None,
-            [interpolated_load(frequency, self.centre, load)],
-        )
+        own_force = interpolated_load(frequency, self.centre, load)
+        dampers = cell_load(panel, frequency, impedances)
+        (result,) = receptances.psds([dampers], None, [own_force])
         return result
 
     def band_squares(self, psd: Array, edge: Array) -> Array:

@@ -164,8 +164,8 @@ def shake_seeds(case: Case, target: RunTarget, folder: Path) -> list[records.Sha
 
 def are_apart(damping: Sequence[cycles.Estimate]) -> bool:
     """Whether the highest and the lowest are further apart than `states.MARGIN` and four errors."""
-    low, high = min(damping, key=lambda e: e.mean), max(damping, key=lambda e: e.mean)
-    return states.are_apart(low.mean, low.error, high.mean, high.error)
+    ends = min(damping, key=lambda e: e.mean), max(damping, key=lambda e: e.mean)
+    return bool(states.are_apart(*np.array([(end.mean, end.error) for end in ends]).ravel()))
 
 
 def shake_case(case: Case, folder: Path) -> list[records.ShakeOutcome]:

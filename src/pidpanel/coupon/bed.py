@@ -229,16 +229,8 @@ def run_at(
     """
     longest = time_step_rayleigh * bed.packing.smallest(constants.youngs_modulus).rayleigh_time
     steps = samples_per_cycle * math.ceil(drive.period / longest / samples_per_cycle)
-    return Run(
-        bed=bed,
-        drive=drive,
-        constants=constants,
-        time_step=drive.period / steps,
-        steps_per_cycle=steps,
-        samples_per_cycle=samples_per_cycle,
-        deck=own_deck,
-        start=start,
-    )
+    step = drive.period / steps
+    return Run(bed, drive, constants, step, steps, samples_per_cycle, own_deck, start)
 
 
 def loosening(bed: Bed) -> Run:

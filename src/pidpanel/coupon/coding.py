@@ -5,9 +5,7 @@ checks what comes back without converting it: no key is missing or unknown, no v
 type. A file holds the hash of its values, which shows a changed digit.
 """
 
-import hashlib
 import json
-from collections.abc import Mapping
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
@@ -17,6 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from pidpanel.coupon.liggghts.failures import RecordUnreadable
 from pidpanel.provenance import durable
+from pidpanel.provenance.digests import json_digest
 
 Record = TypeVar("Record")
 
@@ -70,12 +69,8 @@ def write(path: Path, record: Any) -> None:
     """Write a record as a JSON file; make its folder."""
     path.parent.mkdir(parents=True, exist_ok=True)
     values = encode(record)
-    text = json.dumps({**values, DIGEST: _digest(values)}, indent=1)
+    text = json.dumps({**values, DIGEST: json_digest(values)}, indent=1)
     durable.write_text(path, text + "\n")
-
-
-def _digest(values: Mapping[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
 
 def read(kind: type[Record], path: Path) -> Record:
@@ -93,6 +88,6 @@ def read(kind: type[Record], path: Path) -> Record:
         raise RecordUnreadable(f"{path}: {error}") from None
     written = values.pop(DIGEST, None) if isinstance(values, dict) else None
     record = decode(kind, values, str(path))
-    if written != _digest(values):
+    if written != json_digest(values):
         raise RecordUnreadable(f"{path}: not as it was written: its values do not give its digest")
     return record

@@ -142,20 +142,11 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str
         for bed in beds[: None if state_cycles else accuracy.seeds]
     )
     fewest = max(accuracy.min_cycles, math.ceil(accuracy.min_time_s * drive.frequency))
-    target = RunTarget(
-        relative_error=accuracy.relative_error * math.sqrt(accuracy.seeds),
-        min_cycles=fewest,
-        max_cycles=max(accuracy.max_cycles, fewest),
-    )
-    return Case(
-        runs[: accuracy.seeds],
-        coupon.particles.youngs_modulus,
-        accuracy.relative_error,
-        target,
-        varied,
-        reserve=runs[accuracy.seeds :],
-        state_cycles=state_cycles,
-    )
+    error = accuracy.relative_error * math.sqrt(accuracy.seeds)
+    target = RunTarget(error, fewest, max(accuracy.max_cycles, fewest))
+    modulus, wanted_error = coupon.particles.youngs_modulus, accuracy.relative_error
+    first, reserve = runs[: accuracy.seeds], runs[accuracy.seeds :]
+    return Case(first, modulus, wanted_error, target, varied, reserve, state_cycles)
 
 
 def _stroke_of_crossing(bed: Bed, drive: Drive) -> float:
@@ -211,13 +202,8 @@ def _packing(coupon: Coupon, diameter: float, seed: int) -> Packing:
 def _bed(coupon: Coupon, packing: Packing, fill_fraction: float) -> Bed:
     length = math.hypot(*coupon.gravity_direction)
     x, y, z = (part / length for part in coupon.gravity_direction)
-    return Bed(
-        packing=packing,
-        fill_fraction=fill_fraction,
-        gravity=coupon.gravity,
-        gravity_direction=(x, y, z),
-        constants=_constants(coupon, packing, LOOSENING.drive),
-    )
+    constants = _constants(coupon, packing, LOOSENING.drive)
+    return Bed(packing, fill_fraction, coupon.gravity, (x, y, z), constants)
 
 
 def _constants(

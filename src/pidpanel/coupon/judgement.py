@@ -36,12 +36,9 @@ def read_run(run: Run, file: Path) -> SeedEstimate:
     read = rows.read_shaken(run, file.parent, shaken)
     cells = rows.cell_estimates(run, rows.read_cells(run, file.parent, shaken), shaken.mass_kg)
     work = rows.work(run, read)[len(read) // 2 :]
-    return SeedEstimate(
-        *rows.estimates(run, read, shaken.mass_kg),
-        cells,
-        (float(work.min()), float(work.max())),
-        shaken,
-    )
+    damping, apparent_mass = rows.estimates(run, read, shaken.mass_kg)
+    ends = float(work.min()), float(work.max())
+    return SeedEstimate(damping, apparent_mass, cells, ends, shaken)
 
 
 # Largest ratio of what the contacts lose in the window of the energy balance, often one cycle, to

@@ -1,7 +1,5 @@
 """Packings: cells with poured spheres, and how they are poured."""
 
-import hashlib
-import json
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -13,6 +11,7 @@ from pidpanel.coupon import coding, contact, geometry
 from pidpanel.coupon.liggghts import deck, process
 from pidpanel.geometry.cells import SHAPES, ShapeName
 from pidpanel.geometry.sizes import Sizes
+from pidpanel.provenance.digests import json_digest
 
 # Of the algorithms that draw the spheres, scatter them over the cells, and write spheres and walls
 # for LIGGGHTS: `sizes`, `geometry`, `start_files`, `preparation.scattered`. Like `POUR_VERSION` and
@@ -25,8 +24,7 @@ POUR_VERSION = 1
 
 def identity_digest(*parts: Any) -> str:
     """Hash of values as JSON holds them."""
-    text = json.dumps(parts, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return json_digest(parts)
 
 
 @dataclass(frozen=True)

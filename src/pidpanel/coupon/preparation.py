@@ -66,13 +66,9 @@ def pour(packing: Packing, folder: Path) -> Poured:
     chimneys = geometry.side_walls(packing.outline, packing.centres, start.height)
     floors = geometry.caps(packing.outline, packing.centres, packing.depth)[: packing.count]
     folder.mkdir(parents=True, exist_ok=True)
-    _write_start(
-        folder,
-        packing,
-        np.column_stack([start.positions, start.diameters]),
-        start.height,
-        start_files.walls_file(np.concatenate([chimneys, floors])),
-    )
+    spheres = np.column_stack([start.positions, start.diameters])
+    walls = start_files.walls_file(np.concatenate([chimneys, floors]))
+    _write_start(folder, packing, spheres, start.height, walls)
     settled = _settle(packing, start, folder)
     reach = settled[:, 2] + start.diameters / 2
     top = np.array([reach[start.cell == c].max() for c in range(packing.count)])
@@ -84,16 +80,9 @@ def pour(packing: Packing, folder: Path) -> Poured:
     full = geometry.full_count(start.cell, settled[:, 2], packing.depth, start.diameters)
     chosen = geometry.lowest(start.cell, settled[:, 2], full)
     volume = math.pi / 6 * float((start.diameters[chosen] ** 3).sum())
-    _write_table(
-        folder / PACKING_FILE,
-        np.column_stack([start.cell, settled, start.diameters]),
-        "cell,x_m,y_m,z_m,diameter_m",
-    )
-    return Poured(
-        poured=len(settled),
-        spheres_full=full,
-        bulk_fraction=volume / (packing.area * packing.depth),
-    )
+    table = np.column_stack([start.cell, settled, start.diameters])
+    _write_table(folder / PACKING_FILE, table, "cell,x_m,y_m,z_m,diameter_m")
+    return Poured(len(settled), full, volume / (packing.area * packing.depth))
 
 
 def _settle(packing: Packing, start: Scattered, folder: Path) -> Array:
@@ -197,9 +186,8 @@ def write_start(
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     if bed_folder is None:
-        walls = start_files.walls_file(
-            geometry.closed_cells(packing.outline, packing.centres, packing.depth)
-        )
+        triangles = geometry.closed_cells(packing.outline, packing.centres, packing.depth)
+        walls = start_files.walls_file(triangles)
     else:
         walls = (bed_folder / deck.WALLS_FILE).read_text()
     _write_start(folder, packing, spheres, packing.depth, walls)

@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import RunTarget
 from pidpanel.coupon.liggghts.failures import FileDamaged, RunFailed
 from pidpanel.coupon.packing import Packing
+from pidpanel.provenance.requests import content_digest
 
 OK = "ok"  # status of a step that did what it should; any other is the name of a failure
 
@@ -25,13 +25,7 @@ Files = Mapping[str, str]  # names of files of a folder, and the hash of the con
 
 def files_of(folder: Path, names: Iterable[str]) -> Files:
     """Hashes of files of a folder; an empty one for a file that is not there."""
-    hashes = {}
-    for name in names:
-        try:
-            hashes[name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
-        except OSError:
-            hashes[name] = ""
-    return hashes
+    return {name: content_digest(folder / name) for name in names}
 
 
 def check_files(folder: Path, files: Files) -> None:

@@ -215,13 +215,9 @@ def _continued(solver: Liggghts, run: Run, state: RunState, folder: Path, cycles
         raise ParticlesLost(f"{solver.log}: {reached.spheres} spheres of {state.spheres}")
     legs = (*state.legs[:-1], state.legs[-1] + added)
     durable.sync(folder / restart, *(folder / f(len(legs)) for f in rows.files_of_rows(run)))
-    longer = replace(
-        state,
-        legs=legs,
-        restart=restart,
-        rows_digest=rows.digest(run, folder, legs, cycles),
-        files=files_of(folder, (deck.START_FILE, deck.WALLS_FILE, restart)),
-    )
+    digest = rows.digest(run, folder, legs, cycles)
+    files = files_of(folder, (deck.START_FILE, deck.WALLS_FILE, restart))
+    longer = replace(state, legs=legs, restart=restart, rows_digest=digest, files=files)
     longer.write(folder)
     if state.restart:
         (folder / state.restart).unlink(missing_ok=True)

@@ -10,7 +10,7 @@ was there after 150 cycles at the latest. A mean with the scatter of two runs hi
 
 import numpy as np
 
-from pidpanel.arrays import Array, Index
+from pidpanel.arrays import Array, Flags, Index
 
 # Share of their mean by which two values differ that are in different states of motion [1];
 # packings of few spheres alone differ by a tenth (11 of about 85 cases of the paper's study by four
@@ -20,11 +20,11 @@ MARGIN = 0.25
 ERRORS = 4.0  # standard errors of their difference by which they differ [1]
 
 
-def are_apart(low: float, low_error: float, high: float, high_error: float) -> bool:
-    """Whether two values, the lower first, are of different states."""
+def are_apart(low: Array, low_error: Array, high: Array, high_error: Array) -> Flags:
+    """Whether values (n,) are of other states than lower ones (n,)."""
     difference = high - low
-    far = difference > MARGIN * abs(high + low) / 2
-    return far and difference > ERRORS * float(np.hypot(low_error, high_error))
+    far = difference > MARGIN * np.abs(high + low) / 2
+    return far & (difference > ERRORS * np.hypot(low_error, high_error))
 
 
 def states_of(means: Array, errors: Array) -> list[Index]:
@@ -38,15 +38,9 @@ def states_of(means: Array, errors: Array) -> list[Index]:
     [[0, 2], [1]]
     """
     order = np.argsort(means, kind="stable")
-    cuts = [
-        k
-        for k in range(1, len(order))
-        if are_apart(
-            float(means[order[k - 1]]), float(errors[order[k - 1]]),
-            float(means[order[k]]), float(errors[order[k]]),
-        )
-    ]  # fmt: skip
-    return np.split(order, cuts)
+    means, errors = means[order], errors[order]
+    cuts = are_apart(means[:-1], errors[:-1], means[1:], errors[1:])
+    return np.split(order, 1 + np.flatnonzero(cuts))
 
 
 def farthest(means: Array, states: list[Index]) -> float:

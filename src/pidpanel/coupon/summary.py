@@ -75,7 +75,6 @@ class SeedMean:
     apparent_mass_error: float = math.nan
     spheres: float = math.nan  # in all cells
     mass_kg: float = math.nan
-    drift: float = math.nan  # of the seed that drifts most, in standard errors
     states: States = NO_STATES
 
 
@@ -112,17 +111,9 @@ def _mean_of_seeds(case: Case, seeds: Sequence[SeedEstimate], scatter: float) ->
     states = _states(case, seeds)
     if len(states.damping) > 1:
         c, m, m_error = states.mean, states.mass_mean, math.hypot(m_error, states.mass_error)
-    return SeedMean(
-        damping=c,
-        damping_error=c_error,
-        seed_error=seed_error,
-        apparent_mass=m,
-        apparent_mass_error=m_error,
-        spheres=float(np.mean([seed.shaken.spheres for seed in seeds])),
-        mass_kg=float(np.mean([seed.shaken.mass_kg for seed in seeds])),
-        drift=max((seed.damping.drift for seed in seeds), key=abs),
-        states=states,
-    )
+    of_seeds = [(seed.shaken.spheres, seed.shaken.mass_kg) for seed in seeds]
+    spheres, mass = np.mean(of_seeds, axis=0).tolist()
+    return SeedMean(c, c_error, seed_error, m, m_error, spheres, mass, states)
 
 
 def summarise(
@@ -174,7 +165,7 @@ def summarise(
         **_energies([seed.shaken.balance for seed in seeds]),
         "cycles_run": sum(seed.shaken.cycles for seed in seeds),
         "cycles_used": sum(seed.damping.used for seed in seeds),
-        "drift": mean.drift,
+        "drift": max((seed.damping.drift for seed in seeds), key=abs, default=math.nan),
         "target_met": bool(
             math.hypot(mean.seed_error, cell_states.damping_error)
             <= max(case.relative_error * abs(c), rows.FLOOR * bound)
@@ -211,35 +202,28 @@ def _states(case: Case, seeds: Sequence[SeedEstimate]) -> States:
     groups = [np.arange(len(cells))]
     if case.state_cycles:
         groups = states.states_of(means, errors)
-    return States(
-        tuple(float(means[state].mean()) for state in groups),
-        tuple(len(state) / len(cells) for state in groups),
-        states.farthest(means, groups),
-        states.farthest(masses, groups),
-        float(means.mean()),
-        float(masses.mean()),
-    )
+    damping = tuple(float(means[state].mean()) for state in groups)
+    share = tuple(len(state) / len(cells) for state in groups)
+    error, mass_error = states.farthest(means, groups), states.farthest(masses, groups)
+    return States(damping, share, error, mass_error, float(means.mean()), float(masses.mean()))
 
 
 def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:
     """Worst closure of the seeds and shares of the loss, all seeds together."""
     measured = [balance for balance in balances if balance is not None]
-    normal, tangential, rolling, walls = (
-        sum(getattr(balance.energies, key) for balance in measured for key in keys)
-        for keys in (
-            ("sphere_normal", "wall_normal"),
-            ("sphere_tangential", "wall_tangential"),
-            ("rolling",),
-            ("wall_normal", "wall_tangential"),
-        )
-    )
-    total = normal + tangential + rolling
+
+    def loss(*kinds: str) -> float:
+        return sum(getattr(balance.energies, kind) for balance in measured for kind in kinds)
+
+    normal = loss("sphere_normal", "wall_normal")
+    tangential = loss("sphere_tangential", "wall_tangential")
+    total = normal + tangential + loss("rolling")
     share = (lambda part: part / total) if total else (lambda part: math.nan)
     return {
         "closure": max((balance.closure for balance in measured), key=abs, default=math.nan),
         "normal_share": share(normal),
         "tangential_share": share(tangential),
-        "wall_share": share(walls),
+        "wall_share": share(loss("wall_normal", "wall_tangential")),
     }
 
 

@@ -97,12 +97,8 @@ def _window(
     smallest_error = rows.smallest_error(run, state.mass)
     smallest = cycles.dissipated_energy(smallest_error, drive.amplitude, drive.frequency)
     smallest_loss = float(smallest) / CLOSURE_LIMIT * window * run.packing.area
-    return MeasuredBalance(
-        energies=measured,
-        closure=measured.residual / max(abs(measured.work), measured.dissipated, smallest_loss),
-        cycles=window,
-        frames=frames,
-    )
+    size = max(abs(measured.work), measured.dissipated, smallest_loss)
+    return MeasuredBalance(measured, measured.residual / size, window, frames)
 
 
 def _frame_stride(run: Run, window: int, per_contact: int) -> int:

@@ -31,20 +31,11 @@ from pidpanel.damping.broadband import (
 )
 from pidpanel.damping.inelastic import thrown_height
 from pidpanel.damping.jump import Jump
-from pidpanel.damping.readings import DampingValues, Point
+from pidpanel.damping.readings import DampingReading, DampingValues, Point
 from pidpanel.damping.riding import riding_trend
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.damping.surface_cases import (
-    AXES,
-    ERROR,
-    MASS,
-    MASS_ERROR,
-    STROKE,
-    VALUE,
-    SurfaceBed,
-    clear_gap,
-)
+from pidpanel.damping.surface_cases import CASE_COLUMNS, STROKE, SurfaceBed, clear_gap
 
 Direction = Literal["flat", "upright"]  # of gravity: along the motion, or across it
 
@@ -212,23 +203,15 @@ def cases_in(
     gamma = gamma * gravity
     frequency = np.sqrt(gamma * STANDARD_GRAVITY / (stroke * clear_gap(fill) * depth)) / (2 * np.pi)
     damping = 2 * np.pi * frequency * fill  # C_e of η = 1
-    return pd.DataFrame(
-        {
-            **dict(zip(AXES, (fill, frequency, gamma), strict=True)),
-            VALUE: damping * loss,
-            ERROR: damping * loss_error,
-            MASS: fill * mass,
-            MASS_ERROR: fill * mass_error,
-        }
-    )
+    results = (damping * loss, damping * loss_error, fill * mass, fill * mass_error)
+    return pd.DataFrame(dict(zip(CASE_COLUMNS, (fill, frequency, gamma, *results), strict=True)))
 
 
 def dimensionless(
     cases: pd.DataFrame, depth: float | Array, gravity: float | Array, mass_per_fill: float
 ) -> pd.DataFrame:
     """Return cases of a cell in the columns that `cases_in` reads; its inverse with m₁ = 1."""
-    columns = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]
-    fill, frequency, gamma, *results = cases[columns].to_numpy(float).T
+    fill, frequency, gamma, *results = cases[CASE_COLUMNS].to_numpy(float).T
     omega = 2 * np.pi * frequency
     stroke = gamma * STANDARD_GRAVITY / (omega**2 * clear_gap(fill) * depth)
     mass = mass_per_fill * fill
@@ -238,7 +221,7 @@ def dimensionless(
 
 
 @dataclass(frozen=True)
-class AtlasDamping:
+class AtlasDamping(DampingReading):
     """C_e and m_a of one coupon; see `readings.DampingReading`."""
 
     surface: DampingSurface  # with m₁ = 1
@@ -299,11 +282,6 @@ class AtlasDamping:
             self.mass_per_fill * values.apparent_mass * self.with_mass,
             values.inside & self.is_hard(frequency, acceleration_g),
         )
-
-    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
-        """Return the covariance (2n, 2n) of ln C_e, then of m_a [kg/m²], at (n,) [Hz]."""
-        point = (fill_fraction, acceleration_g)
-        return self.cross_covariance(frequency, point, point)
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between what is read at two points of r and Γ."""

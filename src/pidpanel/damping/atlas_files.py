@@ -21,14 +21,10 @@ from pidpanel.damping.atlas import (
     cases_in,
     dimensionless,
 )
-from pidpanel.damping.surface_cases import (
-    Constants,
-    TrainingData,
-    clear_gap,
-    training_data,
-)
+from pidpanel.damping.surface_cases import Constants, TrainingData, clear_gap, training_data
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
 
+ARRAYS = ("calibration", "student_scale", "bulk")  # of the file of the constants
 UNKNOWN_MASS = 1.0  # error of m_a over the mass of the particles in one of several states
 
 
@@ -60,17 +56,11 @@ def _atlas(frame: pd.DataFrame, constants: Path) -> Atlas:
     stored = json.loads(constants.read_text(encoding="utf-8"))
     trend = np.array(stored["trend"])
     data = atlas_data(by_state(frame), trend)
-    return Atlas(
-        frame,
-        data.damping_sides(stored_sides(stored["damping"])),
-        data.mass_sides(stored_sides(stored["mass"])),
-        data.jump(JUMP_LENGTHS),
-        np.array(stored["calibration"]),
-        np.array(stored["student_scale"]),
-        np.array(stored["bulk"]),
-        trend,
-        stored["version"],
-    )
+    damping = data.damping_sides(stored_sides(stored["damping"]))
+    mass, jump = data.mass_sides(stored_sides(stored["mass"])), data.jump(JUMP_LENGTHS)
+    calibration, scale, bulk = map(np.array, (stored[name] for name in ARRAYS))
+    version = stored["version"]
+    return Atlas(frame, damping, mass, jump, calibration, scale, bulk, trend, version)
 
 
 def package_version() -> str:
@@ -97,18 +87,13 @@ def read_rows(path: Path) -> pd.DataFrame:
 def by_state(cases: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each state of motion of the cases; m_a of one of several is not known."""
     several = cases["state_loss_factors"] != ""
-    rows = [cases[~several]]
-    for _, case in cases[several].iterrows():
-        losses = [float(text) for text in str(case["state_loss_factors"]).split()]
-        relative = case["loss_factor_statistical_error"] / case["loss_factor"]
-        rows.append(
-            pd.DataFrame([case] * len(losses)).assign(
-                loss_factor=losses,
-                loss_factor_error=[relative * loss for loss in losses],
-                mass_ratio_error=UNKNOWN_MASS,
-            )
-        )
-    return pd.concat(rows, ignore_index=True)
+    losses = cases["state_loss_factors"][several].str.split().explode().astype(float)
+    states = cases.loc[losses.index]
+    relative = states["loss_factor_statistical_error"] / states["loss_factor"]
+    states = states.assign(
+        loss_factor=losses, loss_factor_error=relative * losses, mass_ratio_error=UNKNOWN_MASS
+    )
+    return pd.concat([cases[~several], states], ignore_index=True)
 
 
 def atlas_data(cases: pd.DataFrame, trend: Array | None = None) -> TrainingData:

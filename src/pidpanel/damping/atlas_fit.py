@@ -6,8 +6,6 @@ not have. In each of three ranges of W/L the standard errors are multiplied by t
 `COVERAGE` of the predicted cases lie within 1.96 of them. All packings count alike.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -8,11 +8,11 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT
-from pidpanel.damping.readings import DampingValues, Point, correlated_covariance
+from pidpanel.damping.readings import DampingReading, DampingValues, Point, correlated_covariance
 
 
 @dataclass(frozen=True)
-class ConstantDamper:
+class ConstantDamper(DampingReading):
     """The same C_e, or the same loss factor η, and the same m_a at every f, r and Γ.
 
     C_e = c + η m″ ω, where one of the two is not zero. η m″ ω is the energy per cycle and area
@@ -49,21 +49,13 @@ class ConstantDamper:
         """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
         frequency = np.asarray(frequency, float)
         damping = self.equivalent_damping + self.loss_mass * 2 * np.pi * frequency
-        return DampingValues(
-            damping,
-            self.relative_error * damping,
-            np.full(frequency.shape, self.apparent_mass),
-            np.ones(frequency.shape, dtype=np.bool_),
-        )
+        mass, inside = np.full(frequency.shape, self.apparent_mass), np.ones(frequency.shape, bool)
+        return DampingValues(damping, self.relative_error * damping, mass, inside)
 
-    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) of ln C_e, m_a; see `readings.correlated_covariance`."""
         errors = np.repeat([self.relative_error, self.apparent_mass_error], len(frequency))
         return correlated_covariance(errors, errors)
-
-    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return the covariance itself: two patches have the same damper."""
-        return self.covariance(frequency, *first)
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return what the damper weighs [kg/m²]."""

@@ -11,7 +11,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT
-from pidpanel.damping.readings import DampingValues, Point
+from pidpanel.damping.readings import DampingReading, DampingValues, Point
 
 COUPLED = "coupled"  # name of this damping model in a study
 
@@ -40,7 +40,7 @@ SCALARS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class CoupledDamping:
+class CoupledDamping(DampingReading):
     """C_e, m_a and own force of one patch at the motion that it has.
 
     ln C_e, m_a, ln of the PSD of the own force and its coherence are linear in ln f between the
@@ -70,13 +70,7 @@ class CoupledDamping:
     @property
     def resolved_damping(self) -> Array:
         """(n,) C_e, or `FLOOR` of its standard errors where it is less [N s/m³]."""
-        damping: Array = np.maximum(self.equivalent_damping, FLOOR * self.equivalent_damping_error)
-        return damping
-
-    @property
-    def log_damping(self) -> Array:
-        """(n,) ln of `resolved_damping`."""
-        return np.log(self.resolved_damping)
+        return np.maximum(self.equivalent_damping, FLOOR * self.equivalent_damping_error)
 
     @property
     def nodes(self) -> Array:
@@ -89,26 +83,24 @@ class CoupledDamping:
         """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
         frequency = np.asarray(frequency, float)
         hats = self._hats(frequency)
-        damping = np.exp(hats @ self.log_damping)
+        damping = np.exp(hats @ np.log(self.resolved_damping))
         variance = np.sum(hats * (hats @ self._log_covariance), axis=1)
         mass = hats @ self.apparent_mass if self.with_mass else np.zeros(frequency.shape)
         return DampingValues(
             damping, damping * np.sqrt(variance), mass, np.ones(frequency.shape, np.bool_)
         )
 
-    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) of ln C_e, then of m_a, at (n,) [Hz]."""
         hats = self._hats(np.asarray(frequency, float))
         count = len(hats)
         result = np.zeros((2 * count, 2 * count))
         result[:count, :count] = hats @ self._log_covariance @ hats.T
         if self.with_mass:
-            result[count:, count:] = hats @ self._mass_covariance @ hats.T
+            common = self.common_error * self.apparent_mass
+            mass = np.diag(self.apparent_mass_error**2) + np.outer(common, common)
+            result[count:, count:] = hats @ mass @ hats.T
         return result
-
-    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return the covariance itself: the parts of a patch have the same damper."""
-        return self.covariance(frequency, *first)
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the particles [kg/m²]."""
@@ -127,14 +119,7 @@ class CoupledDamping:
     @property
     def _log_covariance(self) -> Array:
         independent = np.diag((self.equivalent_damping_error / self.resolved_damping) ** 2)
-        result: Array = independent + self.common_error**2
-        return result
-
-    @property
-    def _mass_covariance(self) -> Array:
-        common = self.common_error * self.apparent_mass
-        result: Array = np.diag(self.apparent_mass_error**2) + np.outer(common, common)
-        return result
+        return independent + self.common_error**2
 
     def _hats(self, frequency: Array) -> Array:
         """(nf, n) piecewise linear functions of ln f, 1 at one node and 0 at the others."""

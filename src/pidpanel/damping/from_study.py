@@ -21,6 +21,7 @@ from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, read_co
 from pidpanel.damping.tables import TableReading
 from pidpanel.paths import SECTION
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.study import Study
 from pidpanel.study.atlas import direction_of, mistakes_of_coupon
 from pidpanel.study.coupon import Coupon
@@ -54,17 +55,13 @@ def read_cases(path: Path) -> pd.DataFrame:
     return pd.read_csv(path, keep_default_na=True)
 
 
-def read_stored_surface(path: Path) -> DampingSurface:
-    """Read the surface of ``damping/surface.nc``."""
+def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> DampingReading:
+    """Read the surface of ``damping/surface.nc``: of its cases alone, or added to the atlas."""
     import xarray as xr
 
     from pidpanel.damping import surface_files
 
-    return surface_files.from_dataset(xr.load_dataset(path, engine="scipy"))
-
-
-def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> DampingReading:
-    surface = read_stored_surface(path)
+    surface = surface_files.from_dataset(xr.load_dataset(path, engine="scipy"))
     if prior == "closed_form":
         return surface
     return reading_from_atlas(coupon, is_broadband=False, surface=surface)
@@ -249,9 +246,7 @@ def _constant(damper: Damper) -> ConstantDamper:
     )
 
 
-def write_damping(
-    study: Study, damper: str, cases: Path, surface_nc: Path, surface_csv: Path, law_csv: Path
-) -> None:
+def write_damping(study: Study, damper: str, cases: Path, output: Files) -> None:
     """Write the surface of the cases of a damper's coupon and the constants of the law.
 
     A `DampingError` says that the cases make no surface.
@@ -259,8 +254,7 @@ def write_damping(
     from pidpanel.damping import fit, surface_files
 
     surface = surface_of(study.coupons[damper], read_cases(cases))
-    surface_files.to_dataset(surface).assign_attrs(stamp(study)).to_netcdf(
-        surface_nc, engine="scipy"
-    )
-    surface_files.to_frame(surface).to_csv(surface_csv, index=False, float_format="%.6g")
-    fit.fit_accelerations(surface.cases).to_csv(law_csv, index=False, float_format="%.6g")
+    dataset = surface_files.to_dataset(surface).assign_attrs(stamp(study))
+    dataset.to_netcdf(output.surface, engine="scipy")
+    surface_files.to_frame(surface).to_csv(output.table, index=False, float_format="%.6g")
+    fit.fit_accelerations(surface.cases).to_csv(output.law, index=False, float_format="%.6g")

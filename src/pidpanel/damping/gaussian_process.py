@@ -70,8 +70,7 @@ class GaussianProcess:
 
     def mean(self, points: Array) -> Array:
         """Return the expected value (k,) at ``points`` (k, d)."""
-        result: Array = self._centre + self._kernel(points, self.points) @ self._weights  # type: ignore[attr-defined]
-        return result
+        return self._centre + self._kernel(points, self.points) @ self._weights  # type: ignore[attr-defined]
 
     def standard_error(self, points: Array) -> Array:
         """Return the standard deviation (k,) of the function without scatter at points (k, d)."""
@@ -103,8 +102,7 @@ class GaussianProcess:
         cross = self._kernel(self.points, points)
         if not len(cross):
             return cross
-        result: Array = solve_triangular(self._factor, cross, lower=True)  # type: ignore[attr-defined]
-        return result
+        return solve_triangular(self._factor, cross, lower=True)  # type: ignore[attr-defined]
 
     def leave_one_out(self) -> tuple[Array, Array]:
         """Return errors (n,) of values predicted by the others, and the standard errors predicted.
@@ -136,8 +134,7 @@ class GaussianProcess:
 def matern(square: Array) -> Array:
     """(1 + √5 d + 5 d²/3) e^(−√5 d) of squared distances d²."""
     a = np.sqrt(5 * square)
-    result: Array = (1 + a + a**2 / 3) * np.exp(-a)
-    return result
+    return (1 + a + a**2 / 3) * np.exp(-a)
 
 
 def _squares(a: Array, b: Array) -> Array:

@@ -14,7 +14,7 @@ case it is known whether the bed crosses, which says on which side of it τ lies
 and the posterior of τ follows by expectation propagation (Rasmussen and Williams 2006, 3.6).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -93,12 +93,8 @@ class Jump:
         probability = self.probability(self.points, self.reached)
         for i in np.unique(self._telling):  # type: ignore[attr-defined]
             rest = np.arange(len(probability)) != i
-            remaining = replace(
-                self,
-                points=self.points[rest],
-                reached=self.reached[rest],
-                crosses=self.crosses[rest],
-            )
+            reached, crosses = self.reached[rest], self.crosses[rest]
+            remaining = Jump(self.points[rest], reached, crosses, self.lengths)
             probability[i] = remaining.probability(self.points[[i]], self.reached[[i]])[0]
         return probability
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import PAPER_LAW
-from pidpanel.damping.readings import DampingError, DampingValues, Point
+from pidpanel.damping.readings import DampingError, DampingReading, DampingValues, Point
 
 FREQUENCY_RANGE = (5.0, 2000.0)  # the range in which the paper shook its coupon [Hz]
 
@@ -33,8 +33,7 @@ def paper_constants(fill_fraction: float) -> tuple[float, float, float]:
 def equation_5(omega: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> Array:
     """C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω) (Eq. 5); ω in the unit that a₁ and a₃ are stated for."""
     w = np.asarray(omega, float)
-    result: Array = a1 / (2 * np.pi) * w ** (np.asarray(a2) - 1) * np.exp(-a3 * w)  # type: ignore[operator]
-    return result
+    return a1 / (2 * np.pi) * w ** (np.asarray(a2) - 1) * np.exp(-a3 * w)  # type: ignore[operator]
 
 
 def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
@@ -83,7 +82,7 @@ def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:
     return f
 
 
-class PaperLaw:
+class PaperLaw(DampingReading):
     """A law of the paper, as printed (C_e is negative) or corrected; without mass, whatever Γ."""
 
     depends_on_acceleration = False
@@ -102,13 +101,9 @@ class PaperLaw:
             damping, np.zeros_like(damping), np.zeros_like(damping), np.ones(damping.shape, bool)
         )
 
-    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
+    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return zeros (2n, 2n): the paper states no errors."""
         return np.zeros((2 * len(frequency), 2 * len(frequency)))
-
-    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return zeros (2n, 2n)."""
-        return self.covariance(frequency, *first)
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return NaN: the paper states no mass."""

@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.damping.table_files import (
     ERRORS,
@@ -19,6 +18,7 @@ from pidpanel.damping.table_files import (
     MASS,
     PARTICLE_MASS,
     amplitude_of,
+    gamma_per_unit,
 )
 from pidpanel.damping.tables import impedance_of
 
@@ -72,16 +72,10 @@ def amplitudes_g(columns: Mapping[str, Array]) -> Array | None:
     >>> amplitudes_g(rows).round(2)
     array([20.13])
     """
-    omega = 2 * np.pi * columns[FREQUENCY]
     name, amplitude = amplitude_of(columns)
     if name is None:
         return None
-    scales = {
-        "acceleration_g": np.ones_like(omega),
-        "displacement_mm": 1e-3 * omega**2 / STANDARD_GRAVITY,
-        "velocity_m_s": omega / STANDARD_GRAVITY,
-    }
-    return np.asarray(amplitude * scales[name])
+    return np.asarray(amplitude * gamma_per_unit(name, 2 * np.pi * columns[FREQUENCY]))
 
 
 def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | None) -> pd.DataFrame:
@@ -107,17 +101,13 @@ def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | No
                      "apparent_mass_error_kg_m2"]  # fmt: skip
     simulated = np.full((len(points), 4), np.nan)
     read = np.full((len(points), 4), np.nan)
-    axes = points[["fill_fraction", "frequency_hz", "acceleration_g"]].to_numpy(float)
+    names = ["fill_fraction", "frequency_hz", "acceleration_g"]
+    axes, simulated_axes = points[names].to_numpy(float), good[names].to_numpy(float, copy=True)
+    simulated_axes[:, 1:] = np.log(simulated_axes[:, 1:])
     for row, (fill, frequency, gamma) in enumerate(axes):
-        apart = np.maximum.reduce(
-            [
-                np.abs(good["fill_fraction"] - fill),
-                np.abs(np.log(good["frequency_hz"] / frequency)),
-                np.abs(np.log(good["acceleration_g"] / gamma)),
-            ]
-        )
-        if len(good) and apart.min() <= SAME_POINT:
-            simulated[row] = good[value_columns].iloc[int(apart.argmin())]
+        distance = np.abs(simulated_axes - [fill, np.log(frequency), np.log(gamma)]).max(axis=1)
+        if len(good) and distance.min() <= SAME_POINT:
+            simulated[row] = good[value_columns].iloc[int(distance.argmin())]
         if atlas is not None:
             read[row] = atlas_point(atlas, fill, frequency, gamma)
     return points.assign(**_named("simulated", *simulated.T), **_named("atlas", *read.T))
@@ -129,13 +119,9 @@ def atlas_point(atlas: AtlasDamping, fill: float, frequency: float, gamma: float
     values = atlas(f, fill, gamma)
     if not values.inside[0]:
         return np.full(4, np.nan)
-    mass_error = np.sqrt(atlas.covariance(f, fill, gamma)[1, 1])
-    return np.array(
-        [
-            values.equivalent_damping[0], values.equivalent_damping_error[0],
-            values.apparent_mass[0], mass_error,
-        ]
-    )  # fmt: skip
+    mass_error = np.sqrt(atlas.covariance(f, fill, gamma)[1, 1:])
+    damping = values.equivalent_damping, values.equivalent_damping_error
+    return np.concatenate([*damping, values.apparent_mass, mass_error])
 
 
 def _named(source: str, *values: Array) -> dict[str, Array]:

@@ -45,12 +45,10 @@ class DampingReading(Protocol):
     @property
     def broadband_error(self) -> BroadbandError:
         """Error under broadband motion."""
-        ...
 
     @property
     def nodes(self) -> Array | None:
         """(n,) rising [Hz], between which errors are linear in ln f; None where there are none."""
-        ...
 
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
@@ -71,14 +69,14 @@ class DampingReading(Protocol):
         DampingError
             Where the reading has no answer.
         """
-        ...
 
     def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
         """Return the covariance (2n, 2n) of ln C_e, then of m_a [kg/m²], at (n,) [Hz].
 
         Zero where there are no errors.
         """
-        ...
+        point = (fill_fraction, acceleration_g)
+        return self.cross_covariance(frequency, point, point)
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between what is read at two points.
@@ -86,15 +84,12 @@ class DampingReading(Protocol):
         Rows are ln C_e, then m_a [kg/m²], at the frequencies (n,) [Hz] and the first point;
         columns the same at the other. With both points the same it is `covariance`.
         """
-        ...
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return what the damper weighs [kg/m²], whether or not m_a counts; NaN if not known."""
-        ...
 
     def without_mass(self) -> DampingReading:
         """Return the same damping with m_a = 0, known exactly: a dashpot."""
-        ...
 
 
 def correlated_covariance(first: Array, second: Array) -> Array:

@@ -152,10 +152,7 @@ def joint_covariance(
         common(a, other_b, a.step, other_b.step), common(b, other_a, b.step, other_a.step)
     )  # fmt: skip
     return np.block(
-        [
-            [sides[0].covariance(a, other_a), shared[0]],
-            [shared[1], sides[1].covariance(b, other_b)],
-        ]
+        [[sides[0].covariance(a, other_a), shared[0]], [shared[1], sides[1].covariance(b, other_b)]]
     )
 
 

@@ -4,7 +4,6 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.damping.surface_cases import AXES
 
 
 class SimulatedRange:
@@ -25,20 +24,13 @@ class SimulatedRange:
         hull = ConvexHull(spread, qhull_options="QJ" if flat else "")
         self._normals, self._offsets = hull.equations[:, :-1], hull.equations[:, -1]
 
-    def __str__(self) -> str:
-        return ", ".join(
-            f"{axis} {low:g} to {high:g}"
-            for axis, low, high in zip(AXES, self.low, self.high, strict=True)
-        )
-
     def contains(self, points: Array) -> Flags:
         """Return (n,) whether points (n, 3) of r, f, Γ are in the hull."""
         in_bounds = np.all(
             (points >= self.low * (1 - 1e-9)) & (points <= self.high * (1 + 1e-9)), axis=1
         )
         away = _logarithmic(points)[:, self._spread] @ self._normals.T + self._offsets
-        inside: Flags = in_bounds & (away <= 1e-6).all(axis=1)
-        return inside
+        return in_bounds & (away <= 1e-6).all(axis=1)
 
 
 def _logarithmic(points: Array) -> Array:

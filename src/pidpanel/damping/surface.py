@@ -37,7 +37,7 @@ from numpy.typing import ArrayLike
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.broadband import SINGLE_TONES
 from pidpanel.damping.jump import Jump
-from pidpanel.damping.readings import NODE_STEP, DampingError, DampingValues, Point
+from pidpanel.damping.readings import NODE_STEP, DampingReading, DampingValues, Point
 from pidpanel.damping.sides import Mixture, Sides, even_steps, joint_covariance
 from pidpanel.damping.simulated_range import SimulatedRange
 from pidpanel.damping.surface_cases import (
@@ -57,7 +57,7 @@ FREQUENCY_STEP = 0.04
 ACCELERATION_STEP = 0.05
 
 
-class DampingSurface:
+class DampingSurface(DampingReading):
     """C_e and m_a over fill fraction, frequency and acceleration amplitude.
 
     Parameters
@@ -74,6 +74,8 @@ class DampingSurface:
         Whether the particles have an apparent mass; see `without_mass`.
     """
 
+    broadband_error = SINGLE_TONES
+
     def __init__(
         self,
         cases: pd.DataFrame,
@@ -89,7 +91,6 @@ class DampingSurface:
         self.damping = damping
         self.mass = mass if with_mass else None
         self.jump = jump
-        self.broadband_error = SINGLE_TONES
         has_mass = with_mass and np.isfinite(bed.mass_per_fill)
         self._rest_mass = bed.mass_per_fill if has_mass else 0.0
         axes = cases[list(AXES)].to_numpy(float)
@@ -128,14 +129,11 @@ class DampingSurface:
         if crossing is None:
             crossing = self.crossing(points)
         log_damping, mass = self.expected(points)
-        return (
-            self.damping.mixture(
-                points, crossing, log_damping, self.bed.restless(points), self.bed.riding(points)
-            ),
-            None
-            if self.mass is None
-            else self.mass.mixture(points, crossing, mass, np.zeros((2, len(points)))),
-        )
+        restless, trend = self.bed.restless(points), self.bed.riding(points)
+        damping = self.damping.mixture(points, crossing, log_damping, restless, trend)
+        if self.mass is None:
+            return damping, None
+        return damping, self.mass.mixture(points, crossing, mass, np.zeros((2, len(points))))
 
     def expected(self, points: Array) -> tuple[Array, Array]:
         """Return ln 2m₁E and m₁μ (n,) of the bed that crosses; 0 where nothing jumps."""
@@ -183,7 +181,7 @@ class DampingSurface:
         return DampingSurface(self.cases, self.bed, self.damping, None, self.jump, with_mass=False)
 
     def __call__(
-        self, frequency: Array, fill_fraction: float, acceleration_g: float, outside: str = "mark"
+        self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
         """Return C_e and m_a at ``frequency`` (n,) [Hz] for one fill and one amplitude Γ.
 
@@ -193,16 +191,10 @@ class DampingSurface:
         """
         frequency = np.asarray(frequency, float)
         gamma = float(acceleration_g) if self.depends_on_acceleration else float(self.low[2])
-        log_acceleration = np.clip(
-            np.log(gamma), self.log_acceleration[0], self.log_acceleration[-1]
-        )
-        row = min(
-            int(np.searchsorted(self.log_acceleration, log_acceleration, "right")) - 1,
-            len(self.log_acceleration) - 2,
-        )
-        weight = (log_acceleration - self.log_acceleration[row]) / (
-            self.log_acceleration[row + 1] - self.log_acceleration[row]
-        )
+        last = len(self.log_acceleration) - 1
+        place = np.interp(np.log(gamma), self.log_acceleration, np.arange(last + 1))
+        row = min(int(place), last - 1)
+        weight = place - row
         clipped = np.clip(frequency, self.low[1], self.high[1])
         lower, upper = (self._row(float(fill_fraction), index) for index in (row, row + 1))
         log_damping, relative, share = (
@@ -211,13 +203,6 @@ class DampingSurface:
         )
         fill = np.clip(np.full(len(frequency), float(fill_fraction)), self.low[0], self.high[0])
         inside = self.simulated.contains(_points(float(fill_fraction), frequency, gamma))
-        if outside == "refuse" and not inside.all():
-            worst = frequency[~inside]
-            raise DampingError(
-                f"acceleration_g = {gamma:.3g} at fill_fraction {fill_fraction:g}, "
-                f"{worst.min():g} to {worst.max():g} Hz: outside the simulated range "
-                f"({self.simulated}, within the convex hull of the cases)"
-            )
         return self._values(
             fill, clipped, np.full(len(frequency), gamma), log_damping, relative, share, inside
         )
@@ -236,14 +221,6 @@ class DampingSurface:
         """(n,) nodes of the covariance [Hz], even in ln f; between them it is nearly linear."""
         return np.exp(even_steps(np.log(self.low[1]), np.log(self.high[1]), NODE_STEP))
 
-    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
-        """Return the covariance (2n, 2n) of ln C_e, then of m_a [kg/m²], at frequencies (n,) [Hz].
-
-        The two err together where it is not known whether the bed crosses, else independently.
-        """
-        point = (fill_fraction, acceleration_g)
-        return self.cross_covariance(frequency, point, point)
-
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between what is read at two points of r and Γ.
 
@@ -251,28 +228,18 @@ class DampingSurface:
         alike. Rows are ln C_e, then m_a [kg/m²], at the first point, columns at the other.
         """
         p, scale = self._clip(frequency, *first)
-        q, second_scale = self._clip(frequency, *second)
-        return self._joint(self.mixtures(p), self.mixtures(q), scale, second_scale)
-
-    def _joint(
-        self,
-        first: tuple[Mixture, Mixture | None],
-        second: tuple[Mixture, Mixture | None],
-        scale: float,
-        second_scale: float,
-    ) -> Array:
-        """Covariance (2n, 2m) of g_C, then ``scale`` g_m, between points."""
-        (damping, mass), (damping_there, mass_there) = first, second
-        n, m = len(damping.points), len(damping_there.points)
+        q, scale_there = self._clip(frequency, *second)
+        (damping, mass), (damping_there, mass_there) = self.mixtures(p), self.mixtures(q)
+        n = len(frequency)
         if self.mass is not None and mass is not None and mass_there is not None:
             result = joint_covariance(
                 (self.damping, self.mass), (damping, mass), (damping_there, mass_there)
             )
         else:
-            result = np.zeros((2 * n, 2 * m))
-            result[:n, :m] = self.damping.covariance(damping, damping_there)
+            result = np.zeros((2 * n, 2 * n))
+            result[:n, :n] = self.damping.covariance(damping, damping_there)
         result[n:] *= scale
-        result[:, m:] *= second_scale
+        result[:, n:] *= scale_there
         return result
 
     def _clip(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, float]:

@@ -20,6 +20,7 @@ AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
 VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
 MASS, MASS_ERROR = "apparent_mass_kg_m2", "apparent_mass_error_kg_m2"
 PARTICLE_MASS = "particle_mass_per_area_kg_m2"
+CASE_COLUMNS = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]  # of a case that counts
 
 # Status of the rows that count; those that are not steady have errors that say so.
 COUNTED = ("ok", "NotSteady")
@@ -255,11 +256,10 @@ def training_data(cases: pd.DataFrame, bed: SurfaceBed) -> TrainingData:
 
     C_e = r f h e^g, so δg = δC/C; m_a = r [h g + (1 − h) m₁], so δg = δm/(r h).
     """
-    fill, frequency, gamma = cases[list(AXES)].to_numpy(float).T
+    columns = cases[CASE_COLUMNS].to_numpy(float).T
+    fill, frequency, gamma, value, error, mass, mass_error = columns
     points, h = bed.points(fill, frequency, gamma), onset(gamma, bed.onset_g)
-    value, error = cases[VALUE].to_numpy(float), cases[ERROR].to_numpy(float)
     rest = bed.mass_per_fill if np.isfinite(bed.mass_per_fill) else 0.0
-    mass, mass_error = cases[MASS].to_numpy(float), cases[MASS_ERROR].to_numpy(float)
     log_damping = np.log(value / (h * fill * frequency))
     side = np.zeros(len(cases))
     if bed.jumps:
@@ -318,8 +318,7 @@ def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
         mass_per_fill = float((good[PARTICLE_MASS] / good["fill_fraction"]).median())
     if len(good) > MOST_CASES:
         good = good.iloc[spread_out(_axes_of_one_scale(good), MOST_CASES)]
-    columns = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]
-    return good[columns].astype(float).reset_index(drop=True), mass_per_fill
+    return good[CASE_COLUMNS].astype(float).reset_index(drop=True), mass_per_fill
 
 
 def _axes_of_one_scale(cases: pd.DataFrame) -> Array:

@@ -8,22 +8,16 @@ from pidpanel.arrays import variable
 from pidpanel.damping.readings import DampingError
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import (
-    AXES,
-    ERROR,
-    MASS,
-    MASS_ERROR,
+    CASE_COLUMNS,
     PARTICLE_MASS,
-    VALUE,
     Constants,
     SurfaceBed,
     training_data,
 )
 
 # Columns of the cases that are stored
-CASE_UNITS = dict(
-    zip((*AXES, VALUE, ERROR, MASS, MASS_ERROR),
-        ("1", "Hz", "g", "N s m-3", "N s m-3", "kg m-2", "kg m-2"), strict=True)
-)  # fmt: skip
+UNITS = ("1", "Hz", "g", "N s m-3", "N s m-3", "kg m-2", "kg m-2")
+CASE_UNITS = dict(zip(CASE_COLUMNS, UNITS, strict=True))
 
 
 def to_dataset(surface: DampingSurface) -> xr.Dataset:
@@ -80,9 +74,8 @@ def to_frame(
     points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
     points = points[surface.simulated.contains(points)]
     values = surface.evaluate(*points.T)
-    frame = pd.DataFrame(points, columns=list(AXES))
-    frame[VALUE], frame[ERROR] = values.equivalent_damping, values.equivalent_damping_error
-    frame[MASS] = values.apparent_mass
+    results = values.equivalent_damping, values.equivalent_damping_error, values.apparent_mass
+    frame = pd.DataFrame(np.column_stack([points, *results]), columns=CASE_COLUMNS[:-1])
     if np.isfinite(surface.mass_per_fill):
         frame[PARTICLE_MASS] = surface.mass_per_fill * frame["fill_fraction"]
     return frame

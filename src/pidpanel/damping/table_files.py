@@ -172,11 +172,9 @@ def _note_errors(table: UserTable) -> None:
 def _note_amplitudes(table: UserTable) -> None:
     """Note the first displacement or velocity with an acceleration that no shaker has."""
     omega = 2 * np.pi * table[FREQUENCY]
-    for name, scale, unit in (
-        ("displacement_mm", 1e-3 * omega**2, "µm"), ("velocity_m_s", omega, "mm/s"),
-    ):  # fmt: skip
+    for name, unit in (("displacement_mm", "µm"), ("velocity_m_s", "mm/s")):
         if name in table.columns:
-            gamma = table[name] * scale / STANDARD_GRAVITY
+            gamma = table[name] * gamma_per_unit(name, omega)
             says = f"{name} = {{{name}:g}} at {{frequency_hz:g}} Hz is {{gamma:.3g}} g; at most"
             says += f" {LARGEST_GAMMA:g} g (in {unit}?)"
             table.note(gamma > LARGEST_GAMMA, says, first=True, gamma=gamma)
@@ -190,13 +188,9 @@ def _note_masses(table: UserTable) -> None:
     first = _first_rows(fill.tolist())
     says = f"{PARTICLE_MASS} = {{mass:g}}: must be the same in all rows of a fill; "
     # what rounding to four digits leaves
-    table.note(
-        np.abs(mass / mass[first] - 1) > 1e-3,
-        says + "line {line} has {same:g}",
-        mass=mass,
-        same=mass[first],
-        line=np.array(table.lines)[first],
-    )
+    line, same = np.array(table.lines)[first], mass[first]
+    says += "line {line} has {same:g}"
+    table.note(np.abs(mass / same - 1) > 1e-3, says, mass=mass, same=same, line=line)
     apparent = table.columns.get(MASS, np.zeros_like(mass))
     if IMAGINARY in table.columns:
         apparent = table[IMAGINARY] / (2 * np.pi * table[FREQUENCY])
@@ -234,6 +228,23 @@ def _note_scatter(table: UserTable) -> None:
             "nor frequency with another of their fill: several frequencies at one amplitude are "
             "needed, or several amplitudes at one frequency (exactly the same numbers)",
         )
+
+
+def gamma_per_unit(amplitude: str, omega: Array) -> Array:
+    """Return Γ (n,) of a sine with an amplitude of 1, by the name of its column."""
+    scales = {
+        "acceleration_g": np.ones_like(omega),
+        "displacement_mm": 1e-3 * omega**2 / STANDARD_GRAVITY,
+        "velocity_m_s": omega / STANDARD_GRAVITY,
+    }
+    return scales[amplitude]
+
+
+def quantities_of(columns: Mapping[str, Array]) -> tuple[str, str, str, str]:
+    """Return the names of C_e or what stands for it, and of m_a or its, each with its error."""
+    value = next(name for name in VALUES if name in columns)
+    mass = IMAGINARY if value == REAL else MASS
+    return value, ERRORS[value], mass, ERRORS[mass]
 
 
 def fill_of(columns: Mapping[str, Array]) -> Array:

@@ -19,22 +19,25 @@ from collections.abc import Mapping
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.broadband import EXACT, SINGLE_TONES
 from pidpanel.damping.interpolation import Interpolation, Interpolator
-from pidpanel.damping.readings import NODE_STEP, DampingValues, Point, correlated_covariance
+from pidpanel.damping.readings import (
+    NODE_STEP,
+    DampingReading,
+    DampingValues,
+    Point,
+    correlated_covariance,
+)
 from pidpanel.damping.table_files import (
-    DAMPING,
-    ERRORS,
     FILL,
     FREQUENCY,
     IMAGINARY,
     LOSS_FACTOR,
-    MASS,
     PARTICLE_MASS,
-    REAL,
     amplitude_of,
     fill_of,
+    gamma_per_unit,
+    quantities_of,
 )
 
 # Frequencies of a table that are nodes of its errors; of more of them even ones are taken.
@@ -56,17 +59,14 @@ def impedance_of(
     mass_per_area
         Of the particles [kg/m²], for a loss factor.
     """
-    value = next(name for name in (DAMPING, LOSS_FACTOR, REAL) if name in columns)
-    mass = IMAGINARY if value == REAL else MASS
-    damping_scale = mass_per_area * omega if value == LOSS_FACTOR else 1.0
-    mass_scale = 1 / omega if mass == IMAGINARY else 1.0
-    none = np.zeros_like(omega)
-    damping, error = (columns.get(name, none) * damping_scale for name in (value, ERRORS[value]))
-    inertia, inertia_error = (columns.get(name, none) * mass_scale for name in (mass, ERRORS[mass]))
-    return damping, error, inertia, inertia_error
+    names = quantities_of(columns)
+    scale = mass_per_area * omega if names[0] == LOSS_FACTOR else 1.0
+    mass_scale = 1 / omega if names[2] == IMAGINARY else 1.0
+    value, error, mass, mass_error = (columns.get(name, np.zeros_like(omega)) for name in names)
+    return value * scale, error * scale, mass * mass_scale, mass_error * mass_scale
 
 
-class TableReading:
+class TableReading(DampingReading):
     """The rows of a table as a reading of the damping.
 
     Parameters
@@ -82,23 +82,26 @@ class TableReading:
         Frequencies between which errors are linear in ln f [Hz]; None where the table has none.
     """
 
+    broadband_error = SINGLE_TONES
+    nodes: Array | None = None
+
     def __init__(
         self, columns: Mapping[str, Array], interpolation: Interpolation, *, with_mass: bool = True
     ) -> None:
         self._columns, self._interpolation, self._with_mass = columns, interpolation, with_mass
-        self._value = next(name for name in (DAMPING, LOSS_FACTOR, REAL) if name in columns)
-        self._mass = IMAGINARY if self._value == REAL else MASS
         frequency, fill = columns[FREQUENCY], fill_of(columns)
         self._amplitude, amplitude = amplitude_of(columns)
-        names = (self._value, ERRORS[self._value], self._mass, ERRORS[self._mass])
+        names = quantities_of(columns)
         self._names = [name for name in names if name in columns]
         values = np.stack([columns[name] for name in self._names], axis=1)
         self._rows = Interpolator(fill, amplitude, frequency, values, interpolation)
         self.depends_on_acceleration = self._rows.depends_on_amplitude
-        self.broadband_error = EXACT if self._amplitude is None else SINGLE_TONES
+        if self._amplitude is None:
+            self.broadband_error = EXACT
         errors = names[1::2] if with_mass else names[1:2]
         has_errors = any(columns[name].any() for name in errors if name in columns)
-        self.nodes = _nodes(frequency) if has_errors else None
+        if has_errors:
+            self.nodes = _nodes(frequency)
         self._fills = np.unique(fill)
         if PARTICLE_MASS in columns:
             mass = columns[PARTICLE_MASS]
@@ -123,24 +126,16 @@ class TableReading:
         frequency = np.asarray(frequency, float)
         omega = 2 * np.pi * frequency
         fills = np.full(frequency.shape, fill if FILL in self._columns else 1.0)
-        of_sine = {
-            None: np.ones_like(omega),
-            "acceleration_g": np.full(omega.shape, gamma),
-            "displacement_mm": gamma * STANDARD_GRAVITY / omega**2 * 1e3,
-            "velocity_m_s": gamma * STANDARD_GRAVITY / omega,
-        }[self._amplitude]
-        rows, inside = self._rows(fills, of_sine, frequency)
+        amplitude = np.ones_like(omega)
+        if self._amplitude is not None:
+            amplitude = gamma / gamma_per_unit(self._amplitude, omega)
+        rows, inside = self._rows(fills, amplitude, frequency)
         named = dict(zip(self._names, rows.T, strict=True))
         damping, error, mass, mass_error = impedance_of(named, omega, self.mass_per_area(fill))
         relative = np.divide(error, damping, out=np.zeros_like(error), where=damping > 0)
         if not self._with_mass:
             mass, mass_error = np.zeros_like(mass), np.zeros_like(mass)
         return np.concatenate([damping, mass]), np.concatenate([relative, mass_error]), inside
-
-    def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
-        """Return the covariance (2n, 2n) of ln C_e and m_a; see `cross_covariance`."""
-        point = (fill_fraction, acceleration_g)
-        return self.cross_covariance(frequency, point, point)
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between what is read at two points of r and Γ.

@@ -6,8 +6,6 @@ mass is M = F/a, and per area of the cells
     m_a = Re M − fixture,   C_e = −ω Im M.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The file of an identification and its results: the only module of the package that reads both."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,9 +23,14 @@ from pidpanel.damping.table_files import (
     read_columns,
 )
 from pidpanel.identify.force_files import read_force
-from pidpanel.identify.measured import measured_table
 from pidpanel.identify.next_tones import NextTones, candidates, next_tones
-from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
+from pidpanel.identify.posterior import (
+    FillPrior,
+    MeasuredDamping,
+    Posterior,
+    identify,
+    measured_table,
+)
 from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
 from pidpanel.measurement.files import UNIVERSAL
 from pidpanel.provenance import durable
@@ -195,14 +198,10 @@ def _from_universal(test: Measured, mass: float) -> MeasuredDamping:
         raise Mistakes([Mistake(("measured", "relative_error"), _MISSING)])
     bands = read_force(test.file, test.record, test.area_mm2 * 1e-6, test.fixture_mass_kg)
     gamma, is_broadband = _level(test, None, len(bands.frequency))
-    relative = test.relative_error
-    return MeasuredDamping(
-        Tones(bands.frequency, gamma, is_broadband),
-        bands.damping,
-        np.hypot(bands.damping_error, relative * bands.damping),
-        bands.mass,
-        np.hypot(bands.mass_error, relative * mass),
-    )
+    tones, relative = Tones(bands.frequency, gamma, is_broadband), test.relative_error
+    damping_error = np.hypot(bands.damping_error, relative * bands.damping)
+    mass_error = np.hypot(bands.mass_error, relative * mass)
+    return MeasuredDamping(tones, bands.damping, damping_error, bands.mass, mass_error)
 
 
 def _level(test: Measured, gamma: Any, count: int) -> tuple[Any, Any]:

@@ -10,8 +10,6 @@ linear-Gaussian update leaves
 and the tone tells ½ ln(det cov θ / det cov θ′).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -54,13 +52,9 @@ def candidates(
     gravity
         Γ₀ of the damper [g], below which nothing is dissipated.
     """
-    f, gamma = (
-        values.ravel()
-        for values in np.meshgrid(
-            np.geomspace(*frequency, STEPS[0]),
-            np.geomspace(LEAST_GAMMA * max(gravity, 1.0), acceleration_g, STEPS[1]),
-        )
-    )
+    frequencies = np.geomspace(*frequency, STEPS[0])
+    gammas = np.geomspace(LEAST_GAMMA * max(gravity, 1.0), acceleration_g, STEPS[1])
+    f, gamma = (values.ravel() for values in np.meshgrid(frequencies, gammas))
     possible = gamma * STANDARD_GRAVITY / (2 * np.pi * f) ** 2 <= stroke
     return Tones(f[possible], gamma[possible], np.zeros(int(possible.sum()), bool))
 

@@ -4,8 +4,6 @@ In place of the reading of one coupon (`damping.atlas.AtlasDamping`): particles 
 from row to row, and what the atlas does not know is common to neighbouring tones.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

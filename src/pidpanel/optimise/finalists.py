@@ -43,11 +43,5 @@ def finalist(case: SolvedCase, basis_error: float) -> Finalist:
     errors = with_model_error(standard_errors(case, response), model_error_of(case, response))
     after, bare = response.response, case.bare.response
     dead = bare if case.dead_weight is None else case.dead_weight.response
-    return Finalist(
-        after,
-        bare,
-        dead,
-        np.zeros(after.acceleration_rms.shape) if errors is None else errors.log_rms,
-        response.acceleration_g,
-        basis_error,
-    )
+    log_rms = np.zeros(after.acceleration_rms.shape) if errors is None else errors.log_rms
+    return Finalist(after, bare, dead, log_rms, response.acceleration_g, basis_error)

@@ -25,12 +25,7 @@ from pidpanel.optimise.objectives import (
 from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.placed import PlacedPanel, place_name, place_plate, with_points
 from pidpanel.optimise.places import NoPlace, Places, places_on
-from pidpanel.optimise.proposal import (
-    EXCITATIONS,
-    Proposals,
-    layouts_to_confirm,
-    search_table,
-)
+from pidpanel.optimise.proposal import EXCITATIONS, Proposals, layouts_to_confirm, search_table
 from pidpanel.optimise.reduced import ReducedPanel
 from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_property
 from pidpanel.optimise.variants import reductions
@@ -42,12 +37,7 @@ from pidpanel.paths import of_damper
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
-from pidpanel.response.from_study import (
-    PanelFiles,
-    StudySound,
-    read_panel_mass,
-    read_response_panel,
-)
+from pidpanel.response.from_study import StudySound, read_panel_mass, read_response_panel
 from pidpanel.response.results import write_csv
 from pidpanel.severity.oscillators import natural_frequencies
 from pidpanel.solve.layout import DampingOfMotion
@@ -240,8 +230,7 @@ def excited_panels(study: Study, files: Files) -> dict[str, Excited]:
     with_strains = section.objective == "stress"
     for name in counted_excitations(study):
         if name == "sound":
-            sound = PanelFiles(files.modes, files.modal_force, files.get("air"))
-            start = read_response_panel(study, sound, study.response.radiation)
+            start = read_response_panel(study, files, study.response.radiation)
             start = replace(start, basis=_with_vertices(section, start.basis))
             panels[name] = UnderSound(start, StudySound(study), with_strains)
         else:
@@ -303,11 +292,8 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     )
     front = proposals.front_table()
     facts = search_table(problem, fillings, proof, sampling, front, area_error)
-    print(
-        f"submodularity: {sampling.violations} of {sampling.checks} checks violated, at most by "
-        f"{sampling.largest:.2g} of the bare mean square",
-        file=sys.stderr,
-    )
+    text = f"submodularity: {sampling.violations} of {sampling.checks} checks violated, at most by "
+    print(f"{text}{sampling.largest:.2g} of the bare mean square", file=sys.stderr)
     write_csv(output.psd, proposals.psd_table(front, points), 5)
     write_csv(output.layouts, proposals.patch_table(front))
     write_csv(output.summary, proposals.point_table(front, points))

@@ -46,8 +46,7 @@ class Objective:
 
     def rows(self, motion_at_points: Array) -> Array:
         """Return (n_rows, n) from the motions of the shapes at all points (n_points, m, n)."""
-        rows: Array = np.einsum("rm,rmn->rn", self.motion, motion_at_points[self.point])
-        return rows
+        return np.einsum("rm,rmn->rn", self.motion, motion_at_points[self.point])
 
     def mean_square(self, response: PanelResponse) -> Array:
         """Return (n_groups,) of a response at all points."""

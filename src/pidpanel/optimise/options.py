@@ -42,12 +42,8 @@ class Options:
 
     def subset(self, index: Index, used: Index) -> Options:
         """Return some options, with places numbered by those that are used (rising)."""
-        return Options(
-            np.searchsorted(used, self.place[index]),
-            self.filling[index],
-            self.mass[index],
-            self.stiffness[index],
-        )
+        place = np.searchsorted(used, self.place[index])
+        return Options(place, self.filling[index], self.mass[index], self.stiffness[index])
 
 
 def frozen_options(

@@ -136,19 +136,18 @@ class Proposals:
             for option, gamma in zip(layout, gammas.tolist(), strict=True):
                 filling = self.fillings[options.filling[option]]
                 x, y = places.centre[options.place[option]]
-                rows.append(
-                    {
-                        "layout": name,
-                        "centre_x_m": x,
-                        "centre_y_m": y,
-                        "size_x_m": places.size[0],
-                        "size_y_m": places.size[1],
-                        "damper": filling.damper,
-                        "fill_fraction": filling.fill_fraction,
-                        "mass_kg": options.mass[option],
-                        "acceleration_g": gamma,
-                    }
-                )
+                row = {
+                    "layout": name,
+                    "centre_x_m": x,
+                    "centre_y_m": y,
+                    "size_x_m": places.size[0],
+                    "size_y_m": places.size[1],
+                    "damper": filling.damper,
+                    "fill_fraction": filling.fill_fraction,
+                    "mass_kg": options.mass[option],
+                    "acceleration_g": gamma,
+                }
+                rows.append(row)
         return pd.DataFrame(rows)
 
     def point_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
@@ -160,41 +159,34 @@ class Proposals:
                     float(answer.acceleration_rms[index] / STANDARD_GRAVITY)
                     for answer in (finalist.bare, finalist.response, finalist.dead_weight)
                 )
-                rows.append(
-                    {
-                        "layout": name,
-                        "excitation": excitation,
-                        "point": point,
-                        "counts": index in self.counted,
-                        "bare_rms_g": bare,
-                        "acceleration_rms_g": rms,
-                        "acceleration_rms_error_g": rms * finalist.log_rms_error[index],
-                        "dead_weight_rms_g": dead,
-                    }
-                )
+                row = {
+                    "layout": name,
+                    "excitation": excitation,
+                    "point": point,
+                    "counts": index in self.counted,
+                    "bare_rms_g": bare,
+                    "acceleration_rms_g": rms,
+                    "acceleration_rms_error_g": rms * finalist.log_rms_error[index],
+                    "dead_weight_rms_g": dead,
+                }
+                rows.append(row)
         return pd.DataFrame(rows)
 
     def psd_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
         """Return PSDs of each layout, and of the bare panel as layout 0."""
         answers = [(every, 0, rows[0].bare) for every, rows in self.finalists.items()]
+        frames = []
         answers += [
             (excitation, name, finalist.response)
             for excitation, name, finalist in self._in_order(front)
         ]
-        return pd.concat(
-            pd.DataFrame(
-                {
-                    "layout": name,
-                    "excitation": excitation,
-                    "point": point,
-                    "frequency_hz": answer.frequency,
-                    "acceleration_psd_g2_hz": answer.acceleration_psd[:, index]
-                    / STANDARD_GRAVITY**2,
-                }
-            )
-            for excitation, name, answer in answers
-            for index, point in enumerate(points)
-        )
+        for excitation, name, answer in answers:
+            psd = answer.acceleration_psd / STANDARD_GRAVITY**2
+            for index, point in enumerate(points):
+                first = {"layout": name, "excitation": excitation, "point": point}
+                lines = {"frequency_hz": answer.frequency, "acceleration_psd_g2_hz": psd[:, index]}
+                frames.append(pd.DataFrame(first | lines))
+        return pd.concat(frames)
 
     def _in_order(self, front: pd.DataFrame) -> Iterator[tuple[str, int, Finalist]]:
         """Yield excitation, number and finalist of each layout, the best first."""

@@ -182,13 +182,9 @@ class ReducedPanel:
         """Return the points and the motions of each place without dampers on some lines."""
         m, (n, r) = self._rows, self._index.shape
         R, S = (values[lines].reshape(-1, m, n, r) for values in self._to_points)
-        return _State(
-            self._own[0][lines],
-            self._own[1][lines],
-            R.transpose(0, 2, 3, 1),
-            S.transpose(0, 2, 1, 3),
-            self._point_psd[lines],
-        )
+        receptance, psd = (values[lines] for values in self._own)
+        R, S = R.transpose(0, 2, 3, 1), S.transpose(0, 2, 1, 3)
+        return _State(receptance, psd, R, S, self._point_psd[lines])
 
     def _loaded(
         self, bare: _State, R: Complexes, S: Complexes, motions: Index, stiffness: Complexes

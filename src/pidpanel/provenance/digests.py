@@ -34,6 +34,11 @@ def _joined(contents: Iterable[bytes]) -> str:
     return digest.hexdigest()
 
 
+def json_digest(values: Any) -> str:
+    """Return the digest of values as JSON holds them, whatever the order of their keys."""
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+
+
 @cache
 def package_digest() -> str:
     """Return the digest of the package, its jobs, decks, page templates and tables.

@@ -95,14 +95,14 @@ class Job:
             else:
                 name, _, text = argument.partition("=")
                 names.setdefault(name, []).append(text)
-        read, written, texts = groups.values()
-        return Job(
-            Files({name: list(map(Path, paths)) for name, paths in read.items()}),
-            Files({name: list(map(Path, paths)) for name, paths in written.items()}),
-            {name: text for name, (text,) in texts.items()},
-            Path(os.environ.get(STUDY, "")),
-            float(os.environ.get(JOB_SECONDS, "inf")),
+        *named_files, texts = groups.values()
+        read, written = (
+            Files({name: list(map(Path, paths)) for name, paths in group.items()})
+            for group in named_files
         )
+        params = {name: text for name, (text,) in texts.items()}
+        study, seconds = os.environ.get(STUDY, ""), os.environ.get(JOB_SECONDS, "inf")
+        return Job(read, written, params, Path(study), float(seconds))
 
 
 def arguments_of(**groups: Mapping[str, Any]) -> list[str]:

@@ -1,11 +1,10 @@
 """Whose results a folder holds: two studies of one name would overwrite each other's."""
 
-import json
 import os
 from pathlib import Path
 
 from pidpanel.provenance import durable
-from pidpanel.provenance.digests import by_content
+from pidpanel.provenance.digests import values_digest
 from pidpanel.study import CouponStudy, StudyError, load_any_study
 from pidpanel.study.document import Document
 
@@ -63,10 +62,6 @@ def _is_another(study: CouponStudy, file: Path) -> bool:
     except StudyError:
         return False
     try:
-        return _canonical(load_any_study(file)) != _canonical(study)
+        return values_digest(load_any_study(file).model_dump()) != values_digest(study.model_dump())
     except StudyError:  # one with a mistake in it
         return True
-
-
-def _canonical(study: CouponStudy) -> str:
-    return json.dumps(by_content(study.model_dump()), sort_keys=True)

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from pidpanel.provenance import durable
+from pidpanel.provenance.digests import json_digest
 
 FOLDER, RECORD = ".made", ".record"
 # Key of a request that makes its content another one, since Snakemake compares checksums.
@@ -81,7 +82,7 @@ def is_made(
     digests, recorded = file_digests(outputs), record["files"]
     damaged = [Path(file) for file in sorted(digests.keys() | recorded.keys())
                if digests.get(file, "") != recorded.get(file)]  # fmt: skip
-    return not damaged and record["content"] == _digest(content), damaged
+    return not damaged and record["content"] == json_digest(content), damaged
 
 
 def read_record(request: Path) -> dict[str, Any] | None:
@@ -102,13 +103,13 @@ def read_request(request: Path) -> dict[str, Any]:
 
 def write_record(request: Path, content: Mapping[str, Any], outputs: Iterable[str | Path]) -> None:
     """Note what a job that has ended made, and from what."""
-    record = {"content": _digest(content), "files": file_digests(outputs)}
+    record = {"content": json_digest(content), "files": file_digests(outputs)}
     durable.write_text(request.with_suffix(RECORD), json.dumps(record, indent=1) + "\n")
 
 
 def file_digests(paths: Iterable[str | Path]) -> dict[str, str]:
     """Return the digest of each file, and of each in a folder; an empty one where there is none."""
-    return {str(file): _file_digest(file) for path in paths for file in _files(Path(path))}
+    return {str(file): content_digest(file) for path in paths for file in _files(Path(path))}
 
 
 def _write(request: Path, content: Mapping[str, Any]) -> None:
@@ -117,10 +118,6 @@ def _write(request: Path, content: Mapping[str, Any]) -> None:
     draft = request.with_name(f"{request.name}.{os.getpid()}")
     draft.write_text(json.dumps(content) + "\n", encoding="utf-8")
     draft.replace(request)
-
-
-def _digest(content: Mapping[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def _time(path: Path) -> float:
@@ -139,7 +136,8 @@ def _files(path: Path) -> Iterator[Path]:
         yield path
 
 
-def _file_digest(path: Path) -> str:
+def content_digest(path: Path) -> str:
+    """Return the digest of the content of a file; an empty one where it cannot be read."""
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

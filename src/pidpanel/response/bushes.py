@@ -15,29 +15,14 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
-from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.response.nastran import large_field_table
+from pidpanel.sound.field import lumped_area
 
 FIRST = 9_000_001  # first number of elements, properties and tables: most decks have lower ones
 
 PER_OCTAVE = 24  # nodes of the tables: between them ω² m_a is straight within 2e-4
 
 LINEAR = ("LINEAR", "LINEAR")
-
-
-def vertex_areas(vertices: Array, cells: Index, chosen: Flags) -> Array:
-    """Return the share of each vertex (n_vertices,) in the area of some cells [m²].
-
-    Examples
-    --------
-    >>> square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
-    >>> vertex_areas(square, np.array([[0, 1, 2], [0, 2, 3]]), np.array([True, False]))
-    array([0.16666667, 0.16666667, 0.16666667, 0.        ])
-    """
-    shares = np.zeros(len(vertices))
-    area = np.abs(cell_areas(vertices, cells[chosen])) / cells.shape[1]
-    np.add.at(shares, cells[chosen], area[:, None])
-    return shares
 
 
 def write_bushes(
@@ -72,7 +57,7 @@ def write_bushes(
             "\n$ residual vectors. Give the properties to the grids of your own panel.\n"
         )
         shares = {
-            name: vertex_areas(vertices, cells, cell_in_patch[name]).round(12) for name in dampers
+            name: lumped_area(vertices, cells[cell_in_patch[name]]).round(12) for name in dampers
         }
         for grid in np.flatnonzero(sum(shares.values())).tolist():
             x, y = vertices[grid].tolist()

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pidpanel.arrays import Array, Flags
+from pidpanel.arrays import Array
+from pidpanel.damping.constants import ConstantDamper
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load, solve_layouts
+from pidpanel.solve.layout import DamperLayout, LayoutResponse, solve_layouts
 from pidpanel.solve.lines import (
     LINES_AT_MOST,
     LINES_PER_BANDWIDTH,
@@ -106,6 +107,7 @@ class CasePlan:
         """Return the responses."""
         layouts = self.layouts
         answers = dict(zip(layouts, solve_layouts(solver, list(layouts.values())), strict=True))
+        rows = zip(self.rows, self.keys, strict=True)
         return [
             SolvedCase(
                 scenario=scenario,
@@ -117,9 +119,7 @@ class CasePlan:
                 dampers=dampers,
                 dead_weight=None if dead is None else steady(answers[dead]),
             )
-            for (scenario, name, dampers), (key, bare, dead) in zip(
-                self.rows, self.keys, strict=True
-            )
+            for (scenario, name, dampers), (key, bare, dead) in rows
         ]
 
 
@@ -260,12 +260,6 @@ def steady(response: LayoutResponse | UnstableDamping) -> LayoutResponse:
 
 def _dead_weight(masses: Sequence[tuple[int, float]], factor: float) -> DamperLayout:
     """Return the layout of masses that do not damp."""
-
-    def load(patch: int, mass: float) -> Load:
-        def damping(frequency: Array, gamma: float) -> tuple[Array, Array, Flags]:
-            none = np.zeros(frequency.shape)
-            return none, none + mass, np.ones(frequency.shape, dtype=np.bool_)
-
-        return Load(patch, damping, depends_on_acceleration=False)
-
-    return DamperLayout(tuple(load(*pair) for pair in masses), factor, with_motion=False)
+    weights = [(carrier, ConstantDamper(apparent_mass=mass)) for carrier, mass in masses]
+    loads = [PatchDamper(carrier, carrier, "", damper, 1.0).load for carrier, damper in weights]
+    return DamperLayout(tuple(loads), factor, with_motion=False)

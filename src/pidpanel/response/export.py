@@ -145,20 +145,17 @@ def third_octave_rows(frequency: Array, curves: Sequence[Curve]) -> pd.DataFrame
             error = band_rms(frequency, curve.acceleration_psd * curve.log_error, edge) ** 2
             error = np.divide(error, 2 * rms, out=np.zeros_like(rms), where=rms > 0)
         of_bare = band_rms(frequency, curve.bare_psd, edge)
-        frames.append(
-            pd.DataFrame(
-                {
-                    "reading": curve.reading,
-                    "scenario": curve.scenario,
-                    "point": curve.point,
-                    "center_hz": center,
-                    "lower_hz": edge[:, 0],
-                    "upper_hz": edge[:, 1],
-                    "acceleration_rms_g": rms / STANDARD_GRAVITY,
-                    "acceleration_rms_error_g": error / STANDARD_GRAVITY,
-                    "mean_acceleration_psd_g2_hz": (rms / STANDARD_GRAVITY) ** 2 / width,
-                    "reduction_db": reduction(of_bare, rms),
-                }
-            )
-        )
+        columns = {
+            "reading": curve.reading,
+            "scenario": curve.scenario,
+            "point": curve.point,
+            "center_hz": center,
+            "lower_hz": edge[:, 0],
+            "upper_hz": edge[:, 1],
+            "acceleration_rms_g": rms / STANDARD_GRAVITY,
+            "acceleration_rms_error_g": error / STANDARD_GRAVITY,
+            "mean_acceleration_psd_g2_hz": (rms / STANDARD_GRAVITY) ** 2 / width,
+            "reduction_db": reduction(of_bare, rms),
+        }
+        frames.append(pd.DataFrame(columns))
     return pd.concat(frames, ignore_index=True)

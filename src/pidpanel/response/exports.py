@@ -103,25 +103,19 @@ def modal_damping(
 ) -> tuple[Array, dict[str, Array]]:
     """Damping ratio of every mode in every scenario that has a steady response."""
     lines = psd["frequency"].to_numpy()
-    natural = basis.natural_frequency
+    natural, ratios = basis.natural_frequency, {}
     modes = np.flatnonzero(~basis.is_residual & (natural >= lines[0]) & (natural <= lines[-1]))
     modes = modes[np.argsort(natural[modes])]
-    bare, ratios = damping_ratio.of_modes(natural[modes]), {}
+    natural, mass = natural[modes], basis.modal_mass[modes]
     for reading in models:
         for scenario in scenarios:
             if not is_steady(psd, reading, scenario.label):
                 continue
-            ratio = bare
+            ratio = damping_ratio.of_modes(natural)
             for name in scenario.patches:
                 case = {"reading": reading, "scenario": scenario.label, "patch": name}
-                ratio = modal_damping_ratio(
-                    ratio,
-                    natural[modes],
-                    basis.modal_mass[modes],
-                    basis.patch_overlap[basis.patch_names.index(name), modes, modes],
-                    np.interp(
-                        natural[modes], lines, psd["equivalent_damping"].sel(case).to_numpy()
-                    ),
-                )
+                values = np.interp(natural, lines, psd["equivalent_damping"].sel(case).to_numpy())
+                overlap = basis.patch_overlap[basis.patch_names.index(name), modes, modes]
+                ratio = modal_damping_ratio(ratio, natural, mass, overlap, values)
             ratios[f"{reading}, {scenario.label}"] = ratio
-    return natural[modes], ratios
+    return natural, ratios

@@ -41,8 +41,7 @@ class Extrapolation:
         change = np.abs(bare - damped)
         part = np.trapezoid(self.weight[:, None] * change, frequency, axis=0)
         whole = np.trapezoid(change, frequency, axis=0)
-        share: Array = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
-        return share
+        return np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
 
 
 def extrapolation_of(

@@ -5,7 +5,6 @@ Behind it are functions of data: `cases` solves, `results`, `mapping` and `expor
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import pandas as pd
 
@@ -19,6 +18,7 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchFilling
@@ -27,7 +27,7 @@ from pidpanel.response.mapping import write_rms_maps
 from pidpanel.response.panel import ResponsePanel, Settings, widen
 from pidpanel.response.psd_files import read_psd
 from pidpanel.response.refinement import checked_responses, read_further_shapes
-from pidpanel.response.results import ResponseFiles, Tabulation, write_tables
+from pidpanel.response.results import Tabulation, write_tables
 from pidpanel.solve.excitation import Matrices
 from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
@@ -42,16 +42,6 @@ from pidpanel.sound.from_study import (
 from pidpanel.sound.radiation import Air
 from pidpanel.study import Study
 from pidpanel.study.response import Radiation
-
-__all__ = ["PanelFiles", "ResponseFiles", "write_export", "write_maps", "write_response"]
-
-
-class PanelFiles(NamedTuple):
-    """Files of the stages upstream from which a response is computed."""
-
-    modes: Path
-    modal_force: Path
-    air: Path | None
 
 
 @dataclass(frozen=True)
@@ -75,7 +65,7 @@ class StudySound:
         return modal_force_at(self.study.acoustics, frequency, basis)
 
 
-def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -> ResponsePanel:
+def read_response_panel(study: Study, files: Files, radiation: Radiation) -> ResponsePanel:
     """Read the files of the panel and sound stages.
 
     Parameters
@@ -102,7 +92,7 @@ def read_response_panel(study: Study, files: PanelFiles, radiation: Radiation) -
         ),
         basis,
         excitation,
-        read_air(study, radiation, table, files.air),
+        read_air(study, radiation, table, files.get("air")),
         mass_per_area=panel.section.mass_per_area,
         shift_of_wave=panel.shift_of_wave,
         change_near_supports=panel.change_near_supports,
@@ -166,22 +156,16 @@ def damping_models(
 
 
 def write_response(
-    study: Study,
-    files: PanelFiles,
-    plate: Path,
-    section: Path,
-    damping: Path | None,
-    output: ResponseFiles,
-    coupled: Path | None = None,
+    study: Study, files: Files, output: Files, damping: Path | None, coupled: Path | None
 ) -> None:
     """Write PSDs, rms values, strain and stress of every scenario with every damping model.
 
     Parameters
     ----------
-    plate
-        ``panel/plate.nc``, to check the basis against all elements.
-    section
-        ``panel/section.csv``, from which the mass of the panel is taken.
+    files
+        Those of the panel and the sound: modes, plate, section, modal_force and air.
+    output
+        psd, summary, layouts, stress, stress_table and left_out.
     damping
         Folder of the surfaces, ``results/<study>/damping``; None for a study without any.
     coupled
@@ -197,7 +181,9 @@ def write_response(
     models = damping_models(study, damping, coupled)
     scenarios = scenarios_of(study)
     start = read_response_panel(study, files, study.response.radiation)
-    checked = checked_responses(start, read_plate(plate), scenarios, models, StudySound(study))
+    checked = checked_responses(
+        start, read_plate(files.plate), scenarios, models, StudySound(study)
+    )
     errors = None
     if coupled is not None:
         errors = read_errors(coupled, checked.panel.frequency, checked.panel.basis.point_names)
@@ -205,7 +191,7 @@ def write_response(
         attributes=stamp(study),
         models=models.names,
         scenarios=scenarios,
-        panel_mass=read_panel_mass(study, section),
+        panel_mass=read_panel_mass(study, files.section),
         thickness=study.panel.section.thickness,
         level=study.damping.level.kind,
         refuses_outside=study.damping.level.outside == "refuse",
@@ -221,41 +207,26 @@ def read_panel_mass(study: Study, section: Path) -> float:
     return float(table["mass"]) + sum(mass.mass_kg for mass in study.panel.masses.values())
 
 
-def write_maps(
-    study: Study,
-    files: PanelFiles,
-    plate: Path,
-    shapes_nc: Path,
-    psd_nc: Path,
-    coupled: Path | None,
-    maps_nc: Path,
-    folder: Path,
-) -> None:
+def write_maps(study: Study, files: Files, output: Files) -> None:
     """Write rms values over the whole panel for the scenarios of ``response.maps``.
 
     Parameters
     ----------
-    study, files
-        As of `write_response`.
-    plate, shapes_nc
-        ``panel/plate.nc`` and ``response/left_out.nc``: the basis of the responses.
-    psd_nc
-        ``response/psd.nc``, from which C_e and m_a are taken.
-    coupled
-        ``coupled/impedance.csv``, from which the own force of the particles is taken; None for
-        none.
-    maps_nc, folder
-        What to write: NetCDF, and a folder for ParaView.
+    files
+        Those of `write_response`, its psd and left_out, and coupled, ``coupled/impedance.csv``,
+        from which the own force of the particles is taken where there is any.
+    output
+        maps, a NetCDF file, and folder for ParaView.
     """
     panel = read_response_panel(study, files, study.response.radiation)
-    shapes = read_further_shapes(shapes_nc)
-    panel = widen(panel, read_plate(plate), shapes, StudySound(study))
-    psd = read_psd(psd_nc)
+    shapes = read_further_shapes(files.left_out)
+    panel = widen(panel, read_plate(files.plate), shapes, StudySound(study))
+    psd, coupled = read_psd(files.psd), files.get("coupled")
     panel = replace(panel, least_damping_ratio=float(psd.attrs["resolved_damping_ratio"]))
     labels = {scenario.label for scenario in study.mapped_scenarios()}
     mapped = [scenario for scenario in scenarios_of(study) if scenario.label in labels]
     beds = {} if coupled is None else read_coupled(coupled)
-    write_rms_maps(panel, mapped, study.readings, psd, beds, stamp(study), maps_nc, folder)
+    write_rms_maps(panel, mapped, study.readings, psd, beds, stamp(study), output)
 
 
 def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, folder: Path) -> None:

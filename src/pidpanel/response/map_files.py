@@ -37,14 +37,12 @@ def map_dataset(
     position = variable("vertex axis", vertex_position, "m", "vertices of the mesh")
     variables["vertex_position"] = position
     variables["cells"] = variable("cell corner", cells, "1", "vertex numbers")
-    return xr.Dataset(
-        variables,
-        coords={
-            "reading": ("case", [reading for reading, _ in maps]),
-            "scenario": ("case", [label for _, label in maps]),
-            "layer": list(layers),
-        },
-    )
+    coordinates = {
+        "reading": ("case", [reading for reading, _ in maps]),
+        "scenario": ("case", [label for _, label in maps]),
+        "layer": list(layers),
+    }
+    return xr.Dataset(variables, coordinates)
 
 
 def write_paraview(folder: Path, dataset: xr.Dataset) -> None:

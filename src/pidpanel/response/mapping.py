@@ -1,13 +1,13 @@
 """Rms values over the whole panel for some scenarios."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED, CoupledDamping
+from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.map_files import CORE_STRESSES, map_dataset, write_paraview
 from pidpanel.response.panel import ResponsePanel
@@ -24,8 +24,7 @@ def write_rms_maps(
     psd: xr.Dataset,
     beds: Mapping[tuple[str, str], CoupledDamping],
     attributes: Mapping[str, str],
-    maps_nc: Path,
-    folder: Path,
+    output: Files,
 ) -> None:
     """Write rms values over the whole panel."""
     basis = panel.basis
@@ -48,14 +47,11 @@ def write_rms_maps(
         if sources:
             share = 1 / cases[0][1].factor
             excitation = Superposition(excitation, panel.particle_force(sources), share)
+        lines, dampers = panel.coarse_frequency, [_dampers(panel, psd, *case) for case in cases]
+        patches = panel.patches.subset([basis.patch_names.index(name) for name in names])
+        spectrum = excitation.spectrum(lines)
         covariances = modal_covariances(
-            panel.coarse_frequency,
-            panel.modal,
-            panel.patches.subset([basis.patch_names.index(name) for name in names]),
-            excitation.spectrum(panel.coarse_frequency),
-            excitation,
-            [_dampers(panel, psd, *case) for case in cases],
-            panel.air,
+            lines, panel.modal, patches, spectrum, excitation, dampers, panel.air
         )
         for (model, scenario), covariance in zip(cases, covariances, strict=True):
             maps[model, scenario.label] = {
@@ -71,8 +67,8 @@ def write_rms_maps(
                 }
     errors = [_error_of_points(psd, *key) for key in maps]
     dataset = map_dataset(maps, errors, basis.vertex_position, basis.cells, layers.names)
-    dataset.assign_attrs(attributes).to_netcdf(maps_nc, engine="scipy")
-    write_paraview(folder, dataset)
+    dataset.assign_attrs(attributes).to_netcdf(output.maps, engine="scipy")
+    write_paraview(output.folder, dataset)
 
 
 def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:

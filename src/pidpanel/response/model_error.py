@@ -53,8 +53,8 @@ def with_model_error(
     """Return both errors together, which are independent."""
     if errors is None or model is None:
         return errors or model
-    return StandardErrors(
-        log_psd=np.hypot(errors.log_psd, model.log_psd),
-        log_rms=np.hypot(errors.log_rms, model.log_rms),
-        log_acceleration=errors.log_acceleration,
+    log_psd, log_rms = (
+        np.hypot(errors.log_psd, model.log_psd),
+        np.hypot(errors.log_rms, model.log_rms),
     )
+    return StandardErrors(log_psd, log_rms, errors.log_acceleration)

@@ -4,13 +4,15 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED
+from pidpanel.provenance.job import Files
+from pidpanel.response import tables
 from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase
 from pidpanel.response.extrapolation import between_regimes, extrapolation_of
 from pidpanel.response.model_error import (
@@ -21,15 +23,6 @@ from pidpanel.response.model_error import (
 )
 from pidpanel.response.patch_rows import PATCH_COLUMNS, damping_on_patches, only_motion, patch_rows
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
-from pidpanel.response.tables import (
-    PSD_VARIABLES,
-    cases_dataset,
-    dead_weight_columns,
-    error_columns,
-    stress_rows,
-    stress_variables,
-    summary_columns,
-)
 from pidpanel.response.trust import judged
 from pidpanel.solve import stress, uncertainty
 from pidpanel.solve.layout import LayoutResponse
@@ -42,17 +35,6 @@ CORE = "core"  # name of the core among the layers of ``stress.csv``
 
 class OutsideSimulatedRange(ResponseError):
     """C_e is read where no coupon was simulated, and the study refuses that."""
-
-
-class ResponseFiles(NamedTuple):
-    """The files of the stage."""
-
-    psd_nc: Path
-    summary_csv: Path
-    layouts_csv: Path
-    stress_nc: Path
-    stress_csv: Path
-    left_out_nc: Path
 
 
 @dataclass(frozen=True)
@@ -72,7 +54,7 @@ class Tabulation:
     coupled_accuracy: float  # wanted relative standard error of coupled runs [1]
 
 
-def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: ResponseFiles) -> None:
+def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Files) -> None:
     """Write all files of the stage."""
     panel, basis = checked.panel, checked.panel.basis
     rows = _Rows(checked, tabulation)
@@ -89,18 +71,19 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Resp
     }
     summary = pd.concat(rows.summary, ignore_index=True)
     summary = judged(tabulation.scenarios, summary, tabulation.coupled_accuracy)
-    write_csv(output.summary_csv, summary)
-    write_csv(output.layouts_csv, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
-    cases_dataset(rows.psds, PSD_VARIABLES, {**axes, "patch": basis.patch_names}).assign_attrs(
+    write_csv(output.summary, summary)
+    write_csv(output.layouts, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
+    psds = {**axes, "patch": basis.patch_names}
+    tables.cases_dataset(rows.psds, tables.PSD_VARIABLES, psds).assign_attrs(
         tabulation.attributes, level=tabulation.level, resolved_damping_ratio=panel.resolved_ratio
-    ).to_netcdf(output.psd_nc, engine="scipy")
-    write_csv(output.stress_csv, pd.DataFrame(rows.stress))
+    ).to_netcdf(output.psd, engine="scipy")
+    write_csv(output.stress_table, pd.DataFrame(rows.stress))
     strains = {**axes, "layer": rows.layers.names}
-    variables = stress_variables(stress.QUANTITIES)
-    cases_dataset(rows.strains, variables, strains, np.float32).assign_attrs(
+    variables = tables.stress_variables(stress.QUANTITIES)
+    tables.cases_dataset(rows.strains, variables, strains, np.float32).assign_attrs(
         tabulation.attributes
-    ).to_netcdf(output.stress_nc, engine="scipy")
-    write_further_shapes(output.left_out_nc, checked.further_shapes, dict(tabulation.attributes))
+    ).to_netcdf(output.stress, engine="scipy")
+    write_further_shapes(output.left_out, checked.further_shapes, dict(tabulation.attributes))
 
 
 def standard_errors(
@@ -120,17 +103,15 @@ def standard_errors(
         for damper, gamma in zip(case.dampers, response.acceleration_g, strict=True)
     ]
     none = np.zeros((2 * len(nodes), 2 * len(nodes)))
-    covariance = np.block(
-        [
-            [
-                row.model.cross_covariance(nodes, points[i], points[j])
-                if row.source == column.source and row.model.nodes is not None
-                else none
-                for j, column in enumerate(case.dampers)
-            ]
-            for i, row in enumerate(case.dampers)
-        ]
-    )
+
+    def covariance_of(row: int, column: int) -> Array:
+        damper = case.dampers[row]
+        if damper.source != case.dampers[column].source or damper.model.nodes is None:
+            return none
+        return damper.model.cross_covariance(nodes, points[row], points[column])
+
+    numbers = range(len(points))
+    covariance = np.block([[covariance_of(i, j) for j in numbers] for i in numbers])
     sensitivity = uncertainty.sensitivity(case.solver, case.layout, response, nodes, further)
     return sensitivity.standard_errors(covariance)
 
@@ -221,7 +202,7 @@ class _Rows:
         """Rms values, their errors, masses and dead weight of a case."""
         panel = self._panel
         read_at, motion = only_motion(panel, case, response, self._tabulation.scenarios)
-        values = summary_columns(
+        values = tables.summary_columns(
             response,
             case.bare,
             thickness=self._tabulation.thickness,
@@ -230,9 +211,9 @@ class _Rows:
             read_at_g=read_at,
             patch_motion_g=motion,
         )
-        masses = case.masses(panel.load_area(response))
-        dead = dead_weight_columns(case.bare, case.dead_weight, masses, self._tabulation.panel_mass)
-        return {**values, **error_columns(values, error), **dead}
+        masses, mass = case.masses(panel.load_area(response)), self._tabulation.panel_mass
+        dead = tables.dead_weight_columns(case.bare, case.dead_weight, masses, mass)
+        return {**values, **tables.error_columns(values, error), **dead}
 
     def _strains(
         self, case: SolvedCase, response: PanelResponse, error: uncertainty.StandardErrors | None
@@ -241,19 +222,13 @@ class _Rows:
         model = broadband_error_of(case)
         parts = self._stress_psds(response)
         undamped = self._stress_psds(undamped_response(case)) if any(model) else {}
-        rows = [
-            {"layer": layer, **row}
-            for layer, part in parts.items()
-            for row in stress_rows(
-                self._panel.frequency,
-                part,
-                stress.CORE_QUANTITIES if layer == CORE else stress.QUANTITIES,
-                self._panel.basis.point_names,
-                None if error is None else _stress_error(self._panel.frequency, response, error),
-                undamped.get(layer),
-                model,
-            )
-        ]
+        f, points = self._panel.frequency, self._panel.basis.point_names
+        log_error = None if error is None else _stress_error(f, response, error)
+        rows = []
+        for layer, part in parts.items():
+            units = stress.CORE_QUANTITIES if layer == CORE else stress.QUANTITIES
+            values = (f, part, units, points, log_error, undamped.get(layer), model)
+            rows += [{"layer": layer, **row} for row in tables.stress_rows(*values)]
         psd = np.stack([parts[layer] for layer in self.layers.names])
         names = enumerate(stress.QUANTITIES)
         return {f"{name}_psd": np.moveaxis(psd[..., i], 0, 2) for i, name in names}, rows

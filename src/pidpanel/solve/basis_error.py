@@ -130,16 +130,9 @@ def check_basis(
         (n_scenarios, n_patches, nf) s of the dampers [N/m³]; 0 where a patch has none.
     """
     cutoff = cutoff_frequency(highest)
-    elements = Elements(
-        plate,
-        list(plate.patch_overlap.values()),
-        shapes,
-        modal_basis(basis, damping_ratio, highest),
-        basis.is_residual,
-        damping_ratio.at(cutoff),
-        cutoff,
-        sp.csr_array(plate.at_vertices[point_vertices(basis)]),
-    )
+    overlap, modal = list(plate.patch_overlap.values()), modal_basis(basis, damping_ratio, highest)
+    points, ratio = sp.csr_array(plate.at_vertices[point_vertices(basis)]), damping_ratio.at(cutoff)
+    elements = Elements(plate, overlap, shapes, modal, basis.is_residual, ratio, cutoff, points)
     elements.prepare()
 
     def at_line(line: int) -> tuple[Array, list[Array]]:

@@ -18,12 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.solve.dampers import (
-    checked_dampers,
-    patch_stiffness,
-    solution,
-    weighted_sum,
-)
+from pidpanel.solve.dampers import checked_dampers, patch_stiffness, solution, weighted_sum
 from pidpanel.solve.excitation import Matrices
 from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
@@ -61,10 +56,7 @@ class DirectPanel:
     air_stiffness: MatrixInput | None = None
 
     def response(
-        self,
-        equivalent_damping: ArrayLike,
-        apparent_mass: ArrayLike,
-        with_slope: bool = False,
+        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike, with_slope: bool = False
     ) -> PanelResponse:
         """Return the response with dampers, with t of `dampers.attach_dampers` if wanted."""
         stiffness = patch_stiffness(
@@ -196,16 +188,11 @@ class DirectMotions(Motions):
         counts = np.flatnonzero(natural <= max(self._shapes_to * frequency[lines][-1], fewest))
         air = air_at(panel.air_stiffness, frequency, lines, n)
         air = None if air is None else _of_shapes(air, counts)
-        matrices = _Matrices(
-            counts,
-            ModalBasis(
-                natural[counts], panel.basis.modal_mass[counts], panel.basis.damping_ratio[counts]
-            ),
-            panel.spectrum[lines, None, None]
-            * _of_shapes(matrices_at(panel.modal_force, frequency, lines, n), counts),
-            air,
-            _of_shapes(self.weight, counts),
-        )
+        masses, ratios = panel.basis.modal_mass[counts], panel.basis.damping_ratio[counts]
+        basis = ModalBasis(natural[counts], masses, ratios)
+        force = _of_shapes(matrices_at(panel.modal_force, frequency, lines, n), counts)
+        force = panel.spectrum[lines, None, None] * force
+        matrices = _Matrices(counts, basis, force, air, _of_shapes(self.weight, counts))
         size = matrices.force.nbytes + matrices.weight.nbytes + (0 if air is None else air.nbytes)
         if len(self._lines()) * size <= self._kept_bytes:
             self._kept[lines.start] = matrices

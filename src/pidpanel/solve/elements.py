@@ -219,12 +219,9 @@ class Elements:
             remainder[:, columns] = whole - start[:, columns]
         if not np.all(np.isfinite(remainder)):
             raise ResponseError("the response of all elements is not finite")
+        whole = start + remainder
         return [
-            ElementMotion(
-                of_basis[:, columns],
-                start[:, columns] + remainder[:, columns],
-                remainder[:, columns],
-            )
+            ElementMotion(of_basis[:, columns], whole[:, columns], remainder[:, columns])
             for columns in (owner == index for index in range(sets))
         ]
 

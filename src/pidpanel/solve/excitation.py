@@ -22,15 +22,12 @@ class Excitation(Protocol):
 
     def spectrum(self, frequency: Array) -> Array:
         """Return the level S (nf,), one-sided per Hz, at the frequencies (nf,) [Hz]."""
-        ...
 
     def __call__(self, frequency: Array) -> Matrices:
         """Return G, Hermitian, (nf, n, n) or (1, n, n) where all are equal."""
-        ...
 
     def factors(self, frequency: Array) -> Matrices | None:
         """Return L (nf, n, r) with G = L Lᴴ; None where r is not small."""
-        ...
 
 
 @dataclass(frozen=True)

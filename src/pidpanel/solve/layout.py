@@ -137,17 +137,14 @@ def solve_layouts(
     """
     plain = [layout for layout in layouts if layout.force is None]
     answers = iter(_solve_together(solver, plain))
-    return [
-        next(answers)
-        if layout.force is None
-        else _solve_together(
-            solver.with_excitation(
-                Superposition(solver.excitation, layout.force, 1 / layout.factor)
-            ),
-            [layout],
-        )[0]
-        for layout in layouts
-    ]
+    responses: list[LayoutResponse | UnstableDamping] = []
+    for layout in layouts:
+        if layout.force is None:
+            responses.append(next(answers))
+        else:
+            excitation = Superposition(solver.excitation, layout.force, 1 / layout.factor)
+            responses += _solve_together(solver.with_excitation(excitation), [layout])
+    return responses
 
 
 def _solve_together(

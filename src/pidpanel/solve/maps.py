@@ -58,15 +58,9 @@ def modal_covariances(
     of_bare, of_dampers = np.zeros((2, n, n)), np.zeros((len(dampers), 2, n, n))
     chunks = list(chunks_of_lines(frequency.size, n))
     for lines in tracked(chunks, "parts of the frequency range"):
+        f, level = frequency[lines], spectrum[lines]
         (bare,) = bare_panels(
-            frequency[lines],
-            basis,
-            [patches],
-            None,
-            spectrum[lines],
-            modal_force,
-            air_stiffness,
-            MAP_CUTOFF,
+            f, basis, [patches], None, level, modal_force, air_stiffness, MAP_CUTOFF
         )
         of_bare += np.tensordot(weights[:, lines], bare.point_psd[:, 0].real, axes=1)
         for drop, (damping, mass, _) in zip(of_dampers, dampers, strict=True):

@@ -149,17 +149,8 @@ def bare_panels(
             patch_psd[index][lines, :width] = level * psd(patch, patch)
             patch_psd[index][lines, width:] = level * psd(at_points, patch)
             receptance[index][lines] = moved.receptance(np.r_[patch, at_points], patch)
-    return [
-        BarePanel(
-            frequency=frequency,
-            patches=patches,
-            coordinates=coordinates[index],
-            receptance=receptance[index],
-            patch_psd=patch_psd[index],
-            point_psd=point_psd,
-        )
-        for index, patches in enumerate(carriers)
-    ]
+    of_patches = zip(carriers, coordinates, receptance, patch_psd, strict=True)
+    return [BarePanel(frequency, *values, point_psd) for values in of_patches]
 
 
 def moved_panel(

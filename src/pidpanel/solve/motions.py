@@ -146,15 +146,14 @@ class ReducedMotions(Motions):
     def subsampled(self, step: int) -> ReducedMotions:
         """Return the same on every so many lines."""
         bare, some = self.bare, slice(None, None, step)
-        return ReducedMotions(
-            replace(
-                bare,
-                frequency=bare.frequency[some],
-                receptance=bare.receptance[some],
-                patch_psd=bare.patch_psd[some],
-                point_psd=bare.point_psd[some],
-            )
+        coarse = replace(
+            bare,
+            frequency=bare.frequency[some],
+            receptance=bare.receptance[some],
+            patch_psd=bare.patch_psd[some],
+            point_psd=bare.point_psd[some],
         )
+        return ReducedMotions(coarse)
 
     @cached_property
     def _decomposed(self) -> tuple[Complexes, Complexes]:

@@ -54,12 +54,9 @@ def own_force_load(
     coherence, length
         (nf,) c [1], and λ [m Hz].
     """
-    return np.array(
-        [
-            c * parts.coherent_load(length / f) + (1 - c) * independent
-            for f, c in zip(frequency, coherence, strict=True)
-        ]
-    )
+    lines = zip(frequency, coherence, strict=True)
+    loads = [c * parts.coherent_load(length / f) + (1 - c) * independent for f, c in lines]
+    return np.array(loads)
 
 
 @dataclass(frozen=True)

@@ -27,13 +27,8 @@ VON_MISES = np.array([[1.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
 
 # What `layer_psd` returns, with units; strain_xy is the engineering shear strain.
 QUANTITIES = {
-    "strain_xx": "1",
-    "strain_yy": "1",
-    "strain_xy": "1",
-    "stress_xx": "Pa",
-    "stress_yy": "Pa",
-    "stress_xy": "Pa",
-    "von_mises": "Pa",
+    **dict.fromkeys(("strain_xx", "strain_yy", "strain_xy"), "1"),
+    **dict.fromkeys(("stress_xx", "stress_yy", "stress_xy", "von_mises"), "Pa"),
 }
 
 CORE_QUANTITIES = {"core_shear_xz": "Pa", "core_shear_yz": "Pa"}  # what `core_psd` returns

@@ -72,8 +72,7 @@ def integrals_of_shapes(basis: PanelBasis, plate: StoredPlate) -> Array:
         return np.column_stack([of_patches, plate.at_quadrature.T @ face])
     per_cell = len(face) // len(basis.cells)  # cell by cell
     rows = [np.repeat(cells, per_cell) * face for cells in basis.cell_in_patch]
-    integrals: Array = plate.at_quadrature.T @ np.array([*rows, face]).T
-    return integrals
+    return plate.at_quadrature.T @ np.array([*rows, face]).T
 
 
 def with_translation(basis: PanelBasis, inertia: Inertia) -> PanelBasis:

@@ -16,6 +16,7 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.geometry.plane_waves import MovedFace, WettedFace
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.excitation import SoundExcitation
@@ -92,13 +93,10 @@ def read_air(
     if path is None:
         raise ValueError(f"radiation = {radiation}: the file of the air is required")
     sound = study.acoustics
-    return Air(
-        sound.air_density_kg_m3,
-        sound.speed_m_s,
-        WETTED_SIDES[radiation],
-        modal_force if sound.field == "diffuse" else read_table(path, DIFFUSE),
-        read_table(path, ADDED_VOLUME) if study.response.air_mass else None,
-    )
+    diffuse = modal_force if sound.field == "diffuse" else read_table(path, DIFFUSE)
+    volume = read_table(path, ADDED_VOLUME) if study.response.air_mass else None
+    sides = WETTED_SIDES[radiation]
+    return Air(sound.air_density_kg_m3, sound.speed_m_s, sides, diffuse, volume)
 
 
 def modal_force_tables(
@@ -168,25 +166,24 @@ def air_tables(
     return tables
 
 
-def write_sound(
-    study: Study,
-    shapes: WettedFace,
-    spectrum_csv: Path,
-    modal_force_nc: Path,
-    air_nc: Path | None = None,
-) -> None:
+def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
     """Write the bands, the modal force of the field and, where it is asked for, the air's tables.
+
+    Parameters
+    ----------
+    output
+        spectrum, a CSV table, modal_force and, for the air, air.
 
     Raises
     ------
     ValueError
         As of `modal_force_tables` and `air_tables`.
     """
-    band_table(study.acoustics).to_csv(spectrum_csv, index=False, float_format="%.7g")
+    band_table(study.acoustics).to_csv(output.spectrum, index=False, float_format="%.7g")
     force = modal_force_tables(study.acoustics, study.response.frequency_hz[1], shapes)
     _tell("modal force", force[MODAL_FORCE])
-    write_tables(modal_force_nc, force, {**stamp(study), "field": study.acoustics.field})
-    if air_nc is not None:
+    write_tables(output.modal_force, force, {**stamp(study), "field": study.acoustics.field})
+    if (air_nc := output.get("air")) is not None:
         air = air_tables(study.acoustics, shapes, force, air_mass=study.response.air_mass)
         for name, table in air.items():
             _tell(name.replace("_", " "), table)
@@ -196,7 +193,5 @@ def write_sound(
 def _tell(title: str, table: WavenumberTable) -> None:
     """Say in the log of the stage what stands."""
     count, shapes = table.even.shape[:2]
-    print(
-        f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m",
-        file=sys.stderr,
-    )
+    text = f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m"
+    print(text, file=sys.stderr)

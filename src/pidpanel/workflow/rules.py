@@ -21,6 +21,10 @@ RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # titles, the choice of maps and of cases, and coupled runs change no response to given damping
 NOT_FOR_RESPONSE = {"response": {"maps"}, "damping": {"coupled"}}
 
+RESPONSE = {  # files of the responses
+    "psd": "psd.nc", "summary": "summary.csv", "layouts": "layouts.csv", "stress": "stress.nc",
+    "stress_table": "stress.csv", "left_out": "left_out.nc",
+}  # fmt: skip
 PROPOSAL = ("layouts", "front", "summary", "search", "psd")  # tables of the proposed layouts
 
 MEASUREMENT = ("measured", "differences")  # tables of the measurements
@@ -122,15 +126,11 @@ def _sound(plan: Plan, study: Study, panel: Mapping[str, str]) -> Rule:
 
 
 def _response(plan: Plan, study: Study, files: Mapping[str, str | Sequence[str]]) -> Rule:
-    output = plan.files(
-        "response", psd="psd.nc", summary="summary.csv", layouts="layouts.csv", stress="stress.nc",
-        stress_table="stress.csv", left_out="left_out.nc",
-    )  # fmt: skip
     damping = _damping(plan, study)
     return Rule(
         plan.results("response/response.log"),
         {**files, **damping.input},
-        output,
+        plan.files("response", **RESPONSE),
         {"study": plan.section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE), **damping.values},
         damping.params,
     )
@@ -151,11 +151,7 @@ def _damping(plan: Plan, study: Study) -> Rule:
             "coupled": list(coupled_files(plan).values()) if study.is_coupled else [],
         },
         {},
-        {
-            "dampers": values_digest(dampers),
-            "scenarios": scenarios_digest(study),
-            **_atlas(study),
-        },
+        {"dampers": values_digest(dampers), "scenarios": scenarios_digest(study), **_atlas(study)},
         {name: plan.results(name) for name, is_read in folders.items() if is_read},
     )
 

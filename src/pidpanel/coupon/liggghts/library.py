@@ -135,8 +135,7 @@ class Spheres:
 
         The sum over all contacts, in which those between spheres cancel.
         """
-        total: Array = np.add.reduceat(self._force_z, self._start) - self._weight
-        return total
+        return np.add.reduceat(self._force_z, self._start) - self._weight
 
     def advance(self, kick: Array, substeps: int) -> Array:
         """Add a velocity along z, (cells,) [m/s], to the spheres of each cell and go some steps.
@@ -154,5 +153,4 @@ class Spheres:
         return self._momentum() - before - self._weight * (substeps * self._time_step)
 
     def _momentum(self) -> Array:
-        total: Array = np.add.reduceat(self._mass * self._velocity_z, self._start)
-        return total
+        return np.add.reduceat(self._mass * self._velocity_z, self._start)

@@ -18,15 +18,7 @@ from pidpanel.coupon.liggghts.failures import LogTruncated, NotFinite, Particles
 
 # Columns of the cycle file that the shake deck writes: momentum [kg m/s] (its product with sin ωt
 # and cos ωt, and itself), energies [J] and the height of the centre of mass [m]; means of a cycle.
-CYCLE_COLUMNS = (
-    "step",
-    "p_sin",
-    "p_cos",
-    "p_mean",
-    "kinetic_energy",
-    "rotational_energy",
-    "height",
-)
+CYCLE_COLUMNS = "step p_sin p_cos p_mean kinetic_energy rotational_energy height".split()
 
 
 # Columns of a frame of the energy balance, SI.
