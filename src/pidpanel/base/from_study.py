@@ -31,12 +31,7 @@ from pidpanel.response.refinement import mesh_shifts
 from pidpanel.response.results import write_csv
 from pidpanel.solve.layout import Load
 from pidpanel.solve.mesh_error import mesh_error
-from pidpanel.solve.supports import (
-    BaseExcitation,
-    Inertia,
-    SupportedPanel,
-    observed_motions,
-)
+from pidpanel.solve.supports import BaseExcitation, Inertia, SupportedPanel, observed_motions
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
 from pidpanel.study import Study

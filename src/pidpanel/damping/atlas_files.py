@@ -21,12 +21,7 @@ from pidpanel.damping.atlas import (
     cases_in,
     dimensionless,
 )
-from pidpanel.damping.surface_cases import (
-    Constants,
-    TrainingData,
-    clear_gap,
-    training_data,
-)
+from pidpanel.damping.surface_cases import Constants, TrainingData, clear_gap, training_data
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
 
 UNKNOWN_MASS = 1.0  # error of m_a over the mass of the particles in one of several states

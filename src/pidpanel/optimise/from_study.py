@@ -25,12 +25,7 @@ from pidpanel.optimise.objectives import (
 from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.placed import PlacedPanel, place_name, place_plate, with_points
 from pidpanel.optimise.places import NoPlace, Places, places_on
-from pidpanel.optimise.proposal import (
-    EXCITATIONS,
-    Proposals,
-    layouts_to_confirm,
-    search_table,
-)
+from pidpanel.optimise.proposal import EXCITATIONS, Proposals, layouts_to_confirm, search_table
 from pidpanel.optimise.reduced import ReducedPanel
 from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_property
 from pidpanel.optimise.variants import reductions

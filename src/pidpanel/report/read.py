@@ -80,8 +80,7 @@ def read_damping(damper: str, folder: Path) -> inputs.DampingResults:
         return of_damper(folder / "damping", damper, name)
 
     return inputs.DampingResults(
-        surface_files.from_dataset(read_dataset(file("surface.nc"))),
-        pd.read_csv(file("law.csv")),
+        surface_files.from_dataset(read_dataset(file("surface.nc"))), pd.read_csv(file("law.csv"))
     )
 
 

@@ -63,9 +63,7 @@ STATED, NONE = "as stated for each damper", "none"
 
 
 def judged(
-    scenarios: Sequence[ResponseScenario],
-    summary: pd.DataFrame,
-    coupled_accuracy: float,
+    scenarios: Sequence[ResponseScenario], summary: pd.DataFrame, coupled_accuracy: float
 ) -> pd.DataFrame:
     """Return ``summary.csv`` with the columns ``trusted``, ``doubts`` and ``damping_source``.
 

@@ -18,12 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.solve.dampers import (
-    checked_dampers,
-    patch_stiffness,
-    solution,
-    weighted_sum,
-)
+from pidpanel.solve.dampers import checked_dampers, patch_stiffness, solution, weighted_sum
 from pidpanel.solve.excitation import Matrices
 from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
@@ -61,10 +56,7 @@ class DirectPanel:
     air_stiffness: MatrixInput | None = None
 
     def response(
-        self,
-        equivalent_damping: ArrayLike,
-        apparent_mass: ArrayLike,
-        with_slope: bool = False,
+        self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike, with_slope: bool = False
     ) -> PanelResponse:
         """Return the response with dampers, with t of `dampers.attach_dampers` if wanted."""
         stiffness = patch_stiffness(

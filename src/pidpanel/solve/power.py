@@ -6,12 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.solve.dampers import (
-    attach_dampers,
-    checked_dampers,
-    patch_stiffness,
-    weighted_sum,
-)
+from pidpanel.solve.dampers import attach_dampers, checked_dampers, patch_stiffness, weighted_sum
 from pidpanel.solve.modal import (
     OVERLAP_CUTOFF,
     bare_panels,

@@ -151,11 +151,7 @@ def _damping(plan: Plan, study: Study) -> Rule:
             "coupled": list(coupled_files(plan).values()) if study.is_coupled else [],
         },
         {},
-        {
-            "dampers": values_digest(dampers),
-            "scenarios": scenarios_digest(study),
-            **_atlas(study),
-        },
+        {"dampers": values_digest(dampers), "scenarios": scenarios_digest(study), **_atlas(study)},
         {name: plan.results(name) for name, is_read in folders.items() if is_read},
     )
 
