@@ -1,5 +1,6 @@
 """The response held to published benchmarks and closed forms; see also `response_layouts`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import uniform_modal_force
 from pidpanel.verification import response_layouts
-from pidpanel.verification.rows import Comparison, Row
+from pidpanel.verification.rows import Row, comparison
 
 
 def nafems_rows(folder: Path) -> list[Row]:
@@ -26,7 +27,6 @@ def nafems_rows(folder: Path) -> list[Row]:
     A square plate of 10 m, E = 200 GPa, ν = 0.3, ρ = 8000 kg/m³, 0.05 m thick, simply supported,
     ζ = 2 %, under one pressure of (100 Pa)²/Hz all over its face.
     """
-    case = "NAFEMS 13R: plate under one random pressure"
     side, thickness, nu = 10.0, 0.05, 0.3
     rigidity = 200e9 * thickness**3 / (12 * (1 - nu**2))
     section = ThinSection(rigidity, 8000 * thickness, nu, thickness)
@@ -59,14 +59,14 @@ def nafems_rows(folder: Path) -> list[Row]:
                 stress.layer_psd(response, layers)[0, 0, 0, 3] * 1e-12, 1025.44, 1025.85, "MPa2/Hz",
             ),
         }  # fmt: skip
-        method = f"{len(mesh.cells)} Argyris triangles, {n} modes"
+        count = len(mesh.cells)
+        published = comparison("nafems_13r", count=count, modes=n)
+        if size != finest:
+            published = replace(published, tolerance=np.nan)
         for quantity, (computed, target, closed, unit) in values.items():
-            tolerance = 1e-3 if size == finest else np.nan
-            for source, reference in (("NAFEMS R0016", target), ("sine series", closed)):
-                comparison = Comparison(case, unit, tolerance, method, source)
-                rows.append(
-                    comparison.row(quantity, computed, reference, resolution=len(mesh.cells))
-                )
+            for source, reference in ((published.source, target), ("sine series", closed)):
+                known = replace(published, unit=unit, source=source)
+                rows.append(known.row(quantity, computed, reference, resolution=count))
     return rows
 
 
@@ -85,9 +85,7 @@ def miles_rows(folder: Path) -> list[Row]:
     stiffness = mass * (2 * np.pi * frequency) ** 2
     expected = np.sqrt(np.pi / 2 * frequency / (2 * zeta) * force_psd) / stiffness
     computed = PanelResponse(lines, bare.point_psd).displacement_rms[0]
-    method = "8 lines to the bandwidth, 1 Hz to 10 kHz"
-    comparison = Comparison("One mode in white noise", "m", 5e-4, method, "Miles 1954")
-    return [comparison.row("rms displacement", computed, expected)]
+    return [comparison("miles").row("rms displacement", computed, expected)]
 
 
 # Each computes in a folder and returns its rows.

@@ -23,13 +23,12 @@ from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.power import power_balance
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import diffuse_modal_force, wavenumber
-from pidpanel.verification.rows import Comparison, Row
+from pidpanel.verification.rows import Row, comparison
 
 SPEED = 343.0
 SIZE, ELEMENTS = (1.5, 1.0), (30, 20)
 SECTION = ThinSection(3273.07, 4.0)
 POINTS = {"in the middle": (0.75, 0.5), "beside it": (0.35, 0.5), "near an edge": (0.10, 0.30)}
-TRUNCATION = 5e-3  # largest error of a PSD that a basis may leave, as the documents say
 # α [1/s] and β [s] of C = αM + βK: a damping that sparse matrices can have too.
 RAYLEIGH = (4.0, 6e-6)
 
@@ -140,21 +139,19 @@ HIGHEST = 1000.0
 
 def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> list[Row]:
     """Return layouts of dampers in the basis of a study beside all elements."""
-    case = "Dampers in a diffuse field: modes and residual vectors against all elements"
-    source = "sparse solve of all coordinates; tolerance: as the documents say"
     rows = []
     frequency = np.array(LINES)
     for name in names:
         dampers = LAYOUTS[name]
         panel = damped_panel(folder, dampers, HIGHEST)
         computed = panel.psd(frequency, panel.modal_force(frequency), dampers)
-        method = f"{len(panel.basis.modal_mass)} shapes, the worst of {len(POINTS)} points"
-        comparison = Comparison(case, "m2/Pa2", TRUNCATION, method, source)
+        shapes = len(panel.basis.modal_mass)
+        layout = comparison("layouts", shapes=shapes, points=len(POINTS))
         for f, psd in zip(LINES, computed, strict=True):
             reference = panel.psd_of_elements(f, dampers)
             worst = int(np.argmax(np.abs(psd / reference - 1)))
             quantity = f"{name}: displacement PSD {list(POINTS)[worst]}, {f:g} Hz"
-            rows.append(comparison.row(quantity, psd[worst], reference[worst], f))
+            rows.append(layout.row(quantity, psd[worst], reference[worst], f))
     return rows
 
 
@@ -168,13 +165,9 @@ def power_rows(folder: Path) -> list[Row]:
         panel.modal_force(frequency), *_values(dampers, frequency.size),
     )  # fmt: skip
     lost = balance.structure + balance.patches.sum(axis=1)
-    comparison = Comparison(
-        "Power lost in a panel with a damper", "W/Pa2", 1e-6, "low-rank solve",
-        "power put in by the field, dense solve; tolerance: columns of the overlap below 1e-8 are "
-        "dropped",
-    )  # fmt: skip
+    power = comparison("power")
     return [
-        comparison.row(f"{f:g} Hz", computed, reference, f)
+        power.row(f"{f:g} Hz", computed, reference, f)
         for f, computed, reference in zip(LINES, lost, balance.field, strict=True)
     ]
 
