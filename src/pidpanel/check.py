@@ -146,7 +146,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     # two seconds of imports that a study of the coupon alone does not need
     from pidpanel.damping.laws import FREQUENCY_RANGE
     from pidpanel.solve.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
-    from pidpanel.study.masses import resolved_masses
+    from pidpanel.study.dampers import resolved_masses
 
     low, high = study.response.frequency_hz
     outside_law = not (FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1])

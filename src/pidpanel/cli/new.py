@@ -151,7 +151,7 @@ class Draft:
     @property
     def is_in_atlas(self) -> bool:
         """Whether the atlas has cells of this width and depth."""
-        from pidpanel.study.atlas import DEPTH, WIDTH  # slow to import
+        from pidpanel.study.requirements import DEPTH, WIDTH  # slow to import
 
         sizes = {WIDTH: self.cell_mm, DEPTH: self.depth_mm}
         return all(low <= mm / self.bead_mm <= high for (low, high), mm in sizes.items())

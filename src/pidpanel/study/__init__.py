@@ -12,12 +12,10 @@ file, the line, the key, the value and what is allowed (`StudyError`).
     A whole study.
 `requirements`
     What its sections require of each other.
-`files`
-    Files that a study names.
 `document`
     The YAML file, and the lines of its keys.
-`mistakes`, `explaining`, `choice`
-    Mistakes at keys; those of pydantic in a reader's words; keys with alternatives.
+`mistakes`, `choice`
+    Mistakes at keys; keys with alternatives.
 `reading`
     From the file to the study.
 """

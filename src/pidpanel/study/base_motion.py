@@ -8,8 +8,7 @@ from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import SectionModel
-from pidpanel.study.files import file_in
+from pidpanel.study.base import SectionModel, file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, Quantity
 from pidpanel.study.response import LEAST_SPAN

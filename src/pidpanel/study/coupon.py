@@ -14,12 +14,9 @@ from pidpanel.columns import ColumnsError, LineFaults
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.cells import ShapeName
 from pidpanel.paths import TEMPLATES
-from pidpanel.study.base import Fraction, RelativeError, SectionModel
-from pidpanel.study.case_table import read_cases, sweep_of
-from pidpanel.study.explaining import mistakes_of
-from pidpanel.study.files import file_in, found_file
-from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, unknown_key
-from pidpanel.study.particles import Particles, Walls
+from pidpanel.study.base import Fraction, RelativeError, SectionModel, file_in, found_file
+from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, mistakes_of, unknown_key
+from pidpanel.study.particles import Particles, Stiffness, Walls
 from pidpanel.study.quantity import (
     GRAVITIES,
     MILLISECONDS,
@@ -28,8 +25,7 @@ from pidpanel.study.quantity import (
     Quantity,
     whole,
 )
-from pidpanel.study.stiffness import Stiffness
-from pidpanel.study.sweep import USUAL_SWEEP, Sweep
+from pidpanel.study.sweep import USUAL_SWEEP, Sweep, read_cases, sweep_of
 
 MOST_VARIANTS = 1000  # combinations that ``vary`` may have
 MOST_RUNS = 200_000  # runs that a sweep may have; twice as many as have been run

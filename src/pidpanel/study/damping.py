@@ -7,9 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import RelativeError, SectionModel
+from pidpanel.study.base import RelativeError, SectionModel, file_in
 from pidpanel.study.dampers import Interpolation, WeighsAs
-from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Modulus
 from pidpanel.study.quantity import MILLISECONDS, Quantity, whole

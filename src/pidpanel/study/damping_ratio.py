@@ -9,8 +9,8 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from pidpanel.damping_ratio import DampingRatio, read_damping_ratio
+from pidpanel.study.base import file_in
 from pidpanel.study.choice import Choice
-from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake, read_at
 from pidpanel.study.quantity import KILOHERTZ, PERCENT, Quantity, text_hint
 

@@ -19,10 +19,9 @@ from pidpanel.geometry.polygon import (
     show,
     signed_area,
 )
-from pidpanel.study.base import SectionModel, Size, Text
+from pidpanel.study.base import SectionModel, Size, Text, file_in
 from pidpanel.study.choice import Choice
 from pidpanel.study.damping_ratio import DampingRatios, damping_ratio_of, mistakes_of_damping_ratio
-from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.quantity import METRES, Quantity, whole
 from pidpanel.study.section import Section

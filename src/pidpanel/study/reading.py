@@ -11,8 +11,7 @@ from pydantic import ValidationError
 from pidpanel.study.base import SectionModel, StudyError
 from pidpanel.study.coupon_study import RESERVED, CouponStudy
 from pidpanel.study.document import Document
-from pidpanel.study.explaining import mistakes_of
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.mistakes import Mistake, mistakes_of
 from pidpanel.study.study import Study
 
 T = TypeVar("T", bound=SectionModel)

@@ -4,8 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated
 
-from pidpanel.study.base import SectionModel, Text
-from pidpanel.study.files import file_in
+from pidpanel.study.base import SectionModel, Text, file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import MEGAPASCAL, Quantity
 

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Level, SectionModel
-from pidpanel.study.files import file_in
+from pidpanel.study.base import Level, SectionModel, file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import DENSITY, VELOCITY, Quantity
 
