@@ -36,7 +36,6 @@ from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance.digests import stamp
-from pidpanel.report.read import without_errors
 from pidpanel.response.from_study import PanelFiles, ResponseFiles, write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
@@ -267,7 +266,9 @@ class Model:
         ResultsError
             If it depends on LIGGGHTS and the study was not run, or has changed since.
         """
-        from pidpanel.report.from_study import partly_known  # matplotlib is slow to import
+        # matplotlib is slow to import
+        from pidpanel.report.from_study import partly_known
+        from pidpanel.report.inputs import without_errors
 
         study, files = self._with_panel(), self._stages
         if "psd.nc" not in files:

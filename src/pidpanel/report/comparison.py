@@ -15,8 +15,8 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.report import html
 from pidpanel.report.answer import SIGNIFICANCE
+from pidpanel.report.inputs import read_by_point, read_dataset, without_errors
 from pidpanel.report.maps_section import map_figure, scale_ends
-from pidpanel.report.read import read_by_point, read_dataset, without_errors
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import DECIBEL_DECIMALS, READINGS, common_decimals, records, value_text
 
