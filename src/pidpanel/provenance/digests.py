@@ -43,7 +43,7 @@ def package_digest() -> str:
     """
     pages = PACKAGE / "report" / "pages"
     roots = (
-        (PACKAGE, "*.py"), (PACKAGE, "variables.csv"), (pages, "*"),
+        (PACKAGE, "*.py"), (PACKAGE, "variables.csv"), (PACKAGE, "*.yaml"), (pages, "*"),
         (WORKFLOW / "scripts", "*.py"), (TEMPLATES, "*"), (DATA, "*"),
     )  # fmt: skip
     return text_digest(

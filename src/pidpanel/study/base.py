@@ -17,7 +17,7 @@ from pydantic import (
 )
 
 from pidpanel.study.mistakes import Mistake, Mistakes, mistakes_of
-from pidpanel.study.quantity import DENSITY, METRES, PASCAL, PERCENT, Quantity
+from pidpanel.study.quantity import Quantity
 
 
 class StudyError(ValueError):
@@ -61,19 +61,21 @@ def _as_written(value: Any) -> Any:
 T = TypeVar("T")
 # Text; a number in a file is the text that was written.
 Text = Annotated[str, BeforeValidator(_as_written, json_schema_input_type=str | float)]
-Fraction = Annotated[float, Quantity(0, 1, units=PERCENT)]
+Fraction = Annotated[float, Quantity(0, 1, unit="percent")]
 # Number of particles over that of a full cell, r = N/N_full.
-Fill = Annotated[float, Quantity(0.02, 1, units=PERCENT)]
-RelativeError = Annotated[float, Quantity(0, 1, low_itself=False, high_itself=False, units=PERCENT)]
-PoissonsRatio = Annotated[
-    float, Quantity(-1, 0.5, low_itself=False, high_itself=False, units=PERCENT)
+Fill = Annotated[float, Quantity(0.02, 1, unit="percent")]
+RelativeError = Annotated[
+    float, Quantity(0, 1, low_itself=False, high_itself=False, unit="percent")
 ]
-OVERALL = Quantity(60, 200, units=PASCAL)
+PoissonsRatio = Annotated[
+    float, Quantity(-1, 0.5, low_itself=False, high_itself=False, unit="percent")
+]
+OVERALL = Quantity(60, 200, unit="level")
 Level = Annotated[float, OVERALL]  # overall sound pressure level [dB re 20 µPa]
-Coordinate = Annotated[float, Quantity(-100, 100, units=METRES)]  # x or y [m]
-Size = Annotated[float, Quantity(1e-4, 30, units=METRES)]  # of anything on a panel [m]
+Coordinate = Annotated[float, Quantity(-100, 100, unit="metres")]  # x or y [m]
+Size = Annotated[float, Quantity(1e-4, 30, unit="metres")]  # of anything on a panel [m]
 # Of a solid [kg/m³]: expanded foam to osmium.
-Density = Annotated[float, Quantity(5, 25000, units=DENSITY)]
+Density = Annotated[float, Quantity(5, 25000, unit="density")]
 
 
 def as_tuple(value: T | tuple[T, ...]) -> tuple[T, ...]:

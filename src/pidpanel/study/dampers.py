@@ -13,7 +13,7 @@ from pidpanel.paths import DATA
 from pidpanel.study.base import SectionModel, file_in
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import MASS_PER_AREA, PERCENT, Quantity
+from pidpanel.study.quantity import Quantity
 
 if TYPE_CHECKING:
     from pidpanel.study import Study
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 Law = Literal["paper_corrected", "paper_printed"]
 Interpolation = Literal["log", "linear"]
 EquivalentDamping = Annotated[float, Quantity(0, 1e8)]  # C_e [N s/m³]
-ApparentMass = Annotated[float, Quantity(0, 1000, units=MASS_PER_AREA)]  # m_a [kg/m²]
-MassPerArea = Annotated[float, Quantity(1e-3, 1000, units=MASS_PER_AREA)]  # m″ [kg/m²]
+ApparentMass = Annotated[float, Quantity(0, 1000, unit="mass_per_area")]  # m_a [kg/m²]
+MassPerArea = Annotated[float, Quantity(1e-3, 1000, unit="mass_per_area")]  # m″ [kg/m²]
 # η; what is above is taken for percent.
-LossFactor = Annotated[float, Quantity(0, MOST_LOSS_FACTOR, units=PERCENT)]
+LossFactor = Annotated[float, Quantity(0, MOST_LOSS_FACTOR, unit="percent")]
 Kind = Literal["coupon", "law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor"]
 
 WeighsAs = Literal["particles"]  # what m_a is: the mass of the particles

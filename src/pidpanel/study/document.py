@@ -14,7 +14,7 @@ import yaml
 
 from pidpanel.columns import NUMBER
 from pidpanel.study.base import StudyError
-from pidpanel.study.mistakes import Keys, Mistake, dotted, one_line
+from pidpanel.study.mistakes import WORDS, Keys, Mistake, dotted, one_line
 from pidpanel.text_files import TextFileError, read_text
 
 CORE = "tag:yaml.org,2002:"
@@ -108,26 +108,8 @@ def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
     context = error.context or ""
     if error.context_mark and context.startswith(("while scanning", "while parsing a flow")):
         mark = error.context_mark  # where what is not closed begins
-    says = next((says for fragment, says in PROBLEMS.items() if fragment in problem), problem)
+    says = next((says for fragment, says in WORDS["yaml"].items() if fragment in problem), problem)
     return (mark.line + 1 if mark else None), f"not YAML: {says}"
-
-
-# What pyyaml says, and what of it helps.
-PROBLEMS = {
-    "character '\\t'": "a tab; indent with spaces",
-    "mapping values are not allowed": "a ':' within a value; put the value in quotes, or correct "
-    "the indentation",
-    "found unexpected end of stream": "a quote is not closed",
-    "could not find expected ':'": "a key without ':'",
-    "expected ',' or ']'": "a list is not closed: ',' or ']' is missing",
-    "expected ',' or '}'": "a mapping is not closed: ',' or '}' is missing",
-    "expected the node content": "a list or a mapping is not closed",
-    "expected <block end>": "the indentation differs from that of the lines above",
-    "but found another document": "a second document begins with '---'; must be one",
-    "unknown escape character": "a '\\' within double quotes; write a path with '/', or in single "
-    "quotes",
-    "for merging": "<< must be a mapping or a list of mappings",
-}
 
 
 def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:

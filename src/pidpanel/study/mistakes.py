@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import NamedTuple, TypeVar, get_args
 
+import yaml
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
@@ -15,6 +17,9 @@ from pidpanel.study.choice import TAG, keys_of, kinds_of
 T = TypeVar("T")
 Keys = tuple[str | int, ...]  # way to a place of a study: names of keys, and indices in lists
 
+
+# What messages say of mistakes that pydantic and pyyaml find, and units given by mistake.
+WORDS = yaml.safe_load(Path(__file__).with_name("words.yaml").read_text(encoding="utf-8"))
 
 LONGEST_NAME = 80
 MOST_NAMES = 1000  # under one key; what reads them takes a time that grows with their square
@@ -127,20 +132,6 @@ def _meant(name: str, allowed: Sequence[str], cutoff: float) -> str:
     return f"did you mean {lower[near[0]]}?" if near else ""
 
 
-# Words for the types of mistake that pydantic finds; all others are given in its own.
-PYDANTIC_WORDS = {
-    "missing": "missing",
-    "dict_type": "must be a mapping",
-    "model_attributes_type": "must be a mapping with a key kind",
-    "tuple_type": "must be a list",
-    "string_type": "must be text",
-    "path_type": "must be a path",
-    "bool_type": "must be true or false",
-    "bool_parsing": "must be true or false",
-    "literal_error": "must be {expected}",
-}
-
-
 def in_words(error: ErrorDetails) -> str:
     """Return what pydantic says of a mistake, in the words of a study's reader.
 
@@ -161,8 +152,8 @@ def in_words(error: ErrorDetails) -> str:
         return f"must have at {extreme} {values}, not {context['actual_length']}"
     if "says" in context:  # of a `Quantity`
         return str(context["says"])
-    if error["type"] in PYDANTIC_WORDS:
-        return PYDANTIC_WORDS[error["type"]].format(**context)
+    if error["type"] in WORDS["pydantic"]:
+        return WORDS["pydantic"][error["type"]].format(**context)
     message = error["msg"].removeprefix("Value error, ")
     return message.replace("Input should be ", "must be ", 1)
 
@@ -205,7 +196,7 @@ def _mistake_at(keys: Keys, item: ErrorDetails, model: type[BaseModel]) -> Mista
     if kind == "model_type":
         return Mistake(keys, f"must be a mapping with keys {', '.join(keys_of(model))}")
     if kind == "union_tag_not_found" and not isinstance(item["input"], Mapping):
-        return Mistake(keys, PYDANTIC_WORDS["model_attributes_type"])
+        return Mistake(keys, WORDS["pydantic"]["model_attributes_type"])
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         options = get_args(model.model_fields[str(keys[0])].annotation)
         *kinds, last = [repr(name) for option in options for name in kinds_of(option)]

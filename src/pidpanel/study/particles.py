@@ -9,21 +9,16 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.sizes import Sizes
 from pidpanel.study.base import PoissonsRatio, RelativeError, SectionModel
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import (
-    DENSITY,
-    MEGAPASCAL,
-    MILLIMETRES,
-    PERCENT,
-    SMALL_MILLIMETRES,
-    Quantity,
-)
+from pidpanel.study.quantity import Quantity
 
-Modulus = Annotated[float, Quantity(5, 1e6, units=MEGAPASCAL)]  # Young's modulus of a contact [MPa]
-Restitution = Annotated[float, Quantity(0.05, 1, low_itself=False, units=PERCENT)]
-Friction = Annotated[float, Quantity(0, 5, units=PERCENT)]
-RollingFriction = Annotated[float, Quantity(0, 1, units=PERCENT)]
-Diameter = Annotated[float, Quantity(0.02, 100, units=SMALL_MILLIMETRES)]  # of a particle [mm]
-Spread = Annotated[float, Quantity(5e-4, 100, units=MILLIMETRES)]  # of diameters [mm]
+Modulus = Annotated[
+    float, Quantity(5, 1e6, unit="megapascal")
+]  # Young's modulus of a contact [MPa]
+Restitution = Annotated[float, Quantity(0.05, 1, low_itself=False, unit="percent")]
+Friction = Annotated[float, Quantity(0, 5, unit="percent")]
+RollingFriction = Annotated[float, Quantity(0, 1, unit="percent")]
+Diameter = Annotated[float, Quantity(0.02, 100, unit="small_millimetres")]  # of a particle [mm]
+Spread = Annotated[float, Quantity(5e-4, 100, unit="millimetres")]  # of diameters [mm]
 
 
 class Mono(SectionModel):
@@ -92,7 +87,7 @@ class Particles(SectionModel):
     """Diameter [mm]; the mean one of a distribution, the first one of a binary mixture."""
     distribution: Distribution = Mono()
     """How diameters differ from particle to particle."""
-    density_kg_m3: Annotated[float, Quantity(10, 25000, units=DENSITY)] = 1190.0
+    density_kg_m3: Annotated[float, Quantity(10, 25000, unit="density")] = 1190.0
     """Density of the material [kg/m³]."""
     shell_mm: Spread | None = None
     """Wall thickness of hollow particles [mm]; their inertia is taken as that of solid ones of
@@ -162,7 +157,7 @@ class Walls(SectionModel):
 
 
 # Of a period or a radius [1].
-Share = Annotated[float, Quantity(0, 0.5, low_itself=False, units=PERCENT)]
+Share = Annotated[float, Quantity(0, 0.5, low_itself=False, unit="percent")]
 Stroke = Annotated[float, Quantity(0, 100, low_itself=False)]  # W/L [1]
 
 

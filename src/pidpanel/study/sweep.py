@@ -18,9 +18,9 @@ from pidpanel.study.base import Fill, SectionModel
 from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Diameter
-from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, MILLIMETRES, VELOCITY, Quantity
+from pidpanel.study.quantity import Quantity
 
-Frequency = Annotated[float, Quantity(1, 20000, units=KILOHERTZ)]  # of a drive [Hz]
+Frequency = Annotated[float, Quantity(1, 20000, unit="kilohertz")]  # of a drive [Hz]
 MOST_VALUES = 10_000  # values that a range may have
 
 
@@ -57,9 +57,9 @@ class Range(SectionModel):
 
 
 # Amplitude of an acceleration [g].
-Gamma = Annotated[float, Quantity(0, LARGEST_GAMMA, low_itself=False, units=GRAVITIES)]
+Gamma = Annotated[float, Quantity(0, LARGEST_GAMMA, low_itself=False, unit="gravities")]
 # Of a displacement [mm].
-Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, units=MILLIMETRES)]
+Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, unit="millimetres")]
 
 # Frequencies and amplitudes of a sweep, below which an interpolation cannot be checked.
 LEAST_VALUES = 3
@@ -78,7 +78,7 @@ class Sweep(SectionModel):
     """Amplitude W of the displacement [mm], instead of that of the acceleration."""
     diameter_mm: tuple[Diameter, ...] = ()
     """Diameters of the particles [mm]; by default ``particles.diameter_mm``."""
-    max_velocity_m_s: Annotated[float, Quantity(1e-3, 1000, units=VELOCITY)] | None = None
+    max_velocity_m_s: Annotated[float, Quantity(1e-3, 1000, unit="velocity")] | None = None
     """Combinations with a larger velocity amplitude a/ω are omitted [m/s]."""
 
     @property
