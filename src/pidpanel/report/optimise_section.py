@@ -18,17 +18,9 @@ from pidpanel.report.inputs import ProposalResults
 from pidpanel.report.layout import panel_axes
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.templates import fill, sentence
-from pidpanel.report.text import number, records, value_text
+from pidpanel.report.text import NAMES, number, records, value_text
 
 NARROW = 5.2  # width of a picture, two of which make a row [in]
-
-
-# What the search makes small, where it is no rms acceleration of the points.
-OBJECTIVES = {
-    "panel": "largest rms acceleration over the panel, at the response points and 24 vertices,",
-    "stress": "largest 3σ von Mises stress at the points",
-    "oscillators": "largest rms acceleration of oscillators on the points in the band",
-}
 
 
 # What drives the panel, by the name of the excitation.
@@ -44,12 +36,12 @@ def proposal_headline(proposal: ProposalResults) -> str:
         **_values(proposal),
         "patches": patches_text(proposal.layouts, 1),
         "size": proposal.layouts[["size_x_m", "size_y_m"]].iloc[0].tolist(),
-        "objective": OBJECTIVES.get(proposal.objective),
+        "objective": NAMES["objectives"].get(proposal.objective),
         "bare": rows["bare_rms_g"].max(),
         "after": dict(rows.sort_values("acceleration_rms_g").iloc[-1]),
         "gap": _gap(proposal),
     }
-    if proposal.objective in OBJECTIVES:
+    if proposal.objective in NAMES["objectives"]:
         error = best["objective"] * np.log(10) / 20 * best["reduction_error_db"]
         values["objective_error"] = error
     return sentence("optimise_headline.html", values)

@@ -3,18 +3,7 @@
 import pandas as pd
 
 from pidpanel.report.html import PageSection, template_section
-from pidpanel.report.text import records
-
-# Symbols of the quantities of a layer in ``response/stress.csv``.
-SYMBOLS = {
-    "von_mises": "σ_v",
-    "stress_xx": "σ_xx",
-    "stress_yy": "σ_yy",
-    "stress_xy": "τ_xy",
-    "strain_xx": "ε_xx",
-    "strain_yy": "ε_yy",
-    "strain_xy": "γ_xy",
-}
+from pidpanel.report.text import NAMES, records
 
 
 def stress_section(stress: pd.DataFrame) -> PageSection:
@@ -27,6 +16,6 @@ def stress_section(stress: pd.DataFrame) -> PageSection:
     values = {
         "rows": records(worst[[*place, "three_sigma"]].join(rms, on=place)),
         "units": units["unit"].to_dict(),
-        "symbols": SYMBOLS,
+        "symbols": NAMES["stresses"],
     }
     return template_section("stress.html", "Strain and stress", values)
