@@ -20,28 +20,6 @@ FILES = {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"}
 # What completes an argument in each shell.
 FOLDERS = {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"}
 
-DESCRIPTION = """\
-From a study file to the acceleration PSDs of a panel with particle dampers.
-
-  pidpanel new wing.yaml           write a commented study, then edit it
-  pidpanel check wing.yaml         report mistakes, masses, natural frequencies, levels, time
-  pidpanel run wing.yaml           compute it and write results/wing/report.html
-  pidpanel status wing.yaml        show what is done, failed and left
-"""
-
-EPILOG = """\
-Results are in the folder results of the working folder, or of --directory. Paths in a study are
-relative to the folder of the study. The name of a study that comes with pidpanel, such as
-l_panel.yaml, also works, unless the working folder has a file of this name.
-
-exit codes:
-  0    done; status: nothing is left
-  1    a run failed or is incomplete; status: something failed or is left
-  2    mistakes in the command, the study or one of its files, one per line
-  3    the machine: LIGGGHTS is not installed, the disk is full, a folder is not writable
-  130  stopped by Ctrl-C; the same command resumes
-"""
-
 
 class Parser(argparse.ArgumentParser):
     """A parser that answers a mistake in one line."""
@@ -55,8 +33,8 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of the command with all its subcommands."""
     whole = Parser(
         prog="pidpanel",
-        description=DESCRIPTION,
-        epilog=EPILOG,
+        description=_text("description.txt"),
+        epilog=_text("epilog.txt"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     whole.add_argument("--version", action="version", version=f"%(prog)s {version('pidpanel')}")
@@ -74,6 +52,11 @@ def parser() -> argparse.ArgumentParser:
         module.add_arguments(subparser)
         subparser.set_defaults(call=module.call)
     return whole
+
+
+def _text(name: str) -> str:
+    """Return a text beside this module, as ``--help`` prints it."""
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
 def parsed(arguments: Sequence[str]) -> argparse.Namespace:
