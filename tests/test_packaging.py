@@ -53,7 +53,7 @@ def test_a_wheel_holds_all_that_a_run_needs_and_finds_it(tmp_path):
     for name in ("cases.csv", "datapackage.json"):
         assert (tmp_path / "lib" / "pidpanel" / "atlas" / name).is_file()
     tables = [f"{stage}/variables.csv" for stage in ("base", "panel", "response")]
-    for name in (*tables, "study/words.yaml", "cli/description.txt", "cli/epilog.txt"):
+    for name in (*tables, "study/words.yaml", "cli/commands.toml"):
         assert (tmp_path / "lib" / "pidpanel" / name).is_file()
 
 
