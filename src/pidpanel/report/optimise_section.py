@@ -23,6 +23,10 @@ from pidpanel.report.text import NAMES, number, records, value_text
 NARROW = 5.2  # width of a picture, two of which make a row [in]
 
 
+# What the search makes small, where it is no rms acceleration of the points.
+OBJECTIVES: dict[str, str] = NAMES["objectives"]
+
+
 # What drives the panel, by the name of the excitation.
 UNDER = {"sound": "under sound", "base": "on the moving base"}
 
@@ -36,12 +40,12 @@ def proposal_headline(proposal: ProposalResults) -> str:
         **_values(proposal),
         "patches": patches_text(proposal.layouts, 1),
         "size": proposal.layouts[["size_x_m", "size_y_m"]].iloc[0].tolist(),
-        "objective": NAMES["objectives"].get(proposal.objective),
+        "objective": OBJECTIVES.get(proposal.objective),
         "bare": rows["bare_rms_g"].max(),
         "after": dict(rows.sort_values("acceleration_rms_g").iloc[-1]),
         "gap": _gap(proposal),
     }
-    if proposal.objective in NAMES["objectives"]:
+    if proposal.objective in OBJECTIVES:
         error = best["objective"] * np.log(10) / 20 * best["reduction_error_db"]
         values["objective_error"] = error
     return sentence("optimise_headline.html", values)
