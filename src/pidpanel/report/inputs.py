@@ -213,13 +213,9 @@ def read_measurements(folder: Path) -> MeasurementResults:
 
 def read_damping(damper: str, folder: Path) -> DampingResults:
     """Read what the damping stage left of a coupon."""
-
-    def file(name: str) -> Path:
-        return of_damper(folder / "damping", damper, name)
-
-    return DampingResults(
-        surface_files.from_dataset(read_dataset(file("surface.nc"))), pd.read_csv(file("law.csv"))
-    )
+    names = ("surface.nc", "law.csv")
+    surface, law = (of_damper(folder / "damping", damper, name) for name in names)
+    return DampingResults(surface_files.from_dataset(read_dataset(surface)), pd.read_csv(law))
 
 
 def without_errors(
