@@ -14,10 +14,9 @@ from pidpanel.geometry.polygon import overlap, signed_area
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
 from pidpanel.study.base_motion import BaseMotion, RandomMotion
-from pidpanel.study.document import Document
+from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
 from pidpanel.study.panel import Panel, named_place
-from pidpanel.study.reading import study_in
 from pidpanel.study.response import LEAST_SPAN, Response
 from pidpanel.study.sound import Sound
 from pidpanel.text_files import TextFileError, read_text

@@ -12,10 +12,9 @@ from pidpanel.study.base import Fill, RelativeError, SectionModel, Text, file_in
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import CouponStudy
 from pidpanel.study.dampers import MassPerArea
-from pidpanel.study.document import Document
+from pidpanel.study.document import Document, section_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity, whole
-from pidpanel.study.reading import section_in
 from pidpanel.study.requirements import mistakes_of_coupon, mistakes_of_fill
 from pidpanel.study.sweep import Frequency, Gamma
 
