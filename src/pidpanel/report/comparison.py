@@ -87,12 +87,12 @@ def differences(first: Side, second: Side) -> pd.DataFrame:
     if base["reading"].nunique() == rival["reading"].nunique() == 1:
         rival["reading"] = base["reading"].iloc[0]
     shared = base.merge(rival, on=KEYS, suffixes=[f"_{side}" for side in SIDES])
-    rms, other = shared["rms_first"], shared["rms_second"]
-    reduction = 20 * np.log10(rms / other)
-    relative = np.hypot(shared["error_first"] / rms, shared["error_second"] / other)
+    rms, rival_rms = shared["rms_first"], shared["rms_second"]
+    reduction = 20 * np.log10(rms / rival_rms)
+    relative = np.hypot(shared["error_first"] / rms, shared["error_second"] / rival_rms)
     error = 20 / np.log(10) * relative
     verdicts = {
-        "the same": np.abs(rms - other) <= SAME * rms,
+        "the same": np.abs(rms - rival_rms) <= SAME * rms,
         "not judged: no stated error": np.isnan(error),
         "within the errors": np.abs(reduction) <= SIGNIFICANCE * error,
         "lower": reduction > 0,
