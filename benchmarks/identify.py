@@ -37,7 +37,7 @@ from pidpanel.damping.atlas_files import read_atlas, read_rows
 from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
 from pidpanel.identify.prediction import Specimen, Tones
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS, STUDIES
-from pidpanel.study.atlas import FILLS, FRICTION, RESTITUTION
+from pidpanel.study.requirements import FILLS, FRICTION, RESTITUTION
 
 NOISE, FILL_ERROR = 0.03, 0.01
 TONES = 6  # of a laboratory of several

@@ -16,7 +16,7 @@ from pidpanel.cli.study_overview import overview
 from pidpanel.coupon.liggghts.trust import TRUST
 from pidpanel.solve.lines import LINES_AT_MOST, frequency_grid
 from pidpanel.study import StudyError, load_any_study
-from pidpanel.study.masses import resolved_masses
+from pidpanel.study.dampers import resolved_masses
 
 STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
 TEMPLATES = Path(__file__).parents[1] / "templates"

@@ -44,7 +44,7 @@ def refused(capsys, *arguments):
 
 
 def test_help_says_what_and_in_which_order(capsys):
-    # red: a command left out of COMMANDS, or without HELP; EPILOG without its exit codes
+    # red: a command left out of COMMANDS, or without its help; the epilog without its exit codes
     code, out, _ = answer(capsys, "--help")
     assert code == 0
     listed = out.split("commands, in the order of use")[1]

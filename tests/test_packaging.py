@@ -52,6 +52,9 @@ def test_a_wheel_holds_all_that_a_run_needs_and_finds_it(tmp_path):
     assert copied == own and pages / "uplot" / "LICENSE" in own
     for name in ("cases.csv", "datapackage.json"):
         assert (tmp_path / "lib" / "pidpanel" / "atlas" / name).is_file()
+    tables = [f"{stage}/variables.csv" for stage in ("base", "panel", "response")]
+    for name in (*tables, "study/words.yaml", "cli/commands.toml"):
+        assert (tmp_path / "lib" / "pidpanel" / name).is_file()
 
 
 def test_links_of_the_readme_hold_elsewhere_once_a_release_names_its_address(tmp_path):

@@ -37,7 +37,6 @@ from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
-from pidpanel.report.read import without_errors
 from pidpanel.response.from_study import write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
@@ -202,32 +201,18 @@ class Model:
             if refused := [x for x in coordinate.tolist() if not 0 < x <= top]:
                 raise StudyError(f"{key} = {refused[0]:g}: must be above 0{limit}")
         reading = self._reading(source)
-        shape = (len(fills), len(frequency), len(gammas))
-        damping, error, mass, inside = np.full((4, *shape), np.nan)
-        for i, fill in enumerate(fills.tolist()):
-            for k, gamma in enumerate(gammas.tolist()):
-                values = reading(frequency, fill, gamma)
-                damping[i, :, k] = values.equivalent_damping
-                error[i, :, k] = values.equivalent_damping_error
-                mass[i, :, k] = values.apparent_mass
-                inside[i, :, k] = values.inside
+        values = [[reading(frequency, r, g) for g in gammas.tolist()] for r in fills.tolist()]
         dims = "fill_fraction frequency acceleration"
-        return xr.Dataset(
-            {
-                "equivalent_damping": variable(dims, damping, "N s m-3", "C_e"),
-                "equivalent_damping_error": variable(
-                    dims, error, "N s m-3", "standard error of C_e"
-                ),
-                "apparent_mass": variable(dims, mass, "kg m-2", "m_a"),
-                "inside": variable(dims, inside, "1", "1 where the value is not extrapolated"),
-            },
-            {
-                "fill_fraction": variable("fill_fraction", fills, "1"),
-                "frequency": variable("frequency", frequency, "Hz"),
-                "acceleration": variable("acceleration", gammas, "g", "Γ"),
-            },
-            stamp(self.study),
-        )
+        variables = {}
+        for name, (units, meaning) in DAMPING.items():
+            array = np.array([[getattr(of_gamma, name) for of_gamma in row] for row in values])
+            variables[name] = variable(dims, array.swapaxes(1, 2).astype(float), units, meaning)
+        coordinates = {
+            "fill_fraction": variable("fill_fraction", fills, "1"),
+            "frequency": variable("frequency", frequency, "Hz"),
+            "acceleration": variable("acceleration", gammas, "g", "Γ"),
+        }
+        return xr.Dataset(variables, coordinates, stamp(self.study))
 
     def cases(self, damper: str = SECTION) -> pd.DataFrame:
         """Return the table of the simulated cases of a damper, ``coupon/cases.csv``."""
@@ -267,7 +252,9 @@ class Model:
         ResultsError
             If it depends on LIGGGHTS and the study was not run, or has changed since.
         """
-        from pidpanel.report.from_study import partly_known  # matplotlib is slow to import
+        # matplotlib is slow to import
+        from pidpanel.report.from_study import partly_known
+        from pidpanel.report.inputs import without_errors
 
         study, files = self._with_panel(), self._stages
         if "psd.nc" not in files:
@@ -369,6 +356,14 @@ class Model:
     def _surface(self, damper: str) -> Path:
         return self._result(str(of_damper(Path("damping"), damper, "surface.nc")))
 
+
+# Of C_e and m_a: unit and meaning.
+DAMPING = {
+    "equivalent_damping": ("N s m-3", "C_e"),
+    "equivalent_damping_error": ("N s m-3", "standard error of C_e"),
+    "apparent_mass": ("kg m-2", "m_a"),
+    "inside": ("1", "1 where the value is not extrapolated"),
+}
 
 # Columns of ``summary.csv``: name in a dataset, unit, factor.
 RMS = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,3 +37,10 @@ def variable(dims: str, values: ArrayLike, units: str, long_name: str = "") -> x
 
     attributes = {"units": units, "long_name": long_name} if long_name else {"units": units}
     return xr.Variable(dims.split(), values, attributes)
+
+
+def described_variables(file: Path) -> dict[str, tuple[str, str, str]]:
+    """Return dimensions, unit and long name of variables, from a table beside the code."""
+    with file.open(encoding="utf-8", newline="") as stream:
+        _, *rows = csv.reader(stream)
+    return {name: (dims, unit, long_name) for name, dims, unit, long_name in rows}

@@ -14,12 +14,10 @@ from pidpanel.geometry.polygon import overlap, signed_area
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
 from pidpanel.study.base_motion import BaseMotion, RandomMotion
-from pidpanel.study.document import Document
+from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
 from pidpanel.study.panel import Panel, named_place
-from pidpanel.study.reading import study_in
 from pidpanel.study.response import LEAST_SPAN, Response
-from pidpanel.study.severity import Severity
 from pidpanel.study.sound import Sound
 from pidpanel.text_files import TextFileError, read_text
 
@@ -146,7 +144,8 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     # two seconds of imports that a study of the coupon alone does not need
     from pidpanel.damping.laws import FREQUENCY_RANGE
     from pidpanel.solve.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
-    from pidpanel.study.masses import resolved_masses
+    from pidpanel.spectra.acceleration_table import read_base_table
+    from pidpanel.study.dampers import resolved_masses
 
     low, high = study.response.frequency_hz
     outside_law = not (FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1])
@@ -167,8 +166,9 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     yield from _check_layouts(study)
     if study.base is not None and study.base.random is not None:
         yield from _check_base(study.base, study.base.random, study.response)
-    if study.severity is not None:
-        yield from _check_limits(study.severity)
+    for point, path in study.severity.limits.items() if study.severity else ():
+        limit = partial(read_base_table, path)
+        yield from read_at(("severity", "limits", point), limit)
     if study.measurements:
         from pidpanel.measurement.from_study import mistakes_of_files
 
@@ -281,13 +281,6 @@ def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) ->
             if value is not None and value < lowest:
                 says = f"must be at least {lowest:.2g}, 30 dB below all of the input; lower that"
                 yield Mistake(("base", "limits", "points", name, key), says)
-
-
-def _check_limits(severity: Severity) -> Iterator[Mistake]:
-    from pidpanel.spectra.acceleration_table import read_base_table
-
-    for point, path in severity.limits.items():
-        yield from read_at(("severity", "limits", point), partial(read_base_table, path))
 
 
 def _check_masses(panel: Panel) -> Iterator[Mistake]:

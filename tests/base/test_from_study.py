@@ -15,9 +15,8 @@ from pidpanel.measurement.from_study import write_measurements
 from pidpanel.paths import DATA
 from pidpanel.report import style
 from pidpanel.report.base_section import base_section
-from pidpanel.report.inputs import MeasurementResults
+from pidpanel.report.inputs import MeasurementResults, read_base
 from pidpanel.report.measurement_section import curves_of, measurement_section
-from pidpanel.report.read import read_base
 from pidpanel.solve.basis_error import lines_to_try
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study import StudyError, load_study

@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from pidpanel.study import load_any_study, yaml_loader
+from pidpanel.study import document, load_any_study
 from pidpanel.study.document import Document
 
 KEYS = "must be a mapping with keys such as name, coupon, panel"
@@ -124,7 +124,7 @@ def test_a_file_whose_name_cannot_be_that_of_the_study_is_told_what_to_do(
 def test_every_number_is_read_as_yaml_1_2_has_it():
     # red: a resolver of YAML 1.1
     text = "a: [1, -1, +1, 0, 1.5, 1e3, 1.e-3, .5, -.inf, 010, 0x1, 1_0, 1:2, on, y, 2024-01-01]"
-    found = yaml.load(text, yaml_loader.Loader)["a"]
+    found = yaml.load(text, document.Loader)["a"]
     assert found == [1, -1, 1, 0, 1.5, 1000.0, 1e-3, 0.5, float("-inf"), "010", "0x1", "1_0",
                      "1:2", "on", "y", "2024-01-01"]  # fmt: skip
 

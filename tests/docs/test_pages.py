@@ -94,7 +94,7 @@ def texts_of_the_package():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 yield " ".join(node.value.split())
-    for path in PACKAGE.rglob("*.html"):
+    for path in (*PACKAGE.rglob("*.html"), *PACKAGE.rglob("*.yaml")):
         yield " ".join(path.read_text(encoding="utf-8").split())
 
 

@@ -87,7 +87,7 @@ OTHERS = {
     "panel": "basis_files first fit plate_files flat_mesh gmsh_files from_study matrices mesh nastran tables",
     "sound": "field_files from_study",
     "coupled": "beds checkpoints estimate_files from_study pieces process record_files scenario",
-    "base": "from_study panel tables",
+    "base": "from_study tables",
     "severity": "from_study tables",
     "optimise": "excited finalists from_study options placed",
     "measurement": "files from_study",

@@ -95,7 +95,14 @@ def test_files_count_by_their_content_and_order(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "file", ["pidpanel/panel/plate.py", "workflow/scripts/panel.py", "templates/a.j2", "data/b.csv"]
+    "file",
+    [
+        "pidpanel/panel/plate.py",
+        "pidpanel/base/variables.csv",
+        "workflow/scripts/panel.py",
+        "templates/a.j2",
+        "data/b.csv",
+    ],
 )
 def test_the_digest_of_the_package_follows_its_files_and_not_where_they_are(
     tmp_path, monkeypatch, file
@@ -106,6 +113,7 @@ def test_the_digest_of_the_package_follows_its_files_and_not_where_they_are(
         root = tmp_path / name
         for path in (
             "pidpanel/panel/plate.py",
+            "pidpanel/base/variables.csv",
             "workflow/scripts/panel.py",
             "templates/a.j2",
             "data/b.csv",

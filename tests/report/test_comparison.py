@@ -11,10 +11,8 @@ import xarray as xr
 from pidpanel import cli
 from pidpanel.report.comparison import (
     BEST,
-    Difference,
     NothingInCommon,
     Side,
-    Value,
     comparison_lines,
     comparison_page,
     differences,
@@ -55,15 +53,15 @@ def side(name, values, reading="dem", point="P"):
 )
 def test_a_difference_counts_from_two_standard_errors(one, other, verdict):
     # red: SIGMAS = 1; the errors added in place of their squares; a NaN taken for 0
-    values = (Value("a", "dem", *one), Value("a", "dem", *other))
-    assert Difference(("dem", "a", "P"), *values).verdict == verdict
+    found = differences(side("one", [("a", *one)]), side("other", [("a", *other)]))
+    assert set(found["verdict"]) == {verdict}
 
 
 def test_the_reduction_and_its_error_are_those_of_the_ratio():
     # red: 10 in place of 20; the ratio turned over
-    found = Difference(("dem", "a", "P"), Value("a", "dem", 10, 0.3), Value("a", "dem", 8, 0.4))
-    assert found.reduction == pytest.approx(20 * math.log10(10 / 8))
-    assert found.error == pytest.approx(8.685889638 * math.hypot(0.03, 0.05))
+    found = differences(side("one", [("a", 10, 0.3)]), side("other", [("a", 8, 0.4)]))
+    assert found["reduction"].tolist() == pytest.approx([20 * math.log10(10 / 8)] * 2)
+    assert found["error"].tolist() == pytest.approx([8.685889638 * math.hypot(0.03, 0.05)] * 2)
 
 
 def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
@@ -71,10 +69,10 @@ def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
     one = side("one", [("bare", 10, np.nan), ("x", 8, 0.1), ("y", 7, 0.1)])
     other = side("other", [("bare", 10, np.nan), ("x", 5, 0.1), ("z", 6, 0.1)], reading="table")
     one.summary["added_mass_kg"], other.summary["added_mass_kg"] = [0, 0.2, 0.1], [0, 0.3, 0.4]
-    found = {d.key[1]: d for d in differences(one, other)}
-    assert set(found) == {"bare", "x", BEST}
-    assert (found[BEST].first.scenario, found[BEST].second.scenario) == ("y", "x")
-    assert found["bare"].verdict == "the same"
+    found = differences(one, other).set_index("scenario")
+    assert list(found.index) == ["bare", "x", BEST]
+    assert found.loc[BEST, ["label_first", "label_second"]].tolist() == ["y", "x"]
+    assert found.loc["bare", "verdict"] == "the same"
     assert list(missing_scenarios(one, other)) == ["only in one: y", "only in other: z"]
     lines = list(comparison_lines(one, other))
     assert lines[0].split()[:4] == ["damping", "model", "scenario", "point"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.report.from_study import partly_known
-from pidpanel.report.read import without_errors
+from pidpanel.report.inputs import without_errors
 from pidpanel.study import load_study
 
 DAMPERS = """

@@ -11,7 +11,7 @@ from pidpanel.damping import fit, surface_files
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
 from pidpanel.report.from_study import read_coupon
-from pidpanel.report.read import read_coupled, read_damping
+from pidpanel.report.inputs import read_coupled, read_damping
 from pidpanel.study import StudyError, load_study
 
 DAMPING = """

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from pidpanel.report import from_study, read
+from pidpanel.report import from_study, inputs
 from pidpanel.report.html import write_figures
 from pidpanel.study import StudyError, load_any_study
 from tests.jobs import call
@@ -84,7 +84,7 @@ def test_names_that_look_like_numbers_stay_names(table):
             (folder / "response" / name).read_text().replace("centre", "007").replace("Edge", "012")
         )
         (folder / "numbered.csv").write_text(text)
-        frame = read.read_by_point(folder / "numbered.csv")
+        frame = inputs.read_by_point(folder / "numbered.csv")
         assert set(frame["point"]) == {"007", "012"}, name
 
 

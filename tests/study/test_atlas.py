@@ -7,7 +7,7 @@ import yaml
 
 from pidpanel.atlas.table import PACKAGE_FILE
 from pidpanel.paths import ATLAS_CASES, STUDIES
-from pidpanel.study import atlas, load_study
+from pidpanel.study import load_study, requirements
 
 
 def studied(tmp_path, change):
@@ -64,7 +64,7 @@ def test_gravity_is_along_or_across_the_motion(tmp_path, keys, direction):
         values["dampers"]["steel"]["coupon"].update(keys)
 
     study = studied(tmp_path, change)
-    assert atlas.direction_of(study.all_dampers["steel"].coupon) == direction
+    assert requirements.direction_of(study.all_dampers["steel"].coupon) == direction
 
 
 def test_ranges_are_those_of_the_table():
@@ -73,11 +73,11 @@ def test_ranges_are_those_of_the_table():
 
     cases = pd.read_csv(ATLAS_CASES)
     for column, allowed in (
-        ("fill_fraction", atlas.FILLS),
-        ("restitution", atlas.RESTITUTION),
-        ("friction", atlas.FRICTION),
-        ("width_per_diameter", atlas.WIDTH),
-        ("depth_per_diameter", atlas.DEPTH),
+        ("fill_fraction", requirements.FILLS),
+        ("restitution", requirements.RESTITUTION),
+        ("friction", requirements.FRICTION),
+        ("width_per_diameter", requirements.WIDTH),
+        ("depth_per_diameter", requirements.DEPTH),
     ):
         low, high = cases[column].min(), cases[column].max()
         assert 0.95 * allowed[0] <= low <= allowed[0] * 1.3, column

@@ -5,7 +5,7 @@ from pydantic import ValidationError
 
 from pidpanel.study.dampers import ALLOWED, Damper, mass_in_table
 from pidpanel.study.damping import Damping
-from pidpanel.study.explaining import mistakes_of
+from pidpanel.study.mistakes import mistakes_of
 
 SWEEP = {"frequency_hz": [100], "acceleration_g": [10]}
 C, M = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"

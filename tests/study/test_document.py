@@ -100,7 +100,7 @@ def test_a_merged_mapping_has_the_values_of_both(tmp_path):
 
 
 def test_a_value_that_holds_itself_is_refused(tmp_path):
-    # red: no look at `above` in yaml_loader._count
+    # red: no look at `above` in document._count
     told = refused(tmp_path, "coupon: {cell: &a [*a]}\n")
     assert told == "mine.yaml:1: not YAML: an alias contains itself"
 

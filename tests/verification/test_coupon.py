@@ -5,15 +5,18 @@ import pytest
 
 from pidpanel.damping import inelastic
 from pidpanel.verification.coupon import CASES, contacts, shaken
+from pidpanel.verification.rows import COMPARISONS
 
 pytestmark = pytest.mark.liggghts
+
+TOLERANCE = {name: values["tolerance"] for name, values in COMPARISONS.items()}
 
 
 @pytest.mark.parametrize("restitution", [0.3, 0.6, 0.8, 0.95])
 def test_a_collision_loses_what_its_restitution_says(tmp_path, restitution):
     # first order in the step, 1.0 % at a tenth of the Rayleigh time; red: e + 0.02 in the deck
     lost = contacts.energy_lost(tmp_path, restitution, 0.1)
-    assert lost == pytest.approx(1 - restitution**2, rel=contacts.COLLISION_TOLERANCE)
+    assert lost == pytest.approx(1 - restitution**2, rel=TOLERANCE["collision"])
 
 
 def test_the_error_of_a_collision_falls_in_proportion_to_the_step(tmp_path):
@@ -30,14 +33,14 @@ def test_the_error_of_a_collision_falls_in_proportion_to_the_step(tmp_path):
 
 def test_a_collision_without_loss_loses_nothing(tmp_path):
     lost = contacts.energy_lost(tmp_path, 1.0, 0.1)
-    assert np.abs(lost).max() < contacts.LOSSLESS_TOLERANCE
+    assert np.abs(lost).max() < TOLERANCE["lossless"]
 
 
 def test_a_sliding_sphere_ends_rolling_at_five_sevenths_of_its_speed(tmp_path):
     # no time constant is in the answer, only momentum; red: a ninth of the friction, which
     # leaves it sliding
     speed = contacts.rolling_speed(tmp_path, 0.2) / 0.2
-    assert speed == pytest.approx(5 / 7, rel=contacts.SLIDING_TOLERANCE)
+    assert speed == pytest.approx(5 / 7, rel=TOLERANCE["sliding"])
 
 
 @pytest.mark.parametrize("case", ["rolling", "oblique", "peak", "growth"])
@@ -50,7 +53,7 @@ def test_a_ball_that_lands_once_a_period_loses_what_the_closed_form_says(tmp_pat
     # red: the floor's restitution 0.55
     _, energy = shaken.ball(tmp_path, restitution=0.5, gamma=1.25)
     truth = inelastic.ball_energy(1.25, 0.5)
-    assert energy == pytest.approx(truth, rel=shaken.BALL_TOLERANCE)
+    assert energy == pytest.approx(truth, rel=TOLERANCE["ball"])
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +70,7 @@ def test_many_inelastic_spheres_in_a_box_lose_what_a_perfectly_inelastic_slug_do
     _, one = shaken.slug(tmp_path / "one", settled, 1, 2.0, count=4)
     # a lone sphere keeps e = 0.3 of its speed and is 16 % off; four layers of them are not;
     # red: L taken as the whole depth of the cell
-    assert many == pytest.approx(truth, rel=shaken.SLUG_TOLERANCE)
+    assert many == pytest.approx(truth, rel=TOLERANCE["slug"])
     assert abs(one - truth) > 0.1 * truth
 
 
@@ -78,11 +81,11 @@ def test_many_inelastic_spheres_on_a_floor_lose_what_a_perfectly_inelastic_bed_d
     _, many = shaken.floor_bed(tmp_path / "many", settled, 48, 2.0, count=6)
     _, one = shaken.floor_bed(tmp_path / "one", settled, 1, 2.0, count=6)
     # a lone sphere is 14 % off; red: the amplitude 10 % too large
-    assert many == pytest.approx(truth, rel=shaken.FLOOR_TOLERANCE)
+    assert many == pytest.approx(truth, rel=TOLERANCE["floor"])
     assert abs(one - truth) > 0.1 * truth
 
 
 def test_below_one_g_a_bed_on_a_floor_loses_nothing(tmp_path, settled):
     _, energy = shaken.floor_bed(tmp_path, settled, 12, 0.9, count=5)
     # 0 in truth; half a per cent of the largest loss; red: Γ = 1.1
-    assert abs(energy) < shaken.ONSET_TOLERANCE
+    assert abs(energy) < TOLERANCE["onset"]

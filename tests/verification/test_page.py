@@ -7,8 +7,7 @@ import pytest
 from pidpanel.damping import inelastic
 from pidpanel.report import html
 from pidpanel.verification import page as verification_page
-from pidpanel.verification.coupon import contacts, shaken
-from pidpanel.verification.rows import Row
+from pidpanel.verification.rows import COMPARISONS, Row
 from tests.page_reader import blocks_of
 
 
@@ -39,16 +38,26 @@ def family(case, truth, levels, errors, tolerance):
 @pytest.fixture(scope="module")
 def rows():
     collisions = [
-        row(contacts.COLLISION, (1 - e**2) * (1 + 0.1 * step), 1 - e**2,
+        row(COMPARISONS["collision"]["case"], (1 - e**2) * (1 + 0.1 * step), 1 - e**2,
             0.02 if step == 0.1 else math.nan, e, step)
         for e in (0.3, 0.8) for step in (0.2, 0.1, 0.05)
     ]  # fmt: skip
     return [
         *collisions,
         *family(
-            shaken.SLUG, inelastic.slug_energy, (1.0, 2.0), {1: -0.16, 12: -0.04, 48: 0.01}, 0.04
+            COMPARISONS["slug"]["case"],
+            inelastic.slug_energy,
+            (1.0, 2.0),
+            {1: -0.16, 12: -0.04, 48: 0.01},
+            0.04,
         ),
-        *family(shaken.FLOOR, inelastic.floor_energy, (0.9, 2.0), {1: 0.2, 48: 0.002}, 0.05),
+        *family(
+            COMPARISONS["floor"]["case"],
+            inelastic.floor_energy,
+            (0.9, 2.0),
+            {1: 0.2, 48: 0.002},
+            0.05,
+        ),
         row("Panel of Navier", 44.99, 45.0, 1e-3, unit="Hz"),
     ]
 

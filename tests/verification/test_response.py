@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.verification.response import CASES, nafems_rows
-from pidpanel.verification.response_layouts import layout_rows
+from pidpanel.verification.response import CASES, layout_rows, nafems_rows
 
 
 @pytest.mark.parametrize("name", ["miles", "power"])

@@ -18,13 +18,7 @@ from pidpanel.response.cases import ResponseScenario, plan_cases
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.refinement import ATTEMPTS, stiffness_on_patches
-from pidpanel.solve.basis_error import (
-    ALLOWED,
-    BasisCheck,
-    ErrorsAt,
-    check_basis,
-    lines_to_try,
-)
+from pidpanel.solve.basis_error import ALLOWED, BasisCheck, ErrorsAt, check_basis, lines_to_try
 from pidpanel.solve.elements import ElementMotion
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.supports import SupportedPanel, integrals_of_shapes, supported_panel

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,6 @@ from pidpanel.arrays import Array, Complexes
 from pidpanel.base import tables
 from pidpanel.base.basis_check import checked_panel
 from pidpanel.base.notching import Limit
-from pidpanel.base.panel import Shaker
 from pidpanel.base.random import random_cases
 from pidpanel.base.sine import SineSweep, interface_force, sweep
 from pidpanel.base.sine_errors import damping_errors, sweep_errors
@@ -22,11 +22,11 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.plate_files import read_plate
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
-from pidpanel.response.cases import ResponseScenario, plan_cases
+from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolving
 from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import damping_models, read_panel_mass
-from pidpanel.response.panel import ResponsePanel, Settings
+from pidpanel.response.panel import ResponsePanel, Settings, ShiftOfWave
 from pidpanel.response.refinement import mesh_shifts
 from pidpanel.response.results import write_csv
 from pidpanel.solve.layout import Load
@@ -36,6 +36,7 @@ from pidpanel.solve.supports import (
     Inertia,
     SupportedPanel,
     observed_motions,
+    with_translation,
 )
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
@@ -43,6 +44,41 @@ from pidpanel.study import Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
 from pidpanel.study.damping import COUPLED
 from pidpanel.study.scenarios import Scenario
+
+
+@dataclass(frozen=True)
+class Shaker:
+    """A random motion of the supports of a panel in vacuum."""
+
+    settings: Settings  # of the panel; its frequencies are those of the spectrum
+    spectrum: BreakPoints  # [g²/Hz]
+    mass_per_area: float  # of the panel, without dampers [kg/m²]
+    shift_of_wave: ShiftOfWave  # as of `ResponsePanel`
+    change_near_supports: Array | float  # likewise
+
+    def panel(self, supported: SupportedPanel) -> ResponsePanel:
+        """Return a panel under the motion."""
+        inertia = supported.inertia
+        level = replace(self.spectrum, psd=STANDARD_GRAVITY**2 * self.spectrum.psd)
+        low, high = self.spectrum.frequency[[0, -1]].tolist()
+        return ResponsePanel(
+            replace(self.settings, frequency_range=(low, high)),
+            with_translation(supported.basis, inertia),
+            BaseExcitation.of_inertia(level, inertia),
+            mass_per_area=self.mass_per_area,
+            shift_of_wave=self.shift_of_wave,
+            change_near_supports=self.change_near_supports,
+        )
+
+    def panel_with(
+        self,
+        supported: SupportedPanel,
+        scenarios: Sequence[ResponseScenario],
+        models: DampingModels,
+    ) -> ResponsePanel:
+        """Return the panel with lines for the resonances that the dampers of scenarios make."""
+        panel = self.panel(supported)
+        return resolving(panel, heaviest_dampers(panel, scenarios, models))
 
 
 def base_scenarios(study: Study) -> list[ResponseScenario]:

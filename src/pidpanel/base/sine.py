@@ -115,8 +115,7 @@ def _other_motion(outcome: Map, x: Array) -> tuple[Array, float]:
         return iterate(outcome, x, TOLERANCE, STEPS)
     stable = [solution for solution in solutions if solution.stable]
     nearest = min(
-        stable or solutions,
-        key=lambda solution: float(np.abs(solution.log_gamma - x).max()),
+        stable or solutions, key=lambda solution: float(np.abs(solution.log_gamma - x).max())
     )
     return nearest.log_gamma, nearest.residual
 

@@ -1,12 +1,13 @@
 """Curves of all cases as datasets, and tables of their rms values and peaks."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.arrays import Array, variable
+from pidpanel.arrays import Array, described_variables, variable
 from pidpanel.base.notching import Limit
 from pidpanel.base.random import RandomCase
 from pidpanel.constants import STANDARD_GRAVITY
@@ -17,32 +18,8 @@ from pidpanel.solve.uncertainty import StandardErrors
 
 INPUTS, DIRECTIONS = ("stated", "notched"), ("up", "down")
 
-# Dimensions, unit and long name of each variable of a case
-VARIABLES = {
-    "input_psd": ("frequency", "m2 s-4 Hz-1", "one-sided PSD of the acceleration of the supports"),
-    "absolute_acceleration_psd": (
-        "frequency point", "m2 s-4 Hz-1", "one-sided PSD of the absolute acceleration"),
-    "relative_displacement_psd": (
-        "frequency point", "m2 Hz-1", "one-sided PSD relative to the supports"),
-    "interface_force_psd": ("frequency", "N2 Hz-1", "one-sided PSD of the force of all supports"),
-    "log_error": (
-        "frequency point", "1", "standard error of ln of the absolute acceleration PSD"),
-    "log_rms_error": ("point", "1", "standard error of ln of the rms absolute acceleration"),
-    "force_log_error": ("frequency", "1", "standard error of ln of the PSD of the force"),
-    "force_log_rms_error": ("", "1", "standard error of ln of the rms force"),
-    "outside_share": ("", "1", "share of the lines at which the damping is outside its data"),
-    "acceleration": ("frequency point", "m s-2", "amplitude of the absolute acceleration"),
-    "relative_displacement": (
-        "frequency point", "m", "amplitude of the deflection relative to the supports"),
-    "interface_force": ("frequency", "N", "amplitude of the force of all supports"),
-    "acceleration_log_error": ("frequency point", "1", "standard error of ln of that amplitude"),
-    "interface_force_log_error": ("frequency", "1", "standard error of ln of that amplitude"),
-    "motion_residual": ("", "1", "largest residual of the consistent motion of any line"),
-    "mesh_error": ("point", "1", "largest relative error of the PSD of any line due to the mesh"),
-    "mesh_error_rms": ("point", "1", "relative error of the rms acceleration due to the mesh"),
-    "point_error_rms": (
-        "point", "1", "change of the rms acceleration with half the elements, at single points"),
-}  # fmt: skip
+# Of a case
+VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
 
 
 def mode_rows(basis: PanelBasis, inertia: Inertia) -> pd.DataFrame:

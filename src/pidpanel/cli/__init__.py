@@ -1,7 +1,7 @@
 """The command ``pidpanel``: from a new study to its page, in the order of its help.
 
-Each subcommand is a module here with ``HELP``, ``add_arguments`` and ``call``. None of them imports
-a study or numpy before it is called, so that help and completion come at once.
+Each subcommand is a module here with ``call``; its arguments are in ``commands.toml``. None of them
+imports a study or numpy before it is called, so that help and completion come at once.
 """
 
 import errno

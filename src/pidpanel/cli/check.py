@@ -5,15 +5,6 @@ The time is that of the LIGGGHTS runs that are not yet there, on a core of 2.5 G
 
 import argparse
 
-from pidpanel.cli.parser import add_directory, add_study
-
-HELP = "Check a study and print what it would run."
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_study(parser)
-    add_directory(parser)
-
 
 def call(args: argparse.Namespace) -> int:
     from pidpanel.check import checked_study

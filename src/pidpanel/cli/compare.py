@@ -8,17 +8,6 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from pidpanel.cli.parser import FILES, add_directory, completed
-
-HELP = "Compare two studies: tables, PSDs and maps side by side."
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    for name, help_text in (("a", "a study or the folder of its results"), ("b", "another")):
-        completed(parser.add_argument(name, type=Path, metavar=name.upper(), help=help_text), FILES)
-    add_directory(parser)
-    parser.add_argument("--page", type=Path, metavar="FILE", help="HTML page to write")
-
 
 def call(args: argparse.Namespace) -> int:
     from pidpanel.report.comparison import comparison_lines, read_side, write_comparison

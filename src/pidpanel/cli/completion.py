@@ -6,13 +6,6 @@ pidpanel completion zsh > _pidpanel
 
 import argparse
 
-HELP = "Print a script for completion in bash, zsh or tcsh."
-SHELLS = ("bash", "zsh", "tcsh")
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("shell", choices=SHELLS, help="the shell")
-
 
 def call(args: argparse.Namespace) -> int:
     import shtab

@@ -9,18 +9,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from pidpanel.cli.parser import add_study
-
 if TYPE_CHECKING:  # numpy is slow to import
     from pidpanel.coupon.cases import Case
-
-HELP = "Print the LIGGGHTS deck of a case, or list the cases."
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_study(parser)
-    parser.add_argument("case", nargs="?", help="label of the case, or its beginning")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the packing (default: 1)")
 
 
 def call(args: argparse.Namespace) -> int:

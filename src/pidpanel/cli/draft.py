@@ -16,9 +16,9 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.study import StudyError, load_study
-from pidpanel.study.atlas import DEPTH, WIDTH
+from pidpanel.study.base import found_file
 from pidpanel.study.dampers import is_massless_table
-from pidpanel.study.files import found_file
+from pidpanel.study.requirements import DEPTH, WIDTH
 
 LOWEST, HIGHEST = 30.0, 2000.0  # of a response, where the spectrum goes that far [Hz]
 FILLS = (0.3, 0.5, 0.7, 0.9)

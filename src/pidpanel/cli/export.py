@@ -8,26 +8,6 @@ the report as PNG, SVG or PDF to results/<study>/figures, or to that folder.
 import argparse
 from pathlib import Path
 
-from pidpanel.cli.parser import add_directory, add_study
-
-HELP = "Write the files for other programs, such as Nastran tables."
-
-FORMATS = ("png", "svg", "pdf")
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_study(parser)
-    add_directory(parser)
-    parser.add_argument("--to", type=Path, metavar="FOLDER", help="folder to copy them to")
-    parser.add_argument(
-        "--figures",
-        nargs="+",
-        choices=FORMATS,
-        default=(),
-        metavar="FORMAT",
-        help="write the figures of the report too, as png, svg or pdf",
-    )
-
 
 def call(args: argparse.Namespace) -> int:
     import shutil

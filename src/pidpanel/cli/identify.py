@@ -5,16 +5,6 @@ tones, or force over acceleration in a universal file (docs/identify.md). LIGGGH
 """
 
 import argparse
-from pathlib import Path
-
-from pidpanel.cli.parser import FILES, add_directory, completed
-
-HELP = "Identify particles from a measured damper."
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    completed(parser.add_argument("file", type=Path, help="YAML file of the measurement"), FILES)
-    add_directory(parser)
 
 
 def call(args: argparse.Namespace) -> int:

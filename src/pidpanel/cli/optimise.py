@@ -10,22 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from pidpanel.cli import run
-from pidpanel.cli.parser import add_directory, add_jobs, add_study
 
 WRITTEN = 3  # layouts of the study that is written
-
-HELP = "Propose layouts of dampers within a mass budget."
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_study(parser)
-    add_jobs(parser)
-    add_directory(parser)
-    parser.add_argument(
-        "--write", type=Path, metavar="FILE", help="YAML file to write: a study of the best layouts"
-    )
-    parser.add_argument("--force", action="store_true", help="overwrite an existing file")
-    parser.set_defaults(dry_run=False)
 
 
 def call(args: argparse.Namespace) -> int:

@@ -1,46 +1,21 @@
-"""The arguments of all commands, and what ``--help`` says of them."""
+"""The arguments of all commands, as ``commands.toml`` states them."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+import math
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from pidpanel.paths import study_path
 
+STATED = tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8"))
+
 # In the order in which a study needs them; each is a module of this package.
-COMMANDS = (
-    "new", "check", "run", "optimise", "identify", "status", "report", "compare",
-    "export", "deck", "schema", "completion",
-)  # fmt: skip
-
-# as in shtab, which is imported for the command `completion` alone
-FILES = {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"}
-# What completes an argument in each shell.
-FOLDERS = {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"}
-
-DESCRIPTION = """\
-From a study file to the acceleration PSDs of a panel with particle dampers.
-
-  pidpanel new wing.yaml           write a commented study, then edit it
-  pidpanel check wing.yaml         report mistakes, masses, natural frequencies, levels, time
-  pidpanel run wing.yaml           compute it and write results/wing/report.html
-  pidpanel status wing.yaml        show what is done, failed and left
-"""
-
-EPILOG = """\
-Results are in the folder results of the working folder, or of --directory. Paths in a study are
-relative to the folder of the study. The name of a study that comes with pidpanel, such as
-l_panel.yaml, also works, unless the working folder has a file of this name.
-
-exit codes:
-  0    done; status: nothing is left
-  1    a run failed or is incomplete; status: something failed or is left
-  2    mistakes in the command, the study or one of its files, one per line
-  3    the machine: LIGGGHTS is not installed, the disk is full, a folder is not writable
-  130  stopped by Ctrl-C; the same command resumes
-"""
+COMMANDS = tuple(STATED["commands"])
 
 
 class Parser(argparse.ArgumentParser):
@@ -55,25 +30,42 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of the command with all its subcommands."""
     whole = Parser(
         prog="pidpanel",
-        description=DESCRIPTION,
-        epilog=EPILOG,
+        description=STATED["description"],
+        epilog=STATED["epilog"],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     whole.add_argument("--version", action="version", version=f"%(prog)s {version('pidpanel')}")
     commands = whole.add_subparsers(
         dest="command", required=True, metavar="command", title="commands, in the order of use"
     )
-    for name in COMMANDS:
+    for name, stated in STATED["commands"].items():
         module = import_module(f"pidpanel.cli.{name}")
         subparser = commands.add_parser(
             name,
-            help=module.HELP,
+            help=stated["help"],
             description=module.__doc__,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        module.add_arguments(subparser)
-        subparser.set_defaults(call=module.call)
+        groups: dict[str, Any] = {"": subparser}
+        for argument in stated.get("arguments", ()):
+            settings = STATED["common"].get(argument.get("use"), argument)
+            title = settings.get("group", "")
+            if title not in groups:
+                groups[title] = subparser.add_argument_group(title)
+            _add(groups[title], settings)
+        subparser.set_defaults(call=module.call, **stated.get("defaults", {}))
     return whole
+
+
+def _add(group: argparse.ArgumentParser, stated: Mapping[str, Any]) -> None:
+    """Add an argument, with what completes it in a shell."""
+    ours = ("flags", "group", "complete")
+    settings = {key: value for key, value in stated.items() if key not in ours}
+    if "type" in settings:
+        settings["type"] = TYPES[settings["type"]]
+    argument = group.add_argument(*stated["flags"], **settings)
+    if "complete" in stated:
+        argument.complete = COMPLETIONS[stated["complete"]]  # type: ignore[attr-defined]
 
 
 def parsed(arguments: Sequence[str]) -> argparse.Namespace:
@@ -89,46 +81,6 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     return args
 
 
-def add_study(parser: argparse.ArgumentParser) -> None:
-    """Add the file of a study."""
-    completed(parser.add_argument("study", type=study_path, help="YAML file of the study"), FILES)
-    parser.add_argument(
-        "--trust-deck",
-        action="store_true",
-        help="run your own decks, which can start programs and write any file",
-    )
-
-
-def add_directory(parser: argparse.ArgumentParser) -> None:
-    """Add the folder that contains ``results``."""
-    argument = parser.add_argument(
-        "-d",
-        "--directory",
-        type=Path,
-        default=Path(),
-        metavar="FOLDER",
-        help="folder that contains the folder results (default: the working folder)",
-    )
-    completed(argument, FOLDERS)
-
-
-def completed(argument: argparse.Action, how: Mapping[str, str]) -> None:
-    """Say how a shell completes an argument (`FILES`, `FOLDERS`)."""
-    argument.complete = how  # type: ignore[attr-defined]
-
-
-def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Add the number of jobs."""
-    parser.add_argument(
-        "-j",
-        "--jobs",
-        type=positive,
-        default=2,
-        metavar="N",
-        help="number of parallel jobs (default: 2)",
-    )
-
-
 def positive(text: str) -> int:
     """Return a whole number from 1."""
     try:
@@ -138,3 +90,51 @@ def positive(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text!r}: must be a whole number from 1")
     return number
+
+
+def size(text: str) -> tuple[float, float]:
+    """Return the edges of a panel, as ``2.1x1.2`` [m]."""
+    parts = text.replace("×", "x").split("x")
+    if len(parts) != 2:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be two lengths in m, such as 2.1x1.2")
+    return above_zero(parts[0]), above_zero(parts[1])
+
+
+def numbers(text: str, count: int, words: str) -> tuple[float, ...]:
+    """Return so many numbers that are separated by commas."""
+    try:
+        values = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise argparse.ArgumentTypeError(f"{text!r}: must be {words}")
+    return values
+
+
+def above_zero(text: str) -> float:
+    """Return a number above zero."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r}: must be a number above 0")
+    return number
+
+
+# Types and completions of arguments by their names in ``commands.toml``.
+TYPES: Mapping[str, Callable[[str], Any]] = {
+    "study": study_path,
+    "path": Path,
+    "count": positive,
+    "int": int,
+    "above_zero": above_zero,
+    "size": size,
+    "place": partial(numbers, count=2, words="x,y in m, such as 0.4,0.2"),
+    "hole": partial(numbers, count=3, words="x,y,diameter in m, such as 0.4,0.2,0.1"),
+}
+# as in shtab, which is imported for the command `completion` alone
+COMPLETIONS = {
+    "files": {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"},
+    "folders": {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"},
+}

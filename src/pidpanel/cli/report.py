@@ -2,19 +2,6 @@
 
 import argparse
 
-from pidpanel.cli.parser import add_directory, add_study
-
-HELP = "Regenerate the report of a study, and open it."
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_study(parser)
-    add_directory(parser)
-    parser.add_argument(
-        "--again", action="store_true", help="regenerate it even if it is up to date"
-    )
-    parser.add_argument("--open", action="store_true", help="open it in the browser")
-
 
 def call(args: argparse.Namespace) -> int:
     import webbrowser

@@ -16,21 +16,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidpanel.cli.parser import add_directory, add_jobs, add_study
-
 if TYPE_CHECKING:  # slow to import
     from pidpanel.study import CouponStudy, Study
-
-HELP = "Run a study up to its report."
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_study(parser)
-    add_jobs(parser)
-    add_directory(parser)
-    parser.add_argument(
-        "-n", "--dry-run", action="store_true", help="print what would run, without running it"
-    )
 
 
 def call(args: argparse.Namespace) -> int:

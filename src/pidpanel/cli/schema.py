@@ -2,12 +2,6 @@
 
 import argparse
 
-HELP = "Print the JSON schema of a study."
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add no arguments: there is one schema."""
-
 
 def call(args: argparse.Namespace) -> int:
     from pidpanel.study.json_schema import schema_text

@@ -6,15 +6,6 @@ It also works while the study runs, from any shell.
 import argparse
 from pathlib import Path
 
-from pidpanel.cli.parser import add_directory, add_study
-
-HELP = "Show what is done, failed and left."
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_study(parser)
-    add_directory(parser)
-
 
 def call(args: argparse.Namespace) -> int:
     from pidpanel.cli import progress

@@ -23,10 +23,10 @@ from pidpanel.paths import SECTION
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.study import Study
-from pidpanel.study.atlas import direction_of, mistakes_of_coupon
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper, WeighsAs
 from pidpanel.study.damping import Prior, Reading
+from pidpanel.study.requirements import direction_of, mistakes_of_coupon
 
 if TYPE_CHECKING:  # pandas, xarray and scipy.optimize, which a table does not need
     import pandas as pd

@@ -35,10 +35,10 @@ from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
 from pidpanel.measurement.files import UNIVERSAL
 from pidpanel.provenance import durable
 from pidpanel.spectra.acceleration_table import read_base_table
-from pidpanel.study.atlas import FILLS, FRICTION, RESTITUTION, direction_of
 from pidpanel.study.document import Document
 from pidpanel.study.identify import Identification, Measured, identification_in
 from pidpanel.study.mistakes import Keys, Mistake, Mistakes
+from pidpanel.study.requirements import FILLS, FRICTION, RESTITUTION, direction_of
 
 MOST_ROWS = 60  # of a measurement
 GAMMA, STROKE = (1.5, 700.0), (1e-5, 20.0)  # ranges of the atlas

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pidpanel.base.basis_check import checked_panel
-from pidpanel.base.panel import Shaker
+from pidpanel.base.from_study import Shaker
 from pidpanel.optimise.finalists import Finalist, finalist, static_shapes
 from pidpanel.optimise.placed import PlacedPanel, place_basis, place_panel
 from pidpanel.optimise.places import Places

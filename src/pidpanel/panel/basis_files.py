@@ -8,45 +8,10 @@ import meshio
 import numpy as np
 import xarray as xr
 
-from pidpanel.arrays import variable
+from pidpanel.arrays import described_variables, variable
 from pidpanel.panel.basis import PanelBasis
 
-# variable: dimensions, unit, long name
-VARIABLES: dict[str, tuple[str, str, str]] = {
-    "natural_frequency": ("shape", "Hz", "natural frequency of each shape"),
-    "modal_mass": ("shape", "kg", "modal mass of each shape"),
-    "is_residual": ("shape", "1", "whether the shape is a residual vector, not a mode"),
-    "shape_at_points": ("point shape", "1", "deflection at the response points"),
-    "patch_overlap": ("patch shape other_shape", "m2",
-                      "integral over the patch of the product of two shapes"),
-    "quadrature_position": ("quadrature axis", "m", "positions of the load quadrature"),
-    "quadrature_weight": ("quadrature", "m2", "weights of the load quadrature"),
-    "shape_at_quadrature": ("quadrature shape", "1", "deflection at the load quadrature"),
-    "quadrature_wavenumber": ("", "rad m-1", "wavenumber that the load quadrature serves"),
-    "face_overlap": ("shape other_shape", "m2",
-                     "integral over the face of the product of two shapes"),
-    "vertex_position": ("vertex axis", "m", "vertices of the mesh"),
-    "cells": ("cell corner", "1", "vertex numbers of each cell, from 0"),
-    "shape_at_vertices": ("vertex shape", "1", "deflection at the vertices"),
-    "curvature_at_vertices": ("vertex curvature shape", "m-1",
-                              "curvature (xx, yy, xy) of the shapes at the vertices"),
-    "shear_at_vertices": ("vertex shear shape", "m-1",
-                          "shear angle (xz, yz) of the shapes at the vertices"),
-    "curvature_at_points": ("point curvature shape", "m-1",
-                            "curvature of the shapes at the response points"),
-    "shear_at_points": ("point shear shape", "m-1",
-                        "shear angle of the shapes at the response points"),
-    "reactions": ("power held shape", "J0.5 m-1",
-                  "reactions of what stands at single points, per power of omega squared"),
-    "layer_names": ("layer", "1", "names of the layers of the section"),
-    "layer_strain": ("layer strain curvature", "m", "strain of a layer per curvature"),
-    "layer_stress": ("layer strain curvature", "Pa m", "stress of a layer per curvature"),
-    "core_stress": ("core shear", "Pa", "shear stress of the core per shear angle"),
-    "point_position": ("point axis", "m", "positions of the response points"),
-    "cell_in_patch": ("patch cell", "1", "whether a cell belongs to a patch"),
-    "point_names": ("point", "1", "names of the response points"),
-    "patch_names": ("patch", "1", "names of the damper patches"),
-}  # fmt: skip
+VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
 # Of single precision: the 6e-8 by which each value errs are 1e-9 of an integral over the panel.
 SINGLE = {"shape_at_quadrature", "shape_at_vertices"}
 # Only looked at: 16 bits, of which the largest value of each shape takes all

@@ -30,7 +30,7 @@ from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles, rim_size
 from pidpanel.provenance.digests import stamp
 from pidpanel.study import Study
-from pidpanel.study.masses import damper_masses, resolved_masses
+from pidpanel.study.dampers import damper_masses, resolved_masses
 from pidpanel.study.panel import EXTENT, MOST_ELEMENTS, Panel
 from pidpanel.study.section import MaterialInput
 from pidpanel.study.supports import Node

@@ -48,8 +48,8 @@ def package_digest() -> str:
     """
     pages = PACKAGE / "report" / "pages"
     roots = (
-        (PACKAGE, "*.py"), (pages, "*"), (WORKFLOW / "scripts", "*.py"), (TEMPLATES, "*"),
-        (DATA, "*"),
+        (PACKAGE, "*.py"), (PACKAGE, "variables.csv"), (PACKAGE, "*.yaml"), (pages, "*"),
+        (WORKFLOW / "scripts", "*.py"), (TEMPLATES, "*"), (DATA, "*"),
     )  # fmt: skip
     return text_digest(
         f"{root.name}/{path.relative_to(root).as_posix()} {file_digest(path)}"

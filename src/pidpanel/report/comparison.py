@@ -1,7 +1,6 @@
 """Results of two studies against each other: what differs by more than the stated errors."""
 
-import math
-from collections import Counter
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +14,8 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.report import html, text
 from pidpanel.report.answer import SIGNIFICANCE
+from pidpanel.report.inputs import read_by_point, read_dataset, without_errors
 from pidpanel.report.maps_section import map_figure, scale_ends
-from pidpanel.report.read import read_by_point, read_dataset, without_errors
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import DECIBEL_DECIMALS, READINGS, common_decimals, records, value_text
 
@@ -24,7 +23,8 @@ SAME = 1e-3  # share of a value below which a difference is that of lines and me
 
 BEST = "best"  # name of the row of the scenario with the lowest rms value, whatever it is
 
-Key = tuple[str, str, str]  # reading, scenario, point
+KEYS = ["reading", "scenario", "point"]
+SIDES = ("first", "second")  # ends of the columns of `differences`
 
 
 @dataclass(frozen=True)
@@ -36,51 +36,6 @@ class Side:
     psd: xr.Dataset  # ``response/psd.nc``
     maps: xr.Dataset | None = None  # ``response/maps.nc``
     cell_in_patch: Flags | None = None  # (n_patches, n_cells)
-
-
-@dataclass(frozen=True)
-class Value:
-    """Rms acceleration of a scenario at a point, with its standard error [g]; NaN if not known."""
-
-    scenario: str
-    reading: str
-    rms: float
-    error: float
-    mass: float = math.nan  # of the dampers [kg]; NaN of the bare panel or if not known
-
-
-@dataclass(frozen=True)
-class Difference:
-    """The same of two studies."""
-
-    key: Key
-    first: Value
-    second: Value
-
-    @property
-    def reduction(self) -> float:
-        """Of the other below the one [dB]."""
-        return 20 * math.log10(self.first.rms / self.second.rms)
-
-    @property
-    def error(self) -> float:
-        """Standard error of `reduction` if both are independent [dB]; NaN if not known.
-
-        Errors that both have in common, such as those of one coupon, make it too large.
-        """
-        relative = math.hypot(*(value.error / value.rms for value in (self.first, self.second)))
-        return 20 / math.log(10) * relative
-
-    @property
-    def verdict(self) -> str:
-        """What can be said of the difference."""
-        if abs(self.first.rms - self.second.rms) <= SAME * self.first.rms:
-            return "the same"
-        if math.isnan(self.error):
-            return "not judged: no stated error"
-        if abs(self.reduction) <= SIGNIFICANCE * self.error:
-            return "within the errors"
-        return "lower" if self.reduction > 0 else "higher"
 
 
 def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
@@ -103,37 +58,45 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
     return Side(folder.name, summary, psd, maps, inside)
 
 
-def values_of(summary: pd.DataFrame) -> dict[Key, Value]:
-    """Return the rms accelerations of a study, and of each point and reading the lowest as `BEST`.
+def values_of(summary: pd.DataFrame) -> pd.DataFrame:
+    """Return reading, scenario, point, rms acceleration, error [g] and mass [kg], row by row.
 
-    A bare panel has no error of its damping.
+    Of each point and reading the lowest comes again as the scenario `BEST`; ``label`` is its own. A
+    bare panel has no error of its damping, and no mass.
     """
-    values: dict[Key, Value] = {}
-    best: dict[Key, Value] = {}
-    for row in records(summary[summary["acceleration_rms_g"] > 0]):
-        reading, scenario, point = (row[name] for name in ("reading", "scenario", "point"))
-        is_bare = row["patch"] == "none"
-        error = 0.0 if is_bare else row.get("acceleration_rms_error_g", math.nan)
-        mass = math.nan if is_bare else row.get("added_mass_kg", math.nan)
-        value = Value(scenario, reading, row["acceleration_rms_g"], error, mass)
-        values[reading, scenario, point] = value
-        key = (reading, BEST, point)
-        if not is_bare and (key not in best or value.rms < best[key].rms):
-            best[key] = value
-    return values | best
+    columns = [*KEYS, "acceleration_rms_g", "acceleration_rms_error_g", "added_mass_kg", "patch"]
+    values = summary[summary["acceleration_rms_g"] > 0].reindex(columns=columns)
+    values = values.set_axis([*KEYS, "rms", "error", "mass", "is_bare"], axis=1)
+    values = values.reset_index(drop=True)
+    values = values.assign(is_bare=values["is_bare"] == "none", label=values["scenario"])
+    values.loc[values["is_bare"], ["error", "mass"]] = (0.0, np.nan)
+    treated = values[~values["is_bare"]].groupby(["reading", "point"], sort=False)
+    return pd.concat([values, values.loc[treated["rms"].idxmin()].assign(scenario=BEST)])
 
 
-def differences(first: Side, second: Side) -> list[Difference]:
-    """Return what both studies have: same reading, scenario and point.
+def differences(first: Side, second: Side) -> pd.DataFrame:
+    """Return what both studies have, by `KEYS`: both values, the reduction [dB], the verdict.
 
-    Two studies of one reading each are compared whatever the readings are.
+    Two studies of one reading each are compared whatever the readings are. The error is that of
+    independent values. Those that both have in common, such as of one coupon, make it too large.
     """
-    base, rival = values_of(first.summary), values_of(second.summary)
-    readings = [{key[0] for key in values} for values in (base, rival)]
-    if len(readings[0]) == len(readings[1]) == 1 and readings[0] != readings[1]:
-        (shared,) = readings[0]
-        rival = {(shared, scenario, point): v for (_, scenario, point), v in rival.items()}
-    return [Difference(key, base[key], rival[key]) for key in base if key in rival]
+    base, rival = (values_of(side.summary) for side in (first, second))
+    base, rival = (values.assign(source=values["reading"]) for values in (base, rival))
+    if base["reading"].nunique() == rival["reading"].nunique() == 1:
+        rival["reading"] = base["reading"].iloc[0]
+    shared = base.merge(rival, on=KEYS, suffixes=[f"_{side}" for side in SIDES])
+    rms, rival_rms = shared["rms_first"], shared["rms_second"]
+    reduction = 20 * np.log10(rms / rival_rms)
+    relative = np.hypot(shared["error_first"] / rms, shared["error_second"] / rival_rms)
+    error = 20 / np.log(10) * relative
+    verdicts = {
+        "the same": np.abs(rms - rival_rms) <= SAME * rms,
+        "not judged: no stated error": np.isnan(error),
+        "within the errors": np.abs(reduction) <= SIGNIFICANCE * error,
+        "lower": reduction > 0,
+    }
+    verdict = np.select(list(verdicts.values()), list(verdicts), "higher")
+    return shared.assign(reduction=reduction, error=error, verdict=verdict)
 
 
 def missing_scenarios(first: Side, second: Side) -> Iterator[str]:
@@ -145,22 +108,21 @@ def missing_scenarios(first: Side, second: Side) -> Iterator[str]:
             yield f"only in {side.name}: {', '.join(missing)}"
 
 
-def rows_of(shared: Sequence[Difference]) -> list[list[str]]:
+def rows_of(shared: pd.DataFrame) -> list[list[str]]:
     """Return the rows of a table, with the columns of `columns_of`."""
     rows = []
-    rms_decimals = common_decimals(s.error for d in shared for s in (d.first, d.second))
-    decimals = common_decimals((difference.error for difference in shared), DECIBEL_DECIMALS)
-    for difference in shared:
-        reading, scenario, point = difference.key
+    rms_decimals = common_decimals(shared[["error_first", "error_second"]].to_numpy().ravel())
+    decimals = common_decimals(shared["error"], DECIBEL_DECIMALS)
+    for row in records(shared):
+        scenario, reading = row["scenario"], row["reading"]
         if scenario == BEST:
-            labels = difference.first.scenario, difference.second.scenario
-            scenario = f"{BEST}: {' | '.join(dict.fromkeys(labels))}"
-        values = (difference.first, difference.second)
-        rms = [value_text(value.rms, value.error, rms_decimals) for value in values]
-        gain = value_text(difference.reduction, difference.error, decimals)
-        name, verdict = READINGS.get(reading, reading), difference.verdict
-        mass = text.span((text.number(value.mass, 2) for value in values), " | ")
-        rows.append([name, scenario, point, *rms, gain, verdict, mass])
+            labels = dict.fromkeys(row[f"label_{side}"] for side in SIDES)
+            scenario = f"{BEST}: {' | '.join(labels)}"
+        rms = [value_text(row[f"rms_{s}"], row[f"error_{s}"], rms_decimals) for s in SIDES]
+        gain = value_text(row["reduction"], row["error"], decimals)
+        model = READINGS.get(reading, reading)
+        mass = text.span((text.number(row[f"mass_{side}"], 2) for side in SIDES), " | ")
+        rows.append([model, scenario, row["point"], *rms, gain, row["verdict"], mass])
     return rows
 
 
@@ -179,7 +141,7 @@ def comparison_lines(first: Side, second: Side) -> Iterator[str]:
     NothingInCommon
     """
     shared = differences(first, second)
-    if not shared:
+    if shared.empty:
         raise NothingInCommon(
             f"{first.name}, {second.name}: no common scenario and point; points of {first.name} "
             f"are {', '.join(first.summary['point'].unique())}, "
@@ -203,13 +165,13 @@ SIGNIFICANT = (
 )
 
 
-def outcome(shared: Sequence[Difference], first: Side, second: Side) -> str:
+def outcome(shared: pd.DataFrame, first: Side, second: Side) -> str:
     """Return a sentence: how many values differ by more than their errors, and by how much."""
     named = []
-    for verdict, count in Counter(difference.verdict for difference in shared).items():
-        gains = [abs(d.reduction) for d in shared if d.verdict == verdict]
-        by = f" by {text.span(f'{f(gains):.1f}' for f in (min, max))} dB"
-        named.append(f"{count} {verdict}{by if verdict in ('lower', 'higher') else ''}")
+    for verdict, rows in shared.groupby("verdict", sort=False):
+        gains = rows["reduction"].abs()
+        by = f" by {text.span(f'{gain:.1f}' for gain in (gains.min(), gains.max()))} dB"
+        named.append(f"{len(rows)} {verdict}{by if verdict in ('lower', 'higher') else ''}")
     names = f"{second.name} against {first.name}"
     return f"{names}, {len(shared)} rms accelerations: {', '.join(named)}."
 
@@ -228,9 +190,9 @@ def write_comparison(first: Side, second: Side, file: Path) -> None:
 def comparison_page(first: Side, second: Side) -> html.Page:
     """Return the page."""
     shared = differences(first, second)
-    certain = [d for d in shared if d.verdict in ("lower", "higher")]
+    certain = shared[shared["verdict"].isin(["lower", "higher"])]
     caption = f"Where {second.name} and {first.name} differ. {SIGNIFICANT}"
-    tables = [_table(caption, first, second, certain, is_first=True)] if certain else []
+    tables = [_table(caption, first, second, certain, is_first=True)] if len(certain) else []
     values = _table("Rms accelerations of both", first, second, shared)
     return html.Page(
         title=f"{first.name} and {second.name}",
@@ -246,18 +208,13 @@ def comparison_page(first: Side, second: Side) -> html.Page:
 
 
 def _table(
-    caption: str,
-    first: Side,
-    second: Side,
-    differences: list[Difference],
-    *,
-    is_first: bool = False,
+    caption: str, first: Side, second: Side, rows: pd.DataFrame, *, is_first: bool = False
 ) -> html.Fragment:
     """Return differences as a table; all of them with the scenarios that only one study has."""
     values = {
         "caption": caption,
         "columns": columns_of(first, second),
-        "rows": rows_of(differences),
+        "rows": rows_of(rows),
         "cards": is_first,
         "missing": [] if is_first else list(missing_scenarios(first, second)),
     }
@@ -273,39 +230,31 @@ def _facts(first: Side, second: Side) -> list[tuple[str, str]]:
     return facts
 
 
-def _psds(first: Side, second: Side, shared: list[Difference]) -> list[html.Picture]:
+def _psds(first: Side, second: Side, shared: pd.DataFrame) -> list[html.Picture]:
     """Return the PSDs of each point: both bare panels, and the best of both where there is one."""
     pictures: list[html.Picture] = []
     lines = np.union1d(first.psd["frequency"], second.psd["frequency"])
-    for point in dict.fromkeys(d.key[2] for d in shared):
-        for reading in dict.fromkeys(d.key[0] for d in shared):
-            rows = [d for d in shared if d.key[0] == reading and d.key[2] == point]
-            drawn = [d for d in rows if d.key[1] == BEST]
-            drawn += [d for d in rows if _is_bare(first, d)][:1]
-            curves = [
-                html.PageCurve(
-                    f"{side.name}, {value.scenario}",
-                    _resample(side, value.reading, value.scenario, point, lines),
-                    colour,
-                    "solid" if difference.key[1] == BEST else "dotted",
-                    width=0.9,
-                )
-                for difference in drawn
-                for side, value, colour in zip(
-                    (first, second), (difference.first, difference.second), COLOURS, strict=True
-                )
-            ]
-            if curves:
-                title = READINGS.get(reading, reading)
-                chart = html.Chart(title, lines, PSD_UNIT, curves, f"point {point}")
-                caption = f"Acceleration PSD at point {point}; bare panels dotted."
-                pictures.append(chart_picture(f"psd_{len(pictures)}", [chart], caption))
+    sides = dict(zip(SIDES, (first, second), strict=True))
+    for point, reading in itertools.product(shared["point"].unique(), shared["reading"].unique()):
+        rows = shared[(shared["reading"] == reading) & (shared["point"] == point)]
+        best, bare = rows[rows["scenario"] == BEST], rows[rows["is_bare_first"]].head(1)
+        curves = [
+            html.PageCurve(
+                f"{side.name}, {row[f'label_{end}']}",
+                _resample(side, row[f"source_{end}"], row[f"label_{end}"], point, lines),
+                colour,
+                "solid" if row["scenario"] == BEST else "dotted",
+                width=0.9,
+            )
+            for row in records(pd.concat([best, bare]))
+            for (end, side), colour in zip(sides.items(), COLOURS, strict=True)
+        ]
+        if curves:
+            title = READINGS.get(reading, reading)
+            chart = html.Chart(title, lines, PSD_UNIT, curves, f"point {point}")
+            caption = f"Acceleration PSD at point {point}; bare panels dotted."
+            pictures.append(chart_picture(f"psd_{len(pictures)}", [chart], caption))
     return pictures
-
-
-def _is_bare(side: Side, difference: Difference) -> bool:
-    rows: pd.DataFrame = side.summary[side.summary["scenario"] == difference.key[1]]
-    return bool(len(rows)) and bool((rows["patch"] == "none").all())
 
 
 def _resample(side: Side, reading: str, scenario: str, point: str, frequency: Array) -> Array:

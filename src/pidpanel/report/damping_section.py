@@ -22,14 +22,7 @@ from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import DampingResults
-from pidpanel.report.layout import (
-    GREY,
-    WIDTH,
-    figure_of_axes,
-    fill_handles,
-    frequency_axis,
-    pick,
-)
+from pidpanel.report.layout import GREY, WIDTH, figure_of_axes, fill_handles, frequency_axis, pick
 from pidpanel.report.text import number
 
 

@@ -11,7 +11,7 @@ from pidpanel.geometry.cells import SHAPES
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.provenance.digests import stamp
-from pidpanel.report import inputs, read
+from pidpanel.report import inputs
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.films import read_film
 from pidpanel.report.html import Page, write_page
@@ -70,7 +70,9 @@ def _steps(study: CouponStudy, file: Path) -> list[tuple[str, str]]:
 
 def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
     """Read what pages of studies with a panel have in common."""
-    panel = folder / "panel"
+    panel, measured = folder / "panel", None
+    if study.measurements:
+        measured = inputs.read_measurements(folder / "measurement")
     return inputs.PanelInputs(
         study=study,
         stamp=stamp(study),
@@ -82,16 +84,16 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
             name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"))
             for name in study.coupons
         },
-        coupled=read.read_coupled(
+        coupled=inputs.read_coupled(
             folder / "coupled", with_verdict=len(study.readings) > 1 and study.sound is not None
         )
         if study.is_coupled
         else None,
         atlas=read_atlas_results(study) if study.atlas_coupons else None,
-        damping={name: read.read_damping(name, folder) for name in study.surfaces},
-        base=read.read_base(folder / "base", study.base.parts) if study.base else None,
-        measurements=read.read_measurements(folder / "measurement") if study.measurements else None,
-        proposal=read.read_proposal(folder / "optimise", study.optimise.objective)
+        damping={name: inputs.read_damping(name, folder) for name in study.surfaces},
+        base=inputs.read_base(folder / "base", study.base.parts) if study.base else None,
+        measurements=measured,
+        proposal=inputs.read_proposal(folder / "optimise", study.optimise.objective)
         if study.optimise
         else None,
     )
@@ -106,17 +108,17 @@ def read_atlas_results(study: Study) -> inputs.AtlasResults:
 def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inputs.Inputs:
     """Read all that the page of a study under sound is made from."""
     response = folder / "response"
-    tables = read.read_by_point(response / "summary.csv"), read.read_dataset(response / "psd.nc")
-    summary, psd = read.without_errors(partly_known(study), *tables)
+    table, psds = inputs.read_by_point(response / "summary.csv"), response / "psd.nc"
+    summary, psd = inputs.without_errors(partly_known(study), table, inputs.read_dataset(psds))
     return inputs.Inputs(
         **vars(on_panel),
         summary=summary,
-        layouts=read.read_by_point(response / "layouts.csv"),
+        layouts=inputs.read_by_point(response / "layouts.csv"),
         psd=psd,
         bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
-        stress=read.read_by_point(response / "stress.csv"),
-        maps=read.read_dataset(response / "maps.nc"),
-        severity=read.read_severity(folder / "severity", study.severity)
+        stress=inputs.read_by_point(response / "stress.csv"),
+        maps=inputs.read_dataset(response / "maps.nc"),
+        severity=inputs.read_severity(folder / "severity", study.severity)
         if study.severity
         else None,
     )
@@ -159,7 +161,7 @@ def partly_known(study: Study) -> list[str]:
 
     What `PARTLY` find for them holds the errors of the others alone.
     """
-    if not set(read.PARTLY) & set(study.readings):
+    if not set(inputs.PARTLY) & set(study.readings):
         return []
     with_errors = {name for name, damper in study.all_dampers.items() if damper.states_error}
     return [

@@ -18,17 +18,13 @@ from pidpanel.report.inputs import ProposalResults
 from pidpanel.report.layout import panel_axes
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.templates import fill, sentence
-from pidpanel.report.text import common_decimals, number, records, value_text
+from pidpanel.report.text import NAMES, common_decimals, number, records, value_text
 
 NARROW = 5.2  # width of a picture, two of which make a row [in]
 
 
 # What the search makes small, where it is no rms acceleration of the points.
-OBJECTIVES = {
-    "panel": "largest rms acceleration over the panel, at the response points and 24 vertices,",
-    "stress": "largest 3σ von Mises stress at the points",
-    "oscillators": "largest rms acceleration of oscillators on the points in the band",
-}
+OBJECTIVES: dict[str, str] = NAMES["objectives"]
 
 
 # What drives the panel, by the name of the excitation.

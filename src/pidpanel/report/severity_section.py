@@ -13,8 +13,7 @@ from pidpanel.report.inputs import Inputs, SeverityResults
 from pidpanel.report.maps_section import EXCEEDED_SHARE, case_titles, map_figure
 from pidpanel.report.names import with_names
 from pidpanel.report.response_figures import chart_picture
-from pidpanel.report.stress_section import SYMBOLS
-from pidpanel.report.text import common_decimals, records
+from pidpanel.report.text import NAMES, common_decimals, records
 
 ACROSS = 3
 PLACE = ["reading", "scenario", "point"]  # columns of a row's place
@@ -46,7 +45,7 @@ def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSect
         "strength": strongest,
         "failed": sum(row["index"] >= 1 for row in strongest),
         "fatigue": damaged,
-        "symbols": SYMBOLS,
+        "symbols": NAMES["stresses"],
         "worst": max(damaged, key=lambda row: row["damage_narrow_band"], default=None),
         "maps": None,
     }

@@ -5,18 +5,7 @@ from collections.abc import Collection
 import pandas as pd
 
 from pidpanel.report.html import PageSection, template_section
-from pidpanel.report.text import records
-
-# Symbols of the quantities of a layer in ``response/stress.csv``.
-SYMBOLS = {
-    "von_mises": "σ_v",
-    "stress_xx": "σ_xx",
-    "stress_yy": "σ_yy",
-    "stress_xy": "τ_xy",
-    "strain_xx": "ε_xx",
-    "strain_yy": "ε_yy",
-    "strain_xy": "γ_xy",
-}
+from pidpanel.report.text import NAMES, records
 
 
 def stress_section(stress: pd.DataFrame, bare: Collection[str] = ()) -> PageSection:
@@ -32,6 +21,6 @@ def stress_section(stress: pd.DataFrame, bare: Collection[str] = ()) -> PageSect
         "rows": records(worst[[*place, "three_sigma"]].join(rms, on=place)),
         "bare": bare,
         "units": units["unit"].to_dict(),
-        "symbols": SYMBOLS,
+        "symbols": NAMES["stresses"],
     }
     return template_section("stress.html", "Strain and stress", values)

@@ -12,20 +12,14 @@ from pidpanel.report import text
 
 PAGES = Path(__file__).with_name("pages")
 
+OF_TEXT = (
+    "capitalised", "counted", "nominal", "number", "percent", "plain", "signed", "spaced", "unit",
+    "value_text", "with_error",
+)  # fmt: skip
 FILTERS: Mapping[str, Callable[..., Any]] = {
-    "capitalised": text.capitalised,
-    "counted": text.counted,
+    **{name: getattr(text, name) for name in OF_TEXT},
     "form": format,  # as `format(value, spec)`
     "model": text.READINGS.__getitem__,
-    "nominal": text.nominal,
-    "number": text.number,
-    "percent": text.percent,
-    "plain": text.plain,
-    "signed": text.signed,
-    "spaced": text.spaced,
-    "unit": text.unit,
-    "value_text": text.value_text,
-    "with_error": text.with_error,
 }
 
 

@@ -3,21 +3,16 @@
 import math
 import re
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import yaml
 
-# Names of the readings of the damping.
-READINGS = {
-    "stated": "User-defined dampers",
-    "bare": "Bare panel",
-    "dem": "DEM",
-    "coupled": "Panel and particles together",
-    "atlas": "Atlas of particle beds",
-    "paper_corrected": "The paper's law, corrected",
-    "paper_printed": "The paper's law, as printed",
-    "table": "The study's table",
-}
+NAMES = yaml.safe_load(
+    (Path(__file__).with_name("pages") / "names.yaml").read_text(encoding="utf-8")
+)
+READINGS: dict[str, str] = NAMES["readings"]  # of the damping
 
 DECIBEL_DECIMALS = 2  # of reductions without an error [dB]
 

@@ -11,23 +11,9 @@ from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
 from pidpanel.report.html import Fragment, figure_picture
 from pidpanel.report.templates import lines
-from pidpanel.report.text import records, value_text
+from pidpanel.report.text import NAMES, records, value_text
 
-# Names of varied keys with units; any other key is shown as it is written.
-LABELS = {
-    "particles.friction": "friction coefficient μ, –",
-    "particles.restitution": "coefficient of restitution e, –",
-    "particles.youngs_modulus_mpa": "Young's modulus, MPa",
-    "particles.density_kg_m3": "density of the particles, kg/m³",
-    "diameter_mm": "diameter of the particles, mm",
-    "time_step_rayleigh": "time step over Rayleigh time, –",
-    "gravity_direction": "direction of gravity (z: motion)",
-    "gravity_g": "gravity, g",
-    "cell.count": "number of cells",
-    "cell.across_flats_mm": "width of a cell, mm",
-    "cell.shape": "shape of the cells",
-    "deck": "deck",
-}
+LABELS: dict[str, str] = NAMES["varied"]
 
 ROWS_SHOWN = 6  # rows of a table that are shown without being asked for
 

@@ -14,11 +14,7 @@ from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
-from pidpanel.solve.basis_error import (
-    basis_shapes,
-    modal_basis,
-    refined,
-)
+from pidpanel.solve.basis_error import basis_shapes, modal_basis, refined
 from pidpanel.solve.excitation import Excitation, Matrices
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import frequency_grid

@@ -1,12 +1,13 @@
 """Responses as tables: one row per scenario and point, and a dataset of the PSDs."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from pidpanel.arrays import Array, variable
+from pidpanel.arrays import Array, described_variables, variable
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.broadband import EXACT, BroadbandError
 from pidpanel.response import model_error
@@ -88,24 +89,8 @@ def dead_weight_columns(
     }
 
 
-# Dimensions, unit and long name of each variable of a case
-PSD_VARIABLES = {
-    "acceleration_psd": ("frequency point", "m2 s-4 Hz-1", "one-sided acceleration PSD"),
-    "velocity_psd": ("frequency point", "m2 s-2 Hz-1", "one-sided velocity PSD"),
-    "displacement_psd": ("frequency point", "m2 Hz-1", "one-sided displacement PSD"),
-    "dead_weight_acceleration_psd": (
-        "frequency point", "m2 s-4 Hz-1",
-        "one-sided acceleration PSD with the same masses and no damping",
-    ),
-    "equivalent_damping": ("patch frequency", "N s m-3", "C_e of the patch, 0 if not filled"),
-    "apparent_mass": ("patch frequency", "kg m-2", "m_a of the patch, 0 if not filled"),
-    "inside": (
-        "patch frequency", "1", "1 where the damping is within the range of its data"
-    ),
-    "acceleration_psd_log_error": (
-        "frequency point", "1", "standard error of ln of the acceleration PSD"
-    ),
-}  # fmt: skip
+# Of a case
+PSD_VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
 
 
 def cases_dataset(

@@ -12,19 +12,15 @@ file, the line, the key, the value and what is allowed (`StudyError`).
     A whole study.
 `requirements`
     What its sections require of each other.
-`files`
-    Files that a study names.
 `document`
-    The YAML file, and the lines of its keys.
-`mistakes`, `explaining`, `choice`
-    Mistakes at keys; those of pydantic in a reader's words; keys with alternatives.
-`reading`
-    From the file to the study.
+    The YAML file, the lines of its keys, and the study in it.
+`mistakes`, `choice`
+    Mistakes at keys; keys with alternatives.
 """
 
 from pidpanel.study.base import StudyError
 from pidpanel.study.coupon_study import CouponStudy
-from pidpanel.study.reading import load_any_study, load_study
+from pidpanel.study.document import load_any_study, load_study
 from pidpanel.study.scenarios import Family, Filling, Layout, Scenario
 from pidpanel.study.study import Study
 

@@ -1,20 +1,23 @@
-"""What all sections of a study are made of: the model, its mistakes, ranges of numbers."""
+"""What all sections of a study are made of: the model, its mistakes, ranges of numbers, files."""
 
+import stat
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
     ModelWrapValidatorHandler,
     ValidationError,
+    ValidationInfo,
     model_validator,
 )
 
-from pidpanel.study.explaining import mistakes_of
-from pidpanel.study.mistakes import Mistake, Mistakes
-from pidpanel.study.quantity import DENSITY, METRES, PASCAL, PERCENT, Quantity
+from pidpanel.study.mistakes import Mistake, Mistakes, mistakes_of
+from pidpanel.study.quantity import Quantity
 
 
 class StudyError(ValueError):
@@ -58,19 +61,21 @@ def _as_written(value: Any) -> Any:
 T = TypeVar("T")
 # Text; a number in a file is the text that was written.
 Text = Annotated[str, BeforeValidator(_as_written, json_schema_input_type=str | float)]
-Fraction = Annotated[float, Quantity(0, 1, units=PERCENT)]
+Fraction = Annotated[float, Quantity(0, 1, unit="percent")]
 # Number of particles over that of a full cell, r = N/N_full.
-Fill = Annotated[float, Quantity(0.02, 1, units=PERCENT)]
-RelativeError = Annotated[float, Quantity(0, 1, low_itself=False, high_itself=False, units=PERCENT)]
-PoissonsRatio = Annotated[
-    float, Quantity(-1, 0.5, low_itself=False, high_itself=False, units=PERCENT)
+Fill = Annotated[float, Quantity(0.02, 1, unit="percent")]
+RelativeError = Annotated[
+    float, Quantity(0, 1, low_itself=False, high_itself=False, unit="percent")
 ]
-OVERALL = Quantity(60, 200, units=PASCAL)
+PoissonsRatio = Annotated[
+    float, Quantity(-1, 0.5, low_itself=False, high_itself=False, unit="percent")
+]
+OVERALL = Quantity(60, 200, unit="level")
 Level = Annotated[float, OVERALL]  # overall sound pressure level [dB re 20 µPa]
-Coordinate = Annotated[float, Quantity(-100, 100, units=METRES)]  # x or y [m]
-Size = Annotated[float, Quantity(1e-4, 30, units=METRES)]  # of anything on a panel [m]
+Coordinate = Annotated[float, Quantity(-100, 100, unit="metres")]  # x or y [m]
+Size = Annotated[float, Quantity(1e-4, 30, unit="metres")]  # of anything on a panel [m]
 # Of a solid [kg/m³]: expanded foam to osmium.
-Density = Annotated[float, Quantity(5, 25000, units=DENSITY)]
+Density = Annotated[float, Quantity(5, 25000, unit="density")]
 
 
 def as_tuple(value: T | tuple[T, ...]) -> tuple[T, ...]:
@@ -82,3 +87,40 @@ def as_tuple(value: T | tuple[T, ...]) -> tuple[T, ...]:
     ((0.5,), (0.1, 0.9))
     """
     return value if isinstance(value, tuple) else (value,)
+
+
+def file_in(shipped: Path | None = None) -> AfterValidator:
+    """Make a path one of a file that is there, where the folder of the study is known."""
+
+    def find(name: Path, info: ValidationInfo) -> Path:
+        context: dict[str, Any] = info.context or {}
+        return found_file(name, context["folder"], shipped) if "folder" in context else name
+
+    return AfterValidator(find)
+
+
+def found_file(name: Path, folder: Path, shipped: Path | None) -> Path:
+    """Return the path of a file that a study in a folder names.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file; the files that come with pidpanel are listed.
+    """
+    for base in (folder, Path.cwd(), shipped):
+        if base is None:
+            continue
+        try:
+            mode = (base / name).stat().st_mode
+        except (OSError, ValueError):  # not there, a name that is too long, a NUL in it
+            continue
+        if stat.S_ISDIR(mode):
+            raise ValueError("is a folder; must be a file")
+        if not stat.S_ISREG(mode):
+            raise ValueError("must be a file")
+        return base / name
+    names = sorted(path.name for path in shipped.glob("*.*")) if shipped else []
+    raise ValueError(
+        "no such file; must be a path relative to the study"
+        + (f", or one of {', '.join(names)}" if names else "")
+    )

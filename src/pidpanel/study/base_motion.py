@@ -8,14 +8,13 @@ from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import SectionModel
-from pidpanel.study.files import file_in
+from pidpanel.study.base import SectionModel, file_in
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, Quantity
+from pidpanel.study.quantity import Quantity
 from pidpanel.study.response import LEAST_SPAN
 
-Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]
-GRms = Annotated[float, Quantity(0, 500, low_itself=False, units=GRAVITIES)]
+Frequency = Annotated[float, Quantity(0.5, 20000, unit="kilohertz")]
+GRms = Annotated[float, Quantity(0, 500, low_itself=False, unit="gravities")]
 PsdLimit = Annotated[float, Quantity(0, 1e6, low_itself=False)]
 ForceLimit = Annotated[float, Quantity(0, 1e12, low_itself=False)]
 
@@ -35,7 +34,7 @@ class SineMotion(SectionModel):
 
     frequency_hz: tuple[Frequency, Frequency]
     """Lowest and highest frequency [Hz]."""
-    acceleration_g: Annotated[float, Quantity(0, 200, low_itself=False, units=GRAVITIES)]
+    acceleration_g: Annotated[float, Quantity(0, 200, low_itself=False, unit="gravities")]
     """Amplitude of the acceleration of the supports [g]."""
 
     def mistakes(self) -> Iterator[Mistake]:

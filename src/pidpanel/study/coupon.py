@@ -14,22 +14,11 @@ from pidpanel.columns import ColumnsError, LineFaults
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.cells import ShapeName
 from pidpanel.paths import TEMPLATES
-from pidpanel.study.base import Fraction, RelativeError, SectionModel
-from pidpanel.study.case_table import read_cases, sweep_of
-from pidpanel.study.explaining import mistakes_of
-from pidpanel.study.files import file_in, found_file
-from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, unknown_key
-from pidpanel.study.particles import Particles, Walls
-from pidpanel.study.quantity import (
-    GRAVITIES,
-    MILLISECONDS,
-    PERCENT,
-    SMALL_MILLIMETRES,
-    Quantity,
-    whole,
-)
-from pidpanel.study.stiffness import Stiffness
-from pidpanel.study.sweep import USUAL_SWEEP, Sweep
+from pidpanel.study.base import Fraction, RelativeError, SectionModel, file_in, found_file
+from pidpanel.study.mistakes import Keys, Mistake, Mistakes, dotted, mistakes_of, unknown_key
+from pidpanel.study.particles import Particles, Stiffness, Walls
+from pidpanel.study.quantity import Quantity, whole
+from pidpanel.study.sweep import USUAL_SWEEP, Sweep, read_cases, sweep_of
 
 MOST_VARIANTS = 1000  # combinations that ``vary`` may have
 MOST_RUNS = 200_000  # runs that a sweep may have; twice as many as have been run
@@ -42,9 +31,9 @@ class Cell(SectionModel):
 
     shape: ShapeName = "hexagon"
     """Cross-section of the cell."""
-    across_flats_mm: Annotated[float, Quantity(0.5, 500, units=SMALL_MILLIMETRES)] = 6.35
+    across_flats_mm: Annotated[float, Quantity(0.5, 500, unit="small_millimetres")] = 6.35
     """Width of a hexagon between two sides; side of a square; diameter of a circle [mm]."""
-    depth_mm: Annotated[float, Quantity(0.5, 1000, units=SMALL_MILLIMETRES)] = 25.0
+    depth_mm: Annotated[float, Quantity(0.5, 1000, unit="small_millimetres")] = 25.0
     """Depth of the cell between its two closed ends [mm]."""
     count: Annotated[int, whole(1, 200)] = 5
     """Cells per run, shaken side by side; they share only the drive."""
@@ -69,7 +58,7 @@ class Accuracy(SectionModel):
     """Number of packings per case, with one run each."""
     min_cycles: Annotated[int, whole(8, 100000)] = 12
     """Minimum cycles of a run."""
-    min_time_s: Annotated[float, Quantity(0, 10, units=MILLISECONDS)] = 0.05
+    min_time_s: Annotated[float, Quantity(0, 10, unit="milliseconds")] = 0.05
     """Minimum simulated time [s]. A bed adapts to its drive in tens of milliseconds at any
     frequency, so slowly that a few cycles look steady."""
     max_cycles: Annotated[int, whole(8, 100000)] = 400
@@ -99,14 +88,14 @@ class Coupon(SectionModel):
     """The particles and their contacts."""
     walls: Walls = Walls()
     """Contacts with the cell walls, where they differ."""
-    gravity_g: Annotated[float, Quantity(0, 10, units=GRAVITIES)] = 1.0
+    gravity_g: Annotated[float, Quantity(0, 10, unit="gravities")] = 1.0
     """Acceleration of gravity [g]; 0 for none."""
     gravity_direction: tuple[Component, Component, Component] = (0.0, 0.0, -1.0)
     """Direction of gravity. z is normal to the panel and the direction of the motion, so
     (0, 0, −1) is a horizontal panel and (1, 0, 0) an upright one."""
     stiffness: Stiffness = Stiffness()
     """Softening of the contacts, to save time."""
-    time_step_rayleigh: Annotated[float, Quantity(0, 0.3, low_itself=False, units=PERCENT)] = 0.15
+    time_step_rayleigh: Annotated[float, Quantity(0, 0.3, low_itself=False, unit="percent")] = 0.15
     """Time step over the Rayleigh time of a particle."""
     samples_per_cycle: Annotated[int, whole(20, 2000)] = 100
     """Samples of the momentum per cycle, from which C_e and m_a are computed."""

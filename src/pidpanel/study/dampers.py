@@ -1,26 +1,30 @@
 """The section ``dampers`` of a study: what a patch can be filled with, one model for each."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pidpanel.columns import ColumnsError, read_rows
 from pidpanel.constants import MOST_LOSS_FACTOR, MOST_OF_MASS
 from pidpanel.paths import DATA
-from pidpanel.study.base import SectionModel
+from pidpanel.study.base import SectionModel, file_in
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import MASS_PER_AREA, PERCENT, Quantity
+from pidpanel.study.quantity import Quantity
+
+if TYPE_CHECKING:
+    from pidpanel.study import Study
 
 Law = Literal["paper_corrected", "paper_printed"]
 Interpolation = Literal["log", "linear"]
 EquivalentDamping = Annotated[float, Quantity(0, 1e8)]  # C_e [N s/m³]
-ApparentMass = Annotated[float, Quantity(0, 1000, units=MASS_PER_AREA)]  # m_a [kg/m²]
-MassPerArea = Annotated[float, Quantity(1e-3, 1000, units=MASS_PER_AREA)]  # m″ [kg/m²]
+ApparentMass = Annotated[float, Quantity(0, 1000, unit="mass_per_area")]  # m_a [kg/m²]
+MassPerArea = Annotated[float, Quantity(1e-3, 1000, unit="mass_per_area")]  # m″ [kg/m²]
 # η; what is above is taken for percent.
-LossFactor = Annotated[float, Quantity(0, MOST_LOSS_FACTOR, units=PERCENT)]
+LossFactor = Annotated[float, Quantity(0, MOST_LOSS_FACTOR, unit="percent")]
 Kind = Literal["coupon", "law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor"]
 
 WeighsAs = Literal["particles"]  # what m_a is: the mass of the particles
@@ -230,3 +234,38 @@ def _columns(table: Path) -> list[str]:
     lines = table.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
     header = next((line for line in lines if line.partition("#")[0].strip()), "")
     return [name.strip() for name in header.partition("#")[0].split(",")]
+
+
+def damper_masses(study: Study) -> dict[str, float]:
+    """Return about the heaviest damper of each patch that a scenario fills [kg/m²].
+
+    The basis follows the panel with these masses, whatever the fills of its scenarios. 0 where the
+    mass is not known before the run, as of a table.
+    """
+    highest = study.response.frequency_hz[1]
+    masses: dict[str, float] = {}
+    for filling in study.fillings:
+        damper, mass = study.damper_of(filling), 0.0
+        if damper is not None and study.response.damper_mass:
+            mass = damper.largest_mass_per_area(highest)
+        masses[filling.patch] = max(masses.get(filling.patch, 0.0), mass)
+    return masses
+
+
+def resolved_masses(study: Study) -> dict[str, float]:
+    """Return about the heaviest damper of each patch that the mesh resolves [kg/m²].
+
+    Those of `damper_masses`, and m_a in the rows of tables.
+    """
+    masses = damper_masses(study)
+    if not study.response.damper_mass:
+        return masses
+    common = study.damping.table if "table" in study.readings else None
+    for filling in study.fillings:
+        damper = study.damper_of(filling)
+        mass = 0.0 if damper is None else damper.mass_of_rows(filling.fill_fraction)
+        if common is not None:
+            weighs_as = study.damping.apparent_mass
+            mass = max(mass, mass_in_table(common, filling.fill_fraction, weighs_as))
+        masses[filling.patch] = max(masses[filling.patch], mass)
+    return masses

@@ -7,12 +7,11 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import RelativeError, SectionModel
+from pidpanel.study.base import RelativeError, SectionModel, file_in
 from pidpanel.study.dampers import Interpolation, WeighsAs
-from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Modulus
-from pidpanel.study.quantity import MILLISECONDS, Quantity, whole
+from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.sweep import Gamma
 
 Prior = Literal["closed_form", "atlas"]
@@ -55,9 +54,9 @@ class Coupled(SectionModel):
 
     relative_error: RelativeError = 0.02
     """Requested relative standard error of every rms acceleration."""
-    duration_s: Annotated[float, Quantity(0.1, 100, units=MILLISECONDS)] = 1.6
+    duration_s: Annotated[float, Quantity(0.1, 100, unit="milliseconds")] = 1.6
     """Evaluated duration of each run [s]."""
-    settle_s: Annotated[float, Quantity(0, 10, units=MILLISECONDS)] = 0.4
+    settle_s: Annotated[float, Quantity(0, 10, unit="milliseconds")] = 0.4
     """Discarded time before it [s]."""
     runs: Annotated[int, whole(1, 100)] = 4
     """Maximum runs per scenario."""

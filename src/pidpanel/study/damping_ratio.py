@@ -9,13 +9,13 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from pidpanel.damping_ratio import DampingRatio, read_damping_ratio
+from pidpanel.study.base import file_in
 from pidpanel.study.choice import Choice
-from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Mistake, read_at
-from pidpanel.study.quantity import KILOHERTZ, PERCENT, Quantity, text_hint
+from pidpanel.study.quantity import Quantity, text_hint
 
-Ratio = Annotated[float, Quantity(0, 0.5, low_itself=False, high_itself=False, units=PERCENT)]
-NaturalFrequency = Annotated[float, Quantity(0, 1e5, low_itself=False, units=KILOHERTZ)]
+Ratio = Annotated[float, Quantity(0, 0.5, low_itself=False, high_itself=False, unit="percent")]
+NaturalFrequency = Annotated[float, Quantity(0, 1e5, low_itself=False, unit="kilohertz")]
 
 
 def _table_of_ratios(value: Any) -> Any:

@@ -1,15 +1,166 @@
-"""The file of a study: YAML, and the lines at which its keys are."""
+"""The file of a study: YAML 1.2 with keys as written, the lines of its keys; read and checked.
 
-from collections.abc import Iterable, Mapping
+``on`` and ``1:30`` are text, as YAML 1.2 means them, not true and 90; ``031`` is no number. Dates
+are text too: no key of a study is one. Nothing explodes.
+"""
+
+import contextlib
+import re
+import unicodedata
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, TypeVar
 
 import yaml
+from pydantic import ValidationError
 
-from pidpanel.study.base import StudyError
-from pidpanel.study.mistakes import Mistake, dotted, one_line
-from pidpanel.study.yaml_loader import Loader, problem_of
+from pidpanel.columns import NUMBER
+from pidpanel.study.base import SectionModel, StudyError
+from pidpanel.study.coupon_study import RESERVED, CouponStudy
+from pidpanel.study.mistakes import WORDS, Keys, Mistake, dotted, mistakes_of, one_line
+from pidpanel.study.study import Study
 from pidpanel.text_files import TextFileError, read_text
+
+CORE = "tag:yaml.org,2002:"
+NULL, MERGE = f"{CORE}null", f"{CORE}merge"
+TAGS = {CORE + kind for kind in ("str", "int", "float", "bool", "null", "map", "seq", "merge")}
+MOST_VALUES = 500_000  # values that a study may have once its aliases are written out
+
+
+class WrittenInt(int):
+    """A whole number, and how it is written: ``7`` may be meant as a name."""
+
+    written: str
+
+
+class WrittenFloat(float):
+    """A number, and how it is written: ``1.50`` may be meant as a name."""
+
+    written: str
+
+
+class Loader(yaml.SafeLoader):
+    """Safe YAML whose keys are text as written.
+
+    Attributes
+    ----------
+    mistakes : list of Mistake
+        Duplicate keys and keys without a value, with the way to each.
+    """
+
+    EMPTY = "has no value; give one, or omit the key"
+
+    yaml_implicit_resolvers: ClassVar = {}  # type: ignore[misc]
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self.mistakes: list[Mistake] = []
+
+    def get_single_node(self) -> yaml.Node | None:
+        """Return the root, without what would not fit into memory or never end."""
+        root = super().get_single_node()
+        if root is not None:
+            count = _count(root, {}, set())
+            if count > MOST_VALUES:
+                says = f"has {count:.3g} values with its aliases written out"
+                raise _refusal(f"{says}; allowed are {MOST_VALUES}")
+            self.mistakes = list(_mistakes(root, (), set()))
+        return root
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Return a mapping with the keys as they are written, merged ones first."""
+        self.flatten_mapping(node)
+        return {key.value: self.construct_object(value, deep) for key, value in node.value}
+
+    def construct_number(self, node: yaml.ScalarNode) -> WrittenInt | WrittenFloat:
+        """Return a number."""
+        text = node.value.lower().replace(".inf", "inf").replace(".nan", "nan")
+        for kind in (WrittenInt, WrittenFloat):
+            with contextlib.suppress(ValueError):
+                number = kind(text)
+                number.written = node.value
+                return number
+        raise _refusal(f"{node.value} is not a number", node.start_mark)
+
+
+Loader.add_implicit_resolver(
+    f"{CORE}bool", re.compile("(true|True|TRUE|false|False|FALSE)$"), "tTfF"
+)
+Loader.add_implicit_resolver(f"{CORE}int", re.compile(r"[+-]?(0|[1-9][0-9]*)$"), "-+0123456789")
+Loader.add_implicit_resolver(
+    f"{CORE}float",
+    re.compile(rf"(?![+-]?0\d)({NUMBER.pattern}|[+-]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$"),
+    "-+0123456789.",
+)
+Loader.add_implicit_resolver(NULL, re.compile("(~|null|Null|NULL|)$"), ["~", "n", "N", ""])
+Loader.add_implicit_resolver(MERGE, re.compile("<<$"), "<")
+Loader.add_constructor(f"{CORE}int", Loader.construct_number)
+Loader.add_constructor(f"{CORE}float", Loader.construct_number)
+
+
+def _refusal(says: str, mark: yaml.Mark | None = None) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(None, None, says, mark)
+
+
+def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
+    """Return the line of an error and what is wrong there."""
+    if not isinstance(error, yaml.MarkedYAMLError):
+        if isinstance(error, yaml.reader.ReaderError):
+            return None, f"not YAML: the character U+{error.character:04X} is not allowed"
+        return None, f"not YAML: {' '.join(str(error).split())}"
+    mark, problem = error.problem_mark, " ".join(str(error.problem).split())
+    context = error.context or ""
+    if error.context_mark and context.startswith(("while scanning", "while parsing a flow")):
+        mark = error.context_mark  # where what is not closed begins
+    says = next((says for fragment, says in WORDS["yaml"].items() if fragment in problem), problem)
+    return (mark.line + 1 if mark else None), f"not YAML: {says}"
+
+
+def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:
+    """Return the number of values in a node with its aliases written out."""
+    if node.tag not in TAGS:
+        name = node.tag.replace(CORE, "!!")
+        raise _refusal(f"the tag {name} is not allowed", node.start_mark)
+    if id(node) in ancestors:
+        raise _refusal("an alias contains itself", node.start_mark)
+    if id(node) not in counts:
+        ancestors.add(id(node))
+        parts = [child for _, child in _children(node)]
+        if isinstance(node, yaml.MappingNode):
+            parts += [key for key, _ in node.value]
+        counts[id(node)] = 1 + sum(_count(child, counts, ancestors) for child in parts)
+        ancestors.remove(id(node))
+    return counts[id(node)]
+
+
+def _children(node: yaml.Node) -> Iterator[tuple[str | int, yaml.Node]]:
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                raise _refusal("a key must be text", key.start_mark)
+            yield key.value, value
+    elif isinstance(node, yaml.SequenceNode):
+        yield from enumerate(node.value)
+
+
+def _mistakes(node: yaml.Node, way: Keys, visited: set[int]) -> Iterator[Mistake]:
+    """Yield duplicate keys and keys without a value; in ``vary``, none is a value."""
+    if id(node) in visited:
+        return
+    visited.add(id(node))
+    lines: dict[str, int] = {}
+    for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+        line = key.start_mark.line + 1
+        if key.value in lines:
+            says = f"duplicate key; already in line {lines[key.value]}"
+            yield Mistake((*way, key.value), says, line)
+        lines.setdefault(key.value, line)
+    for name, child in _children(node):
+        keys = (*way, name)
+        if child.tag == NULL and "vary" not in way:
+            yield Mistake(keys, Loader.EMPTY)
+        yield from _mistakes(child, keys, visited)
+
 
 LONGEST_VALUE = 60  # longest value that a message shows whole [characters]
 # Most bytes of a study: what is longer belongs into a mesh or a table beside it.
@@ -113,3 +264,81 @@ def _in_a_line(node: yaml.Node, depth: int) -> str:
         pairs = (f"{key.value}: {_in_a_line(value, depth - 1)}" for key, value in node.value)
         return f"{{{', '.join(pairs)}}}"
     return f"[{', '.join(_in_a_line(item, depth - 1) for item in node.value)}]"
+
+
+T = TypeVar("T", bound=SectionModel)
+
+
+def load_study(path: str | Path) -> Study:
+    """Read and check the file of a study that has a panel; see `load_any_study`."""
+    study = load_any_study(path)
+    if not isinstance(study, Study):
+        raise StudyError(f"{path}: panel: missing; this is a study of the coupon alone")
+    return study
+
+
+def load_any_study(path: str | Path) -> Study | CouponStudy:
+    """Read and check a study file.
+
+    Parameters
+    ----------
+    path
+        YAML file. Paths in it are relative to its own folder, to the working folder, or to the
+        folder of such files that come with pidpanel.
+
+    Returns
+    -------
+    Study or CouponStudy
+        A `CouponStudy` if the file has a section ``coupon`` and nothing of a panel.
+
+    Raises
+    ------
+    StudyError
+        One line for each mistake: file, line, key, value, what is wrong or what is allowed.
+    """
+    return study_in(Document(Path(path)))
+
+
+def study_in(document: Document) -> Study | CouponStudy:
+    """Return the study of a file that has been read; see `load_any_study`."""
+    of_panel = set(Study.model_fields) - set(CouponStudy.model_fields)
+    is_coupon = "coupon" in document.data and not (of_panel - {"damping"}) & set(document.data)
+    if is_coupon and "damping" in document.data:
+        says = "only in a study with a panel; a study of the coupon alone reads no damping model"
+        raise document.error([Mistake(("damping",), f"{says}. Delete it, or add panel and sound")])
+    return section_in(document, CouponStudy if is_coupon else Study, _in_file)
+
+
+def section_in(
+    document: Document,
+    model: type[T],
+    explain: Callable[[Mistake, Document], Mistake] | None = None,
+) -> T:
+    """Return the model of a whole file; `StudyError` with its mistakes, as they are explained."""
+    values = {"name": document.path.stem, **document.data}
+    try:
+        section = model.model_validate(values, context={"folder": document.path.parent})
+    except ValidationError as error:
+        mistakes = list(mistakes_of(error, model))
+        if explain:
+            mistakes = [explain(mistake, document) for mistake in mistakes]
+        raise document.error(mistakes) from None
+    if document.mistakes:
+        raise document.error([])
+    return section
+
+
+def _in_file(mistake: Mistake, document: Document) -> Mistake:
+    """Return a mistake with its cause: an indented section, or the name of the file."""
+    *around, key = mistake.keys or ("",)
+    if around and key in Study.model_fields and mistake.says.startswith("unknown key"):
+        says = f"unknown key; {key} is a top-level section; do not indent its line"
+        return mistake._replace(says=says)
+    if mistake.keys != ("name",) or "name" in document.data:
+        return mistake
+    stem = document.path.stem
+    plain = unicodedata.normalize("NFKD", stem).encode("ascii", "ignore").decode()
+    better = re.sub("[^A-Za-z0-9_-]+", "_", plain).strip("_-")
+    better = better if better and better not in RESERVED else f"{better or 'my'}_study"
+    says = f"missing; the name of the file, {stem!r}, cannot be that of the study: {mistake.says}"
+    return mistake._replace(says=f"{says}; such as name: {better}")

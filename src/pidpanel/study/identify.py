@@ -8,16 +8,14 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from pidpanel.study.atlas import mistakes_of_coupon, mistakes_of_fill
-from pidpanel.study.base import Fill, RelativeError, SectionModel, Text
+from pidpanel.study.base import Fill, RelativeError, SectionModel, Text, file_in
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import CouponStudy
 from pidpanel.study.dampers import MassPerArea
-from pidpanel.study.document import Document
-from pidpanel.study.files import file_in
+from pidpanel.study.document import Document, section_in
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import GRAVITIES, MILLIMETRES, Quantity, whole
-from pidpanel.study.reading import section_in
+from pidpanel.study.quantity import Quantity, whole
+from pidpanel.study.requirements import mistakes_of_coupon, mistakes_of_fill
 from pidpanel.study.sweep import Frequency, Gamma
 
 GIVEN = {"cell", "particles", "gravity_g", "gravity_direction"}  # keys of the coupon
@@ -31,7 +29,7 @@ class Measured(SectionModel):
     """CSV table of damping, or a universal file (data set 58) with force over acceleration."""
     acceleration_g: Gamma | None = None
     """Amplitude of all tones [g], for a file without amplitudes."""
-    acceleration_rms_g: Annotated[float, Quantity(0.01, 1000, units=GRAVITIES)] | None = None
+    acceleration_rms_g: Annotated[float, Quantity(0.01, 1000, unit="gravities")] | None = None
     """Rms acceleration of a random test [g]."""
     spectrum: Annotated[Path, file_in()] | None = None
     """CSV table of the acceleration PSD of a random test, instead of ``acceleration_rms_g``."""
@@ -59,7 +57,7 @@ class ShakerLimits(SectionModel):
     """Lowest and highest frequency [Hz]."""
     acceleration_g: Gamma = 50.0
     """Largest acceleration amplitude [g]."""
-    displacement_mm: Annotated[float, Quantity(1e-3, 1000, units=MILLIMETRES)] = 10.0
+    displacement_mm: Annotated[float, Quantity(1e-3, 1000, unit="millimetres")] = 10.0
     """Largest displacement amplitude [mm]."""
 
     def mistakes(self) -> Iterator[Mistake]:

@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pidpanel.study.base import SectionModel, Text
-from pidpanel.study.files import file_in
+from pidpanel.study.base import SectionModel, Text, file_in
 from pidpanel.study.quantity import whole
 
 

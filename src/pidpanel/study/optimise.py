@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pidpanel.study.base import Fill, SectionModel, Size, Text
 from pidpanel.study.mistakes import Mistake, mistakes_of_names
 from pidpanel.study.panel import Area
-from pidpanel.study.quantity import MASS_PER_AREA, PERCENT, Quantity, whole
+from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.response import Frequency
 
 LEAST_BAND = 1.1  # ratio of the ends of a band: 40 natural frequencies are in a decade
@@ -16,9 +16,9 @@ MOST_PATCHES = 6  # patches of a layout; the search grows steeply with them
 class DampingLayer(SectionModel):
     """A damping layer over the whole panel, to which layouts of the same mass are compared."""
 
-    mass_per_area_kg_m2: Annotated[float, Quantity(1e-3, 100, units=MASS_PER_AREA)]
+    mass_per_area_kg_m2: Annotated[float, Quantity(1e-3, 100, unit="mass_per_area")]
     """Mass per area of the layer [kg/m²]."""
-    loss_factor: Annotated[float, Quantity(1e-5, 1, units=PERCENT)]
+    loss_factor: Annotated[float, Quantity(1e-5, 1, unit="percent")]
     """Loss factor that it adds to all modes of the panel; a lighter layer adds less in
     proportion."""
 
@@ -26,7 +26,7 @@ class DampingLayer(SectionModel):
 class Optimise(SectionModel):
     """Search for the places, fill fractions and dampers that reduce the response most."""
 
-    mass_kg: Annotated[float, Quantity(0, 1000, low_itself=False, units=(("g", 1e-3),))]
+    mass_kg: Annotated[float, Quantity(0, 1000, low_itself=False, unit="mass")]
     """Mass budget of all dampers together [kg]."""
     patch_size_m: tuple[Size, Size]
     """Lengths of a patch along x and y [m]."""

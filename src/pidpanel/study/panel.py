@@ -19,19 +19,18 @@ from pidpanel.geometry.polygon import (
     show,
     signed_area,
 )
-from pidpanel.study.base import SectionModel, Size, Text
+from pidpanel.study.base import SectionModel, Size, Text, file_in
 from pidpanel.study.choice import Choice
 from pidpanel.study.damping_ratio import DampingRatios, damping_ratio_of, mistakes_of_damping_ratio
-from pidpanel.study.files import file_in
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
-from pidpanel.study.quantity import METRES, Quantity, whole
+from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.section import Section
 from pidpanel.study.supports import EdgeKind, Mass, Node, PointSupportInput, Position, SupportsInput
 
 MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".msh")
-EXTENT = Quantity(0.01, 30, units=METRES)  # of a panel [m]
+EXTENT = Quantity(0.01, 30, unit="metres")  # of a panel [m]
 Length = Annotated[float, EXTENT]
-Radius = Annotated[float, Quantity(0, 15, units=METRES)]  # of corners [m]
+Radius = Annotated[float, Quantity(0, 15, unit="metres")]  # of corners [m]
 Count = Annotated[int, whole(2, 5000)]  # of elements along an edge
 # Elements that a mesh may have: its modes take more memory than a machine has.
 MOST_ELEMENTS = 400_000
@@ -57,9 +56,9 @@ class Mesh(SectionModel):
     a mesh from a file."""
     elements: tuple[Count, Count] = (30, 20)
     """Number of quadrilaterals along x and y."""
-    size_m: Annotated[float, Quantity(1e-5, 10, units=METRES)] | None = None
+    size_m: Annotated[float, Quantity(1e-5, 10, unit="metres")] | None = None
     """Edge length of triangles [m]."""
-    corner_size_m: Annotated[float, Quantity(1e-6, 10, units=METRES)] | None = None
+    corner_size_m: Annotated[float, Quantity(1e-6, 10, unit="metres")] | None = None
     """Edge length at re-entrant corners and rims of feet [m]; by default 0.002 of size_m, and a
     tenth of the radius of a foot."""
     file: Annotated[Path, AfterValidator(_of_known_suffix), file_in()] | None = None

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any
@@ -12,27 +12,9 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from pidpanel.columns import NUMBER
-from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.study.mistakes import WORDS
 
 LEADING_ZEROS = re.compile(r"[+-]?0\d")
-Convert = Callable[[float], float]
-# Units in which a value may have been given by mistake, each with what turns it into the right
-# one: a factor or a function.
-Units = tuple[tuple[str, float | Convert], ...]
-
-PERCENT: Units = (("%", 0.01),)
-METRES: Units = (("mm", 1e-3), ("cm", 1e-2))
-MILLIMETRES: Units = (("m", 1e3), ("µm", 1e-3))
-SMALL_MILLIMETRES: Units = (*MILLIMETRES, ("in", 25.4))
-GIGAPASCAL: Units = (("Pa", 1e-9), ("MPa", 1e-3))
-MEGAPASCAL: Units = (("Pa", 1e-6), ("GPa", 1e3))
-DENSITY: Units = (("g/cm³", 1e3), ("t/mm³", 1e12), ("kg/mm³", 1e9), ("g/m³", 1e-3))
-CORE_DENSITY: Units = (*DENSITY, ("lb/ft³", 16.0185))
-MASS_PER_AREA: Units = (("g/m²", 1e-3),)
-KILOHERTZ: Units = (("kHz", 1e3),)
-GRAVITIES: Units = (("m/s²", 1 / STANDARD_GRAVITY),)
-MILLISECONDS: Units = (("ms", 1e-3),)
-VELOCITY: Units = (("mm/s", 1e-3), ("km/s", 1e3))
 
 
 def level_of(pressure: float) -> float:
@@ -46,7 +28,10 @@ def level_of(pressure: float) -> float:
     return 20 * math.log10(pressure / 20e-6) if pressure > 0 else math.nan
 
 
-PASCAL: Units = (("Pa", level_of),)
+# What turns a value in a unit into the right one, by the name of the right one: a factor or a
+# function.
+UNITS: Mapping[str, Mapping[str, float | Callable[[float], float]]]
+UNITS = {"": {}, "level": {"Pa": level_of}, **WORDS["units"]}
 
 
 @dataclass(frozen=True)
@@ -55,7 +40,7 @@ class Quantity:
 
     Examples
     --------
-    >>> Quantity(0.01, 30, units=METRES).refuses(1500.0)
+    >>> Quantity(0.01, 30, unit="metres").refuses(1500.0)
     'must be from 0.01 to 30; 1500 mm would be 1.5'
     >>> Quantity(0, 1, low_itself=False).refuses(0.5)
     ''
@@ -65,8 +50,11 @@ class Quantity:
     high: float = math.inf
     low_itself: bool = True  # whether the bound is allowed
     high_itself: bool = True
-    units: Units = ()  # in which a value may have been given by mistake
+    unit: str = ""  # key of `UNITS`, with those in which it may have been given by mistake
     whole: bool = False
+
+    def __post_init__(self) -> None:
+        _ = UNITS[self.unit]  # no other
 
     @property
     def allowed(self) -> str:
@@ -97,7 +85,7 @@ class Quantity:
         """
         candidates: list[tuple[float, str]] = []
         low, high = max(self.low, self.high * 1e-9, 1e-300), self.high
-        for unit, way in self.units:
+        for unit, way in UNITS[self.unit].items():
             converted = way(value) if callable(way) else way * value
             if unit == "%" and value < 1:
                 continue

@@ -5,9 +5,9 @@ from typing import Annotated, ClassVar, Literal
 
 from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import KILOHERTZ, Quantity
+from pidpanel.study.quantity import Quantity
 
-Frequency = Annotated[float, Quantity(0.5, 20000, units=KILOHERTZ)]  # [Hz]
+Frequency = Annotated[float, Quantity(0.5, 20000, unit="kilohertz")]  # [Hz]
 Radiation = Literal["none", "one_side", "two_sides"]
 
 # Least ratio of the highest frequency to the lowest: several bandwidths of a resonance.

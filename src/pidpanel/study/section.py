@@ -11,22 +11,13 @@ from pidpanel.columns import read_rows
 from pidpanel.paths import DATA
 from pidpanel.study.base import Density, PoissonsRatio, SectionModel, Text
 from pidpanel.study.mistakes import Mistake, not_among
-from pidpanel.study.quantity import (
-    CORE_DENSITY,
-    GIGAPASCAL,
-    MASS_PER_AREA,
-    MEGAPASCAL,
-    MILLIMETRES,
-    PERCENT,
-    SMALL_MILLIMETRES,
-    Quantity,
-)
+from pidpanel.study.quantity import Quantity
 
 CORE_GRADES_FILE = DATA / "materials" / "honeycomb_5056.csv"  # honeycomb cores by their grade
 
-Modulus = Annotated[float, Quantity(1e-3, 1500, units=GIGAPASCAL)]  # of a solid [GPa]
-ShearModulus = Annotated[float, Quantity(1, 20000, units=MEGAPASCAL)]  # of a core [MPa]
-Thickness = Annotated[float, Quantity(0.05, 1000, units=MILLIMETRES)]  # of a panel [mm]
+Modulus = Annotated[float, Quantity(1e-3, 1500, unit="gigapascal")]  # of a solid [GPa]
+ShearModulus = Annotated[float, Quantity(1, 20000, unit="megapascal")]  # of a core [MPa]
+Thickness = Annotated[float, Quantity(0.05, 1000, unit="millimetres")]  # of a panel [mm]
 Angle = Annotated[float, Quantity(-360, 360)]  # [°]
 STIFFEST = 1.1e12  # Young's modulus of diamond [Pa]
 HEAVIEST = 22600.0  # density of osmium [kg/m³]
@@ -37,9 +28,9 @@ class ThinSectionInput(SectionModel):
 
     kind: Literal["thin"] = "thin"
     """A thin plate; the default."""
-    mass_per_area_kg_m2: Annotated[float, Quantity(0.01, 1000, units=MASS_PER_AREA)]
+    mass_per_area_kg_m2: Annotated[float, Quantity(0.01, 1000, unit="mass_per_area")]
     """Mass per area [kg/m²]."""
-    bending_stiffness_n_m: Annotated[float, Quantity(1e-3, 1e8, units=(("N mm", 1e-3),))]
+    bending_stiffness_n_m: Annotated[float, Quantity(1e-3, 1e8, unit="bending_stiffness")]
     """Bending stiffness D [N m]."""
     thickness_mm: Thickness = 25.0
     """Thickness for strains at the surfaces, and for stresses of an equivalent homogeneous plate
@@ -108,7 +99,8 @@ class MaterialInput(SectionModel):
     g12_gpa: Modulus | None = None
     """In-plane shear modulus [GPa]."""
     nu12: (
-        Annotated[float, Quantity(-2, 2, low_itself=False, high_itself=False, units=PERCENT)] | None
+        Annotated[float, Quantity(-2, 2, low_itself=False, high_itself=False, unit="percent")]
+        | None
     ) = None
     """Major Poisson's ratio: transverse over longitudinal strain under tension along the fibre."""
 
@@ -139,7 +131,7 @@ class PlyInput(SectionModel):
 
     material: Text
     """Name under ``materials``."""
-    thickness_mm: Annotated[float, Quantity(0.005, 100, units=MILLIMETRES)]
+    thickness_mm: Annotated[float, Quantity(0.005, 100, unit="millimetres")]
     """Thickness [mm]."""
     angle_deg: Angle = 0.0
     """Angle from the panel's x to the fibre [°]."""
@@ -158,7 +150,7 @@ class PlyInput(SectionModel):
 class CoreInput(SectionModel):
     """A honeycomb core by its grade (``workflow/data/materials``) or by its moduli."""
 
-    thickness_mm: Annotated[float, Quantity(0.5, 1000, units=SMALL_MILLIMETRES)]
+    thickness_mm: Annotated[float, Quantity(0.5, 1000, unit="small_millimetres")]
     """Thickness [mm]."""
     grade: Text | None = None
     """Grade in ``workflow/data/materials/honeycomb_5056.csv``, instead of moduli and density."""
@@ -166,7 +158,7 @@ class CoreInput(SectionModel):
     """Transverse shear modulus along the ribbon, G_L [MPa]."""
     shear_modulus_w_mpa: ShearModulus | None = None
     """Transverse shear modulus across the ribbon, G_W [MPa]."""
-    density_kg_m3: Annotated[float, Quantity(5, 3000, units=CORE_DENSITY)] | None = None
+    density_kg_m3: Annotated[float, Quantity(5, 3000, unit="core_density")] | None = None
     """Density [kg/m³]."""
     ribbon_deg: Angle = 0.0
     """Angle from the panel's x to the ribbon (L) direction [°]."""
@@ -221,7 +213,7 @@ class SandwichSectionInput(SectionModel):
     """Plies of the lower face (−z), the outermost first."""
     core: CoreInput
     """The honeycomb core."""
-    extra_mass_per_area_kg_m2: Annotated[float, Quantity(0, 500, units=MASS_PER_AREA)] = 0.0
+    extra_mass_per_area_kg_m2: Annotated[float, Quantity(0, 500, unit="mass_per_area")] = 0.0
     """Adhesive, solar cells: mass without stiffness."""
 
     def mistakes(self) -> Iterator[Mistake]:

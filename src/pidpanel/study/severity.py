@@ -4,10 +4,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated
 
-from pidpanel.study.base import SectionModel, Text
-from pidpanel.study.files import file_in
+from pidpanel.study.base import SectionModel, Text, file_in
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import MEGAPASCAL, Quantity
+from pidpanel.study.quantity import Quantity
 
 # Least product of the lowest frequency and the duration: the largest peak of fewer cycles is not
 # that of its formula.
@@ -17,7 +16,7 @@ LEAST_CYCLES = 100.0
 class Fatigue(SectionModel):
     """An S-N line N = cycles (A/stress_mpa)^−exponent for the amplitude A, at zero mean stress."""
 
-    stress_mpa: Annotated[float, Quantity(0.1, 5000, units=MEGAPASCAL)]
+    stress_mpa: Annotated[float, Quantity(0.1, 5000, unit="megapascal")]
     """Amplitude, half the range, at which failure takes ``cycles`` [MPa]."""
     cycles: Annotated[float, Quantity(1, 1e12)] = 1e6
     """Cycles to failure at that amplitude."""
@@ -25,7 +24,7 @@ class Fatigue(SectionModel):
     """b of the line: 4 to 10 for metals."""
 
 
-Strength = Annotated[float, Quantity(0.01, 1e5, units=MEGAPASCAL)]  # [MPa]
+Strength = Annotated[float, Quantity(0.01, 1e5, unit="megapascal")]  # [MPa]
 
 
 class PlyStrength(SectionModel):

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Level, SectionModel
-from pidpanel.study.files import file_in
+from pidpanel.study.base import Level, SectionModel, file_in
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import DENSITY, VELOCITY, Quantity
+from pidpanel.study.quantity import Quantity
 
 SPEED = 343.0  # of sound in air [m/s]
 
@@ -40,9 +39,9 @@ class Sound(SectionModel):
     """Where the levels of the table were measured. ``surface``: on the panel; ``room``: far from it
     in a diffuse field, so a rigid face has twice the PSD; ``incident``: an incoming wave alone,
     so it has four times the PSD."""
-    speed_m_s: Annotated[float, Quantity(100, 1400, units=VELOCITY)] = SPEED
+    speed_m_s: Annotated[float, Quantity(100, 1400, unit="velocity")] = SPEED
     """Speed of sound [m/s]."""
-    air_density_kg_m3: Annotated[float, Quantity(0.01, 50, units=DENSITY)] = 1.2
+    air_density_kg_m3: Annotated[float, Quantity(0.01, 50, unit="density")] = 1.2
     """Density of the air [kg/m³]."""
 
     @property

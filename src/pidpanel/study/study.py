@@ -9,7 +9,6 @@ from pydantic import BeforeValidator, Field
 from pidpanel.constants import ATLAS, BY_DAMPER
 from pidpanel.paths import SECTION
 from pidpanel.study import requirements
-from pidpanel.study.atlas import mistakes_of_atlas
 from pidpanel.study.base import StudyError, as_tuple
 from pidpanel.study.base_motion import BaseMotion, sound_or_base
 from pidpanel.study.coupon import Coupon
@@ -20,6 +19,7 @@ from pidpanel.study.measurement import Measurement
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import Panel
+from pidpanel.study.requirements import mistakes_of_atlas
 from pidpanel.study.response import Response
 from pidpanel.study.scenarios import (
     Compared,

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pidpanel.study.base import Coordinate, SectionModel
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import METRES, Quantity
+from pidpanel.study.quantity import Quantity
 
 Position = tuple[Coordinate, Coordinate]  # (x, y) [m]
 EdgeKind = Literal["simply_supported", "simply_supported_soft", "clamped", "free"]
@@ -28,7 +28,7 @@ class PointSupportInput(SectionModel):
     """Position (x, y) [m]."""
     grid: Number | None = None
     """Node of a mesh file, instead of ``at_m``."""
-    radius_m: Annotated[float, Quantity(0, 5, units=METRES)] = 0.0
+    radius_m: Annotated[float, Quantity(0, 5, unit="metres")] = 0.0
     """Radius of the rigid foot of a hinge or a hold-down [m]; 0 for a point."""
     stiffness_n_m: Annotated[float, Quantity(1e-3, 1e12)] | None = None
     """Stiffness of a spring [N/m]."""
@@ -69,7 +69,7 @@ class SupportsInput(SectionModel):
 class Mass(SectionModel):
     """A mass at a point (at_m or grid) or spread along a line (from_m, to_m)."""
 
-    mass_kg: Annotated[float, Quantity(1e-6, 2000, units=(("g", 1e-3),))]
+    mass_kg: Annotated[float, Quantity(1e-6, 2000, unit="mass")]
     """Mass [kg]."""
     at_m: Position | None = None
     """Position (x, y) of a mass at a point [m]."""

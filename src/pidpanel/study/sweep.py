@@ -1,20 +1,26 @@
-"""The points at which a coupon is shaken."""
+"""The points at which a coupon is shaken: a sweep, or a table of cases.
+
+In the table a row is a case, a column a dotted key of the coupon.
+"""
 
 import bisect
 import math
-from collections.abc import Iterator
-from typing import Annotated
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field
 
+from pidpanel.columns import NUMBER, ColumnsError, LineFaults, faults_of_names, read_rows
 from pidpanel.constants import LARGEST_GAMMA, STANDARD_GRAVITY
 from pidpanel.study.base import Fill, SectionModel
 from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Diameter
-from pidpanel.study.quantity import GRAVITIES, KILOHERTZ, MILLIMETRES, VELOCITY, Quantity
+from pidpanel.study.quantity import Quantity
 
-Frequency = Annotated[float, Quantity(1, 20000, units=KILOHERTZ)]  # of a drive [Hz]
+Frequency = Annotated[float, Quantity(1, 20000, unit="kilohertz")]  # of a drive [Hz]
 MOST_VALUES = 10_000  # values that a range may have
 
 
@@ -51,9 +57,9 @@ class Range(SectionModel):
 
 
 # Amplitude of an acceleration [g].
-Gamma = Annotated[float, Quantity(0, LARGEST_GAMMA, low_itself=False, units=GRAVITIES)]
+Gamma = Annotated[float, Quantity(0, LARGEST_GAMMA, low_itself=False, unit="gravities")]
 # Of a displacement [mm].
-Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, units=MILLIMETRES)]
+Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, unit="millimetres")]
 
 # Frequencies and amplitudes of a sweep, below which an interpolation cannot be checked.
 LEAST_VALUES = 3
@@ -72,7 +78,7 @@ class Sweep(SectionModel):
     """Amplitude W of the displacement [mm], instead of that of the acceleration."""
     diameter_mm: tuple[Diameter, ...] = ()
     """Diameters of the particles [mm]; by default ``particles.diameter_mm``."""
-    max_velocity_m_s: Annotated[float, Quantity(1e-3, 1000, units=VELOCITY)] | None = None
+    max_velocity_m_s: Annotated[float, Quantity(1e-3, 1000, unit="velocity")] | None = None
     """Combinations with a larger velocity amplitude a/ω are omitted [m/s]."""
 
     @property
@@ -154,3 +160,82 @@ class Sweep(SectionModel):
 USUAL_SWEEP = Sweep(
     frequency_hz=(30, 80, 250, 700, 2000), acceleration_g=(4, 20, 120, 700), max_velocity_m_s=7
 )
+
+
+POINT = ("sweep.fill_fraction", "sweep.frequency_hz")
+AMPLITUDES = ("sweep.acceleration_g", "sweep.displacement_mm")
+
+
+class CaseRow(NamedTuple):
+    """A row of the table."""
+
+    line: int  # in the file
+    values: Mapping[str, Any]  # key → number, text, or tuple of them
+
+    @property
+    def inputs(self) -> dict[str, Any]:
+        """Values besides the drive and the accuracy."""
+        sections = ("sweep.", "accuracy.")
+        return {key: value for key, value in self.values.items() if not key.startswith(sections)}
+
+
+def read_cases(file: Path) -> list[CaseRow]:
+    """Read the rows of a table of cases.
+
+    Raises
+    ------
+    ColumnsError
+        A line for each column that is missing, and for each empty cell or repeated row.
+    """
+    table = read_rows(file)
+    header, faults = table.header, LineFaults(file)
+    missing = (f"missing column {name}" for name in POINT if name not in header)
+    for says in (*faults_of_names(header, header), *missing):
+        faults.add(table.line, says)
+    if len(set(AMPLITUDES) & set(header)) != 1:
+        faults.add(table.line, f"must have either column {' or '.join(AMPLITUDES)}")
+    if faults:
+        raise ColumnsError(faults.texts())
+    rows: list[CaseRow] = []
+    lines: dict[tuple[str, ...], int] = {}
+    for line, cells in table.rows:
+        says = ""
+        if len(cells) != len(header):
+            says = f"has {len(cells)} values, must have {len(header)} as the header"
+        elif "" in cells:
+            says = f"{header[cells.index('')]}: empty; must have a value"
+        elif tuple(cells) in lines:
+            says = f"duplicate of line {lines[tuple(cells)]}"
+        if says:
+            faults.add(line, says, says)
+            continue
+        lines[tuple(cells)] = line
+        rows.append(CaseRow(line, dict(zip(header, map(_value, cells), strict=True))))
+    if faults:
+        raise ColumnsError(faults.texts())
+    if not rows:
+        raise ColumnsError([f"{file}: must have at least one row"])
+    return rows
+
+
+def sweep_of(rows: Sequence[CaseRow]) -> Sweep:
+    """Return the drives of all rows as a sweep; each row is checked with its coupon."""
+    values: dict[str, Any] = {
+        key.removeprefix("sweep."): tuple(dict.fromkeys(row.values[key] for row in rows))
+        for key in rows[0].values
+        if key.startswith("sweep.")
+    }
+    return Sweep.model_construct(None, **values)
+
+
+def _value(cell: str) -> Any:
+    """Return what a cell means.
+
+    Examples
+    --------
+    >>> _value("0.5"), _value("hexagon"), _value("0 0 -1")
+    (0.5, 'hexagon', (0.0, 0.0, -1.0))
+    """
+    words = re.split(r"\s+", cell)
+    values = [float(word) if NUMBER.fullmatch(word) else word for word in words]
+    return values[0] if len(values) == 1 else tuple(values)

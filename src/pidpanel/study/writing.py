@@ -8,8 +8,7 @@ import numpy as np
 import yaml
 
 from pidpanel.study.base import StudyError
-from pidpanel.study.document import Document
-from pidpanel.study.yaml_loader import CORE, WrittenFloat, WrittenInt
+from pidpanel.study.document import CORE, Document, WrittenFloat, WrittenInt
 
 
 def values_of(file: Path) -> dict[str, Any]:

@@ -32,7 +32,7 @@ from pidpanel.solve.supports import (
     supported_panel,
     with_translation,
 )
-from pidpanel.verification.rows import Comparison, Row
+from pidpanel.verification.rows import Row, comparison
 
 SIZE, RIGIDITY, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02
 MASS = MASS_PER_AREA * SIZE[0] * SIZE[1]
@@ -62,10 +62,7 @@ def oscillator_rows(folder: Path) -> list[Row]:
         cross = np.einsum("fii->fi", answer.response.cross_psd[:, 0]).real
         return np.asarray((2 * np.pi * frequency[:, None]) ** 4 * cross)
 
-    case = "Oscillator on a moving base"
-    method = "the solver of the response with a translation"
-    comparison = Comparison(case, "m2/s4/Hz", 1e-6, method, "closed form")
-    rows = []
+    at_lines, rows = comparison("oscillator"), []
     for frequency in (20.0, 50.0, 120.0):
         r = frequency / own
         below = (1 - r**2) ** 2 + (2 * ratio * r) ** 2
@@ -74,12 +71,12 @@ def oscillator_rows(folder: Path) -> list[Row]:
             ("absolute", "relative"), psds(np.array([frequency]))[0], closed, strict=True
         ):
             quantity = f"{name} acceleration PSD at {frequency:g} Hz"
-            rows.append(comparison.row(quantity, value, exact, frequency))
+            rows.append(at_lines.row(quantity, value, exact, frequency))
     lines = frequency_grid(2e-4, 1e7, ratio)
     rms = np.sqrt(np.trapezoid(psds(lines)[:, 0], lines))
     miles = np.sqrt(level * np.pi * own * (1 + 4 * ratio**2) / (4 * ratio))
-    exact = Comparison(case, "m/s2", 2e-5, method, "Miles 1954, exact")
-    return [*rows, exact.row("rms of the absolute acceleration", rms, miles)]
+    overall = comparison("oscillator_rms")
+    return [*rows, overall.row("rms of the absolute acceleration", rms, miles)]
 
 
 class _Plate:
@@ -137,11 +134,11 @@ def _navier(frequency: Array, points: Array, highest: int = 400) -> tuple[Comple
 
 def plate_rows(folder: Path) -> list[Row]:
     """The simply supported plate of the paper, ζ = 2 %, against its modal series."""
-    plate, case = _Plate(folder), "Simply supported plate on a moving base"
+    plate = _Plate(folder)
     frequency = np.array([40.0, 64.9, 180.0, 224.7])
     gain, force, _ = plate.solve(frequency)
     exact, whole = _navier(frequency, np.array(list(POINTS.values())))
-    ratio = Comparison(case, "1", 2e-4, METHOD, "modal series of 40 000 terms")
+    ratio = comparison("plate", elements=METHOD)
     weight = replace(ratio, unit="kg")
     rows = []
     for line, f in enumerate(frequency.tolist()):
@@ -154,10 +151,12 @@ def plate_rows(folder: Path) -> list[Row]:
 
 def limit_rows(folder: Path) -> list[Row]:
     """What holds of any panel on a moving base: near 0 Hz, and of all its modes."""
-    plate, case = _Plate(folder), "Limits of base motion"
+    plate = _Plate(folder)
     gain, force, _ = plate.solve(np.array([0.02]), 0.0, APPARENT)
-    rigid = Comparison(case, "1", 1e-6, METHOD, "rigid motion")
-    weight = Comparison(case, "kg", 1e-6, METHOD, "mass of panel and particles")
+    rigid, weight, of_modes, whole = (
+        comparison(name, elements=METHOD)
+        for name in ("rigid_motion", "rigid_force", "effective_mass", "whole_mass")
+    )
     supported = plate.supported
     effective = supported.inertia.effective_mass(supported.basis.modal_mass)
     m, n = np.meshgrid(*2 * [np.arange(1, 40, 2)])
@@ -167,10 +166,7 @@ def limit_rows(folder: Path) -> list[Row]:
     modes = ~supported.basis.is_residual
     below = natural < 1.001 * supported.basis.natural_frequency[modes].max()
     series = 64 / np.pi**4 * MASS / (m * n) ** 2.0
-    of_modes = Comparison(case, "kg", 2e-4, METHOD, "64 M/(π⁴ m² n²)")
     quantity = f"sum of the effective masses of the modes to {2 * HIGHEST:g} Hz"
-    source = "mass of the plate, less that of elements at the supports"
-    whole = Comparison(case, "kg", 0.02, METHOD, source)
     all_modes = plate.inertia @ spla.spsolve(plate.mass.tocsc(), plate.inertia)
     return [
         *(
@@ -193,9 +189,7 @@ def balance_rows(folder: Path) -> list[Row]:
     frequency = np.array([30.0, 65.0, 224.0, 390.0])
     _, force, shapes = plate.solve(frequency, DAMPING, APPARENT)
     overlap, count = plate.basis.patch_overlap[0], len(plate.force) - 1
-    comparison = Comparison(
-        "Power balance of base motion", "W s4/m2", 1e-6, METHOD, "losses of structure and damper"
-    )
+    balance = comparison("power_of_shaker", elements=METHOD)
     rows = []
     for line, f in enumerate(frequency.tolist()):
         omega, q = 2 * np.pi * f, shapes[line]
@@ -203,7 +197,7 @@ def balance_rows(folder: Path) -> list[Row]:
         lost = 0.5 * omega**2 * float(plate.modal.damping[:count] @ np.abs(q[:count]) ** 2)
         lost += 0.5 * omega**2 * DAMPING * float(np.real(q.conj() @ overlap @ q))
         quantity = f"power of the shaker per acceleration squared, {f:g} Hz"
-        rows.append(comparison.row(quantity, power, lost, f))
+        rows.append(balance.row(quantity, power, lost, f))
     return rows
 
 

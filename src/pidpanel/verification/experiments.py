@@ -18,7 +18,7 @@ from pidpanel.coupon import contact
 from pidpanel.coupon.packing import Constants
 from pidpanel.paths import DATA
 from pidpanel.verification.coupon import contacts, shaken
-from pidpanel.verification.rows import Comparison, Row
+from pidpanel.verification.rows import COMPARISONS, Row, comparison
 
 # What was measured, and what was not known of each case.
 PUBLISHED = yaml.safe_load((DATA / "reference" / "experiments.yaml").read_text(encoding="utf-8"))
@@ -26,10 +26,6 @@ RESTITUTION, SPIN, COLLISION = (PUBLISHED[name] for name in ("restitution", "spi
 
 # ---- oblique impact of a sphere on a wall
 
-KHARAZ = "Oblique impact of alumina on glass (Kharaz et al. 2001)"
-KHARAZ_SOURCE = (
-    "Kharaz, Gorham & Salman, Powder Technology 120, 281 (2001), as digitised in MFIX and Lethe"
-)
 SPEED, DIAMETER, DENSITY = 3.9, 5e-3, 4000.0  # [m/s], [m], [kg/m³]
 ALUMINA_GLASS = replace(
     Constants.alike(380e9, 0.23, 0.98, 0.092), wall_youngs_modulus=70e9, wall_poissons_ratio=0.25
@@ -39,14 +35,13 @@ SOFTENED = (1.0, 100.0, 1000.0)  # moduli of the materials over those of the run
 
 def impact_rows(folder: Path) -> list[Row]:
     """Tangential restitution and spin over the angle, at real and at softened moduli."""
-    method = "one sphere on a flat wall, step 0.05 Rayleigh"
     rows = []
     for softened in SOFTENED:
         moduli = "moduli of the materials" if softened == 1 else f"softened {softened:g} times"
         for quantity, unit, measured, values in _impacts(folder / f"{softened:g}", softened):
-            comparison = Comparison(KHARAZ, unit, math.nan, method, KHARAZ_SOURCE)
+            impact = replace(comparison("impact"), unit=unit)
             rows += [
-                comparison.row(f"{quantity} at {angle:.4g}°, {moduli}", value, reference, angle)
+                impact.row(f"{quantity} at {angle:.4g}°, {moduli}", value, reference, angle)
                 for (angle, reference), value in zip(measured.items(), values, strict=True)
             ]
     return rows
@@ -93,8 +88,6 @@ def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, 
 
 # ---- code against code
 
-LAMMPS = "Head-on collision of two spheres in LAMMPS (examples/granular/in.restitution)"
-LAMMPS_SOURCE = "lammps/lammps, log of version 4 Feb 2025: Hertz, e = 0.8, 1 MPa, ν = 0.4, ±1 m/s"
 # LIGGGHTS takes no modulus of 1 MPa: it, and with it every force, is this many times larger here,
 # speeds are √ of that. Times scale inversely, distances do not.
 SCALE = 100.0
@@ -116,7 +109,7 @@ def lammps_rows(folder: Path) -> list[Row]:
         folder, spheres, constants, step / faster, count, columns, diameter=diameter,
         density=density, stride=stride,
     )  # fmt: skip
-    method = f"moduli {SCALE:g} times and speeds {faster:g} times larger, which is the same motion"
+    collision = comparison("lammps", scale=SCALE, faster=faster)
     rows = []
     for time, (distance, velocity, force) in COLLISION.items():
         (z, v, f), (other, _, _) = frames[round(time / step / stride)]
@@ -125,16 +118,13 @@ def lammps_rows(folder: Path) -> list[Row]:
             ("velocity", "m/s", v / faster, velocity),
             ("force", "N", f / SCALE, force),
         ):
-            comparison = Comparison(LAMMPS, unit, math.nan, method, LAMMPS_SOURCE)
-            rows.append(
-                comparison.row(f"{quantity} at {time * 1e3:g} ms", computed, reference, time)
-            )
+            name = f"{quantity} at {time * 1e3:g} ms"
+            rows.append(replace(collision, unit=unit).row(name, computed, reference, time))
     return rows
 
 
 # ---- beds
 
-OPEN_BED = "Open bed under gravity at large acceleration (Masmoudi et al. 2016)"
 OPEN_FREQUENCY, MODULUS = 100.0, 3.2e7  # [Hz], [Pa]
 # Γ between which exponents are fitted: of the loss factor, and of the apparent mass, which falls
 # through zero at 4
@@ -149,12 +139,9 @@ def open_bed_rows(folder: Path) -> list[Row]:
         run = shaken.open_bed(OPEN_FREQUENCY, gamma, MODULUS)
         energy, inertia = shaken.shaken(folder / f"{gamma:g}", run, bed, 60)
         loss[gamma], mass[gamma] = energy[20:].mean() / math.pi, inertia[20:].mean()
-    comparison = Comparison(
-        OPEN_BED, "1", math.nan, f"{len(bed)} spheres in four layers, {OPEN_FREQUENCY:g} Hz",
-        "Masmoudi et al. 2016; Ferreyra & Pugnaloni, arXiv 2007.07961 (abstract)",
-    )  # fmt: skip
+    open_bed = comparison("open_bed", count=len(bed), frequency=OPEN_FREQUENCY)
     rows = [
-        comparison.row(
+        open_bed.row(
             f"exponent of the {name}, Γ from {gammas[0]:g} to {gammas[-1]:g}",
             np.polyfit(np.log(gammas), np.log([values[gamma] for gamma in gammas]), 1)[0],
             reference,
@@ -165,13 +152,11 @@ def open_bed_rows(folder: Path) -> list[Row]:
         )
     ]
     for gamma, value in mass.items():
-        rows.append(
-            comparison.row(f"apparent mass over mass, Γ = {gamma:g}", value, math.nan, gamma)
-        )
+        quantity = f"apparent mass over mass, Γ = {gamma:g}"
+        rows.append(open_bed.row(quantity, value, math.nan, gamma))
     return rows
 
 
-BOX = "Weightless box: where collect and collide ends (Sack et al. 2013)"
 BOX_GAPS = (2.5, 2.8, 3.1, 3.3, 3.5, 3.7, 4.0)  # L/A
 
 
@@ -182,13 +167,10 @@ def box_rows(folder: Path) -> list[Row]:
         shaken.slug(folder / f"{gap:g}", settled, shaken.BED_SIZES[-1], gap, count=16)[1]
         for gap in BOX_GAPS
     ]
-    beds = f"{shaken.BED_SIZES[-1]} spheres, e = {shaken.BED_RESTITUTION:g}"
-    comparison = Comparison(
-        BOX, "1", math.nan, f"{beds}, {len(BOX_GAPS)} gaps",
-        "Sack et al., Phys. Rev. Lett. 111, 018001 (2013); A = L/π",
-    )  # fmt: skip
+    count, restitution = shaken.BED_SIZES[-1], shaken.BED_RESTITUTION
+    box = comparison("box", count=count, restitution=restitution, gaps=len(BOX_GAPS))
     quantity = "L/A at which the loss falls to three quarters of the largest"
-    return [comparison.row(quantity, falls_to(0.75, BOX_GAPS, energy), math.pi)]
+    return [box.row(quantity, falls_to(0.75, BOX_GAPS, energy), math.pi)]
 
 
 def falls_to(share: float, points: Sequence[float], values: Sequence[float]) -> float:
@@ -208,7 +190,6 @@ def falls_to(share: float, points: Sequence[float], values: Sequence[float]) -> 
     return math.nan
 
 
-PERIODS = "Periods of a bed on a shaken floor (Jiang, Wang & Wu 2006)"
 PERIOD_GAMMAS = tuple(np.arange(2.5, 11.6, 1.0).tolist())
 SEQUENCE = (2, 4, 3, 6)  # between 4 and 3, and after 6, is chaos
 PERIOD_FREQUENCY, PERIOD_CYCLES, SETTLING = 20.0, 74, 14
@@ -229,14 +210,12 @@ def period_rows(folder: Path) -> list[Row]:
         if value > 1 and value != previous
     ]
     windows += [(math.nan, 0)] * (len(SEQUENCE) - len(windows))
-    comparison = Comparison(
-        PERIODS, "1", math.nan,
-        f"{len(bed)} spheres, {PERIOD_FREQUENCY:g} Hz, loss of {PERIOD_CYCLES - SETTLING} cycles "
-        f"at {len(PERIOD_GAMMAS)} values of Γ",
-        "Jiang, Wang & Wu, EPL 74, 417 (2006) (abstract)",
+    periods_of = comparison(
+        "periods", count=len(bed), frequency=PERIOD_FREQUENCY, cycles=PERIOD_CYCLES - SETTLING,
+        gammas=len(PERIOD_GAMMAS),
     )  # fmt: skip
     return [
-        comparison.row(
+        periods_of.row(
             f"period {number} of the sequence, from Γ = {gamma:g} [cycles]",
             value, reference, gamma,
         )
@@ -276,7 +255,5 @@ CASES = {
     "periods": period_rows,
 }
 
-UNKNOWN = {
-    title: PUBLISHED["unknown"][case]
-    for case, title in zip(CASES, (KHARAZ, LAMMPS, OPEN_BED, BOX, PERIODS), strict=True)
-}
+# What was not known of each, by the names of their cases.
+UNKNOWN = {COMPARISONS[name]["case"]: PUBLISHED["unknown"][name] for name in CASES}

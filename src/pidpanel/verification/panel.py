@@ -20,7 +20,7 @@ from pidpanel.panel.supports import EdgeSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.paths import DATA
-from pidpanel.verification.rows import Comparison, Row
+from pidpanel.verification.rows import Comparison, Row, comparison
 
 FACE = Ply(Material.isotropic(60e9, 0.3, 1600.0), 0.3e-3)
 DISC = Circle((0.0, 0.0), 1.0)
@@ -105,12 +105,9 @@ def turned_rows(folder: Path) -> list[Row]:
     outline = Polygon(tuple((float(x), float(y)) for x, y in CORNERS))
     mesh = mesh_triangles(folder / "panel.msh", outline, 0.08, {}, {})
     reference = _orthotropic_frequencies(mesh, 0.0)
-    comparison = Comparison(
-        "Orthotropic sandwich, layup and ribbon turned with the panel", "Hz", 1e-8,
-        f"{len(mesh.cells)} triangles", "the same elements turned; tolerance: rounding",
-    )  # fmt: skip
+    turned = comparison("turned", count=len(mesh.cells))
     return [
-        comparison.row(f"{name}: frequency {mode}", computed, expected)
+        turned.row(f"{name}: frequency {mode}", computed, expected)
         for name, turn in TURNS.items()
         for mode, (computed, expected) in enumerate(
             zip(_orthotropic_frequencies(mesh, turn), reference, strict=True), 1

@@ -1,23 +1,32 @@
-"""The response held to published benchmarks and closed forms; see also `response_layouts`."""
+"""The response held to published benchmarks, closed forms and the solution on all elements."""
 
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
 
+from pidpanel.arrays import Array
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel.basis import basis_of
+from pidpanel.panel.basis import PanelBasis, basis_of, patch_areas
+from pidpanel.panel.grid import mesh_quadrilaterals
+from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
-from pidpanel.panel.shapes import panel_shapes
+from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.solve import stress
+from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
+from pidpanel.solve.power import power_balance
 from pidpanel.sound.face import PanelQuadrature
-from pidpanel.sound.field import uniform_modal_force
-from pidpanel.verification import response_layouts
-from pidpanel.verification.rows import Comparison, Row
+from pidpanel.sound.field import diffuse_modal_force, uniform_modal_force, wavenumber
+from pidpanel.verification.rows import Row, comparison
 
 
 def nafems_rows(folder: Path) -> list[Row]:
@@ -26,7 +35,6 @@ def nafems_rows(folder: Path) -> list[Row]:
     A square plate of 10 m, E = 200 GPa, ν = 0.3, ρ = 8000 kg/m³, 0.05 m thick, simply supported,
     ζ = 2 %, under one pressure of (100 Pa)²/Hz all over its face.
     """
-    case = "NAFEMS 13R: plate under one random pressure"
     side, thickness, nu = 10.0, 0.05, 0.3
     rigidity = 200e9 * thickness**3 / (12 * (1 - nu**2))
     section = ThinSection(rigidity, 8000 * thickness, nu, thickness)
@@ -59,14 +67,14 @@ def nafems_rows(folder: Path) -> list[Row]:
                 stress.layer_psd(response, layers)[0, 0, 0, 3] * 1e-12, 1025.44, 1025.85, "MPa2/Hz",
             ),
         }  # fmt: skip
-        method = f"{len(mesh.cells)} Argyris triangles, {n} modes"
+        count = len(mesh.cells)
+        published = comparison("nafems_13r", count=count, modes=n)
+        if size != finest:
+            published = replace(published, tolerance=np.nan)
         for quantity, (computed, target, closed, unit) in values.items():
-            tolerance = 1e-3 if size == finest else np.nan
-            for source, reference in (("NAFEMS R0016", target), ("sine series", closed)):
-                comparison = Comparison(case, unit, tolerance, method, source)
-                rows.append(
-                    comparison.row(quantity, computed, reference, resolution=len(mesh.cells))
-                )
+            for source, reference in ((published.source, target), ("sine series", closed)):
+                known = replace(published, unit=unit, source=source)
+                rows.append(known.row(quantity, computed, reference, resolution=count))
     return rows
 
 
@@ -85,10 +93,160 @@ def miles_rows(folder: Path) -> list[Row]:
     stiffness = mass * (2 * np.pi * frequency) ** 2
     expected = np.sqrt(np.pi / 2 * frequency / (2 * zeta) * force_psd) / stiffness
     computed = PanelResponse(lines, bare.point_psd).displacement_rms[0]
-    method = "8 lines to the bandwidth, 1 Hz to 10 kHz"
-    comparison = Comparison("One mode in white noise", "m", 5e-4, method, "Miles 1954")
-    return [comparison.row("rms displacement", computed, expected)]
+    return [comparison("miles").row("rms displacement", computed, expected)]
+
+
+SPEED = 343.0
+SIZE, ELEMENTS = (1.5, 1.0), (30, 20)
+SECTION = ThinSection(3273.07, 4.0)
+POINTS = {"in the middle": (0.75, 0.5), "beside it": (0.35, 0.5), "near an edge": (0.10, 0.30)}
+# α [1/s] and β [s] of C = αM + βK: a damping that sparse matrices can have too.
+RAYLEIGH = (4.0, 6e-6)
+
+
+class UniformDamper(NamedTuple):
+    """C_e [N s/m³] and m_a [kg/m²] on a patch."""
+
+    damping: float
+    mass: float
+
+
+@dataclass(frozen=True)
+class DampedPanel:
+    """A panel in its elements and in its modes and residual vectors, with Rayleigh damping."""
+
+    plate: AssembledPlate
+    basis: PanelBasis
+
+    @property
+    def modal(self) -> ModalBasis:
+        """Frequencies, masses and damping of the shapes."""
+        omega = 2 * np.pi * self.basis.natural_frequency
+        ratio = RAYLEIGH[0] / (2 * omega) + RAYLEIGH[1] * omega / 2
+        return ModalBasis(self.basis.natural_frequency, self.basis.modal_mass, ratio)
+
+    def patches(self, dampers: Mapping[str, UniformDamper]) -> Patches:
+        """Return the patches with dampers."""
+        index = [self.basis.patch_names.index(name) for name in dampers]
+        return Patches(self.basis.patch_overlap[index], patch_areas(self.basis)[index])
+
+    def modal_force(self, frequency: Array) -> Array:
+        """Return G (nf, n, n) of a diffuse field [m⁴]."""
+        face = PanelQuadrature.from_face(self.basis)
+        return np.stack([diffuse_modal_force(float(k), face) for k in wavenumber(frequency, SPEED)])
+
+    def psd(self, frequency: Array, force: Array, dampers: Mapping[str, UniformDamper]) -> Array:
+        """Return the displacement PSD at the points per S_p, (nf, n_points) [m²/Pa²]."""
+        (bare,) = bare_panels(
+            frequency, self.modal, [self.patches(dampers)], self.basis.shape_at_points,
+            np.ones(frequency.size), force,
+        )  # fmt: skip
+        damping, mass = _values(dampers, frequency.size)
+        return attach_dampers(bare, damping, mass).displacement_psd
+
+    def psd_of_elements(self, frequency: float, dampers: Mapping[str, UniformDamper]) -> Array:
+        """Return the displacement PSD at the points from all elements, (n_points,) [m²/Pa²].
+
+        One sparse solve with unit forces at the points; by reciprocity its columns weigh the
+        plane waves, 30 × 90 directions.
+        """
+        plate, omega = self.plate, 2 * np.pi * frequency
+        K, M = plate.stiffness, plate.mass
+        Z = K - omega**2 * M + 1j * omega * (RAYLEIGH[0] * M + RAYLEIGH[1] * K)
+        for name, damper in dampers.items():
+            stiffness = 1j * omega * damper.damping - omega**2 * damper.mass
+            Z = Z + stiffness * plate.patch_overlap[name]
+        pull = plate.interpolate(self.basis.point_position).toarray().T.astype(complex)
+        answer = spla.splu(sp.csc_matrix(Z)).solve(pull)
+        k = float(wavenumber(frequency, SPEED))
+        cosine, weight = (half[30:] for half in np.polynomial.legendre.leggauss(60))
+        load = plate.quadrature_weight[:, None] * (plate.at_quadrature @ answer)  # (nq, points)
+        psd = np.zeros(pull.shape[1])
+        for azimuth in 2 * np.pi * np.arange(90) / 90:
+            along = plate.quadrature_position @ np.array([np.cos(azimuth), np.sin(azimuth)])
+            wave = np.exp(1j * k * np.outer(np.sqrt(1 - cosine**2), along))
+            psd += weight @ np.abs(wave @ load) ** 2 / 90
+        return psd
+
+
+def _values(dampers: Mapping[str, UniformDamper], count: int) -> tuple[Array, Array]:
+    """C_e and m_a of dampers, (n_dampers, count) each."""
+    values = np.array(list(dampers.values())).reshape(-1, 2)
+    damping, mass = np.repeat(values.T[:, :, None], count, axis=2)
+    return damping, mass
+
+
+def damped_panel(folder: Path, dampers: Mapping[str, UniformDamper], highest: float) -> DampedPanel:
+    """Return the paper's panel with the basis that a study has up to a frequency [Hz]."""
+    patches = {name: PATCHES[name] for name in dampers}
+    mesh = mesh_quadrilaterals(folder / "panel.msh", SIZE, ELEMENTS, patches, POINTS)
+    plate = assemble_thin_plate(mesh, SECTION)
+    mass = {name: damper.mass for name, damper in dampers.items()}
+    shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=mass)
+    return DampedPanel(plate, basis_of(mesh, plate, shapes))
+
+
+PATCHES = {
+    "middle": Rectangle((0.75, 0.5), (0.2, 0.2)),
+    "corner": Rectangle((0.1, 0.3), (0.2, 0.2)),
+    "over the middle": Rectangle((0.7, 0.45), (0.3, 0.3)),
+    "most": Rectangle((0.75, 0.475), (1.4, 0.85)),
+}
+STRONG = UniformDamper(3000.0, 5.0)
+LAYOUTS = {
+    "one strong damper": {"middle": STRONG},
+    "two dampers": {"middle": UniformDamper(3000.0, 30.0), "corner": UniformDamper(800.0, 5.0)},
+    "two that overlap, and a third": {
+        "middle": UniformDamper(3000.0, 30.0),
+        "corner": UniformDamper(800.0, 5.0),
+        "over the middle": UniformDamper(1500.0, 8.0),
+    },
+    "steel on most of the panel": {"most": UniformDamper(2000.0, 14.0)},
+    "tungsten in the middle": {"middle": UniformDamper(2000.0, 150.0)},
+}
+LINES = (60.0, 300.0, 600.0, 951.0)
+HIGHEST = 1000.0
+
+
+def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> list[Row]:
+    """Return layouts of dampers in the basis of a study beside all elements."""
+    rows = []
+    frequency = np.array(LINES)
+    for name in names:
+        dampers = LAYOUTS[name]
+        panel = damped_panel(folder, dampers, HIGHEST)
+        computed = panel.psd(frequency, panel.modal_force(frequency), dampers)
+        shapes = len(panel.basis.modal_mass)
+        layout = comparison("layouts", shapes=shapes, points=len(POINTS))
+        for f, psd in zip(LINES, computed, strict=True):
+            reference = panel.psd_of_elements(f, dampers)
+            worst = int(np.argmax(np.abs(psd / reference - 1)))
+            quantity = f"{name}: displacement PSD {list(POINTS)[worst]}, {f:g} Hz"
+            rows.append(layout.row(quantity, psd[worst], reference[worst], f))
+    return rows
+
+
+def power_rows(folder: Path) -> list[Row]:
+    """Return the power that panel and damper lose beside what the field puts in."""
+    dampers = {"middle": STRONG}
+    panel = damped_panel(folder, dampers, HIGHEST)
+    frequency = np.array(LINES)
+    balance = power_balance(
+        frequency, panel.modal, panel.patches(dampers), np.ones(frequency.size),
+        panel.modal_force(frequency), *_values(dampers, frequency.size),
+    )  # fmt: skip
+    lost = balance.structure + balance.patches.sum(axis=1)
+    power = comparison("power")
+    return [
+        power.row(f"{f:g} Hz", computed, reference, f)
+        for f, computed, reference in zip(LINES, lost, balance.field, strict=True)
+    ]
 
 
 # Each computes in a folder and returns its rows.
-CASES = {"nafems_13r": nafems_rows, "miles": miles_rows, **response_layouts.CASES}
+CASES = {
+    "nafems_13r": nafems_rows,
+    "miles": miles_rows,
+    "layouts": layout_rows,
+    "power": power_rows,
+}

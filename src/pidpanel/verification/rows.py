@@ -12,9 +12,15 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import SupportsFloat
+from typing import Any, SupportsFloat
 
 import pandas as pd
+import yaml
+
+from pidpanel.paths import DATA
+
+# Case, unit, tolerance, method and source of all rows, by the names of comparisons.
+COMPARISONS = yaml.safe_load((DATA / "reference" / "comparisons.yaml").read_text(encoding="utf-8"))
 
 
 class ToleranceMissedError(Exception):
@@ -96,6 +102,12 @@ class Comparison:
         return Row(
             quantity=quantity, computed=float(computed), reference=float(reference), **values
         )
+
+
+def comparison(name: str, **values: object) -> Comparison:
+    """Return a comparison of `COMPARISONS` by its name, with the values in its method."""
+    texts: dict[str, Any] = COMPARISONS[name]
+    return Comparison(**{**texts, "method": texts["method"].format(**values)})
 
 
 # Columns of the file of rows, besides the error.

@@ -8,7 +8,7 @@ import numpy as np
 from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import diffuse_modal_force, wavenumber
-from pidpanel.verification.rows import Comparison, Row
+from pidpanel.verification.rows import Row, comparison
 
 SIDES = (1.5, 1.0)
 SPEED = 343.0
@@ -44,10 +44,7 @@ def sine_panel(
 
 def field_rows(folder: Path) -> list[Row]:
     """Return joint acceptances, a radiation efficiency and added masses of a 1.5 m × 1 m panel."""
-    case = "Simply supported panel of 1.5 m × 1 m in a diffuse field"
-    method = "plane waves, order-5 load quadrature on 30 × 20 elements"
-    source = "double integral by the autocorrelation of sines"
-    force = Comparison(case, "m4", 3e-5, method, source)
+    force = comparison("modal_force")
     panel = sine_panel(list(JOINT_ACCEPTANCE))
     rows = []
     for index, (mode, (frequency, reference)) in enumerate(JOINT_ACCEPTANCE.items()):
@@ -59,18 +56,16 @@ def field_rows(folder: Path) -> list[Row]:
             # by reciprocity G_ii = (2π/k²) σ_i ∫φ_i² dA
             sigma = k**2 * G[0, 0] / (2 * np.pi * panel.product_integral[0, 0])
             quantity = f"radiation efficiency of mode (1, 1) at {frequency:.2f} Hz"
-            efficiency = Comparison(case, "1", 3e-4, method, source)
-            rows.append(efficiency.row(quantity, sigma, 0.2063, frequency))
+            rows.append(comparison("efficiency").row(quantity, sigma, 0.2063, frequency))
     static = tabulate_added_mass(36.6, sine_panel(list(ADDED_VOLUME))).matrix([0.0])[0]
-    mass = Comparison(case, "m3", 1e-3, "integral over wavenumber", source)
+    mass = comparison("added_mass")
     rows += [
         mass.row(f"added mass over density of mode {mode}, k = 0", static[i, i].real, volume)
         for i, (mode, volume) in enumerate(ADDED_VOLUME.items())
     ]
     panel = sine_panel([(1, 1)])
     piston = replace(panel, shape=np.ones_like(panel.shape))
-    closed = "closed form of ∬∬ dA dA′/R over a rectangle"
-    rigid = replace(mass, case="Rigid piston with free edges, 1.5 m × 1 m", source=closed)
+    rigid = comparison("piston")
     volume = tabulate_added_mass(36.6, piston).matrix([0.0])[0, 0, 0].real
     return [*rows, rigid.row("added mass over density, k = 0", volume, piston_volume(*SIDES))]
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
 from pidpanel.provenance.digests import text_digest, values_digest
 from pidpanel.study import Study
-from pidpanel.study.masses import damper_masses, resolved_masses
+from pidpanel.study.dampers import damper_masses, resolved_masses
 
 if TYPE_CHECKING:
     from pidpanel.workflow.plan import Plan

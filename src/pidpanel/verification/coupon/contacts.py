@@ -13,7 +13,7 @@ from pidpanel.coupon import contact
 from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.packing import Constants
-from pidpanel.verification.rows import Comparison, Row
+from pidpanel.verification.rows import Row, comparison
 
 POISSONS_RATIO = 0.35
 DENSITY = 1190.0
@@ -25,34 +25,16 @@ RAYLEIGH = SPHERE.rayleigh_time
 STEP = 0.1 * RAYLEIGH
 STEP_TEXT = f"step {STEP * 1e6:.2g} µs (0.1 Rayleigh)"
 
-COLLISION = "Head-on collision of two spheres"
-# At a tenth of the Rayleigh time: the error is of first order in the step, and was 1.0 %.
-COLLISION_TOLERANCE = 0.02
-
-# Velocity Verlet keeps the energy to the square of the step at least; 8e-5 was seen.
-LOSSLESS_TOLERANCE = 5e-4
-
 # Pairs of spheres that meet at different moments within a time step: the loss of one collision
 # depends on that moment, and only the worst of several falls steadily with the step.
 PAIRS = 8
 
-SLIDING = "Sphere on a floor: from sliding to rolling"
-SLIDING_TOLERANCE = 1e-3  # no time constant is in the answer, only momentum; 3e-5 was seen
+ROLLING_FRICTION = 0.05
 
-ROLLING = "Sphere that rolls until its rolling friction stops it"
-ROLLING_FRICTION, ROLLING_TOLERANCE = 0.05, 0.01
-
-OBLIQUE = "Oblique impact that slides throughout"
 # tan θ > (7/2) μ (1 + e), 62°, from the normal; e is off by half a per cent at this step
-OBLIQUE_ANGLES, OBLIQUE_TOLERANCE = (65.0, 75.0, 85.0), 0.02
+OBLIQUE_ANGLES = (65.0, 75.0, 85.0)
 # The line of centres of a pair turns by 1 % in the contact: at 85° that is 10 % of v_n.
 PAIR_ANGLES = (65.0, 75.0)
-
-PEAK = "Peak force of an elastic impact"
-PEAK_TOLERANCE = 2e-3  # the step closest to the peak is within 1e-3 of it
-
-GROWTH = "Energy after an impact never exceeds that before"
-GROWTH_TOLERANCE = 1e-4  # of the energy before: velocity Verlet at a tenth of the Rayleigh time
 
 IMPACT_SPEED = 0.1  # [m/s]
 
@@ -174,16 +156,15 @@ def _effective_modulus() -> float:
 
 def collision_rows(folder: Path) -> list[Row]:
     """Head-on collisions over restitution, the worst pair of each."""
-    method = f"worst of {PAIRS} pairs, {STEP_TEXT}"
     rows = []
     for restitution in (0.3, 0.6, 0.8, 0.95, 1.0):
         reference = 1 - restitution**2
-        tolerance = COLLISION_TOLERANCE if reference else LOSSLESS_TOLERANCE
-        comparison = Comparison(COLLISION, "1", tolerance, method, "1 − e²")
+        name = "collision" if reference else "lossless"
         lost = energy_lost(folder / f"e{restitution}", restitution, 0.1)
         worst = lost[np.argmax(np.abs(lost - reference))]
         quantity = f"share of energy lost, e = {restitution:g}"
-        rows.append(comparison.row(quantity, worst, reference, at=restitution))
+        collision = comparison(name, pairs=PAIRS, step=STEP_TEXT)
+        rows.append(collision.row(quantity, worst, reference, at=restitution))
     return rows
 
 
@@ -192,13 +173,10 @@ def sliding_rows(folder: Path) -> list[Row]:
     speed = 0.2
     slid = rolling_speed(folder / "slide", speed) / speed
     spun = rolling_speed(folder / "spin", 0.0, spin=speed / (DIAMETER / 2)) / speed
-    comparison = Comparison(
-        SLIDING, "1", SLIDING_TOLERANCE, f"1 sphere, μ = {FRICTION:g}, {STEP_TEXT}",
-        "angular momentum about the contact, I = (2/5) m R²",
-    )  # fmt: skip
+    sliding = comparison("sliding", friction=FRICTION, step=STEP_TEXT)
     return [
-        comparison.row("final speed over the first, without spin", slid, 5 / 7),
-        comparison.row("final speed over that of the rim, from rest", spun, 2 / 7),
+        sliding.row("final speed over the first, without spin", slid, 5 / 7),
+        sliding.row("final speed over that of the rim, from rest", spun, 2 / 7),
     ]
 
 
@@ -212,13 +190,9 @@ def rolling_rows(folder: Path) -> list[Row]:
     ends = moved(
         folder, [sphere], rolling, STEP, steps, ("vx",), gravity=STANDARD_GRAVITY, floor=True
     )
-    comparison = Comparison(
-        ROLLING, "m/s²", ROLLING_TOLERANCE,
-        f"1 sphere, rolling friction {ROLLING_FRICTION:g}, {STEP_TEXT}",
-        "(5/7) μ_r g: moment μ_r R m g, I = (2/5) m R²",
-    )  # fmt: skip
     lost = speed - float(ends[-1, 0, 0])
-    return [comparison.row("deceleration", lost / (steps * STEP), slowing)]
+    stopped = comparison("rolling", friction=ROLLING_FRICTION, step=STEP_TEXT)
+    return [stopped.row("deceleration", lost / (steps * STEP), slowing)]
 
 
 def impacts(
@@ -249,10 +223,7 @@ def oblique_rows(folder: Path) -> list[Row]:
     """Impacts on a wall and of pairs that slide throughout, with μ times the normal force."""
     restitution = 0.8
     impulse = FRICTION * (1 + restitution)  # over m v_n
-    ratio = Comparison(
-        OBLIQUE, "1", OBLIQUE_TOLERANCE, f"e = {restitution:g}, μ = {FRICTION:g}, {STEP_TEXT}",
-        "impulses m v_n (1 + e) and μ times that, I = (2/5) m R²",
-    )  # fmt: skip
+    ratio = comparison("oblique", restitution=restitution, friction=FRICTION, step=STEP_TEXT)
     rate = replace(ratio, unit="rad/s")
     rows = []
     constants = alike(MODULUS, restitution, FRICTION)
@@ -282,25 +253,20 @@ def peak_rows(folder: Path) -> list[Row]:
     frames = moved(
         folder, [sphere], alike(MODULUS, 1.0, 0.0), STEP, steps, ("fz",), floor=True, stride=1
     )
-    comparison = Comparison(
-        PEAK, "N", PEAK_TOLERANCE, f"1 sphere at {speed:g} m/s, {STEP_TEXT}",
-        "Hertz; Johnson, Contact Mechanics (1985), eq. 11.22",
-    )  # fmt: skip
+    peak = comparison("peak", speed=speed, step=STEP_TEXT)
     reference = 4 / 3 * _effective_modulus() * math.sqrt(radius) * deepest**1.5
-    return [comparison.row("largest force", frames.max(), reference)]
+    return [peak.row("largest force", frames.max(), reference)]
 
 
 def growth_rows(folder: Path) -> list[Row]:
     """Impacts on a wall at all angles, with and without loss: the largest growth of the energy."""
     angles = [float(angle) for angle in range(90)]
-    method = f"impacts on a wall from 0 to 89°, {STEP_TEXT}"
-    comparison = Comparison(GROWTH, "1", GROWTH_TOLERANCE, method, "second law")
-    rows = []
+    growth, rows = comparison("growth", step=STEP_TEXT), []
     for restitution, friction in ((1.0, FRICTION), (0.8, FRICTION), (0.8, 1.0)):
         constants = alike(MODULUS, restitution, friction)
         ends = impacts(folder / f"{restitution}_{friction}", angles, constants)
         weights = np.array([1.0, 1.0, 2 / 5 * (DIAMETER / 2) ** 2])
         first, last = (end**2 @ weights for end in ends)
         quantity = f"largest growth, e = {restitution:g}, μ = {friction:g}"
-        rows.append(comparison.row(quantity, max(0.0, float((last / first).max()) - 1), 0.0))
+        rows.append(growth.row(quantity, max(0.0, float((last / first).max()) - 1), 0.0))
     return rows

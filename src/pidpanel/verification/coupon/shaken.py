@@ -21,7 +21,7 @@ from pidpanel.coupon.packing import Constants, Packing
 from pidpanel.damping import inelastic
 from pidpanel.geometry.sizes import Sizes
 from pidpanel.verification.coupon.contacts import DENSITY, alike
-from pidpanel.verification.rows import Comparison, Row
+from pidpanel.verification.rows import Row, comparison
 
 HIGH = 0.1  # depth of a cell whose lid is never met [m]
 
@@ -81,10 +81,6 @@ def _packing(diameter: float, depth: float, constants: Constants) -> Packing:
     )
 
 
-BALL = "Ball on a shaken floor under gravity, landing once a period"
-BALL_TOLERANCE = 0.02  # its contact lasts 1 % of the period, so that much may be off
-
-
 def ball(folder: Path, restitution: float = 0.5, gamma: float = 1.25) -> tuple[Run, float]:
     """A ball in its period-one orbit on a shaken floor: the run, and E/(m A²ω²) per cycle.
 
@@ -110,13 +106,9 @@ def ball_rows(folder: Path) -> list[Row]:
     """The ball that lands once a period."""
     restitution, gamma = 0.5, 1.25
     run, energy = ball(folder, restitution, gamma)
-    comparison = Comparison(
-        BALL, "1", BALL_TOLERANCE, f"1 sphere, {_drive_text(run)}; cycles 11–20",
-        "½ m (gT)² (1 − e)/(1 + e); Luck & Mehta, Phys. Rev. E 48, 3988 (1993)",
-    )  # fmt: skip
     reference = inelastic.ball_energy(gamma, restitution)
     quantity = f"E/(m A²ω²), e = {restitution:g}, Γ = {gamma:g}"
-    return [comparison.row(quantity, energy, reference)]
+    return [comparison("ball", drive=_drive_text(run)).row(quantity, energy, reference)]
 
 
 # ---- a bed of small inelastic spheres in place of the perfectly inelastic body
@@ -127,13 +119,11 @@ BED_FRICTION = 0.5
 # Spheres in place of the body: a single one, one layer, four layers of the cell.
 BED_SIZES = (1, 12, 48)
 
-SLUG = "Inelastic slug between shaken walls without gravity"
 # [Hz], [m], [Pa]. The spheres have to be hard: where their overlaps reach the gaps between them, a
 # bed rebounds as one spring, the more the more layers it has, and not like many impacts. Here the
 # deepest overlap is 2 % of a diameter and 0.2 % of the amplitude.
 SLUG_FREQUENCY, SLUG_AMPLITUDE, SLUG_MODULUS = 20.0, 8 * BED_DIAMETER, 2e8
 
-FLOOR = "Inelastic bed on a shaken floor under gravity"
 # [Hz], [Pa]: overlaps over diameter as above, as ρ (ωA)²/E is the same at Γ = 2.5.
 FLOOR_FREQUENCY, FLOOR_MODULUS = 8.0, 3.2e7
 
@@ -147,18 +137,6 @@ FLOOR_GAMMAS = (0.9, 1.25, 1.5, 2.0, 2.5, 2.75, 3.0)
 # less than a tenth of a period, and a bed that rebounds a little is not yet at rest when it is
 # thrown again: it is late, and misses the orbit every few cycles.
 FLOOR_HELD = 2.8
-
-# The free path of a bed is known to about a sixth of a sphere, and a sphere is an eighth of the
-# amplitude: 0.02 in L/A, which is 5 % of the energy at L/A = 0.5 and 2 % from 1 on; 4.4 % and 2.1 %
-# were seen.
-SLUG_TOLERANCE = 0.05
-
-# At Γ = 1.25 the energy changes eleven times as fast as the amplitude, so that a bed which gives
-# way by 0.4 % of it is 4 % off; from Γ = 1.5 on 1 % was seen.
-FLOOR_TOLERANCE = 0.05
-
-# E/(m A²ω²) below Γ = 1, where nothing is lost: half a per cent of the largest loss.
-ONSET_TOLERANCE = 0.01
 
 
 def _bed_constants(youngs_modulus: float) -> Constants:
@@ -225,41 +203,37 @@ def _drive_text(run: Run) -> str:
 
 def _bed_rows(
     folder: Path,
-    case: str,
+    variable: str,
     energy_of: Callable[[Path, Array, int, float], tuple[Run, float]],
-    points: Mapping[float, float],
+    points: Mapping[float, tuple[str, bool]],
     closed_form: Callable[[float], float],
-    texts: tuple[str, str, str],
 ) -> list[Row]:
-    """Beds beside a closed form; ``points`` have the tolerance that the largest bed has to meet.
+    """Beds beside a closed form.
 
-    The texts name the variable, the cycles that count and the source.
+    ``points`` have the name of their comparison, and whether the largest bed has to meet it.
     """
-    settled = poured(folder / "pour")
-    name, counted, source = texts
-    rows = []
+    settled, rows = poured(folder / "pour"), []
     for spheres in BED_SIZES:
-        for point, tolerance in points.items():
+        for point, (name, is_met) in points.items():
             run, energy = energy_of(folder / f"n{spheres}_{point:g}", settled, spheres, point)
-            counts = tolerance if spheres == BED_SIZES[-1] else math.nan
-            method = f"{spheres} sphere{'s' * (spheres > 1)}, {_drive_text(run)}; {counted}"
-            comparison = Comparison(case, "1", counts, method, source)
-            quantity = f"E/(m A²ω²), {name} = {point:g}"
-            rows.append(comparison.row(quantity, energy, closed_form(point), point, spheres))
+            count = f"{spheres} sphere{'s' * (spheres > 1)}"
+            bed = comparison(name, spheres=count, drive=_drive_text(run))
+            if not (is_met and spheres == BED_SIZES[-1]):
+                bed = replace(bed, tolerance=math.nan)
+            quantity = f"E/(m A²ω²), {variable} = {point:g}"
+            rows.append(bed.row(quantity, energy, closed_form(point), point, spheres))
     return rows
 
 
 def slug_rows(folder: Path) -> list[Row]:
     """The inelastic slug, over the gap and the number of spheres."""
-    points = {gap: SLUG_TOLERANCE if gap <= SLUG_HELD else math.nan for gap in SLUG_GAPS}
-    source = "collect and collide: Sack et al., Phys. Rev. Lett. 111, 018001 (2013)"
-    texts = "L/A", "cycles 3–8", source
-    return _bed_rows(folder, SLUG, slug, points, inelastic.slug_energy, texts)
+    points = {gap: ("slug", gap <= SLUG_HELD) for gap in SLUG_GAPS}
+    return _bed_rows(folder, "L/A", slug, points, inelastic.slug_energy)
 
 
 def floor_rows(folder: Path) -> list[Row]:
     """The inelastic bed on a floor, over Γ and the number of spheres."""
-    points = {gamma: FLOOR_TOLERANCE if gamma > 1 else ONSET_TOLERANCE for gamma in FLOOR_GAMMAS}
-    points |= {gamma: math.nan for gamma in FLOOR_GAMMAS if gamma > FLOOR_HELD}
-    texts = "Γ", "cycles 5–14", "Mehta & Luck, Phys. Rev. Lett. 65, 393 (1990)"
-    return _bed_rows(folder, FLOOR, floor_bed, points, inelastic.floor_energy, texts)
+    points = {
+        gamma: ("floor" if gamma > 1 else "onset", gamma <= FLOOR_HELD) for gamma in FLOOR_GAMMAS
+    }
+    return _bed_rows(folder, "Γ", floor_bed, points, inelastic.floor_energy)
