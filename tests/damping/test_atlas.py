@@ -65,6 +65,12 @@ def test_coordinates_are_the_groups():
     np.testing.assert_allclose(points[0, 3:], shape)
 
 
+def test_beds_of_several_cases_have_unit_mass_and_the_onset_of_their_direction():
+    beds = bed_of(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat", "upright"], 0.2)
+    assert beds.mass_per_fill == bed_of(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat"]).mass_per_fill == 1
+    np.testing.assert_array_equal(beds.onset_g, [0.2, 0.0])
+
+
 def test_a_bed_crosses_only_where_its_flight_reaches_the_lid():
     # 1.8 g throws a body 0.98 amplitudes high, 4.6 g 3.41; across gravity it always crosses
     # red: ballistic height alone, Γ/2
@@ -283,7 +289,8 @@ def test_cases_of_a_coupon_narrow_the_atlas_there():
         }
     )
     back = cases_in(dimensionless(cases, bed.depth, 1.0, mass), bed.depth)
-    np.testing.assert_allclose(mass * back[[VALUE, MASS]], cases[[VALUE, MASS]], rtol=1e-12)
+    columns = [VALUE, ERROR, MASS, MASS_ERROR]
+    np.testing.assert_allclose(mass * back[columns], cases[columns], rtol=1e-12)
     extended = extended_atlas(bed, cases, mass).damping_of(bed, mass)
     between = np.sqrt(frequency[1:] * frequency[:-1])
     for f, least in ((frequency, 1.7), (between, 1.3)):

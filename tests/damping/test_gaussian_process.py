@@ -8,7 +8,7 @@ import scipy
 from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
 
-from pidpanel.damping.gaussian_process import MEAN_SD, GaussianProcess, fit
+from pidpanel.damping.gaussian_process import MEAN_SD, GaussianProcess, fit, spreads
 
 RNG = np.random.default_rng(4)
 POINTS = RNG.uniform(0, 1, (12, 2))
@@ -183,3 +183,10 @@ def test_a_fit_near_another_ends_where_both_starts_end():
     again = fit(x, values, error, near=start)
     assert again.constants == pytest.approx(first.constants, rel=2e-3)
     assert first.constants.tolist() == [*first.lengths, first.size, first.scatter]
+
+
+def test_an_axis_whose_points_are_alike_but_for_rounding_has_the_spread_one():
+    # red: a limit that is negative where all values are; 1e-12 without the size of the values
+    column = np.array([0.1 + 0.2, 0.3, 0.3])
+    points = np.column_stack([np.full(3, -5.0), 1e6 * column, [0.0, 2.0, 4.0]])
+    np.testing.assert_allclose(spreads(points), [1, 1, np.sqrt(8 / 3)], rtol=1e-12)

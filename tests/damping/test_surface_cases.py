@@ -53,6 +53,12 @@ def test_between_a_third_and_six_tenths_of_the_loss_a_bed_is_on_neither_side():
     np.testing.assert_array_equal(_side(share, near - 5), 0)
 
 
+def test_a_bed_rides_below_nine_tenths_of_the_stroke_that_meets_both_walls():
+    # an inelastic body meets both walls in every cycle from W/L = 1/√(π² + 4) on
+    stroke = np.array([0.89, 0.91]) / np.sqrt(np.pi**2 + 4)
+    np.testing.assert_array_equal(_side(np.full(2, 5.0), np.log(stroke)), [0, 1])
+
+
 def training(spread, mass_spread, outliers=None):
     """40 cases that ride and 20 that cross, with C_e and m_a that differ by so much."""
     rng = np.random.default_rng(5)
