@@ -10,7 +10,13 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import gaussian_process
 from pidpanel.damping.inelastic import slug_energy
 from pidpanel.damping.jump import WHOLE
-from pidpanel.damping.surface_cases import SurfaceBed, TrainingData, _axes_of_one_scale, _side
+from pidpanel.damping.surface_cases import (
+    SurfaceBed,
+    TrainingData,
+    _axes_of_one_scale,
+    _side,
+    training_data,
+)
 
 MASS_PER_FILL = 12.0
 BED = SurfaceBed(1.0, MASS_PER_FILL, 0.02)
@@ -51,6 +57,19 @@ def test_between_a_third_and_six_tenths_of_the_loss_a_bed_is_on_neither_side():
     np.testing.assert_array_equal(_side(share, near), [0, 0.5, 0.5, 1])
     np.testing.assert_array_equal(_side(share, near + 0.02), [0, 1, 1, 1])
     np.testing.assert_array_equal(_side(share, near - 5), 0)
+
+
+def test_the_side_of_a_case_follows_from_its_share_of_the_loss_of_the_inelastic_body():
+    # at W/L = 0.45 and 10 g, of C_e = 2 m₁ E r f h; red: the logarithm of the share
+    share, stroke, gap = np.array([0.2, 0.45, 0.7]), 0.45, 0.02 * (1 - 0.94 * 0.5)
+    f = np.sqrt(10 * STANDARD_GRAVITY / (stroke * gap)) / (2 * np.pi)
+    whole = 2 * MASS_PER_FILL * slug_energy(1 / stroke) * 0.5 * f * (1 - 0.1**2)
+    cases = pd.DataFrame(
+        {"fill_fraction": 0.5, "frequency_hz": f, "acceleration_g": 10.0,
+         "equivalent_damping_n_s_m3": share * whole, "equivalent_damping_error_n_s_m3": 0.1,
+         "apparent_mass_kg_m2": 0.0, "apparent_mass_error_kg_m2": 0.1}
+    )  # fmt: skip
+    np.testing.assert_array_equal(training_data(cases, BED).side, [0, 0.5, 1])
 
 
 def test_a_bed_rides_below_nine_tenths_of_the_stroke_that_meets_both_walls():
