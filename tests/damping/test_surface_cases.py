@@ -8,7 +8,7 @@ import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import gaussian_process
-from pidpanel.damping.inelastic import slug_energy
+from pidpanel.damping.inelastic import slug, slug_energy
 from pidpanel.damping.jump import WHOLE
 from pidpanel.damping.surface_cases import (
     SurfaceBed,
@@ -47,8 +47,9 @@ def test_without_one_depth_no_bed_has_a_closed_form():
 def test_a_bed_that_crosses_loses_what_the_inelastic_body_does():
     # C_e = E/(π ω W²) with E = slug_energy · m₁ r ω² W², here over r f
     for stroke in (0.4, 1.0):
-        log_damping, _ = BED.inelastic(points_of(np.array([stroke])))
+        log_damping, mass = BED.inelastic(points_of(np.array([stroke])))
         assert np.exp(log_damping) == pytest.approx(2 * MASS_PER_FILL * slug_energy(1 / stroke))
+        assert mass == pytest.approx(MASS_PER_FILL * slug(np.array([1 / stroke]))[1])
 
 
 def test_between_a_third_and_six_tenths_of_the_loss_a_bed_is_on_neither_side():
@@ -126,6 +127,23 @@ def test_each_side_has_its_own_cases_and_errors():
         errors = data.side_error if number == 0 else np.stack([data.mass_error] * 2)
         np.testing.assert_array_equal(sides.riding.error, errors[0][rides])
         np.testing.assert_array_equal(sides.crossing.error, errors[1][crosses])
+
+
+class Trended(SurfaceBed):
+    """A bed with a trend of beds that ride."""
+
+    def riding(self, points):
+        return 0.7 * points[:, 1]
+
+
+def test_the_trend_is_taken_from_beds_that_ride_alone():
+    # those that cross are compared to the inelastic body; red: its loss plus the trend
+    plain = training(1.0, 0.1)
+    trended = replace(plain, bed=Trended(1.0, MASS_PER_FILL, 0.02))
+    before, after = plain.damping_sides(), trended.damping_sides()
+    np.testing.assert_allclose(after.crossing.values, before.crossing.values, atol=1e-12)
+    gamma = before.riding.points[:, 1]
+    np.testing.assert_allclose(after.riding.values, before.riding.values - 0.7 * gamma)
 
 
 def test_many_cases_are_thinned_by_ratios_of_frequency_and_level():
