@@ -14,6 +14,7 @@ from pidpanel.damping.atlas import (
     REGIMES,
     SPREAD,
     TAILS,
+    AtlasDamping,
     bed_of,
     cases_in,
     dimensionless,
@@ -31,7 +32,9 @@ from pidpanel.damping.atlas_fit import (
     student_scale_of,
     trend_of,
 )
+from pidpanel.damping.broadband import broadband_share
 from pidpanel.damping.jump import Jump
+from pidpanel.damping.readings import DampingValues
 from pidpanel.damping.surface_cases import (
     AXES,
     ERROR,
@@ -69,6 +72,24 @@ def test_beds_of_several_cases_have_unit_mass_and_the_onset_of_their_direction()
     beds = bed_of(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat", "upright"], 0.2)
     assert beds.mass_per_fill == bed_of(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat"]).mass_per_fill == 1
     np.testing.assert_array_equal(beds.onset_g, [0.2, 0.0])
+
+
+def test_a_reading_has_the_mass_of_the_particles_and_the_share_under_sound():
+    # red: its inverse; hard particles inside where the table is not
+    def surface(frequency, fill, gamma):
+        ones = np.ones(len(frequency))
+        return DampingValues(3 * ones, 0.3 * ones, 0.4 * ones, frequency < 100)
+
+    bed = bed_of(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
+    tone = AtlasDamping(surface, bed, 14.0, np.ones((2, 3)))
+    values, sound = tone(F, 0.5, 20.0), tone.under_sound()(F, 0.5, 20.0)
+    np.testing.assert_allclose(values.equivalent_damping, 42.0)
+    np.testing.assert_allclose(values.apparent_mass, 5.6)
+    np.testing.assert_array_equal(values.inside, F < 100)
+    share = broadband_share(tone.stroke_per_gap(F, 0.5, 20.0))
+    np.testing.assert_allclose(sound.equivalent_damping, 42 * share)
+    assert (share < 1).any()
+    assert bed.riding(np.zeros((2, 9))) == 0
 
 
 def test_a_bed_crosses_only_where_its_flight_reaches_the_lid():
@@ -291,6 +312,8 @@ def test_cases_of_a_coupon_narrow_the_atlas_there():
     back = cases_in(dimensionless(cases, bed.depth, 1.0, mass), bed.depth)
     columns = [VALUE, ERROR, MASS, MASS_ERROR]
     np.testing.assert_allclose(mass * back[columns], cases[columns], rtol=1e-12)
+    moon = dimensionless(cases, bed.depth, 0.2, mass)
+    np.testing.assert_allclose(moon["gamma"], 5 * gamma)
     extended = extended_atlas(bed, cases, mass).damping_of(bed, mass)
     between = np.sqrt(frequency[1:] * frequency[:-1])
     for f, least in ((frequency, 1.7), (between, 1.3)):
