@@ -222,6 +222,13 @@ def test_the_error_of_a_predicted_case_is_part_of_what_is_expected():
     rides = np.exp(unknown.bed.log_stroke(unknown.points)) < 1e-3
     assert rides.sum() > 3
     np.testing.assert_allclose(plain.damping[rides], (at - unknown.log_damping)[rides], atol=1e-6)
+    heavy = known.mass_sides(constants[1]).riding.mean(unknown.points)
+    np.testing.assert_allclose(plain.mass[rides], (heavy - unknown.mass)[rides], atol=1e-6)
+    crosses = unknown.bed.log_stroke(unknown.points) > np.log(2)
+    at = known.damping_sides(constants[0]).crossing.mean(unknown.points)
+    at += unknown.bed.inelastic(unknown.points)[0] - unknown.log_damping
+    assert crosses.sum() > 3
+    np.testing.assert_allclose(plain.damping[crosses], at[crosses], atol=1e-3)
 
 
 def test_the_stored_trend_and_volume_are_those_of_the_shipped_table():
