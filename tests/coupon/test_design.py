@@ -139,3 +139,11 @@ def test_beds_under_gravity_across_the_motion_continue_the_design(monkeypatch, c
     design.main()
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) > 40 and lines == table[: len(lines)]
+
+
+def test_a_table_begins_with_the_first_point(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["design", "16"])
+    design.main()
+    lines = capsys.readouterr().out.splitlines()
+    table = (STUDIES / "atlas_cases.csv").read_text().splitlines()
+    assert exclusion(next(points(1)), BEAD) == "" and lines == table[: len(lines)]

@@ -14,6 +14,7 @@ from pidpanel.damping.atlas import (
     REGIMES,
     SPREAD,
     TAILS,
+    AtlasDamping,
     bed_of,
     cases_in,
     dimensionless,
@@ -31,7 +32,9 @@ from pidpanel.damping.atlas_fit import (
     student_scale_of,
     trend_of,
 )
+from pidpanel.damping.broadband import broadband_share
 from pidpanel.damping.jump import Jump
+from pidpanel.damping.readings import DampingValues
 from pidpanel.damping.surface_cases import (
     AXES,
     ERROR,
@@ -63,6 +66,30 @@ def test_coordinates_are_the_groups():
     loss, walls = np.log(7.5 * (1 - 0.6**2)), np.log(0.2 * 30 / 8)
     shape = [loss, walls, np.log(4), np.log(7.5), 0, np.log(20) - loss]
     np.testing.assert_allclose(points[0, 3:], shape)
+
+
+def test_beds_of_several_cases_have_unit_mass_and_the_onset_of_their_direction():
+    beds = bed_of(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat", "upright"], 0.2)
+    assert beds.mass_per_fill == bed_of(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat"]).mass_per_fill == 1
+    np.testing.assert_array_equal(beds.onset_g, [0.2, 0.0])
+
+
+def test_a_reading_has_the_mass_of_the_particles_and_the_share_under_sound():
+    # red: its inverse; hard particles inside where the table is not
+    def surface(frequency, fill, gamma):
+        ones = np.ones(len(frequency))
+        return DampingValues(3 * ones, 0.3 * ones, 0.4 * ones, frequency < 100)
+
+    bed = bed_of(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
+    tone = AtlasDamping(surface, bed, 14.0, np.ones((2, 3)))
+    values, sound = tone(F, 0.5, 20.0), tone.under_sound()(F, 0.5, 20.0)
+    np.testing.assert_allclose(values.equivalent_damping, 42.0)
+    np.testing.assert_allclose(values.apparent_mass, 5.6)
+    np.testing.assert_array_equal(values.inside, F < 100)
+    share = broadband_share(tone.stroke_per_gap(F, 0.5, 20.0))
+    np.testing.assert_allclose(sound.equivalent_damping, 42 * share)
+    assert (share < 1).any()
+    assert bed.riding(np.zeros((2, 9))) == 0
 
 
 def test_a_bed_crosses_only_where_its_flight_reaches_the_lid():
@@ -195,6 +222,13 @@ def test_the_error_of_a_predicted_case_is_part_of_what_is_expected():
     rides = np.exp(unknown.bed.log_stroke(unknown.points)) < 1e-3
     assert rides.sum() > 3
     np.testing.assert_allclose(plain.damping[rides], (at - unknown.log_damping)[rides], atol=1e-6)
+    heavy = known.mass_sides(constants[1]).riding.mean(unknown.points)
+    np.testing.assert_allclose(plain.mass[rides], (heavy - unknown.mass)[rides], atol=1e-6)
+    crosses = unknown.bed.log_stroke(unknown.points) > np.log(2)
+    at = known.damping_sides(constants[0]).crossing.mean(unknown.points)
+    at += unknown.bed.inelastic(unknown.points)[0] - unknown.log_damping
+    assert crosses.sum() > 3
+    np.testing.assert_allclose(plain.damping[crosses], at[crosses], atol=1e-3)
 
 
 def test_the_stored_trend_and_volume_are_those_of_the_shipped_table():
@@ -283,7 +317,10 @@ def test_cases_of_a_coupon_narrow_the_atlas_there():
         }
     )
     back = cases_in(dimensionless(cases, bed.depth, 1.0, mass), bed.depth)
-    np.testing.assert_allclose(mass * back[[VALUE, MASS]], cases[[VALUE, MASS]], rtol=1e-12)
+    columns = [VALUE, ERROR, MASS, MASS_ERROR]
+    np.testing.assert_allclose(mass * back[columns], cases[columns], rtol=1e-12)
+    moon = dimensionless(cases, bed.depth, 0.2, mass)
+    np.testing.assert_allclose(moon["gamma"], 5 * gamma)
     extended = extended_atlas(bed, cases, mass).damping_of(bed, mass)
     between = np.sqrt(frequency[1:] * frequency[:-1])
     for f, least in ((frequency, 1.7), (between, 1.3)):

@@ -8,7 +8,7 @@ import scipy
 from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
 
-from pidpanel.damping.gaussian_process import MEAN_SD, GaussianProcess, fit
+from pidpanel.damping.gaussian_process import MEAN_SD, GaussianProcess, fit, spreads
 
 RNG = np.random.default_rng(4)
 POINTS = RNG.uniform(0, 1, (12, 2))
@@ -183,3 +183,36 @@ def test_a_fit_near_another_ends_where_both_starts_end():
     again = fit(x, values, error, near=start)
     assert again.constants == pytest.approx(first.constants, rel=2e-3)
     assert first.constants.tolist() == [*first.lengths, first.size, first.scatter]
+
+
+def test_an_axis_whose_points_are_alike_but_for_rounding_has_the_spread_one():
+    # red: a limit that is negative where all values are; 1e-12 without the size of the values
+    column = np.array([0.1 + 0.2, 0.3, 0.3])
+    points = np.column_stack([np.full(3, -5.0), 1e6 * column, [0.0, 2.0, 4.0]])
+    np.testing.assert_allclose(spreads(points), [1, 1, np.sqrt(8 / 3)], rtol=1e-12)
+
+
+def test_sets_of_points_are_predicted_at_once_as_each_alone():
+    # red: axes counted from the front in place of the end
+    sets, others = RNG.uniform(-0.5, 1.5, (5, 4, 2)), RNG.uniform(-0.5, 1.5, (5, 3, 2))
+    together = PROCESS.covariance(sets, others)
+    alone = [PROCESS.covariance(*pair) for pair in zip(sets, others, strict=True)]
+    np.testing.assert_allclose(together, alone, atol=1e-12)
+
+
+def test_without_values_all_is_as_expected_beforehand():
+    # medians of the priors in the units that are given
+    empty = fit(
+        np.empty((0, 3)), np.empty(0), np.empty(0), axes=np.array([1.0, 2.0, 4.0]), centre=0.7,
+        unit=2.0,
+    )  # fmt: skip
+    np.testing.assert_allclose(empty.constants, [1.5, 3.0, 6.0, 3.0, 0.06])
+    assert (empty.centre, empty.unit) == (0.7, 2.0)
+
+
+@pytest.mark.parametrize("axes", [1, 2, 3])
+def test_a_fit_has_a_length_for_each_axis_and_the_centre_and_unit_that_are_given(axes):
+    points = RNG.uniform(0, 1, (9, axes))
+    process = fit(points, points[:, 0], np.full(9, 0.1), centre=0.5, unit=2.0)
+    assert process.lengths.shape == (axes,)
+    assert (process.centre, process.unit) == (0.5, 2.0)

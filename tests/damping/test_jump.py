@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
+from pidpanel.damping import jump as module
 from pidpanel.damping.jump import CENTRE, LENGTHS, SIZE, WHOLE, WIDTH, Jump, reach
 
 R, GAMMA = 0.5, np.log(60.0)
@@ -123,3 +124,25 @@ def test_a_case_between_has_the_jump_where_it_is():
     u = CENTRE + 0.2 + 3 * WIDTH * np.array([-1.0, 0.0, 1.0])
     p = found.probability(np.tile([R, GAMMA], (3, 1)), u)
     assert p[0] < 0.1 and p[1] == pytest.approx(0.5, abs=0.03) and p[2] > 0.9
+
+
+def test_in_a_sweep_a_case_is_judged_by_what_those_before_it_have_told(monkeypatch):
+    # two steps from normal to normal, each with the moments of its product by quadrature
+    # red: `mean +=` left out: the second case starts from the prior mean
+    monkeypatch.setattr(module, "SWEEPS", 1)
+    points = np.array([[R, GAMMA], [R + 0.1, GAMMA + 0.4]])
+    away, sign = np.array([0.1, 0.3]), np.array([-1, 1])  # one rides, then one crosses
+    distance = np.linalg.norm((points[:, None] - points) / LENGTHS, axis=2)
+    mean, covariance = np.zeros(2), SIZE**2 * matern(distance)
+    for i in range(2):
+        sd = np.sqrt(covariance[i, i])
+        tau = mean[i] + sd * np.linspace(-8, 8, 40001)
+        weight = scipy.stats.norm.pdf(tau, mean[i], sd)
+        weight *= scipy.stats.norm.cdf(sign[i] * (away[i] - tau) / WIDTH)
+        weight /= weight.sum()
+        share, centre = covariance[:, i] / sd**2, tau @ weight
+        mean = mean + share * (centre - mean[i])
+        covariance += np.outer(share, share) * (weight @ (tau - centre) ** 2 - sd**2)
+    found = Jump(points, CENTRE + away, np.array([0.0, 1.0]))
+    expected = scipy.stats.norm.cdf(-mean / np.sqrt(WIDTH**2 + np.diag(covariance)))
+    np.testing.assert_allclose(found.probability(points, np.full(2, CENTRE)), expected, rtol=1e-5)

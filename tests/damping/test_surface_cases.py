@@ -8,9 +8,15 @@ import pytest
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import gaussian_process
-from pidpanel.damping.inelastic import slug_energy
+from pidpanel.damping.inelastic import slug, slug_energy
 from pidpanel.damping.jump import WHOLE
-from pidpanel.damping.surface_cases import SurfaceBed, TrainingData, _axes_of_one_scale, _side
+from pidpanel.damping.surface_cases import (
+    SurfaceBed,
+    TrainingData,
+    _axes_of_one_scale,
+    _side,
+    training_data,
+)
 
 MASS_PER_FILL = 12.0
 BED = SurfaceBed(1.0, MASS_PER_FILL, 0.02)
@@ -41,8 +47,9 @@ def test_without_one_depth_no_bed_has_a_closed_form():
 def test_a_bed_that_crosses_loses_what_the_inelastic_body_does():
     # C_e = E/(π ω W²) with E = slug_energy · m₁ r ω² W², here over r f
     for stroke in (0.4, 1.0):
-        log_damping, _ = BED.inelastic(points_of(np.array([stroke])))
+        log_damping, mass = BED.inelastic(points_of(np.array([stroke])))
         assert np.exp(log_damping) == pytest.approx(2 * MASS_PER_FILL * slug_energy(1 / stroke))
+        assert mass == pytest.approx(MASS_PER_FILL * slug(np.array([1 / stroke]))[1])
 
 
 def test_between_a_third_and_six_tenths_of_the_loss_a_bed_is_on_neither_side():
@@ -51,6 +58,25 @@ def test_between_a_third_and_six_tenths_of_the_loss_a_bed_is_on_neither_side():
     np.testing.assert_array_equal(_side(share, near), [0, 0.5, 0.5, 1])
     np.testing.assert_array_equal(_side(share, near + 0.02), [0, 1, 1, 1])
     np.testing.assert_array_equal(_side(share, near - 5), 0)
+
+
+def test_the_side_of_a_case_follows_from_its_share_of_the_loss_of_the_inelastic_body():
+    # at W/L = 0.45 and 10 g, of C_e = 2 m₁ E r f h; red: the logarithm of the share
+    share, stroke, gap = np.array([0.2, 0.45, 0.7]), 0.45, 0.02 * (1 - 0.94 * 0.5)
+    f = np.sqrt(10 * STANDARD_GRAVITY / (stroke * gap)) / (2 * np.pi)
+    whole = 2 * MASS_PER_FILL * slug_energy(1 / stroke) * 0.5 * f * (1 - 0.1**2)
+    cases = pd.DataFrame(
+        {"fill_fraction": 0.5, "frequency_hz": f, "acceleration_g": 10.0,
+         "equivalent_damping_n_s_m3": share * whole, "equivalent_damping_error_n_s_m3": 0.1,
+         "apparent_mass_kg_m2": 0.0, "apparent_mass_error_kg_m2": 0.1}
+    )  # fmt: skip
+    np.testing.assert_array_equal(training_data(cases, BED).side, [0, 0.5, 1])
+
+
+def test_a_bed_rides_below_nine_tenths_of_the_stroke_that_meets_both_walls():
+    # an inelastic body meets both walls in every cycle from W/L = 1/√(π² + 4) on
+    stroke = np.array([0.89, 0.91]) / np.sqrt(np.pi**2 + 4)
+    np.testing.assert_array_equal(_side(np.full(2, 5.0), np.log(stroke)), [0, 1])
 
 
 def training(spread, mass_spread, outliers=None):
@@ -101,6 +127,23 @@ def test_each_side_has_its_own_cases_and_errors():
         errors = data.side_error if number == 0 else np.stack([data.mass_error] * 2)
         np.testing.assert_array_equal(sides.riding.error, errors[0][rides])
         np.testing.assert_array_equal(sides.crossing.error, errors[1][crosses])
+
+
+class Trended(SurfaceBed):
+    """A bed with a trend of beds that ride."""
+
+    def riding(self, points):
+        return 0.7 * points[:, 1]
+
+
+def test_the_trend_is_taken_from_beds_that_ride_alone():
+    # those that cross are compared to the inelastic body; red: its loss plus the trend
+    plain = training(1.0, 0.1)
+    trended = replace(plain, bed=Trended(1.0, MASS_PER_FILL, 0.02))
+    before, after = plain.damping_sides(), trended.damping_sides()
+    np.testing.assert_allclose(after.crossing.values, before.crossing.values, atol=1e-12)
+    gamma = before.riding.points[:, 1]
+    np.testing.assert_allclose(after.riding.values, before.riding.values - 0.7 * gamma)
 
 
 def test_many_cases_are_thinned_by_ratios_of_frequency_and_level():

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from random_panels import RandomPanel
 
+from pidpanel.optimise import reduced as module
 from pidpanel.solve import layouts
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import DamperLayout, Load
+from pidpanel.solve.model import ResponseError
 from pidpanel.solve.panel import ModalPanel
 
 
@@ -55,3 +57,36 @@ def test_the_bare_panel_is_that_of_the_solver(panel):
     answer = solved(panel, (), ())
     bare = panel.reduced(precision=np.complex128).bare
     assert np.sqrt(bare) == pytest.approx(answer.response.acceleration_rms, rel=1e-9)
+
+
+def test_the_energy_of_the_shapes_is_that_of_the_acceleration_of_points(panel):
+    # red: weights of mean squares in place of their roots
+    _, energy = module._forces(panel.frequency, panel.basis, panel.excitation, None)
+    rms = np.sqrt(np.diag(panel.points @ energy @ panel.points.T))
+    assert rms == pytest.approx(solved(panel, (), ()).response.acceleration_rms, rel=1e-9)
+
+
+def test_places_that_take_more_memory_than_allowed_are_refused(panel, monkeypatch):
+    # two complex numbers of 8 bytes for each line, shape, and point or motion of a place
+    motions = len(panel.points) + 4 * len(panel.places.lower)
+    size = 2 * 8 * panel.frequency.size * panel.points.shape[1] * motions
+    monkeypatch.setattr(module, "LARGEST", 1.001 * size)
+    panel.reduced(rank=4)
+    monkeypatch.setattr(module, "LARGEST", 0.999 * size)
+    with pytest.raises(ResponseError, match=f"{len(panel.places.lower)} places take up to"):
+        panel.reduced(rank=4)
+
+
+def test_forces_may_have_more_parts_on_some_lines(panel, monkeypatch):
+    # a part that is nothing, on the second half of the lines. red: min of the parts
+    plain, factors = panel.reduced(), module._force_factors
+
+    def more(excitation, frequency):
+        found = factors(excitation, frequency)
+        return np.pad(found, ((0, 0), (0, 0), (0, int(frequency[0] > panel.frequency[0]))))
+
+    monkeypatch.setattr(
+        module, "chunks_of_lines", lambda n, _: [slice(0, n // 2), slice(n // 2, n)]
+    )
+    monkeypatch.setattr(module, "_force_factors", more)
+    np.testing.assert_allclose(panel.reduced().bare, plain.bare, rtol=1e-5)

@@ -12,7 +12,7 @@ import pytest
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import gmsh_session, read_mesh
-from pidpanel.panel.triangles import mesh_triangles, reentrant_corners
+from pidpanel.panel.triangles import mesh_triangles, reentrant_corners, rim_size
 
 SIZE = (1.5, 1.0)
 ELEMENTS = (30, 20)
@@ -174,6 +174,11 @@ def test_the_size_asked_of_gmsh_grows_by_half_the_distance_from_the_corner(tmp_p
     for x, y, distance in [(0.75, 0.5, 0.0), (0.75, 0.7, 0.2), (0.45, 0.1, 0.5)]:
         found = eval(size, {"np": np, "x": x, "y": y})
         assert found == pytest.approx(2e-3 * 0.25 + 0.5 * distance, rel=1e-9)
+
+
+def test_elements_at_the_rim_of_a_foot_measure_a_tenth_of_its_radius_if_nothing_is_asked():
+    assert rim_size(0.03, None) == pytest.approx(0.003)
+    assert rim_size(0.03, 1e-3) == 1e-3
 
 
 @pytest.mark.parametrize(("asked", "smallest"), [(None, 2e-3 * 0.25), (0.01, 0.01)])

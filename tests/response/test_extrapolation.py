@@ -6,10 +6,18 @@ import math
 import numpy as np
 import pytest
 
+from pidpanel.atlas.groups import Bead
+from pidpanel.damping.atlas import AtlasDamping, bed_of
+from pidpanel.damping.readings import DampingValues
 from pidpanel.damping.table_files import read_columns
 from pidpanel.damping.tables import TableReading
 from pidpanel.response.dampers import PatchDamper
-from pidpanel.response.extrapolation import FAR, Extrapolation, extrapolation_of
+from pidpanel.response.extrapolation import (
+    FAR,
+    Extrapolation,
+    between_regimes,
+    extrapolation_of,
+)
 
 LINES = np.geomspace(20, 200, 181)
 
@@ -97,6 +105,12 @@ def test_what_the_data_would_have_to_cover_is_named(damper):
     assert whole.missing == "" and not whole.weight.any()
 
 
+def test_damping_more_than_a_thousand_times_beyond_its_amplitudes_has_no_data_there(damper):
+    # the data end at 50 g; red: steps without end
+    assert extrapolated(damper, 50e3).missing == "lab to 50000 g at 100 to 200 Hz"
+    assert extrapolated(damper, 55e3).missing.endswith(" Hz and r = 1")
+
+
 def test_the_share_is_that_of_the_change_in_mean_square():
     # red: |S_bare − S| replaced by S
     weight = np.where(LINES > 100, 0.5, 0.0)
@@ -114,3 +128,33 @@ def test_more_motion_is_a_change_too():
     bare, damped = np.full((4, 1), 0.1), np.array([[0.3], [0.3], [0.0], [0.0]])
     share = Extrapolation(weight, "").share_of_change(bare, damped, f)
     assert share == pytest.approx([0.15 / 0.45])
+
+
+def of_the_atlas(bead):
+    """A damper of a bed 25 mm deep, half full, with the same C_e and m_a everywhere."""
+
+    def surface(frequency, fill, gamma):
+        ones = np.ones(len(frequency))
+        return DampingValues(ones, ones, ones, ones > 0)
+
+    bed = bed_of(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
+    return PatchDamper(
+        0, 0, "rubber", AtlasDamping(surface, bed, 1.0, np.ones((2, 3)), bead=bead), 0.5
+    )
+
+
+def test_particles_softer_than_those_of_the_atlas_are_named_from_their_first_line_on():
+    # red: the last line; lines at which they are hard
+    damper, lines = of_the_atlas(Bead(youngs_modulus=1e6)), np.array([50.0, 100.0, 200.0])
+    response = Response(np.array([20.0]), np.zeros((1, 3), bool))
+    missing = extrapolation_of([damper], response, lines).missing
+    assert missing == "the atlas to particles as soft as rubber from 50 Hz"
+
+
+def test_lines_count_at_which_a_bed_of_the_atlas_may_ride_or_cross():
+    # W/L of 0.1 to 0.5, with L = (1 − 0.94 r) depth
+    stroke = 20 * 9.80665 / (2 * np.pi * LINES) ** 2 / (0.025 * (1 - 0.94 * 0.5))
+    response = Response(np.array([20.0]), np.ones((1, 181), bool))
+    found = between_regimes([of_the_atlas(None)], response, LINES)
+    np.testing.assert_array_equal(found.weight, (stroke > 0.1) & (stroke < 0.5))
+    assert 0 < found.weight.sum() < 181

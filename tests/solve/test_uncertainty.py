@@ -268,6 +268,19 @@ def test_dead_weight_has_no_slope_in_its_damping(three):
     np.testing.assert_allclose(by_load[:, 1].sum(axis=(0, 1)), anew, rtol=1e-2)
 
 
+def test_damping_that_sets_in_with_the_motion_has_no_slope_where_there_is_none_below():
+    # C_e is Γ^1.5 from an onset on that rises with f: 0 at the line that sets in within the step
+    # red: `|` of the limits: ∞
+    def damping(frequency, level):
+        value = np.where(level > frequency / 100, level**1.5, 0.0)
+        return value, 2 * np.log(level) + 0 * frequency, np.ones(frequency.shape, bool)
+
+    lines, gamma = np.array([90.0, 100.0, 110.0]), np.array([1.0])
+    of_damping, of_mass = uncertainty._with_motion([Load(0, damping)], lines, gamma, [0])
+    np.testing.assert_allclose(of_damping, [[1.5, 0, 0]])
+    np.testing.assert_allclose(of_mass, [[2, 2, 2]])
+
+
 def test_errors_of_one_damper_on_two_patches_add_up_and_those_of_two_dampers_do_not(three):
     # red: covariance of the blocks on the diagonal alone in `standard_errors`
     def answer(change):
