@@ -364,18 +364,42 @@ def test_the_motion_near_a_single_support_changes_with_the_logarithm_of_its_foot
     panel, _ = of([1, 1], SANDWICH, triangles(0.06), 500,
                   held(foot(0.5, 0.5, 0), foot(0.9, 0.9, 0, "hinge"), foot(0.1, 0.9, 0.02)),
                   points={"near": [0.5, 0.56], "far": [0.5, 0.999], "foot": [0.1, 0.93]})  # fmt: skip
-    change = StudiedPanel(Panel(**panel)).change_near_supports
+    change = StudiedPanel(Panel(**panel)).change_near_points(500.0)
     before, after = (np.log(0.06 / foot) / np.log(0.5 / foot) for foot in (6e-3, 3e-3))
     assert change[0] == pytest.approx(after / before - 1, abs=0.03)
     assert change[1] < 0.03 and change[2] < 0.03
+    masses = {
+        "m": {"at_m": [0.5, 0.5], "mass_kg": 3.0},
+        "light": {"at_m": [0.1, 0.9], "mass_kg": 1e-3},
+    }
+    loaded = StudiedPanel(Panel(**{**panel, "supports": "free", "masses": masses}))
+    heavy, light = loaded.change_near_points(500.0)[[0, 2]]
+    assert 0.5 * change[0] < heavy < change[0] and light < 0.01
     thin = {**panel, "section": THIN}
     thin["supports"] = held(foot(0.5, 0.5, 0, "hinge"))
-    assert not StudiedPanel(Panel(**thin)).change_near_supports.any()
+    assert not StudiedPanel(Panel(**thin)).change_near_points(500.0).any()
 
 
 def test_a_force_on_a_thin_plate_needs_no_foot():
     # red: Kelvin's part of sections with shear
     assert added_compliance(ThinSection(3273.07, 4.0), 1.0)[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("section", "kind"), [(SANDWICH, "hold_down"), (THIN, "hold_down"), (SOLID, "hinge")]
+)
+def test_the_stated_shift_of_a_file_contains_that_of_feet_of_whole_elements(
+    tmp_path, section, kind
+):
+    # 6, 9 and 2 % beside round feet; red: `jagged` left out, or of hinges alone
+    feet = held(*(foot(x, y, 0.045, kind) for x, y in ((0.15, 0.1), (1.05, 0.2), (0.3, 0.75))))
+    studied, found = first_modes(of_file(tmp_path / "panel.bdf", section, 2, feet), tmp_path)
+    round_feet, _ = of([1.2, 0.9], section, triangles(0.08), 300, feet)
+    rounded, right = first_modes(round_feet, tmp_path)
+    shift = np.max(found / right - 1)
+    assert 0.01 < shift < MARGIN * studied.shift_of_wave(1e-3, 1.0, 0.0) < 5 * shift
+    assert studied.cause_of_shift(1e-3, 1.0) == "feet"
+    assert rounded.shift_of_wave(1e-3, 1.0, 0.0) < 1e-3
 
 
 def test_shorter_elements_at_the_rims_of_feet_lower_modes_as_stated(tmp_path):

@@ -89,7 +89,7 @@ def test_a_second_run_has_nothing_to_do(project, study):
     ("file", "old", "new"),
     [
         ("src/pidpanel/panel/plate.py", "import numpy as np", "import numpy as np  # arrays"),
-        ("workflow/scripts/maps.py", "    read, made", "    print()\n    read, made"),
+        ("workflow/scripts/maps.py", "    write_maps(", "    print()\n    write_maps("),
         ("workflow/data/materials/honeycomb_5056.csv", "3/16-5056-0.0007,", "3/16-5056-0.0007,1"),
         ("src/pidpanel/report/pages/page.html", "<title>", "<title>A "),
     ],

@@ -54,7 +54,7 @@ class Shaker:
     spectrum: BreakPoints  # [g²/Hz]
     mass_per_area: float  # of the panel, without dampers [kg/m²]
     shift_of_wave: ShiftOfWave  # as of `ResponsePanel`
-    change_near_supports: Array | float  # likewise
+    change_near_points: Array | float  # likewise
 
     def panel(self, supported: SupportedPanel) -> ResponsePanel:
         """Return a panel under the motion."""
@@ -67,7 +67,7 @@ class Shaker:
             BaseExcitation.of_inertia(level, inertia),
             mass_per_area=self.mass_per_area,
             shift_of_wave=self.shift_of_wave,
-            change_near_supports=self.change_near_supports,
+            change_near_points=self.change_near_points,
         )
 
     def panel_with(
@@ -212,7 +212,8 @@ def shakers_of(study: Study) -> dict[str, Shaker]:
         stated_acceleration_g=study.damping.level.acceleration_g,
     )
     panel = StudiedPanel(study.panel)
-    of_mesh = panel.section.mass_per_area, panel.shift_of_wave, panel.change_near_supports
+    near = panel.change_near_points(study.response.frequency_hz[1])
+    of_mesh = panel.section.mass_per_area, panel.shift_of_wave, near
     return {name: Shaker(settings, level, *of_mesh) for name, level in levels.items()}
 
 

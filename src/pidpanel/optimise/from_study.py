@@ -231,7 +231,8 @@ def excited_panels(study: Study, files: Files) -> dict[str, Excited]:
     for name in counted_excitations(study):
         if name == "sound":
             start = read_response_panel(study, files, study.response.radiation)
-            start = replace(start, basis=_with_vertices(section, start.basis))
+            basis = _with_vertices(section, start.basis)
+            start = replace(start, basis=basis, change_near_points=0.0)
             panels[name] = UnderSound(start, StudySound(study), with_strains)
         else:
             basis = _with_vertices(section, read_basis(files.modes))

@@ -14,7 +14,7 @@ from pidpanel.panel.attachments import Attachment
 from pidpanel.panel.layup import Section
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import NONE_FREE
-from pidpanel.panel.reactions import change_nearby
+from pidpanel.panel.reactions import added_compliance, change_nearby, foot_logarithm
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.supports import PointSupport, Supports, boundary_loops, held_vertices
 
@@ -22,6 +22,10 @@ from pidpanel.panel.supports import PointSupport, Supports, boundary_loops, held
 SLACK = 1e-6
 # Of the area of a foot on a mesh from a file: a tenth in its radius.
 FOOT_TOLERANCE = 0.2
+TINY = 1e-300  # compliance of a thin plate under a force [m/N]
+# ln(reach/radius) of a regular polygon of twelve edges and the area of the foot.
+ROUND = 0.024
+HINGE_SHARE = 0.3  # shift of modes with jagged feet that turn, over that with hold-downs
 SEPARATION = "feet must lie apart from other supports"
 
 
@@ -196,29 +200,47 @@ def roughness(
     }
 
 
-def change_near_supports(
-    area: BaseGeometry,
-    supports: Supports,
+def jaggedness(mesh: PanelMesh, supports: Supports) -> float:
+    """Return how far the whole elements of feet reach beyond them, ln(reach/radius), at most [1].
+
+    Hinges count less, and a polygon of twelve edges is a round foot.
+    """
+    reach = []
+    for name, point in supports.points.items():
+        if point.radius:
+            corners = mesh.vertices[mesh.cells[point.foot_cells(mesh, name)]]
+            away = np.linalg.norm(corners - point.position, axis=-1).max()
+            weight = 1.0 if point.kind == "hold_down" else HINGE_SHARE
+            reach.append(weight * (np.log(away / point.radius) - ROUND))
+    return max([0.0, *reach])
+
+
+def change_near_points(
+    extent: float,
+    resistance: Mapping[Position, float],
     section: Section,
     points: Iterable[Position],
     size_at: Callable[[Position], float],
 ) -> Array:
     """Return by which share half the elements change the motion of points (n,), at most [1].
 
-    Near supports at single points that resist nothing in the limit; ``size_at`` gives the size of
-    elements at a place.
+    Near what stands at single points and resists nothing in the limit.
+
+    Parameters
+    ----------
+    extent
+        Of the panel about such a point [m].
+    resistance
+        Of what stands at a place, force over deflection [N/m].
+    size_at
+        Gives the size of elements at a place [m].
     """
-    yielding = [
-        support.position
-        for support in supports.points.values()
-        if not support.radius
-        and (support.kind == "hold_down" or not isinstance(section, ThinSection))
-    ]
-    places, positions = np.array(list(points)), np.array(yielding).reshape(-1, 2)
+    places, positions = np.array(list(points)), np.array(list(resistance)).reshape(-1, 2)
     distance = np.linalg.norm(places[:, None] - positions, axis=2)
-    size = np.array([size_at(position) for position in yielding])
-    extent = np.sqrt(area.area) / 2
-    return change_nearby(distance, size, extent).max(axis=1, initial=0.0)
+    size = np.array([size_at(position) for position in resistance])
+    yields = added_compliance(section, 1.0)[0] / np.log(2) * foot_logarithm(extent, size)
+    stiff = 1 / (1 + 1 / np.array(list(resistance.values())) / np.maximum(yields, TINY))
+    return (stiff * change_nearby(distance, size, extent)).max(axis=1, initial=0.0)
 
 
 def free_edges(area: BaseGeometry, supports: Supports) -> float:

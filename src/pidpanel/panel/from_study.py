@@ -1,5 +1,6 @@
 """The panel of a study: the one place in `panel` that reads the section ``panel``."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -171,15 +172,24 @@ class StudiedPanel:
         """`ElementKind.frequency_shift` of edges [m], frequencies [Hz] and added masses [kg/m²]."""
         return partial(self.elements.frequency_shift, **self._rough)
 
-    @property
-    def change_near_supports(self) -> Array:
-        """`fit.change_near_supports` of the response points (n_points,) [1]."""
+    def change_near_points(self, highest: float) -> Array:
+        """Return `fit.change_near_points` of the response points, with masses up to a frequency."""
+        is_thin = isinstance(self.section, ThinSection)
+        resistance = {
+            point.position: math.inf
+            for point in self.supports.points.values()
+            if not point.radius and (point.kind == "hold_down" or not is_thin)
+        }
+        for attached in () if is_thin else self.attachments.values():
+            if len(attached.ends) == 1:
+                inertia = attached.mass * (2 * math.pi * highest) ** 2
+                resistance[attached.ends[0]] = attached.stiffness or inertia
 
         def size_at(place: Position) -> float:
             return self._size_at(place, 0.0) or self._element_size
 
-        points = self.points.values()
-        return fit.change_near_supports(self.area, self.supports, self.section, points, size_at)
+        extent, points = math.sqrt(self.area.area) / 2, self.points.values()
+        return fit.change_near_points(extent, resistance, self.section, points, size_at)
 
     def cause_of_shift(self, edge: float, frequency: float) -> str:
         """Return the largest of `ElementKind.frequency_shifts` on the panel without dampers."""
@@ -302,7 +312,11 @@ class StudiedPanel:
 
     @cached_property
     def _rough(self) -> dict[str, float]:
-        return fit.roughness(self.area, self.supports, self._size_at)
+        rough = fit.roughness(self.area, self.supports, self._size_at)
+        if self.foreign is None:
+            return rough
+        jagged = fit.jaggedness(self.foreign.panel_mesh({}, {}), self.supports)
+        return {**rough, "jagged": jagged}
 
     def _size_at(self, place: Position, radius: float) -> float:
         """Return the size of elements at a place, or at the rim of a foot there [m]."""

@@ -94,7 +94,7 @@ class ResponsePanel:
     least_damping_ratio: float | None = None
     mass_per_area: float = 1.0  # of the panel, without dampers [kg/m²]
     shift_of_wave: ShiftOfWave = no_shift  # share by which the mesh raises the frequency of a wave
-    change_near_supports: Array | float = 0.0  # (n_points,) as of `StudiedPanel`
+    change_near_points: Array | float = 0.0  # (n_points,) as of `StudiedPanel`
 
     @cached_property
     def modal(self) -> ModalBasis:

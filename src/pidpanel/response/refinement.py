@@ -142,7 +142,7 @@ def mesh_shifts(
         bare, patches = np.split(np.array(of_wave), [1])
         points = point_shifts(basis.reactions @ modes.shape, 2 * np.pi * modes.frequency)
         shift = shift_of_modes(f, modes, MARGIN * bare[0], MARGIN * patches, MARGIN * points)
-        shifts[scenario.label] = MeshShift(*shift, panel.change_near_supports)
+        shifts[scenario.label] = MeshShift(*shift, panel.change_near_points)
     return shifts
 
 
