@@ -1,0 +1,124 @@
+"""What half the element size adds at single points: in closed form."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from pidpanel.panel.fit import change_near_points, jaggedness
+from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.reactions import (
+    added_compliance,
+    change_nearby,
+    foot_logarithm,
+    held_reactions,
+    share_of_turn,
+)
+from pidpanel.panel.section import ThinSection
+from pidpanel.panel.supports import PointSupport, Supports
+
+
+class Sheared:
+    """A section whose stiffnesses differ along x and y."""
+
+    bending = np.array([[80.0, 12.0, 0.0], [12.0, 20.0, 0.0], [0.0, 0.0, 16.0]])
+    shear = np.diag([5e4, 2e5])
+
+
+def grid(count):
+    """The unit square in triangles."""
+    line = np.linspace(0, 1, count + 1)
+    vertices = np.array([(x, y) for y in line for x in line])
+    lower = [i + j * (count + 1) for j in range(count) for i in range(count)]
+    cells = [(k, k + 1, k + count + 2) for k in lower] + [
+        (k, k + count + 2, k + count + 1) for k in lower
+    ]
+    return PanelMesh(vertices, np.array(cells), "triangles", {}, {})
+
+
+def test_halving_a_foot_adds_the_logarithm_of_two_to_what_yields_there():
+    # w = F ln(R/r)/(2π S) and Kelvin's β = M ln(R/r) (1/D + 1/D₆₆)/(4π), of a quarter turn four
+    # times that; red: ln 2 twice; the trace for the root of the determinant; the turn left out
+    force, moment = added_compliance(Sheared(), 1.0)
+    assert force == pytest.approx((np.log(2.0) - np.log(1.0)) / (2 * np.pi * 1e5))
+    assert moment == pytest.approx(np.log(2) / (4 * np.pi) * (1 / 40 + 1 / 16))
+    assert added_compliance(Sheared(), 0.25) == pytest.approx((4 * force, 4 * moment))
+    thin = ThinSection(50.0, 1.0, 0.2)
+    assert added_compliance(thin, 1.0) == pytest.approx((0.0, np.log(2) / (200 * np.pi)))
+    at_edge = np.log(2) / (200 * np.pi) * 2 * 4 / (3.2 * 0.8)
+    assert added_compliance(thin, 0.5) == pytest.approx((0.0, at_edge))
+
+
+@pytest.mark.parametrize(
+    ("place", "share"),
+    [
+        ((0.5, 0.5), 1.0),
+        ((0.5, 0.0), 0.5),
+        ((1.0, 1.0), 0.25),
+        ((0.0, 1.0), 0.25),
+        ((0.3, 0.4), 1.0),
+    ],
+)
+def test_a_panel_takes_all_half_or_a_quarter_of_a_turn_about_a_point(place, share):
+    # red: steps of one sign; the cosine of edges that are not unit vectors
+    assert share_of_turn(grid(4), np.array(place)) == pytest.approx(share)
+
+
+def test_the_foot_of_an_element_is_a_tenth_of_its_size():
+    # red: the foot of its whole size; no least distance; a change of points beyond the extent
+    assert foot_logarithm(0.3, np.array(0.06)) == pytest.approx(np.log(50))
+    assert foot_logarithm(0.0, np.array(0.06)) == 1.1
+    change = change_nearby(np.array([0.06, 0.3, 2.0]), np.full(3, 0.06), 0.6)
+    near = np.log(2) * (1 / np.log(10) - 1 / np.log(100))
+    assert change[:2] == pytest.approx([near, np.log(2) * (1 / np.log(50) - 1 / np.log(100))])
+    assert change[2] == 0
+
+
+def test_a_held_coordinate_pulls_with_its_row_of_the_stiffness():
+    # red: √C in place of √(C/2); moments with the compliance of the force; feet counted
+    mesh = grid(2)
+    stiffness = sp.csr_array(np.arange(27.0 * 27).reshape(27, 27))
+    points = {
+        "middle": PointSupport((0.5, 0.5), "hold_down"),
+        "corner": PointSupport((0.0, 0.0), "hinge"),
+        "foot": PointSupport((1.0, 1.0), "hold_down", 0.1),
+    }
+    of_moments = np.array([np.arange(9, 18), np.arange(18, 27)])
+    rows = held_reactions(mesh, Sheared(), points, stiffness, np.arange(9), of_moments)
+    force, moment = added_compliance(Sheared(), 1.0)
+    held = stiffness.toarray()[[4, 13, 22, 0]]
+    scale = np.sqrt([force / 2, moment / 2, moment / 2, 2 * force])
+    np.testing.assert_allclose(rows.toarray(), scale[:, None] * held)
+
+
+def test_the_motion_near_a_mass_changes_as_far_as_the_mass_holds_the_panel():
+    # a spring of the stiffness at which the panel yields holds half; red: its inverse; 2π left out
+    extent, size = 0.6, np.array([0.06])
+    yields = np.log(100) / (2 * np.pi * 1e5)
+    near = change_nearby(np.array([0.1]), size, extent)[0]
+    at = [(0.0, 0.1), (5.0, 5.0)]
+    for resistance, share in ((np.inf, 1.0), (1 / yields, 0.5), (0.1 / yields, 1 / 11)):
+        change = change_near_points(extent, {(0.0, 0.0): resistance}, Sheared(), at, lambda _: 0.06)
+        assert change == pytest.approx([share * near, 0.0])
+    nearest = {(0.0, 0.0): np.inf, (0.0, 0.15): np.inf}
+    change = change_near_points(extent, nearest, Sheared(), at, lambda _: 0.06)
+    assert change[0] == pytest.approx(change_nearby(np.array([0.05]), size, extent)[0])
+    thin = change_near_points(
+        extent, {(0.0, 0.0): np.inf}, ThinSection(50.0, 1.0), at, lambda _: 0.06
+    )
+    assert thin == pytest.approx([near, 0.0])
+    assert not change_near_points(extent, {}, Sheared(), at, lambda _: 0.06).any()
+
+
+def test_whole_elements_reach_beyond_a_foot():
+    # eight triangles about the middle, to √2 · 0.25 m; a polygon of twelve edges with the area of
+    # its foot reaches 1.023 radii; red: the nearest corner; the weight of hinges for hold-downs
+    far = np.log(np.sqrt(2) * 0.25 / 0.3) - np.log(np.sqrt(np.pi / 6 / np.sin(np.pi / 6)))
+    foot = PointSupport((0.5, 0.5), "hold_down", 0.3)
+    hinge = PointSupport((0.5, 0.5), "hinge", 0.3)
+    assert jaggedness(grid(4), Supports(points={"foot": foot})) == pytest.approx(far, abs=2e-3)
+    assert jaggedness(grid(4), Supports(points={"foot": hinge})) == pytest.approx(
+        0.3 * far, abs=1e-3
+    )
+    assert jaggedness(grid(4), Supports()) == 0
+    point = PointSupport((0.5, 0.5), "hold_down")
+    assert jaggedness(grid(4), Supports(points={"point": point})) == 0
