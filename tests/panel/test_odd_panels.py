@@ -346,6 +346,7 @@ def test_elements_of_half_the_size_lower_modes_as_stated_for_single_points(tmp_p
     for count in (2, 4):
         panel = of_file(tmp_path / f"{count}.bdf", section, count, supports, masses=masses)
         studied = StudiedPanel(Panel(**panel))
+        studied.check(20.0)
         plate = studied.plate(studied.mesh(tmp_path / "panel.msh"))
         frequency, modes = normal_modes(plate, 300.0 if section is SANDWICH else 150.0)
         elastic = frequency > 1
@@ -394,6 +395,7 @@ def test_the_stated_shift_of_a_file_contains_that_of_feet_of_whole_elements(
     # 6, 9 and 2 % beside round feet; red: `jagged` left out, or of hinges alone
     feet = held(*(foot(x, y, 0.045, kind) for x, y in ((0.15, 0.1), (1.05, 0.2), (0.3, 0.75))))
     studied, found = first_modes(of_file(tmp_path / "panel.bdf", section, 2, feet), tmp_path)
+    studied.check(20.0)
     round_feet, _ = of([1.2, 0.9], section, triangles(0.08), 300, feet)
     rounded, right = first_modes(round_feet, tmp_path)
     shift = np.max(found / right - 1)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+import shapely
 
-from pidpanel.panel.fit import change_near_points, jaggedness
+from pidpanel.panel.fit import change_near_points, free_edges, jaggedness, roughness
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.reactions import (
     added_compliance,
@@ -14,7 +15,7 @@ from pidpanel.panel.reactions import (
     share_of_turn,
 )
 from pidpanel.panel.section import ThinSection
-from pidpanel.panel.supports import PointSupport, Supports
+from pidpanel.panel.supports import EdgeSupport, PointSupport, Supports
 
 
 class Sheared:
@@ -61,6 +62,13 @@ def test_halving_a_foot_adds_the_logarithm_of_two_to_what_yields_there():
 def test_a_panel_takes_all_half_or_a_quarter_of_a_turn_about_a_point(place, share):
     # red: steps of one sign; the cosine of edges that are not unit vectors
     assert share_of_turn(grid(4), np.array(place)) == pytest.approx(share)
+
+
+def test_a_vertex_is_found_within_a_millionth_of_the_longer_side():
+    # red: of the shorter side; over the side
+    long = grid(4)
+    long.vertices[:, 0] *= 1000.0
+    assert share_of_turn(long, np.array([500.0, -5e-4])) == pytest.approx(0.5, abs=1e-3)
 
 
 def test_the_foot_of_an_element_is_a_tenth_of_its_size():
@@ -122,3 +130,20 @@ def test_whole_elements_reach_beyond_a_foot():
     assert jaggedness(grid(4), Supports()) == 0
     point = PointSupport((0.5, 0.5), "hold_down")
     assert jaggedness(grid(4), Supports(points={"point": point})) == 0
+
+
+def test_half_the_length_of_free_edges_counts_over_the_area():
+    # 1 m of a supported square of 2 m; red: the area twice; 2 left out; a slack of 1 m
+    edges = [EdgeSupport((0.0, 0.0), (1.0, 0.0), "free")]
+    area = shapely.box(0, 0, 2, 2)
+    assert free_edges(area, Supports(edges=edges)) == pytest.approx(1 / (2 * 4), rel=1e-5)
+
+
+def test_the_roughest_foot_and_all_ends_within_edges_count():
+    # sizes of 0.1 m over radii of 0.2 and 0.5 m; one end at a corner; red: the finest foot; the area
+    feet = {str(r): PointSupport((1.0, r), "hinge", r) for r in (0.2, 0.5)}
+    edges = [EdgeSupport((0.0, 0.0), (1.0, 0.0), "clamped")]
+    rough = roughness(
+        shapely.box(0, 0, 2, 2), Supports("free", "free", edges, feet), lambda *_: 0.1
+    )
+    assert rough["feet"] == pytest.approx(0.5) and rough["ends"] == pytest.approx(0.1 / 2)

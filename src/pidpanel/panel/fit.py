@@ -245,7 +245,8 @@ def change_near_points(
 
 def free_edges(area: BaseGeometry, supports: Supports) -> float:
     """Return half the length of the free boundary over the area [1/m]."""
-    free = area.boundary.difference(_supported(area, supports, 0.0).buffer(_slack(area)))
+    slack = _slack(area)
+    free = area.boundary.difference(_supported(area, supports, slack).buffer(slack))
     return float(free.length / (2 * area.area))
 
 
