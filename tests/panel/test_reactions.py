@@ -5,6 +5,7 @@ import pytest
 import scipy.sparse as sp
 import shapely
 
+from pidpanel.panel import fit
 from pidpanel.panel.fit import change_near_points, free_edges, jaggedness, roughness
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.reactions import (
@@ -147,3 +148,8 @@ def test_the_roughest_foot_and_all_ends_within_edges_count():
         shapely.box(0, 0, 2, 2), Supports("free", "free", edges, feet), lambda *_: 0.1
     )
     assert rough["feet"] == pytest.approx(0.5) and rough["ends"] == pytest.approx(0.1 / 2)
+
+
+def test_places_are_the_same_within_a_millionth_of_the_extent():
+    # red: of the shorter side; of coordinates in place of lengths
+    assert fit._slack(shapely.box(10, 20, 12, 23)) == pytest.approx(3e-6)

@@ -329,3 +329,26 @@ def test_a_rigid_mode_has_an_infinite_half_wave_and_no_shift():
         resolution.ElementKind("thin quadrilaterals", section).frequency_shift(0.05, 0.0, 30.0)
         == 0.0
     )
+
+
+def test_elements_under_heavy_dampers_are_made_as_for_less_damping():
+    # 14.4 times the mass of the panel: as for half of ζ; up to 7.2 times as they are allowed
+    # red: HEAVY times; 1 − m_a/m″; the larger of the two
+    elements = resolution.ElementKind("thin triangles", ThinSection(3273.07, 4.0))
+    heavy = elements.longest_edge(500.0, 13.4 * 4.0, 0.005)
+    assert elements.made_edge(500.0, 13.4 * 4.0, 0.01) == pytest.approx(heavy)
+    light = elements.longest_edge(500.0, 5.0 * 4.0, 0.01)
+    assert elements.made_edge(500.0, 5.0 * 4.0, 0.01) == pytest.approx(light)
+
+
+def test_a_bare_panel_is_meant_where_no_damper_is_stated():
+    # red: added_mass=1.0
+    elements = resolution.ElementKind("thin triangles", ThinSection(3273.07, 4.0))
+    bare = elements.frequency_shifts(0.1, 500.0, 0.0)["waves"]
+    assert elements.frequency_shifts(0.1, 500.0)["waves"] == bare
+    assert elements.frequency_shift(0.1, 500.0) == bare
+    rough = elements.frequency_shifts(0.1, 500.0, feet=0.1, jagged=0.2, ends=0.3)
+    assert rough["feet"] == pytest.approx(9e-3 * 0.1 + 0.45 * 0.2)
+    assert rough["ends"] == pytest.approx(0.2 * 0.3)
+    solid = resolution.ElementKind("solid triangles", SolidSection(70e9, 0.33, 2700.0, 0.005))
+    assert solid.frequency_shifts(0.1, 100.0, jagged=0.2)["feet"] == pytest.approx(0.32 * 0.2)
