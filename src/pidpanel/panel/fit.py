@@ -215,6 +215,26 @@ def jaggedness(mesh: PanelMesh, supports: Supports) -> float:
     return max([0.0, *reach])
 
 
+def resistances(
+    supports: Supports, attachments: Mapping[str, Attachment], section: Section, highest: float
+) -> dict[Position, float]:
+    """Return force over deflection [N/m] of what stands at single points, masses at a frequency.
+
+    Of what resists nothing in the limit: on thin plates hold-downs alone.
+    """
+    is_thin = isinstance(section, ThinSection)
+    resistance = {
+        point.position: np.inf
+        for point in supports.points.values()
+        if not point.radius and (point.kind == "hold_down" or not is_thin)
+    }
+    for attached in () if is_thin else attachments.values():
+        if len(attached.ends) == 1:
+            inertia = attached.mass * (2 * np.pi * highest) ** 2
+            resistance[attached.ends[0]] = attached.stiffness or inertia
+    return resistance
+
+
 def change_near_points(
     extent: float,
     resistance: Mapping[Position, float],

@@ -1,6 +1,5 @@
 """The panel of a study: the one place in `panel` that reads the section ``panel``."""
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -41,10 +40,9 @@ ELEMENTS_ACROSS = 2
 
 
 def _material(spec: MaterialInput) -> layup.Material:
-    if spec.youngs_modulus is not None and spec.poissons_ratio is not None:
-        return layup.Material.isotropic(
-            spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3
-        )
+    E, nu = spec.youngs_modulus, spec.poissons_ratio
+    if E is not None and nu is not None:
+        return layup.Material.isotropic(E, nu, spec.density_kg_m3)
     return layup.Material(*spec.orthotropic_moduli, spec.nu12 or 0.0, spec.density_kg_m3)
 
 
@@ -174,22 +172,13 @@ class StudiedPanel:
 
     def change_near_points(self, highest: float) -> Array:
         """Return `fit.change_near_points` of the response points, with masses up to a frequency."""
-        is_thin = isinstance(self.section, ThinSection)
-        resistance = {
-            point.position: math.inf
-            for point in self.supports.points.values()
-            if not point.radius and (point.kind == "hold_down" or not is_thin)
-        }
-        for attached in () if is_thin else self.attachments.values():
-            if len(attached.ends) == 1:
-                inertia = attached.mass * (2 * math.pi * highest) ** 2
-                resistance[attached.ends[0]] = attached.stiffness or inertia
-
-        def size_at(place: Position) -> float:
-            return self._size_at(place, 0.0) or self._element_size
-
-        extent, points = math.sqrt(self.area.area) / 2, self.points.values()
-        return fit.change_near_points(extent, resistance, self.section, points, size_at)
+        return fit.change_near_points(
+            float(np.sqrt(self.area.area)) / 2,
+            fit.resistances(self.supports, self.attachments, self.section, highest),
+            self.section,
+            self.points.values(),
+            lambda place: self._size_at(place, 0.0) or self._element_size,
+        )
 
     def cause_of_shift(self, edge: float, frequency: float) -> str:
         """Return the largest of `ElementKind.frequency_shifts` on the panel without dampers."""
@@ -313,10 +302,9 @@ class StudiedPanel:
     @cached_property
     def _rough(self) -> dict[str, float]:
         rough = fit.roughness(self.area, self.supports, self._size_at)
-        if self.foreign is None:
-            return rough
-        jagged = fit.jaggedness(self.foreign.panel_mesh({}, {}), self.supports)
-        return {**rough, "jagged": jagged}
+        if self.foreign is not None:
+            rough["jagged"] = fit.jaggedness(self.foreign.panel_mesh({}, {}), self.supports)
+        return rough
 
     def _size_at(self, place: Position, radius: float) -> float:
         """Return the size of elements at a place, or at the rim of a foot there [m]."""
