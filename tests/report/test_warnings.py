@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -110,6 +111,20 @@ def test_shorter_elements_are_advised_where_they_help(
     study = inputs.study.model_copy(update={"panel": panel})
     (text,) = (t for t in said(summary, study=study) if "mesh is too coarse" in t)
     assert advice in text and "Use element edges" not in text
+
+
+def test_single_points_have_the_largest_shift_of_a_mode_of_the_range(inputs, respond):
+    # red: residual vectors and modes above the range counted; modal masses left out
+    summary, _ = respond({})
+    basis, highest = inputs.basis, inputs.study.response.frequency_hz[1]
+    root = 2 * np.pi * basis.natural_frequency * np.sqrt(basis.modal_mass)  # of the elastic energy
+    share = np.where(basis.natural_frequency < highest, 1e-4, 0.5)
+    share[:2] = 0.03, 0.5
+    reactions = np.array([np.sqrt(share) * root, 0 * root])[:, None]
+    is_residual = np.arange(len(root)) == 1
+    held = dataclasses.replace(basis, reactions=reactions, is_residual=is_residual)
+    found = warnings.at_points(dataclasses.replace(inputs, basis=held), summary)
+    assert found["shift"] == pytest.approx(0.03) and found["rms"] == 0
 
 
 def test_scenarios_without_a_steady_response_are_told_last_where_another_reading_answers(

@@ -231,7 +231,8 @@ def resistances(
     for attached in () if is_thin else attachments.values():
         if len(attached.ends) == 1:
             inertia = attached.mass * (2 * np.pi * highest) ** 2
-            resistance[attached.ends[0]] = attached.stiffness or inertia
+            place = attached.ends[0]
+            resistance[place] = resistance.get(place, 0.0) + (attached.stiffness or inertia)
     return resistance
 
 

@@ -95,6 +95,7 @@ def assemble_shear_plate(
     translation = section.mass_per_area * overlap_form.assemble(deflection)
     turning = section.rotary_inertia * inertia_form.assemble(rotation)
     mass = sp.block_diag([translation, turning], format="csr")
+    held_dofs = deflection.nodal_dofs[0], deflection.N + rotation.nodal_dofs
     w, b = corner_basis(skmesh, of_deflection), corner_basis(skmesh, of_rotation)
     return assembled_plate(
         mesh,
@@ -112,17 +113,7 @@ def assemble_shear_plate(
             )
             for k in range(2)
         ),
-        reactions=sp.csr_array(
-            held_reactions(
-                mesh,
-                section,
-                supports.points,
-                stiffness,
-                deflection.nodal_dofs[0],
-                deflection.N + rotation.nodal_dofs,
-            )
-            @ free
-        ),
+        reactions=held_reactions(mesh, section, supports.points, stiffness, free, *held_dofs),
         section=section,
     )
 

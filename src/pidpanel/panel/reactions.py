@@ -3,9 +3,9 @@
 A section with transverse shear deflects without bound under a force at a point, F ln(R/r)/(θ S)
 where the panel takes the angle θ about it, and any section turns without bound under a moment.
 Elements act like a foot of about a tenth of their size, so those of half the size add a compliance
-C, and a mode falls by F² C/(2 ω² m) of its frequency. The
-measured fall is 0.98 to 1.02 times that on sandwiches with hinges, springs and masses, within the
-panel and at its edges, and 0.7 to 1 times with hold-downs.
+C, and a mode falls by F² C/(2 ω² m) of its frequency. The measured fall is 0.98 to 1.02 times that
+on sandwiches with hinges, springs and masses, within the panel and at its edges, and 0.7 to 1 times
+with hold-downs.
 """
 
 from collections.abc import Mapping
@@ -55,8 +55,8 @@ def foot_logarithm(distance: Array | float, size: Array) -> Array:
 def change_nearby(distance: Array, size: Array, extent: float) -> Array:
     """Return by which share half the elements change the motion near a single support.
 
-    The deflection grows there like ln(ρ/a) from 0. Measured with elements of 6 cm: 12 to 18 % at 4
-    to 8 cm, 2 to 6 % at 14 to 21 cm.
+    The deflection grows there like ln(ρ/a) from 0. Measured with elements of 6 cm on sandwiches:
+    12 to 18 % at 4 to 8 cm, 2 to 6 % at 14 to 21 cm.
 
     Parameters
     ----------
@@ -89,15 +89,18 @@ def held_reactions(
     section: Section,
     points: Mapping[str, PointSupport],
     stiffness: sp.csr_array,
+    free: sp.csr_array,
     force_dofs: Index,
     moment_dofs: Index,
 ) -> sp.csr_array:
-    """Return the reactions (n, n_dofs) of supports at single points, times √(C/2) [√J/m].
+    """Return the reactions (n, n_free) of supports at single points, times √(C/2) [√J/m].
 
     Parameters
     ----------
     stiffness
         (n_dofs, n_dofs) of the panel without supports.
+    free
+        (n_dofs, n_free) as of `free_coordinates`.
     force_dofs, moment_dofs
         (n_vertices,) and (2, n_vertices) coordinates of the deflection and of the slopes or
         rotations at the vertices.
@@ -114,4 +117,5 @@ def held_reactions(
             if point.kind == "hold_down":
                 dofs += moment_dofs[:, vertex].tolist()
                 compliance += [of_moment] * 2
-    return sp.csr_array(sp.diags_array(np.sqrt(np.array(compliance) / 2)) @ stiffness[dofs])
+    root = sp.diags_array(np.sqrt(np.array(compliance) / 2))
+    return sp.csr_array(root @ stiffness[dofs] @ free)

@@ -70,6 +70,7 @@ def assemble_thin_plate(
     free = free_coordinates(basis.N, _support_blocks(mesh, basis, supports))
     stiffness = sp.csr_array(bending_form.assemble(basis, bending=section.bending))
     mass = sp.csr_array(section.mass_per_area * overlap_form.assemble(basis))
+    held_dofs = basis.nodal_dofs[0], basis.nodal_dofs[1:3]
     corners = corner_basis(skmesh, element)
     return assembled_plate(
         mesh,
@@ -81,17 +82,7 @@ def assemble_thin_plate(
             vertex_values(corners, lambda w, k=k: -bent(w)[k], free) for k in range(3)
         ),
         shear_at_vertices=(sp.csr_array((len(mesh.vertices), free.shape[1])),) * 2,
-        reactions=sp.csr_array(
-            held_reactions(
-                mesh,
-                section,
-                supports.points,
-                stiffness,
-                basis.nodal_dofs[0],
-                basis.nodal_dofs[1:3],
-            )
-            @ free
-        ),
+        reactions=held_reactions(mesh, section, supports.points, stiffness, free, *held_dofs),
         section=section,
     )
 

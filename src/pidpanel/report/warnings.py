@@ -172,7 +172,8 @@ def at_points(inputs: PanelInputs, summary: pd.DataFrame) -> dict[str, Any]:
         As of `coarse_mesh`.
     """
     basis = inputs.basis
-    of_range = basis.natural_frequency < inputs.study.response.frequency_hz[1]
+    highest = inputs.study.response.frequency_hz[1]
+    of_range = ~basis.is_residual & (basis.natural_frequency < highest)
     omega = 2 * np.pi * basis.natural_frequency[of_range]
     reactions = basis.reactions[:, :, of_range] / np.sqrt(basis.modal_mass[of_range])
     return {
