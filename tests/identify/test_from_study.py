@@ -87,6 +87,15 @@ def test_a_measurement_that_nothing_explains_is_to_be_checked(laboratory, tmp_pa
     assert lines[-2].startswith("Check units, cell, particles and fill")
 
 
+def test_a_measurement_that_is_hardly_explained_is_to_be_checked(laboratory, tmp_path, capsys):
+    # C_e of a tone four times too large, probability 2 %; red: a limit of 1 % alone
+    table = TABLE.replace("1478.7", "5914.8")
+    assert main(["identify", str(laboratory(table=table)), "-d", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any(line.startswith("These particles hardly explain the measurement") for line in lines)
+    assert any(line.startswith("Check the direction of gravity") for line in lines)
+
+
 @pytest.mark.parametrize("weights", [[[1.0, 0], [0, 0]], [[0.6, 0.4], [0, 0]]])
 def test_regions_of_single_points_are_drawn(weights):
     # red: contour levels that do not rise
