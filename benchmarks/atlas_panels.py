@@ -129,7 +129,7 @@ def responses(
         ]  # fmt: skip
         checked = checked_responses(
             panel, read_plate(files["plate.nc"]), scenarios,
-            DampingModels(("stated",), {}, dict(models)), StudySound(model.study),
+            DampingModels(("stated",), {}, {"stated": dict(models)}), StudySound(model.study),
         )  # fmt: skip
     return [_rms(case, checked.panel.frequency) for case in checked.cases]
 

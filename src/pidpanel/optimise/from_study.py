@@ -267,7 +267,7 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     layouts = layouts_to_confirm(problem, proof.layout)
     used = np.unique([problem.options.place[option] for layout in layouts for option in layout])
     scenarios = [_scenario(problem, fillings, *each) for each in enumerate(layouts)]
-    stated = DampingModels(("stated",), {}, models)
+    stated = DampingModels(("stated",), {}, {"stated": models})
     few_places = places.subset(used)
     with_few, _ = place_plate(plate, few_places, used.tolist())
     finalists = {

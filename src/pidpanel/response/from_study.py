@@ -10,7 +10,7 @@ import pandas as pd
 
 from pidpanel.constants import BY_DAMPER
 from pidpanel.damping.coupled import read_coupled
-from pidpanel.damping.from_study import reading_of, reading_of_damper, readings_from_atlas
+from pidpanel.damping.from_study import models_by_damper, reading_of
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
@@ -143,16 +143,10 @@ def damping_models(
         for name in study.damping.readings or ("dem",)
         if name in study.readings and name not in BY_DAMPER
     }
-    stated = {
-        name: reading_of_damper(study.all_dampers[name], surface(name), study.damping.prior)
-        for name in study.stated_dampers
-    }
-    atlas = readings_from_atlas(study, is_broadband=is_broadband)
     if not study.response.damper_mass:
-        atlas = {name: model.without_mass() for name, model in atlas.items()}
-        stated = {name: model.without_mass() for name, model in stated.items()}
         beds = {key: model.without_mass() for key, model in beds.items()}
-    return DampingModels(study.readings, common, stated, beds, atlas)
+    by_damper = models_by_damper(study, surface, is_broadband=is_broadband)
+    return DampingModels(study.readings, common, by_damper, beds)
 
 
 def write_response(
