@@ -53,15 +53,15 @@ FORMULAS = {
     "surface surface_cases tables thinned",
     "panel": "attachments basis eigen face fit grid layup mindlin modes navier plate reactions resolution section shapes "
     "supports thin triangles",
-    "sound": "added_mass excitation face field psd_table radiation spectrum table wavenumber_table",
-    "solve": "bands basis_error dampers diagonal direct elements excitation layout lines maps mesh_error modal "
+    "sound": "added_mass excitation face field radiation spectrum table wavenumber_table",
+    "solve": "bands basis_error dampers direct elements excitation layout lines maps mesh_error modal "
     "model motions moved panel power search sharpness solvers source stress supports uncertainty",
     "coupled": "coupled_panel estimate impedance integration linear loaded_shapes own_force "
     "excited_panel panel_motion scenario_runs segments softening force_record spectra stations variants",
-    "response": "bushes cases coupled_errors dampers extrapolation mapping model_error panel patch_rows tabdmp1 tables",
-    "base": "basis_check notching random sine sine_errors transfer",
+    "response": "bushes cases dampers extrapolation mapping model_error panel tabdmp1 tables",
+    "base": "basis_check notching random sine transfer",
     "severity": "fatigue moments oscillators strength",
-    "optimise": "alternatives bound joint objectives places proposal reduced search variants",
+    "optimise": "alternatives objectives places proposal reduced search variants",
     "measurement": "computed differences",
     "identify": "force_files next_tones posterior prediction",
     "report": "verdict",

@@ -10,7 +10,7 @@ import pytest
 import scipy
 
 from pidpanel.solve.dampers import attach_dampers
-from pidpanel.solve.diagonal import DiagonalPanel
+from pidpanel.solve.direct import DiagonalPanel
 from pidpanel.solve.lines import frequency_grid, root_mean_square
 from pidpanel.solve.modal import bare_panels, chunks_of_lines, patch_motions_in_vacuum
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError, UnstableDamping

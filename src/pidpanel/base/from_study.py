@@ -13,8 +13,7 @@ from pidpanel.base import tables
 from pidpanel.base.basis_check import checked_panel
 from pidpanel.base.notching import Limit
 from pidpanel.base.random import random_cases
-from pidpanel.base.sine import SineSweep, interface_force, sweep
-from pidpanel.base.sine_errors import damping_errors, sweep_errors
+from pidpanel.base.sine import SineSweep, damping_errors, interface_force, sweep, sweep_errors
 from pidpanel.base.transfer import Transfer
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
@@ -23,9 +22,9 @@ from pidpanel.panel.plate_files import read_plate
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolving
-from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import damping_models, read_panel_mass
+from pidpanel.response.model_error import read_errors
 from pidpanel.response.panel import ResponsePanel, Settings, ShiftOfWave
 from pidpanel.response.refinement import mesh_shifts
 from pidpanel.response.results import write_csv

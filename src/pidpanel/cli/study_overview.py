@@ -265,8 +265,8 @@ def _mass_per_area(study: Study, filling: Filling) -> float:
 def _of_sound(study: Study) -> str:
     """Return the levels of a study: overall, in its range, and as tabulated."""
     from pidpanel.sound.from_study import spectrum_of
-    from pidpanel.sound.psd_table import read_spectrum
     from pidpanel.sound.spectrum import REFERENCE_PRESSURE
+    from pidpanel.sound.table import read_spectrum
 
     sound, (low, high) = study.acoustics, study.response.frequency_hz
     spectrum = spectrum_of(sound)

@@ -14,7 +14,6 @@ from pidpanel.damping.from_study import reading_from_atlas, reading_of_damper
 from pidpanel.damping.readings import DampingReading
 from pidpanel.optimise.alternatives import damped_by_layer, thicker_faces
 from pidpanel.optimise.excited import Excited, OnShaker, UnderSound
-from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.objectives import (
     Objective,
     accelerations,
@@ -26,7 +25,7 @@ from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.placed import PlacedPanel, place_name, place_plate, with_points
 from pidpanel.optimise.places import NoPlace, Places, places_on
 from pidpanel.optimise.proposal import EXCITATIONS, Proposals, layouts_to_confirm, search_table
-from pidpanel.optimise.reduced import ReducedPanel
+from pidpanel.optimise.reduced import JointPanel, ReducedPanel
 from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_property
 from pidpanel.optimise.variants import reductions
 from pidpanel.panel.basis import PanelBasis

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.options import FilledDamper, frozen_options
+from pidpanel.optimise.reduced import JointPanel
 from pidpanel.optimise.search import Layout, Problem
 
 LEVELS_DB = (-6.0, 6.0)  # changes of the level of the excitation

@@ -20,10 +20,10 @@ from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
-from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.exports import write_exports
 from pidpanel.response.mapping import write_rms_maps
+from pidpanel.response.model_error import read_errors
 from pidpanel.response.panel import ResponsePanel, Settings, widen
 from pidpanel.response.psd_files import read_psd
 from pidpanel.response.refinement import checked_responses, read_further_shapes

@@ -21,8 +21,8 @@ from pidpanel.response.model_error import (
     undamped_response,
     with_model_error,
 )
-from pidpanel.response.patch_rows import PATCH_COLUMNS, damping_on_patches, only_motion, patch_rows
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
+from pidpanel.response.tables import PATCH_COLUMNS, damping_on_patches, only_motion, patch_rows
 from pidpanel.response.trust import judged
 from pidpanel.solve import stress, uncertainty
 from pidpanel.solve.layout import LayoutResponse

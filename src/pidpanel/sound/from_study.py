@@ -22,9 +22,9 @@ from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table, write_tables
-from pidpanel.sound.psd_table import read_spectrum
 from pidpanel.sound.radiation import Air
 from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
+from pidpanel.sound.table import read_spectrum
 from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
 from pidpanel.study import Study
 from pidpanel.study.response import Radiation
