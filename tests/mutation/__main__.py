@@ -53,12 +53,12 @@ FORMULAS = {
     "surface surface_cases tables thinned",
     "panel": "attachments basis eigen face fit grid layup mindlin modes navier plate reactions resolution section shapes "
     "supports thin triangles",
-    "sound": "added_mass excitation face field radiation spectrum table wavenumber_table",
+    "sound": "added_mass face field radiation spectrum table wavenumber_table",
     "solve": "bands basis_error dampers direct elements excitation layout lines maps mesh_error modal "
     "model motions moved panel power search sharpness solvers source stress supports uncertainty",
     "coupled": "coupled_panel estimate impedance integration linear loaded_shapes own_force "
     "excited_panel panel_motion scenario_runs segments softening force_record spectra stations variants",
-    "response": "bushes cases dampers extrapolation mapping model_error panel tabdmp1 tables",
+    "response": "cases dampers extrapolation mapping model_error nastran panel tables",
     "base": "basis_check notching random sine transfer",
     "severity": "fatigue moments oscillators strength",
     "optimise": "alternatives objectives places proposal reduced search variants",

@@ -11,7 +11,7 @@ from random_panels import RandomPanel
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.optimise import proposal
-from pidpanel.optimise.finalists import Finalist
+from pidpanel.optimise.excited import Finalist
 from pidpanel.optimise.options import FilledDamper, Options
 from pidpanel.optimise.proposal import Proposals, damper_rows, search_table
 from pidpanel.optimise.reduced import JointPanel

@@ -87,8 +87,8 @@ def summary(study: CouponStudy) -> str:
 
 def solve(panel: Panel) -> PanelEstimate:
     """Mesh a panel and find its first natural frequencies, on a coarser mesh if it is large."""
-    from pidpanel.panel.first import first_frequencies
     from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.panel.modes import first_frequencies
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "panel.msh"

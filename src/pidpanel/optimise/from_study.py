@@ -22,8 +22,15 @@ from pidpanel.optimise.objectives import (
     stresses,
 )
 from pidpanel.optimise.options import FilledDamper, frozen_options
-from pidpanel.optimise.placed import PlacedPanel, place_name, place_plate, with_points
-from pidpanel.optimise.places import NoPlace, Places, places_on
+from pidpanel.optimise.places import (
+    NoPlace,
+    PlacedPanel,
+    Places,
+    place_name,
+    place_plate,
+    places_on,
+    with_points,
+)
 from pidpanel.optimise.proposal import EXCITATIONS, Proposals, layouts_to_confirm, search_table
 from pidpanel.optimise.reduced import JointPanel, ReducedPanel
 from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_property

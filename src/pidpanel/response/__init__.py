@@ -8,7 +8,7 @@
     A basis that is wide enough for every scenario.
 `results`, `tables`, `trust`, `psd_files`
     PSDs and tables.
-`mapping`, `map_files`, `exports`, `export`, `nastran`, `tabdmp1`
+`mapping`, `exports`, `nastran`
     Maps; files for other programs.
 `model_error`
     Errors of damping models and of coupled runs.

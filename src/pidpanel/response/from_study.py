@@ -29,7 +29,7 @@ from pidpanel.response.psd_files import read_psd
 from pidpanel.response.refinement import checked_responses, read_further_shapes
 from pidpanel.response.results import Tabulation, write_tables
 from pidpanel.solve.excitation import Matrices
-from pidpanel.sound.excitation import SoundExcitation
+from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import (
     air_tables,

@@ -21,6 +21,8 @@ it to the Gauss points of the box round the panel (`pidpanel.geometry.plane_wave
 waves are products and their means over direction cost a quarter.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -28,6 +30,7 @@ from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.progress import tracked
 from pidpanel.sound.face import FoldedFace, PanelQuadrature
+from pidpanel.sound.spectrum import PressureReference, Spectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import (
     FieldError,
     WavenumberTable,
@@ -273,3 +276,31 @@ def sum_of_plane_waves(even: Array, odd: Array, cosine_weight: Array) -> Array:
     root_weight = np.sqrt(cosine_weight / n_azimuth)[:, None, None]
     parts = np.concatenate([root_weight * even, root_weight * odd]).reshape(-1, n)
     return parts.T @ parts
+
+
+@dataclass(frozen=True)
+class SoundExcitation:
+    """A diffuse, plane, progressive, uniform or uncorrelated sound field.
+
+    Implements `solve.excitation.Excitation`: S is the PSD of the pressure on the face [Pa²/Hz], G
+    the modal force of the field [m⁴].
+    """
+
+    pressure: Spectrum
+    table: WavenumberTable  # G over wavenumber, which tells the fields apart (`sound.field`)
+    speed: float  # speed of sound [m/s]
+    # As of `spectrum.pressure_psd`
+    reference: PressureReference = "surface"
+    loaded_sides: int = 1
+
+    def spectrum(self, frequency: Array) -> Array:
+        """Return S (nf,) [Pa²/Hz] at the frequencies (nf,) [Hz]."""
+        return pressure_psd(self.pressure, frequency, self.reference, self.loaded_sides)
+
+    def __call__(self, frequency: Array) -> Array | Complexes:
+        """Return G (nf, n, n) [m⁴]."""
+        return self.table.matrix(wavenumber(frequency, self.speed))
+
+    def factors(self, frequency: Array) -> Array | Complexes | None:
+        """Return L (nf, n, r) [m²] with G = L Lᴴ; None where r is not small."""
+        return self.table.factors_at(wavenumber(frequency, self.speed))

@@ -19,8 +19,8 @@ from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.excitation import SoundExcitation
 from pidpanel.sound.face import PanelQuadrature
+from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table, write_tables
 from pidpanel.sound.radiation import Air
 from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
