@@ -75,7 +75,7 @@ def face_of(path):
     ],
 )
 def test_spectrum_is_the_tables_shifted_or_at_the_stated_level(tmp_path, keys, oaspl):
-    # red: .shifted(sound.shift_db) left out; at_oaspl(sound.oaspl_db) → shifted(sound.oaspl_db)
+    # red: .shifted(sound.shift_db) left out; - spectrum.oaspl left out
     (tmp_path / "bands.csv").write_text(BANDS)
     spectrum = spectrum_of(Sound(spectrum=tmp_path / "bands.csv", **keys))
     assert spectrum.oaspl == pytest.approx(oaspl, abs=1e-12)

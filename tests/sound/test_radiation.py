@@ -60,7 +60,7 @@ def test_one_side_of_a_rigid_piston_has_the_low_frequency_impedance_of_a_baffled
 
 
 def test_two_wetted_sides_are_twice_one():
-    # red: self.wetted_sides left out of `mass`; or not handed to `air_resistance`
+    # red: self.wetted_sides left out of `mass`
     frequency = np.array([5.0, 40.0, 100.0])
     one, two = air(1)(frequency), air(2)(frequency)
     np.testing.assert_allclose(two.real, 2 * one.real, rtol=1e-14)

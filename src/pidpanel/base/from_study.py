@@ -64,9 +64,9 @@ class Shaker:
             replace(self.settings, frequency_range=(low, high)),
             with_translation(supported.basis, inertia),
             BaseExcitation.of_inertia(level, inertia),
-            mass_per_area=self.mass_per_area,
-            shift_of_wave=self.shift_of_wave,
-            change_near_points=self.change_near_points,
+            self.mass_per_area,
+            self.shift_of_wave,
+            self.change_near_points,
         )
 
     def panel_with(

@@ -157,7 +157,8 @@ def _reduced(
     """Return the panel of a search with some modes, and what counts."""
     settings, excitation = panel.settings, panel.excitation
     if isinstance(excitation, BaseExcitation):
-        excitation = excitation.on_masses(modal.modal_mass / panel.modal.modal_mass)
+        ratio = modal.modal_mass / panel.modal.modal_mass  # forces of inertia go with the masses
+        excitation = replace(excitation, force=ratio * excitation.force)
     lines = frequency_grid(
         *settings.frequency_range,
         settings.damping_ratio.least(*settings.frequency_range),

@@ -52,10 +52,6 @@ class Outputs(NamedTuple):
         rows = np.einsum("f...o,fo->...o", psd[..., self.row], self.weight)
         return np.asarray(rows @ self.groups)
 
-    def on(self, lines: slice) -> Outputs:
-        """Return the same on some of the lines."""
-        return self._replace(weight=self.weight[lines])
-
 
 class ReducedPanel:
     """Receptances and PSDs between the points and the motions of all places.
@@ -169,7 +165,7 @@ class ReducedPanel:
             if columns is not None:
                 R, S = (values[lines] for values in columns)
                 state = self._loaded(state, R, S, motions, repeated[:, lines].T)
-            outputs = self._outputs.on(lines)
+            outputs = self._outputs._replace(weight=self._outputs.weight[lines])
             return _added(state, further, added[:, lines].T, self.weight[lines], outputs)
 
         count = self.frequency.size

@@ -98,10 +98,6 @@ class FlatMesh:
         _check_one_piece(path, np.asarray(element)[origin], cells)
         return cls(path, numbers, position[:, :2], cells, group[origin].astype(str))
 
-    def scaled(self, unit: float) -> "FlatMesh":
-        """Return the mesh in metres, where the unit of length of the file is `unit` [m]."""
-        return replace(self, position=self.position * unit)
-
     def refined(self) -> "FlatMesh":
         """Return the mesh with each triangle divided in four; new nodes have further numbers."""
         a, b, c = self.triangles.T

@@ -1,7 +1,7 @@
 """The panel of a study: the one place in `panel` that reads the section ``panel``."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -60,7 +60,7 @@ class StudiedPanel:
             return None
         is_gmsh = spec.file.suffix == ".msh"
         mesh = read_gmsh(spec.file) if is_gmsh else read_nastran(spec.file, spec.ignore)
-        mesh = mesh.scaled(spec.unit_m)
+        mesh = replace(mesh, position=mesh.position * spec.unit_m)
         extent = float(np.ptp(mesh.position, axis=0).max())
         if says := EXTENT.refuses(extent):
             raise ValueError(

@@ -92,10 +92,10 @@ def read_response_panel(study: Study, files: Files, radiation: Radiation) -> Res
         ),
         basis,
         excitation,
+        panel.section.mass_per_area,
+        panel.shift_of_wave,
+        panel.change_near_points(study.response.frequency_hz[1]),
         read_air(study, radiation, table, files.get("air")),
-        mass_per_area=panel.section.mass_per_area,
-        shift_of_wave=panel.shift_of_wave,
-        change_near_points=panel.change_near_points(study.response.frequency_hz[1]),
     )
 
 

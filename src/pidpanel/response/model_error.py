@@ -57,10 +57,8 @@ def with_model_error(
     """Return both errors together, which are independent."""
     if errors is None or model is None:
         return errors or model
-    log_psd, log_rms = (
-        np.hypot(errors.log_psd, model.log_psd),
-        np.hypot(errors.log_rms, model.log_rms),
-    )
+    log_psd = np.hypot(errors.log_psd, model.log_psd)
+    log_rms = np.hypot(errors.log_rms, model.log_rms)
     return StandardErrors(log_psd, log_rms, errors.log_acceleration)
 
 

@@ -129,12 +129,7 @@ def mesh_shifts(
         mass = heaviest_dampers(panel, [scenario], models)
         modes = loaded_modes(panel.modal, basis.patch_overlap, mass, panel.mass_per_area)
         up_to = modes.frequency <= 2 * f[-1]
-        modes = LoadedModes(
-            modes.frequency[up_to],
-            modes.damping_ratio[up_to],
-            modes.share[:, up_to],
-            modes.shape[:, up_to],
-        )
+        modes = LoadedModes(*(values[..., up_to] for values in modes))
         of_wave = [
             [panel.shift_of_wave(edge, one, extra) for one in modes.frequency.tolist()]
             for edge, extra in zip(edges, (0.0, *mass.tolist()), strict=True)

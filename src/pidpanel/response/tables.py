@@ -168,13 +168,9 @@ def stress_rows(
 
 def stress_variables(quantities: Mapping[str, str]) -> dict[str, tuple[str, str, str]]:
     """Return dimensions, unit and long name of the PSDs of strain and stress with these units."""
-    dims = "frequency point layer"
+    units = {"1": "Hz-1", "Pa": "Pa2 Hz-1"}
     return {
-        f"{name}_psd": (
-            dims,
-            "Hz-1" if unit == "1" else f"{unit}2 Hz-1",
-            f"one-sided PSD of {name}",
-        )
+        f"{name}_psd": ("frequency point layer", units[unit], f"one-sided PSD of {name}")
         for name, unit in quantities.items()
     }
 

@@ -56,10 +56,6 @@ FACE_ERROR = 2e-10
 SHAPES_CHECKED = 48  # shapes, spread over all, on which a table is held to the direct sum
 
 
-class TableNotResolved(FieldError):
-    """The interpolated modal force is further from the direct one than the tolerance."""
-
-
 def wavenumber(frequency: ArrayLike, speed_of_sound: float) -> Array:
     """Return k = 2πf/c₀ [rad/m] from frequencies [Hz] and the speed of sound c₀ [m/s].
 
@@ -114,11 +110,10 @@ def tabulate_diffuse(
 
     Raises
     ------
-    TableNotResolved
-        Where the table misses `diffuse_modal_force` at k_max or at mid-range by more than
-        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), or by more than what is known of the face.
     FieldError
-        Where the face is not condensed for twice k_max.
+        Where the table misses `diffuse_modal_force` at k_max or at mid-range by more than
+        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), or by more than what is known of the face; or
+        where the face is not condensed for twice k_max.
     """
     k_max = float(wavenumber_max)
     diameter = panel.diameter
@@ -230,7 +225,7 @@ def _check_table(
     allowance = np.outer(largest, face_error)
     error = float(np.max(miss / (np.outer(largest, largest) + allowance + allowance.T)))
     if error > TABLE_TOLERANCE:
-        raise TableNotResolved(
+        raise FieldError(
             f"{table.wavenumber.size} nodes in k leave a relative error of {error:.1e} at "
             f"k = {k:g} rad/m; at most {TABLE_TOLERANCE:g} is allowed, use more nodes"
         )

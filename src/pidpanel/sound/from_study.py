@@ -39,13 +39,18 @@ WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 def spectrum_of(sound: Sound) -> Spectrum:
     """Return the spectrum of a study, at ``oaspl_db`` or ``shift_db`` higher.
 
+    The overall level is that of the whole table, also outside the range where a response is
+    computed.
+
     Raises
     ------
     SpectrumError
         Where the table cannot be read (`read_spectrum`).
     """
     spectrum = read_spectrum(sound.spectrum).shifted(sound.shift_db)
-    return spectrum if sound.oaspl_db is None else spectrum.at_oaspl(sound.oaspl_db)
+    if sound.oaspl_db is None:
+        return spectrum
+    return spectrum.shifted(sound.oaspl_db - spectrum.oaspl)
 
 
 def band_table(sound: Sound) -> pd.DataFrame:
@@ -103,10 +108,8 @@ def modal_force_tables(
     sound: Sound, frequency_max: float, shapes: MovedFace
 ) -> dict[str, WavenumberTable]:
     """Tabulate G [m⁴] of the field of a study over the wavenumber, up to a frequency [Hz]."""
-    k_max, face = (
-        float(field.wavenumber(frequency_max, sound.speed_m_s)),
-        PanelQuadrature.from_face(shapes),
-    )
+    k_max = float(field.wavenumber(frequency_max, sound.speed_m_s))
+    face = PanelQuadrature.from_face(shapes)
     match sound.field:
         case "diffuse":
             table = field.tabulate_diffuse(k_max, face)

@@ -8,9 +8,9 @@ so that the air on one side adds iωR − ω²M_air to the dynamic stiffness of 
 
     R = ρ₀ω²/(2πc₀) G,    M_air,ij = (ρ₀/2π) ∬ φ_i φ_j cos(kR)/R dA dA′
 
-and G that of the diffuse field (`sound.field`), whatever field drives the panel. The baffle is an
-assumption: at the edges of a panel that stands free the air flows round, so that R of the lowest
-modes, and with it their radiation damping, is less than computed here.
+and G that of the diffuse field (`sound.field`), by reciprocity, whatever field drives the panel.
+The baffle is an assumption: at the edges of a panel that stands free the air flows round, so that R
+of the lowest modes, and with it their radiation damping, is less than computed here.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.sound.field import wavenumber
@@ -50,29 +49,12 @@ class Air:
         """Return iωR − ω²M_air at the frequencies (nf,) [Hz], (nf, n, n) [N/m]."""
         k = wavenumber(frequency, self.speed_of_sound)
         omega = 2 * np.pi * frequency[:, None, None]
-        resistance = air_resistance(
-            frequency, self.diffuse.matrix(k), self.density, self.speed_of_sound, self.wetted_sides
+        mass = -(omega**2) * self.wetted_sides * self.density
+        modal_force = self.diffuse.matrix(k)
+        stiffness = np.zeros(modal_force.shape, dtype=np.complex128)
+        np.multiply(
+            -omega * mass / (2 * np.pi * self.speed_of_sound), modal_force, out=stiffness.imag
         )
-        stiffness = np.zeros(resistance.shape, dtype=np.complex128)
-        np.multiply(omega, resistance, out=stiffness.imag)
         if self.added_volume is not None:
-            mass = -(omega**2) * self.wetted_sides * self.density
             np.multiply(mass, self.added_volume.matrix(k), out=stiffness.real)
         return stiffness
-
-
-def air_resistance(
-    frequency: ArrayLike,
-    diffuse_modal_force: ArrayLike,
-    density: float,
-    speed_of_sound: float,
-    wetted_sides: int = 1,
-) -> Array:
-    """Return the radiation resistance R (nf, n, n) = sides · ρ₀ω²/(2πc₀) G of a panel [N s/m].
-
-    By reciprocity the resistance is that of the diffuse field's G [m⁴], whatever field drives the
-    panel.
-    """
-    omega = 2 * np.pi * np.asarray(frequency, dtype=np.float64)[:, None, None]
-    share = wetted_sides * density * omega**2 / (2 * np.pi * speed_of_sound)
-    return share * np.asarray(diffuse_modal_force, dtype=np.float64)
