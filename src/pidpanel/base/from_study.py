@@ -228,7 +228,7 @@ def _sweeps(
     force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
     shifts = mesh_shifts(panel, scenarios, models)
     of_tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
-    parts = []
+    results = {}
     for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:
         if model not in of_tones:
             continue
@@ -249,11 +249,10 @@ def _sweeps(
             values["mesh_error"] = mesh_error(
                 panel.frequency, square, np.ones(len(square)), shift, over_largest=True
             ).line
-            place = {"reading": model, "scenario": scenario.label, "direction": direction}
-            names = panel.basis.point_names
-            parts.append(tables.case_dataset(panel.frequency, names, values, place))
+            results[model, scenario.label, direction] = values
     labels = [scenario.label for scenario in scenarios]
-    return tables.merged(parts, reading=of_tones, scenario=labels, direction=tables.DIRECTIONS)
+    place = {"reading": of_tones, "scenario": labels, "direction": tables.DIRECTIONS}
+    return tables.curves_dataset(results, panel.frequency, panel.basis.point_names, **place)
 
 
 def _sweep(

@@ -96,33 +96,36 @@ PSD_VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
 
 
 def cases_dataset(
-    cases: Mapping[tuple[str, str], Mapping[str, Array]],
+    cases: Mapping[Any, Mapping[str, Array | float]],
     variables: Mapping[str, tuple[str, str, str]],
     coordinates: Mapping[str, Any],
     dtype: type = np.float64,
+    place: Sequence[str] = ("reading", "scenario"),
 ) -> xr.Dataset:
     """Return variables of all cases, NaN where a case has none.
 
     Parameters
     ----------
     cases
-        Values by name of each reading and scenario.
+        Values by name of each case, by its place.
     variables
         Dimensions of a case, unit and long name of each.
     coordinates
-        Of ``reading``, ``scenario`` and all dimensions.
+        Of the axes of ``place`` and all dimensions.
+    place
+        Axes along which the cases lie.
     """
-    readings, labels = list(coordinates["reading"]), list(coordinates["scenario"])
+    axes = [list(coordinates[name]) for name in place]
     data = {}
     for name, (dims, units, long_name) in variables.items():
         shape = tuple(len(coordinates[dim]) for dim in dims.split())
         if not all(shape):  # a NetCDF 3 file has no dimension of length 0
             continue
-        table: Array = np.full((len(readings), len(labels), *shape), np.nan, dtype)
-        for (reading, label), values in cases.items():
+        table: Array = np.full((*map(len, axes), *shape), np.nan, dtype)
+        for key, values in cases.items():
             if name in values:
-                table[readings.index(reading), labels.index(label)] = values[name]
-        data[name] = variable(f"reading scenario {dims}", table, units, long_name)
+                table[tuple(map(list.index, axes, key))] = values[name]
+        data[name] = variable(f"{' '.join(place)} {dims}", table, units, long_name)
     axis = variable("frequency", coordinates["frequency"], "Hz", "frequency")
     lists = {name: list(values) for name, values in coordinates.items() if len(values)}
     return xr.Dataset(data, {**lists, "frequency": axis})
