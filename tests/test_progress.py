@@ -10,9 +10,9 @@ import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
 import snakemake_logger_plugin_pidpanel as plugin
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.progress import CORES, computed, time_left, tracked
 from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import tabulate_diffuse
 
 

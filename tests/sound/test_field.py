@@ -7,8 +7,7 @@ one-line change that it was seen to fail with.
 import numpy as np
 import pytest
 
-from pidpanel.geometry.plane_waves import condensed
-from pidpanel.sound.face import PanelQuadrature
+from pidpanel.geometry.plane_waves import PanelQuadrature, condensed
 from pidpanel.sound.field import (
     FieldError,
     diffuse_modal_force,
@@ -333,8 +332,7 @@ def test_parities_on_a_grid_give_the_sum_over_all_waves():
     scattered = rng.uniform(size=(400, 2)) * [1.2, 0.7]
     values = rng.normal(size=(400, 5))
     k = 30.0
-    face = condensed(scattered, np.full(400, 0.84 / 400), values, k)
-    panel = PanelQuadrature(face.position, face.weight, face.values, k)
+    panel = condensed(PanelQuadrature(scattered, np.full(400, 0.84 / 400), values), k)
     direct = diffuse_modal_force(k, panel)
     np.testing.assert_allclose(
         diffuse_modal_force_on_grid(k, panel), direct, rtol=0, atol=1e-11 * np.abs(direct).max()

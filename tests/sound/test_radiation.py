@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import tabulate_diffuse
 from pidpanel.sound.radiation import Air
 from pidpanel.sound.wavenumber_table import constant_table

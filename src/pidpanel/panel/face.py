@@ -5,7 +5,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from pidpanel.geometry.plane_waves import MovedFace, condensed
+from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature, condensed
 from pidpanel.panel.basis import PanelBasis
 
 # Largest wavenumber of the face over the larger of those of the sound and of the shapes.
@@ -28,13 +28,11 @@ def face_wavenumber(basis: PanelBasis, sound: float) -> float:
 
 def with_condensed_face(moved: Face, wavenumber: float) -> Face:
     """Return a basis, or other motions of a face, condensed for waves to a wavenumber [rad/m]."""
-    face = condensed(
-        moved.quadrature_position, moved.quadrature_weight, moved.shape_at_quadrature, wavenumber
-    )
+    face = condensed(PanelQuadrature.from_face(moved), wavenumber)
     return replace(
         moved,
         quadrature_position=face.position,
         quadrature_weight=face.weight,
-        shape_at_quadrature=face.values,
+        shape_at_quadrature=face.shape,
         quadrature_wavenumber=wavenumber,
     )

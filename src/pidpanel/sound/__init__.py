@@ -10,7 +10,7 @@ Nothing here depends on dampers; mode shapes enter as arrays of values at quadra
     The coherence of the sound over the panel as the modal force matrix G, so that the cross-PSD of
     the modal forces is S_p(f) G(k).
 `face`
-    Shapes at quadrature points; the face folded by parity under plane waves.
+    The face of a panel under plane waves, folded by parity.
 `added_mass`, `radiation`
     The mass of the air that moves with the panel; its dynamic stiffness.
 `wavenumber_table`

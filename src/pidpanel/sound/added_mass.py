@@ -26,8 +26,9 @@ it behind a jump (p = 3), five sixths for p = 7.
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.progress import tracked
-from pidpanel.sound.face import FoldedFace, PanelQuadrature
+from pidpanel.sound.face import FoldedFace
 from pidpanel.sound.wavenumber_table import (
     FieldError,
     WavenumberTable,

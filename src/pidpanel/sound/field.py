@@ -28,8 +28,9 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.progress import tracked
-from pidpanel.sound.face import FoldedFace, PanelQuadrature
+from pidpanel.sound.face import FoldedFace
 from pidpanel.sound.spectrum import PressureReference, Spectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import (
     FieldError,
@@ -90,7 +91,7 @@ def diffuse_modal_force_on_grid(wavenumber: float, panel: PanelQuadrature) -> Ar
 
     By parity a quarter of the waves over a quarter of the points is enough: G = ∫₀¹ Ā(ks) dμ.
     """
-    face = FoldedFace.from_grid(panel.position, panel.weight[:, None] * panel.shape)
+    face = FoldedFace.from_grid(panel)
     cosine, weight = _half_gauss(wavenumber, panel.diameter)
     force = np.zeros((panel.shape.shape[1],) * 2)
     for mu, share in zip(cosine, weight, strict=True):

@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.geometry.plane_waves import MovedFace, WettedFace
+from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature, WettedFace
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.sound import field
 from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table, write_tables
 from pidpanel.sound.radiation import Air

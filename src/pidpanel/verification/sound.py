@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import diffuse_modal_force, wavenumber
 from pidpanel.verification.rows import Row, comparison
 
