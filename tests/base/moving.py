@@ -89,9 +89,8 @@ def run_stages(study, folder):
     panel, base = folder / "panel", folder / "base"
     panel.mkdir()
     base.mkdir()
-    names = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
-    write_panel(study, *(panel / name for name in names))
     read = files(within(panel, PANEL))
+    write_panel(study, read)
     output = {
         "modes_table": "modes.csv", "summary": "summary.csv", "psd": "psd.nc",
         "psd_table": "psd.csv",

@@ -35,8 +35,7 @@ def run(folder, study, **more):
     study.write_text(yaml.safe_dump(more))
     loaded, panel = load_study(study), folder / "panel"
     panel.mkdir(exist_ok=True)
-    files = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
-    write_panel(loaded, *(panel / name for name in files))
+    write_panel(loaded, files(within(panel, PANEL)))
     return loaded, panel
 
 

@@ -10,9 +10,7 @@ from pidpanel.study import load_study
 
 def main(job: Job) -> None:
     """From the study alone."""
-    made = job.output
-    paths = (made.modes, made.table, made.shapes, made.mesh, made.section, made.plate)
-    write_panel(load_study(job.study), *paths)
+    write_panel(load_study(job.study), job.output)
 
 
 if __name__ == "__main__":

@@ -29,6 +29,7 @@ from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles, rim_size
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.study import Study
 from pidpanel.study.dampers import damper_masses, resolved_masses
 from pidpanel.study.panel import EXTENT, MOST_ELEMENTS, Panel
@@ -363,16 +364,13 @@ class StudiedPanel:
         return self.foreign.at_node(grid)
 
 
-def write_panel(
-    study: Study,
-    modes_nc: Path,
-    modes_csv: Path,
-    modes_vtu: Path,
-    mesh_msh: Path,
-    section_csv: Path,
-    plate_nc: Path,
-) -> None:
+def write_panel(study: Study, output: Files) -> None:
     """Mesh the panel of a study, find its modes, and write the files of the stage.
+
+    Parameters
+    ----------
+    output
+        modes, table, shapes, mesh, section and plate.
 
     Raises
     ------
@@ -385,16 +383,16 @@ def write_panel(
     from pidpanel.panel.plate_files import write_plate
 
     panel, highest = StudiedPanel(study.panel), study.response.frequency_hz[1]
-    mesh = panel.mesh(mesh_msh, panel.patch_sizes(highest, resolved_masses(study)))
+    mesh = panel.mesh(output.mesh, panel.patch_sizes(highest, resolved_masses(study)))
     plate = panel.plate(mesh)
     shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=damper_masses(study))
     basis = basis_of(mesh, plate, shapes)
-    write_plate(plate_nc, plate.with_shapes(shapes.vectors), stamp(study))
+    write_plate(output.plate, plate.with_shapes(shapes.vectors), stamp(study))
     sound = 2 * np.pi * highest / study.wave_speed
     condensed = with_condensed_face(basis, face_wavenumber(basis, sound))
-    write_basis(modes_nc, condensed, stamp(study))
-    write_shapes(modes_vtu, basis)
+    write_basis(output.modes, condensed, stamp(study))
+    write_shapes(output.shapes, basis)
     modes = tables.mode_table(basis, panel.navier_size, panel.section)
-    modes.to_csv(modes_csv, index=False, float_format="%.8g")
+    modes.to_csv(output.table, index=False, float_format="%.8g")
     section = tables.section_table(panel.section, float(basis.quadrature_weight.sum()))
-    section.to_csv(section_csv, index=False, float_format="%.8g")
+    section.to_csv(output.section, index=False, float_format="%.8g")
