@@ -6,13 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 
 from pidpanel.base.from_study import write_base
-from pidpanel.base.sine import interface_force
-from pidpanel.base.transfer import Transfer
+from pidpanel.base.sine import Transfer, interface_force
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.attachments import with_attachments
-from pidpanel.panel.basis import basis_of
-from pidpanel.panel.face import with_condensed_face
+from pidpanel.panel.basis import basis_of, with_condensed_face
 from pidpanel.panel.from_study import write_panel
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection

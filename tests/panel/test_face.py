@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pidpanel.geometry.plane_waves import PanelQuadrature
-from pidpanel.panel.face import face_wavenumber, with_condensed_face
+from pidpanel.panel.basis import face_wavenumber, with_condensed_face
 from pidpanel.sound.field import diffuse_modal_force
 
 

@@ -9,8 +9,7 @@ import scipy.sparse as sp
 
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel.basis import basis_of
-from pidpanel.panel.face import with_condensed_face
+from pidpanel.panel.basis import basis_of, with_condensed_face
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pidpanel.geometry.plane_waves import PanelQuadrature, condensed
-from pidpanel.sound.added_mass import tabulate_added_mass
+from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.wavenumber_table import FieldError
 
 SQUARE = 2 / (3 * np.pi) * (1 - np.sqrt(2) + 3 * np.log(1 + np.sqrt(2)))

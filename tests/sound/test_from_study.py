@@ -8,9 +8,9 @@ import xarray as xr
 from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.sound import field
-from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
 from pidpanel.sound.from_study import spectrum_of
+from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.wavenumber_table import FieldError
 from pidpanel.study.sound import Sound
 from tests.jobs import make_panel, make_sound

@@ -11,10 +11,15 @@ import xarray as xr
 from pidpanel.arrays import Array, Complexes
 from pidpanel.base import tables
 from pidpanel.base.basis_check import checked_panel
-from pidpanel.base.notching import Limit
-from pidpanel.base.random import random_cases
-from pidpanel.base.sine import SineSweep, damping_errors, interface_force, sweep, sweep_errors
-from pidpanel.base.transfer import Transfer
+from pidpanel.base.random import Limit, random_cases
+from pidpanel.base.sine import (
+    SineSweep,
+    Transfer,
+    damping_errors,
+    interface_force,
+    sweep,
+    sweep_errors,
+)
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel

@@ -9,8 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array, described_variables
-from pidpanel.base.notching import Limit
-from pidpanel.base.random import RandomCase
+from pidpanel.base.random import Limit, RandomCase
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.response.tables import cases_dataset

@@ -12,7 +12,6 @@ from pidpanel.arrays import Array, Flags, Index
 from pidpanel.base.from_study import shakers_of
 from pidpanel.damping.from_study import reading_from_atlas, reading_of_damper
 from pidpanel.damping.readings import DampingReading
-from pidpanel.optimise.alternatives import damped_by_layer, thicker_faces
 from pidpanel.optimise.excited import Excited, OnShaker, UnderSound
 from pidpanel.optimise.objectives import (
     Objective,
@@ -34,7 +33,7 @@ from pidpanel.optimise.places import (
 from pidpanel.optimise.proposal import EXCITATIONS, Proposals, layouts_to_confirm, search_table
 from pidpanel.optimise.reduced import JointPanel, ReducedPanel
 from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_property
-from pidpanel.optimise.variants import reductions
+from pidpanel.optimise.variants import damped_by_layer, reductions, thicker_faces
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.basis_files import read_basis
 from pidpanel.panel.from_study import StudiedPanel
@@ -174,7 +173,7 @@ def _reduced(
 def _alternatives(
     study: Study, panels: Sequence[PlacedPanel], objective: Objective
 ) -> Callable[[float], tuple[float, float]]:
-    """Return what a mass [kg] on the panel itself reduces [dB]; see `alternatives`."""
+    """Return what a mass [kg] on the panel itself reduces [dB]; see `variants`."""
     layer, area = section_of(study).damping_layer, StudiedPanel(study.panel).area.area
 
     def value(panel: PlacedPanel, modal: ModalBasis) -> float:

@@ -21,8 +21,6 @@ the waves and how heavy the patches can be.
     Modes and the shapes that dampers need beside them; their values where they are needed.
 `eigen`
     Many eigenpairs of large sparse matrices.
-`face`
-    The face as its sound needs it, condensed for plane waves.
 `navier`, `resolution`
     Closed forms for rectangles; how fine a mesh must be.
 `basis_files`, `plate_files`, `tables`

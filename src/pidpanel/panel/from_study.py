@@ -14,8 +14,7 @@ from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
 from pidpanel.panel import fit, layup, supports
 from pidpanel.panel.attachments import Attachment, with_attachments
-from pidpanel.panel.basis import basis_of
-from pidpanel.panel.face import face_wavenumber, with_condensed_face
+from pidpanel.panel.basis import basis_of, face_wavenumber, with_condensed_face
 from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals

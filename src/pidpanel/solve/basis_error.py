@@ -15,8 +15,7 @@ import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.panel.basis import PanelBasis, values_of
-from pidpanel.panel.face import with_condensed_face
+from pidpanel.panel.basis import PanelBasis, values_of, with_condensed_face
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import MODES_BEYOND, Shapes
 from pidpanel.progress import computed, tracked

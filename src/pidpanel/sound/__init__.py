@@ -11,7 +11,7 @@ Nothing here depends on dampers; mode shapes enter as arrays of values at quadra
     the modal forces is S_p(f) G(k).
 `face`
     The face of a panel under plane waves, folded by parity.
-`added_mass`, `radiation`
+`radiation`
     The mass of the air that moves with the panel; its dynamic stiffness.
 `wavenumber_table`
     Matrices tabulated over the wavenumber and interpolated.

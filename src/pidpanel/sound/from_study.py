@@ -18,10 +18,9 @@ from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature, WettedFace
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.sound import field
-from pidpanel.sound.added_mass import tabulate_added_mass
 from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table, write_tables
-from pidpanel.sound.radiation import Air
+from pidpanel.sound.radiation import Air, tabulate_added_mass
 from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
 from pidpanel.sound.table import read_spectrum
 from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
