@@ -11,13 +11,14 @@ from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
+import shapely
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from pidpanel.arrays import Array, Index
 from pidpanel.columns import ColumnsError
 from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths
-from pidpanel.geometry.polygon import Position, Shape, location, show, signed_area
+from pidpanel.geometry.polygon import Position, Shape, show, signed_area
 from pidpanel.panel.mesh import PanelMesh, check_patch_areas
 from pidpanel.text_files import LARGEST
 
@@ -145,7 +146,7 @@ class FlatMesh:
                         f"patch {name!r}: {self.path} has no group {patch}; it has {groups}"
                     )
             else:
-                members = location(centre, patch.corners, 0.0) > 0
+                members = shapely.contains_xy(shapely.Polygon(patch.corners), centre)
             patch_cells[name] = np.flatnonzero(members)
         point_vertices = {}
         for name, point in points.items():

@@ -77,11 +77,10 @@ def share_of_turn(mesh: PanelMesh, place: Array) -> float:
         return 1.0
     count = mesh.cells.shape[1]
     before, after = (
-        mesh.vertices[mesh.cells[cell, (corner + step) % count]] - place for step in (-1, 1)
+        (mesh.vertices[mesh.cells[cell, (corner + step) % count]] - place) @ [1, 1j]
+        for step in (-1, 1)
     )
-    cosine = np.sum(before * after, axis=1)
-    cosine /= np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
-    return float(np.arccos(cosine).sum() / (2 * np.pi))
+    return float(np.abs(np.angle(after / before)).sum() / (2 * np.pi))
 
 
 def held_reactions(
