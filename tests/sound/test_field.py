@@ -100,7 +100,7 @@ def test_modal_force_of_the_panel_is_what_independent_quadrature_gave(
 
 
 def test_radiation_efficiency_of_the_first_mode_is_0_2063(panel):
-    # four figures given; red: n_azimuth → 2 * n_azimuth in `sum_of_plane_waves`
+    # four figures given; red: azimuth.size → 2 * azimuth.size
     assert radiation_efficiency(64.90, panel) == pytest.approx(0.2063, abs=5e-5)
 
 
@@ -113,7 +113,7 @@ def test_radiation_efficiency_of_a_panel_far_above_coincidence_tends_to_one():
 @pytest.mark.parametrize("frequency", [20.0, 300.0, 1000.0])
 def test_plane_waves_sum_to_the_double_integral(frequency):
     # the same Gauss points in both, so that only the sum over directions differs: rounding
-    # red: n_azimuth → n_azimuth + 1 in `sum_of_plane_waves`
+    # red: azimuth.size → azimuth.size + 1
     quadrature = gauss_panel((1, 1), 30)
     k = float(wavenumber(frequency, SPEED))
     reference = double_integral(k, quadrature)
@@ -146,7 +146,7 @@ def test_load_quadrature_of_order_five_is_enough_at_2_khz(panel):
 
 def test_a_long_wave_pushes_like_one_uniform_pressure(panel):
     # sin(kR)/(kR) ≥ 1 − (kR)²/6, R ≤ 1.81 m: 5.5e-7 at k = 1e-3
-    # red: cosine_weight → 2·cosine_weight in `sum_of_plane_waves`
+    # red: cosine_weight → 2·cosine_weight in `diffuse_modal_force`
     uniform = uniform_modal_force(panel)
     assert uniform[0, 0] == pytest.approx((1.5 * (2 / np.pi) ** 2) ** 2, rel=1e-6)
     diffuse = diffuse_modal_force(1e-3, panel)
@@ -156,7 +156,7 @@ def test_a_long_wave_pushes_like_one_uniform_pressure(panel):
 
 def test_modal_force_is_symmetric_and_positive_semidefinite(table):
     # eigenvalues of a sum of squares; rounding only
-    # red: parts.T @ parts → even.T @ even − odd.T @ odd in `sum_of_plane_waves`
+    # red: parts.T @ parts → even.T @ even − odd.T @ odd in `diffuse_modal_force`
     for matrix in table.matrix(wavenumber([20.0, 150.0, 700.0, 2000.0], SPEED)):
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-16)
         eigenvalue = np.linalg.eigvalsh(matrix)

@@ -112,7 +112,7 @@ FIELDS = {
 
 @pytest.mark.parametrize("keys", FIELDS)
 def test_modal_force_is_that_of_the_field_up_to_the_highest_frequency(run, basis, keys):
-    # red: any two cases of `modal_force_tables` exchanged; frequency_hz[1] → [0] in the script
+    # red: any two cases of `modal_force_table` exchanged; frequency_hz[1] → [0] in the script
     folder = run(f"{keys}, speed_m_s: 340")
     table = read_table(folder / "modal_force.nc", MODAL_FORCE)
     for k in (0.4 * K_MAX, K_MAX):

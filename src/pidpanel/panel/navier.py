@@ -28,7 +28,7 @@ def thin_plate_frequency(
     >>> thin_plate_frequency([1, 2], [1, 1], (1.5, 1.0), ThinSection(3273.07, 4.0)).round(2)
     array([ 64.9 , 124.81])
     """
-    k2 = wave_number_squared(m, n, size)
+    k2 = (np.asarray(m) * np.pi / size[0]) ** 2 + (np.asarray(n) * np.pi / size[1]) ** 2
     return np.sqrt(section.bending_stiffness * k2**2 / section.mass_per_area) / (2 * np.pi)
 
 
@@ -70,11 +70,6 @@ def is_aligned(section: ShearSection) -> bool:
     """Return whether bending does not couple to twist, nor one shear to the other."""
     D, S = section.bending, section.shear
     return bool(np.abs(D[:2, 2]).max() < 1e-9 * D.max() and abs(S[0, 1]) < 1e-9 * S.max())
-
-
-def wave_number_squared(m: ArrayLike, n: ArrayLike, size: tuple[float, float]) -> Array:
-    """Return k² = (mπ/a)² + (nπ/b)² [1/m²]; parameters as in `thin_plate_frequency`."""
-    return (np.asarray(m) * np.pi / size[0]) ** 2 + (np.asarray(n) * np.pi / size[1]) ** 2
 
 
 def sine_shapes(m: ArrayLike, n: ArrayLike, size: tuple[float, float], position: Array) -> Array:

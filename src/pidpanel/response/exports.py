@@ -19,6 +19,7 @@ from pidpanel.damping_ratio import DampingRatio
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.nastran import (
+    LINEAR,
     large_field_table,
     modal_damping_ratio,
     write_bushes,
@@ -73,10 +74,8 @@ def write_tabrnd1(path: Path, frequency: Array, curves: Sequence[Curve], title: 
         for number, curve in enumerate(curves, start=1):
             where = f"subcase {curve.subcase}, grid {curve.node}, component 3"
             file.write(f"$ {where}: {curve.title}\n")
-            axes = ("LINEAR", "LINEAR")
-            file.writelines(
-                large_field_table("TABRND1", number, axes, frequency, curve.acceleration_psd)
-            )
+            psd = curve.acceleration_psd
+            file.writelines(large_field_table("TABRND1", number, LINEAR, frequency, psd))
 
 
 def write_uff58(
@@ -107,13 +106,11 @@ def write_uff58(
             rsp_dir=NORMAL_TO_PANEL,
             ref_node=0,
             ref_dir=0,
-            abscissa_spacing=0,
             abscissa_spec_data_type=FREQUENCY,
             abscissa_axis_units_lab="Hz",
             ordinate_spec_data_type=ACCELERATION,
             ordinate_axis_units_lab="(m/s**2)**2/Hz",
             orddenom_spec_data_type=0,
-            z_axis_spec_data_type=0,
             x=frequency,
             data=curve.acceleration_psd,
         )

@@ -35,7 +35,7 @@ from pidpanel.sound.from_study import (
     air_tables,
     excitation_of,
     modal_force_at,
-    modal_force_tables,
+    modal_force_table,
     read_air,
     spectrum_of,
 )
@@ -53,12 +53,13 @@ class StudySound:
     def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[SoundExcitation, Air | None]:
         """Return the excitation of a basis, and the air on it where there is some."""
         study = self.study
-        force = modal_force_tables(study.acoustics, study.response.frequency_hz[1], basis)
-        excitation = excitation_of(study.acoustics, force[MODAL_FORCE])
+        force = modal_force_table(study.acoustics, study.response.frequency_hz[1], basis)
+        excitation = excitation_of(study.acoustics, force)
         if air is None:
             return excitation, None
-        tables = air_tables(study.acoustics, basis, force, air_mass=study.response.air_mass)
-        return excitation, air.with_tables({**force, **tables})
+        k_max, air_mass = force.wavenumber_max, study.response.air_mass
+        tables = air_tables(study.acoustics, basis, k_max, air_mass=air_mass)
+        return excitation, air.with_tables({MODAL_FORCE: force, **tables})
 
     def force_at(self, frequency: float, basis: PanelBasis) -> Matrices:
         """Return G (n, n) [m⁴] of a basis at a frequency [Hz]."""

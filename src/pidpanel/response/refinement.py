@@ -99,17 +99,13 @@ def checked_responses(
         check, of_case = _check(panel, wider, plate, further_shapes, tried, lines, source.force_at)
         if not check.missing_shapes.shape[1] or attempt == ATTEMPTS - 1:
             break
-        print(
-            f"the basis misses up to {check.error.max():.1%} of a PSD; it is widened",
-            file=sys.stderr,
-        )
+        error = check.error.max()
+        print(f"the basis misses up to {error:.1%} of a PSD; it is widened", file=sys.stderr)
         further_shapes = np.hstack([further_shapes, check.missing_shapes])
     worst = np.array([check.largest[rows].max() if rows else np.nan for rows in of_case])
-    if np.nanmax(worst, initial=0.0) > ALLOWED:
-        print(
-            f"the basis misses up to {np.nanmax(worst):.1%} of a PSD, more than {ALLOWED:.1%}",
-            file=sys.stderr,
-        )
+    if (error := np.nanmax(worst, initial=0.0)) > ALLOWED:
+        says = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
+        print(says, file=sys.stderr)
     solver = checked.with_lines(wider.frequency, wider.motion_at_points)
     cases = plan.solve(solver)
     errors = _mesh_errors(wider, cases, mesh_shifts(wider, scenarios, models))

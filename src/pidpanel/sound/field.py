@@ -83,7 +83,9 @@ def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Array:
     azimuth = half_circle(wavenumber, panel.diameter)
     radial = wavenumber * np.sqrt(1 - cosine**2)
     even, odd = transform(radial, azimuth, panel)
-    return sum_of_plane_waves(even, odd, cosine_weight)
+    root_weight = np.sqrt(cosine_weight / azimuth.size)[:, None, None]
+    parts = np.concatenate([root_weight * even, root_weight * odd]).reshape(-1, even.shape[2])
+    return parts.T @ parts
 
 
 def diffuse_modal_force_on_grid(wavenumber: float, panel: PanelQuadrature) -> Array:
@@ -264,14 +266,6 @@ def transform(radial: Array, azimuth: Array, panel: PanelQuadrature) -> tuple[Ar
         odd[part] = np.sin(phase).T @ load
     shape = (radial.size, azimuth.size, load.shape[1])
     return even.reshape(shape), odd.reshape(shape)
-
-
-def sum_of_plane_waves(even: Array, odd: Array, cosine_weight: Array) -> Array:
-    """Return Σ_μ w_μ (1/n_α) Σ_α Re(B Bᴴ) with B = even + i odd, (n, n)."""
-    n_azimuth, n = even.shape[1:]
-    root_weight = np.sqrt(cosine_weight / n_azimuth)[:, None, None]
-    parts = np.concatenate([root_weight * even, root_weight * odd]).reshape(-1, n)
-    return parts.T @ parts
 
 
 @dataclass(frozen=True)
