@@ -51,7 +51,7 @@ FORMULAS = {
     "coupon": "balance contact cycles design drive geometry packings rows states",
     "damping": "atlas atlas_fit broadband constants coupled fit gaussian_process inelastic interpolation jump laws measured readings riding sides simulated_range "
     "surface surface_cases tables thinned",
-    "panel": "attachments basis eigen fit grid layup mindlin modes navier plate reactions resolution section shapes "
+    "panel": "attachments basis eigen fit grid mindlin modes navier plate reactions resolution section shapes "
     "supports thin triangles",
     "sound": "face field radiation spectrum table wavenumber_table",
     "solve": "bands basis_error dampers direct elements excitation layout lines maps mesh_error modal "

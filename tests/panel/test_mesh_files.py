@@ -14,11 +14,11 @@ from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel import from_study
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.gmsh_files import read_gmsh
-from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mesh import gmsh_session
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.nastran import read_nastran
+from pidpanel.panel.section import Core, Material, Ply, SandwichSection
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.paths import STUDIES
 from pidpanel.study import load_study

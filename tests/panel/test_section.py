@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from pidpanel.panel import navier, resolution
-from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
-from pidpanel.panel.section import SolidSection, ThinSection
+from pidpanel.panel.section import Core, Material, Ply, SandwichSection, SolidSection, ThinSection
 
 HEAVY = Ply(Material.isotropic(70e9, 0.3, 2700.0), 0.6e-3)
 LIGHT = Ply(Material(E1=300e9, E2=6e9, G12=4.5e9, nu12=0.3, density=1600.0), 0.2e-3, 0.4)

@@ -11,7 +11,7 @@ the waves and how heavy the patches can be.
     Meshes from other programs: checks, gmsh files, Nastran bulk data.
 `mesh`
     The mesh that all of them lead to, and its gmsh file.
-`section`, `layup`
+`section`
     Mass and stiffness per unit width: thin and solid plates, sandwiches from their plies.
 `supports`, `attachments`
     Edges, hinges and hold-downs; springs and masses.

@@ -12,7 +12,8 @@ from shapely.geometry.base import BaseGeometry
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
-from pidpanel.panel import fit, layup, supports
+from pidpanel.panel import fit, supports
+from pidpanel.panel import section as sections
 from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.basis import basis_of, face_wavenumber, with_condensed_face
 from pidpanel.panel.flat_mesh import FlatMesh
@@ -23,7 +24,6 @@ from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.resolution import ElementKind, Region, element_sizes
-from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles, rim_size
@@ -39,11 +39,11 @@ from pidpanel.study.supports import Node
 ELEMENTS_ACROSS = 2
 
 
-def _material(spec: MaterialInput) -> layup.Material:
+def _material(spec: MaterialInput) -> sections.Material:
     E, nu = spec.youngs_modulus, spec.poissons_ratio
     if E is not None and nu is not None:
-        return layup.Material.isotropic(E, nu, spec.density_kg_m3)
-    return layup.Material(*spec.orthotropic_moduli, spec.nu12 or 0.0, spec.density_kg_m3)
+        return sections.Material.isotropic(E, nu, spec.density_kg_m3)
+    return sections.Material(*spec.orthotropic_moduli, spec.nu12 or 0.0, spec.density_kg_m3)
 
 
 @dataclass(frozen=True)
@@ -77,23 +77,23 @@ class StudiedPanel:
         return mesh
 
     @cached_property
-    def section(self) -> layup.Section:
+    def section(self) -> sections.Section:
         """The section of the whole panel, in SI units."""
         spec = self.panel.section
         if spec.kind == "thin":
             D, mass = spec.bending_stiffness_n_m, spec.mass_per_area_kg_m2
-            return ThinSection(D, mass, spec.poissons_ratio, spec.thickness)
+            return sections.ThinSection(D, mass, spec.poissons_ratio, spec.thickness)
         if spec.kind == "solid":
-            return SolidSection(
+            return sections.SolidSection(
                 spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3, spec.thickness
             )
         materials = {name: _material(material) for name, material in spec.materials.items()}
         top, bottom = (
-            tuple(layup.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
+            tuple(sections.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
             for plies in (spec.plies("top"), spec.plies("bottom"))
         )
-        core = layup.Core(*spec.core.properties, spec.core.thickness, spec.core.ribbon)
-        return layup.SandwichSection(top, bottom, core, spec.extra_mass_per_area_kg_m2)
+        core = sections.Core(*spec.core.properties, spec.core.thickness, spec.core.ribbon)
+        return sections.SandwichSection(top, bottom, core, spec.extra_mass_per_area_kg_m2)
 
     @cached_property
     def patches(self) -> dict[str, Shape | str]:
@@ -273,7 +273,7 @@ class StudiedPanel:
 
     def plate(self, mesh: PanelMesh) -> AssembledPlate:
         """Assemble the supported plate with its springs and masses."""
-        if isinstance(self.section, ThinSection):
+        if isinstance(self.section, sections.ThinSection):
             plate = assemble_thin_plate(mesh, self.section, self.supports)
         else:
             plate = assemble_shear_plate(mesh, self.section, self.supports)

@@ -10,8 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.layup import ShearSection
-from pidpanel.panel.section import ThinSection
+from pidpanel.panel.section import ShearSection, ThinSection
 
 
 def thin_plate_frequency(

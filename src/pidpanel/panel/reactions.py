@@ -14,9 +14,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.layup import Section
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.section import ThinSection
+from pidpanel.panel.section import Section, ThinSection
 from pidpanel.panel.supports import PointSupport
 
 FOOT_OF_ELEMENTS = 0.1  # radius of the foot that elements act like, over their size
