@@ -22,8 +22,8 @@ import scipy.sparse.linalg as spla
 
 from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.panel.basis import basis_of, face_wavenumber, with_condensed_face
-from pidpanel.panel.basis_files import write_basis
 from pidpanel.panel.eigen import eigenpairs, factors
+from pidpanel.panel.files import write_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import count_modes_below, normalise
 from pidpanel.panel.shapes import Shapes, residual_vectors

@@ -32,7 +32,7 @@ from pidpanel.damping.from_study import (
     surface_of,
 )
 from pidpanel.damping.readings import DampingReading
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance.digests import stamp

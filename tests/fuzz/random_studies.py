@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.report.from_study import write_study_page
 from pidpanel.response.from_study import write_export, write_maps, write_response

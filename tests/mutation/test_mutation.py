@@ -84,7 +84,7 @@ OTHERS = {
     "coupon": "atlas attempts batches bed cases coding deadline estimate film finished from_study judgement legs "
     "packing preparation records runs summary window",
     "damping": "atlas_files from_study surface_files table_files",
-    "panel": "basis_files plate_files flat_mesh gmsh_files from_study matrices mesh nastran tables",
+    "panel": "files flat_mesh gmsh_files from_study matrices mesh nastran tables",
     "sound": "field_files from_study",
     "coupled": "beds checkpoints estimate_files from_study pieces process record_files scenario",
     "base": "from_study tables",

@@ -7,7 +7,7 @@ import yaml
 
 from pidpanel.base.from_study import write_base
 from pidpanel.optimise.from_study import write_proposal
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.sound.from_study import write_sound
 from pidpanel.study import load_study

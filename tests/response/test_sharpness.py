@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.response import refinement
 from pidpanel.response.from_study import write_response

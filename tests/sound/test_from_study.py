@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from pidpanel.geometry.plane_waves import PanelQuadrature
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.sound import field
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
 from pidpanel.sound.from_study import spectrum_of

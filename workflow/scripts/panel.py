@@ -1,7 +1,6 @@
 """Mesh and modes of the panel of a study: modes, mesh, section and matrices."""
 
-import pidpanel.panel.basis_files
-import pidpanel.panel.plate_files
+import pidpanel.panel.files
 import pidpanel.panel.tables  # noqa: F401 - a fork of many does not import them again
 from pidpanel.panel.from_study import write_panel
 from pidpanel.provenance.job import Job, run

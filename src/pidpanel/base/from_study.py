@@ -21,9 +21,8 @@ from pidpanel.base.sine import (
     sweep_errors,
 )
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.plate_files import read_plate
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolving

@@ -35,9 +35,8 @@ from pidpanel.optimise.reduced import JointPanel, ReducedPanel
 from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_property
 from pidpanel.optimise.variants import damped_by_layer, reductions, thicker_faces
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import of_damper
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario

@@ -23,6 +23,6 @@ the waves and how heavy the patches can be.
     Many eigenpairs of large sparse matrices.
 `navier`, `resolution`
     Closed forms for rectangles; how fine a mesh must be.
-`basis_files`, `plate_files`, `tables`
+`files`, `tables`
     Files of the basis and of the plate's matrices; tables of modes and section.
 """

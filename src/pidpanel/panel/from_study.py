@@ -378,8 +378,7 @@ def write_panel(study: Study, output: Files) -> None:
     """
     # pandas and xarray take half a second, and a check needs neither
     from pidpanel.panel import tables
-    from pidpanel.panel.basis_files import write_basis, write_shapes
-    from pidpanel.panel.plate_files import write_plate
+    from pidpanel.panel.files import write_basis, write_plate, write_shapes
 
     panel, highest = StudiedPanel(study.panel), study.response.frequency_hz[1]
     mesh = panel.mesh(output.mesh, panel.patch_sizes(highest, resolved_masses(study)))

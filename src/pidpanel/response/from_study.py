@@ -13,9 +13,8 @@ from pidpanel.damping.coupled import read_coupled
 from pidpanel.damping.from_study import reading_of, reading_of_damper, readings_from_atlas
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
