@@ -92,7 +92,7 @@ def flanks(frequency: Array, psd: Sequence[Array], damping_ratio: float, count: 
         if peak is not None:
             side = 1 if peak * (1 + damping_ratio) < frequency[-1] else -1
             line = peak * (1 + side * damping_ratio)
-            if all(abs(line / other - 1) > damping_ratio for other in lines):
+            if all(abs(line / earlier - 1) > damping_ratio for earlier in lines):
                 lines.append(line)
     return np.array(lines[:count])
 
