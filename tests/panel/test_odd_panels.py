@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from pidpanel.panel.basis import basis_of
-from pidpanel.panel.first import first_frequencies
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.modes import normal_modes, quadratic_form
+from pidpanel.panel.modes import first_frequencies, normal_modes, quadratic_form
 from pidpanel.panel.reactions import added_compliance
 from pidpanel.panel.resolution import FOOT_SHIFT
 from pidpanel.panel.section import ThinSection
