@@ -164,8 +164,7 @@ def _with_jumps(sine: xr.Dataset) -> list[str]:
     """Return the scenarios whose sweeps up and down differ."""
     up, down = (sine["acceleration"].sel(direction=way) for way in ("up", "down"))
     apart = abs(up / down - 1).max(("reading", "frequency", "point")) > SAME_MOTION
-    labels: list[str] = sine["scenario"].to_numpy()[apart.to_numpy()].tolist()
-    return labels
+    return sine["scenario"].to_numpy()[apart.to_numpy()].tolist()
 
 
 def _sine_values(sine: xr.Dataset, peaks: pd.DataFrame, names: Names) -> dict[str, Any]:
