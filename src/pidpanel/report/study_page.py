@@ -13,10 +13,9 @@ from pidpanel.paths import SECTION
 from pidpanel.progress import tracked
 from pidpanel.report.answer import answer_of
 from pidpanel.report.answer_section import NOTHING_MOVES, answer_fragment, headline, panel_picture
-from pidpanel.report.atlas_section import atlas_section
 from pidpanel.report.base_section import base_section
 from pidpanel.report.claims import patch_distance, verdict_table, verdicts
-from pidpanel.report.coupled_section import coupled_section
+from pidpanel.report.coupled_section import atlas_section, coupled_section
 from pidpanel.report.coupon_figures import design_figure, loss_factor_map
 from pidpanel.report.coupon_section import Law, coupon_section, coupon_text, losses_section
 from pidpanel.report.damping_section import damping_section
@@ -33,8 +32,7 @@ from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.response_section import layouts_section, response_section
 from pidpanel.report.severity_section import severity_section
 from pidpanel.report.sound_section import sound_section
-from pidpanel.report.stress_section import stress_section
-from pidpanel.report.summary_section import summary_section
+from pidpanel.report.summary_section import stress_section, summary_section
 from pidpanel.report.templates import lines
 from pidpanel.report.text import records
 from pidpanel.report.varied_section import findings, varied_section
