@@ -63,6 +63,10 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
         # of the bare panel alone the drawing and the PSD are with each layout
         beside = blocks if answer is not None and answer.candidates else []
         blocks = [proposal_choice(proposal, inputs.basis), *beside]
+    claims = None
+    if is_papers_panel(inputs.modes, inputs.printed):
+        distance = patch_distance(inputs.basis)
+        claims = verdict_table(list(verdicts(study, inputs.summary, inputs.psd, distance)))
     return Page(
         title=study.title or study.name,
         answer=text,
@@ -71,18 +75,10 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
         facts=study_facts(inputs),
         assumptions=study.assumptions,
         warnings=warnings[CAVEATS:],
-        claims=_claims(inputs),
+        claims=claims,
         sections=[*proposed, *(replace(section, folded=True) for section in _sections(inputs))],
         steps=steps,
     )
-
-
-def _claims(inputs: Inputs) -> Fragment | None:
-    """Return the paper's claims tested, where the panel is the paper's; else None."""
-    if not is_papers_panel(inputs.modes, inputs.printed):
-        return None
-    distance = patch_distance(inputs.basis)
-    return verdict_table(verdicts(inputs.study, inputs.summary, inputs.psd, distance))
 
 
 def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSection]:
