@@ -1,6 +1,7 @@
 """C_e and m_a of every patch on the page: from coupled runs, or from the atlas."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,7 @@ from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import AtlasResults, CoupledResults
-from pidpanel.report.layout import WIDTH, frequency_axis, pick
+from pidpanel.report.layout import figure_of_axes, frequency_axis, pick
 from pidpanel.report.text import number, plain, records, signed, span
 
 CURVES = 6  # patches in the figure at most
@@ -66,13 +67,12 @@ def _by_patch(beds: pd.DataFrame, column: str, text: Callable[[float], str] = nu
 
 def coupled_figure(table: pd.DataFrame, names: Mapping[str, str]) -> Figure:
     """Draw C_e and m_a over frequency, at most `CURVES` patches."""
-    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
-    damping, mass = figure.subplots(1, 2)
+    figure, (damping, mass) = figure_of_axes(2, 2, 3.4, 0.0)
     groups = list(table.groupby(["scenario", "patch"], sort=False))
     beds = [groups[int(place)] for place in pick(np.arange(float(len(groups))), CURVES)]
     for index, ((label, patch), rows) in enumerate(beds):
         several = table.loc[table["scenario"] == label, "patch"].nunique() > 1
-        look = {
+        look: dict[str, Any] = {
             "fmt": f"-{style.MARKERS[index % len(style.MARKERS)]}",
             "color": style.PLACES[index % len(style.PLACES)],
             "capsize": 1.5,

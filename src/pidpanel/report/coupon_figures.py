@@ -180,10 +180,9 @@ def _constant(quantity: AxisQuantity, value: float) -> str:
 def losses_figure(cases: pd.DataFrame) -> Figure:
     """Draw where the energy goes and how well its balance closes, one marker per frequency."""
     balanced = cases[cases["closure"].notna()]
-    figure = Figure(figsize=(layout.WIDTH, 3.1), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = layout.figure_of_axes(2, 2, 3.1, 0.0)
     for number, (frequency, group) in enumerate(balanced.groupby(FREQUENCY.column)):
-        look = {
+        look: dict[str, Any] = {
             "ls": "none",
             "marker": style.MARKERS[number % len(style.MARKERS)],
             "mfc": "none",
