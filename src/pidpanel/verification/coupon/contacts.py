@@ -134,19 +134,24 @@ def rolling_speed(folder: Path, speed: float, spin: float = 0.0) -> float:
     # sliding lasts 2 |v − ωR|/(7 μ g); three times that and it rolls
     slip = abs(speed - spin * DIAMETER / 2)
     steps = math.ceil(3 * 2 * slip / (7 * FRICTION * STANDARD_GRAVITY) / STEP)
-    sphere = FreeSphere(0.0, _resting_height(), vx=speed, spin=spin)
-    constants = alike(MODULUS, 0.5, FRICTION)
+    return _final_speed(folder, speed, spin, 0.0, steps)
+
+
+def _final_speed(
+    folder: Path, speed: float, spin: float, rolling_friction: float, steps: int
+) -> float:
+    """Speed [m/s] of a sphere on a floor after some steps.
+
+    It starts at rest on the floor, sunk in by its weight: F = (4/3) E* √R δ^{3/2}.
+    """
+    weight = DENSITY * math.pi / 6 * DIAMETER**3 * STANDARD_GRAVITY
+    sunk = (3 * weight / (4 * _effective_modulus() * math.sqrt(DIAMETER / 2))) ** (2 / 3)
+    sphere = FreeSphere(0.0, DIAMETER / 2 - sunk, vx=speed, spin=spin)
+    constants = alike(MODULUS, 0.5, FRICTION, rolling_friction)
     ends = moved(
         folder, [sphere], constants, STEP, steps, ("vx",), gravity=STANDARD_GRAVITY, floor=True
     )
     return float(ends[-1, 0, 0])
-
-
-def _resting_height() -> float:
-    """Centre of a sphere at rest on a floor, sunk in by its weight: F = (4/3) E* √R δ^{3/2}."""
-    weight = DENSITY * math.pi / 6 * DIAMETER**3 * STANDARD_GRAVITY
-    sunk = (3 * weight / (4 * _effective_modulus() * math.sqrt(DIAMETER / 2))) ** (2 / 3)
-    return DIAMETER / 2 - float(sunk)
 
 
 def _effective_modulus() -> float:
@@ -185,12 +190,7 @@ def rolling_rows(folder: Path) -> list[Row]:
     speed = 0.05
     slowing = 5 / 7 * ROLLING_FRICTION * STANDARD_GRAVITY
     steps = math.ceil(0.5 * speed / slowing / STEP)
-    rolling = alike(MODULUS, 0.5, FRICTION, ROLLING_FRICTION)
-    sphere = FreeSphere(0.0, _resting_height(), vx=speed, spin=speed / (DIAMETER / 2))
-    ends = moved(
-        folder, [sphere], rolling, STEP, steps, ("vx",), gravity=STANDARD_GRAVITY, floor=True
-    )
-    lost = speed - float(ends[-1, 0, 0])
+    lost = speed - _final_speed(folder, speed, speed / (DIAMETER / 2), ROLLING_FRICTION, steps)
     stopped = comparison("rolling", friction=ROLLING_FRICTION, step=STEP_TEXT)
     return [stopped.row("deceleration", lost / (steps * STEP), slowing)]
 
