@@ -4,6 +4,7 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 that their text can be read where a page is as wide as a telephone.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -87,17 +88,11 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
     handles, labels = axes.get_legend_handles_labels()
     shown = dict(zip(labels, handles, strict=True))
     figure.legend(shown.values(), shown, loc="outside lower center", ncols=3, handlelength=1.2)
-    separate(figure, names, _marked(basis, panel))
+    # the text would hide the markers; the star may lie below it
+    marked = [*basis.point_position, *(held.position for held in panel.supports.points.values())]
+    marked += itertools.chain.from_iterable(item.ends for item in panel.attachments.values())
+    separate(figure, names, marked)
     return figure
-
-
-def _marked(basis: PanelBasis, panel: StudiedPanel) -> list[tuple[float, float]]:
-    """Return the positions of all markers but the star: the text would hide them."""
-    marked: list[tuple[float, float]] = [(x, y) for x, y in basis.point_position.tolist()]
-    marked += [support.position for support in panel.supports.points.values()]
-    for attached in panel.attachments.values():
-        marked += attached.ends
-    return marked
 
 
 def _attachments(axes: Axes, panel: StudiedPanel) -> list[Annotation]:
