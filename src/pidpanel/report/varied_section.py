@@ -86,7 +86,7 @@ def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
     names = {f"{key}_first": "from", key: "to", f"{VALUE}_first": "first", VALUE: "last",
              f"{ERROR}_first": "first_error", ERROR: "last_error"}  # fmt: skip
     changes = pairs[[*same, *names]].rename(columns=names)
-    deviation = (changes["last"] - changes["first"]) / np.where(equal, *errors)
+    deviation = (changes["last"] - changes["first"]) / np.where(equal, errors[0], errors[1])
     return changes.assign(ratio=changes["last"] / changes["first"], deviation=deviation)
 
 
