@@ -89,7 +89,8 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
     shown = dict(zip(labels, handles, strict=True))
     figure.legend(shown.values(), shown, loc="outside lower center", ncols=3, handlelength=1.2)
     # the text would hide the markers; the star may lie below it
-    marked = [*basis.point_position, *(held.position for held in panel.supports.points.values())]
+    supports = panel.supports.points.values()
+    marked = [*basis.point_position, *(support.position for support in supports)]
     marked += itertools.chain.from_iterable(item.ends for item in panel.attachments.values())
     separate(figure, names, marked)
     return figure

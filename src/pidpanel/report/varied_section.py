@@ -81,12 +81,13 @@ def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
     firsts = cases.drop_duplicates(same)
     pairs = cases.drop(index=firsts.index).merge(firsts, on=same, suffixes=("", "_first"))
     pairs = pairs.sort_values(same, kind="stable")
-    errors = [np.hypot(pairs[name], pairs[f"{name}_first"]) for name in (statistical, ERROR)]
     equal = pairs["youngs_modulus_mpa"] == pairs["youngs_modulus_mpa_first"]
+    errors = [np.hypot(pairs[name], pairs[f"{name}_first"]) for name in (statistical, ERROR)]
     names = {f"{key}_first": "from", key: "to", f"{VALUE}_first": "first", VALUE: "last",
              f"{ERROR}_first": "first_error", ERROR: "last_error"}  # fmt: skip
     changes = pairs[[*same, *names]].rename(columns=names)
-    deviation = (changes["last"] - changes["first"]) / np.where(equal, errors[0], errors[1])
+    error = pd.Series(np.where(equal, errors[0], errors[1]), changes.index)
+    deviation = (changes["last"] - changes["first"]) / error
     return changes.assign(ratio=changes["last"] / changes["first"], deviation=deviation)
 
 
