@@ -159,6 +159,7 @@ def limit_rows(folder: Path) -> list[Row]:
     modes = ~supported.basis.is_residual
     below = natural < 1.001 * supported.basis.natural_frequency[modes].max()
     series = 64 / np.pi**4 * MASS / (m * n) ** 2.0
+    carried = MASS + APPARENT * PATCH_AREA
     quantity = f"sum of the effective masses of the modes to {2 * HIGHEST:g} Hz"
     all_modes = plate.inertia @ spla.spsolve(plate.mass.tocsc(), plate.inertia)
     return [
@@ -166,11 +167,7 @@ def limit_rows(folder: Path) -> list[Row]:
             rigid.row(f"transmissibility at {name}, 0.02 Hz", abs(value), 1.0)
             for name, value in zip(POINTS, gain[0], strict=True)
         ),
-        weight.row(
-            "force over acceleration, 0.02 Hz, with particles",
-            abs(force[0]),
-            MASS + APPARENT * PATCH_AREA,
-        ),
+        weight.row("force over acceleration, 0.02 Hz, with particles", abs(force[0]), carried),
         of_modes.row(quantity, effective[modes].sum(), series[below].sum()),
         whole.row("sum of the effective masses of all elements", all_modes, MASS),
     ]
