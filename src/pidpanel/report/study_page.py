@@ -21,7 +21,7 @@ from pidpanel.report.coupon_section import Law, coupon_section, coupon_text, los
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import cases_text, software_text, study_facts
 from pidpanel.report.films import film_picture
-from pidpanel.report.html import CAVEATS, Fragment, Page, PageSection, figure_picture
+from pidpanel.report.html import CAVEATS, Block, Fragment, Page, PageSection, figure_picture
 from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInputs
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.measured_section import measured_section
@@ -255,23 +255,23 @@ def coupon_page(
     keys = coupon.varied
     one_by_one = [] if coupon.is_design else keys
     results = findings(good, one_by_one)
-    varied = varied_section(good, one_by_one) if one_by_one else None
+    first: list[Block] = [varied_section(good, one_by_one)] if one_by_one else []
     values: dict[str, Any] = {"design": None, "map": None, "text": coupon_text(coupon)}
     if coupon.is_design:
         values["design"] = figure_picture("loss_factor_design", design_figure, good, keys)
-    elif varied is None and len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
+    elif not one_by_one and len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
         values["map"] = figure_picture("loss_factor_map", loss_factor_map, good)
-    beside = [] if varied is None else [varied]
-    films = [] if coupon.shot is None else [film_picture(coupon.shot)]
+    if coupon.shot is not None:
+        first.append(film_picture(coupon.shot))
     warnings = coupon_warnings(coupon.cases)
     measured = [] if coupon.measured is None else [measured_section(coupon.measured)]
-    sections = [coupon_section(replace(coupon, shot=None), varied=keys)]
+    sections = [coupon_section(coupon._replace(shot=None), varied=keys)]
     if not coupon.is_design:
         sections.append(losses_section(good))
     return Page(
         title=study.title or study.name,
         answer=results[0],
-        first=[Fragment("coupon_first.html", values), *beside, *films],
+        first=[Fragment("coupon_first.html", values), *first],
         caveats=warnings[:CAVEATS],
         facts=[("Coupon", cases_text(coupon.cases)), ("Software", software_text(stamp, dem=True))],
         assumptions=study.assumptions,
