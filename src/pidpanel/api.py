@@ -151,12 +151,8 @@ class Model:
             file.write_text(text_of(self._values, self.study.name), encoding="utf-8")
         names = [f"results/{self.study.name}/{name}" for name in targets]
         self.folder.mkdir(parents=True, exist_ok=True)
-        done = subprocess.run(
-            command(file, self.folder, [*names, f"-j{jobs}"]),
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        call = command(file, self.folder, [*names, f"-j{jobs}"])
+        done = subprocess.run(call, capture_output=True, text=True, check=False)
         if done.returncode:
             raise ResultsError(f"{self.study.name}: the run failed\n{done.stdout}{done.stderr}")
         return self

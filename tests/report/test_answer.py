@@ -43,8 +43,8 @@ def answered(study, respond, error_db=0.2, **changes):
 def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
     # red: SIGNIFICANCE = 0; errors of a difference added up without squares would join r = 0.9 too
     found = answered(study, respond)
-    assert [one.name for one in found.best] == ["A, r = 0.1", "A, r = 0.7"]
-    assert [one.name for one in answered(study, respond, 0.01).best] == ["A, r = 0.1"]
+    assert [one.scenario.name for one in found.best] == ["A, r = 0.1", "A, r = 0.7"]
+    assert [one.scenario.name for one in answered(study, respond, 0.01).best] == ["A, r = 0.1"]
     # 3.0 and 2.8 dB: 0.2 dB apart, told apart from errors of 0.07 dB each on
     assert len(answered(study, respond, 0.0706).best) == 1
     assert len(answered(study, respond, 0.0708).best) == 2
@@ -253,7 +253,7 @@ def test_coupled_runs_answer_as_any_reading_does(coupled, coupled_study):
     # red: "coupled" not the first of PREFERRED; without " in one time integration"
     assert answer.main_reading(("paper_corrected", "dem", "coupled")) == "coupled"
     found = answer_of(coupled_study, coupled.summary)
-    assert found.is_coupled and found.candidates[0].name == "A, r = 0.5"
+    assert found.is_coupled and found.candidates[0].scenario.name == "A, r = 0.5"
     assert not any(one.doubts for one in found.candidates)
     table = answer_table(coupled, found)
     assert table.caption.startswith("Damping: Panel and particles together, in one time integr")

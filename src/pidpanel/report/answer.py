@@ -53,11 +53,6 @@ class Candidate:
     doubts: tuple[str, ...]  # why its numbers are not to be trusted
     note: str = ""  # on numbers that are
 
-    @property
-    def name(self) -> str:
-        """The scenario as a reader knows it."""
-        return self.scenario.name
-
 
 @dataclass(frozen=True)
 class StudyAnswer:
@@ -177,14 +172,9 @@ def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:
         )
         for row in rows
     }
-    return Candidate(
-        scenario,
-        rows[0]["added_mass_kg"],
-        rows[0]["added_mass_percent"],
-        responses,
-        doubts_in(rows[0]),
-        MAY_CROSS if largest(rows, "between_share") > BETWEEN_SHARE else "",
-    )
+    mass, share = (rows[0][f"added_mass_{unit}"] for unit in ("kg", "percent"))
+    note = MAY_CROSS if largest(rows, "between_share") > BETWEEN_SHARE else ""
+    return Candidate(scenario, mass, share, responses, doubts_in(rows[0]), note)
 
 
 def select_candidates(answer: StudyAnswer) -> list[Candidate]:

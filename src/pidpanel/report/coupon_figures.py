@@ -6,6 +6,7 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import matplotlib as mpl
@@ -99,14 +100,11 @@ def sweep_figure(
         axes.set(xlabel=x.label, ylabel=y.label)
         axes.tick_params(labelbottom=True, labelleft=True)
     handles = layout.fill_handles(fills)
+    line = partial(Line2D, [], [], color=layout.GREY, lw=0.8)
     if law:
-        handles["dashed: the paper's law, corrected"] = Line2D(
-            [], [], color=layout.GREY, ls="--", lw=0.8
-        )
+        handles["dashed: the paper's law, corrected"] = line(ls="--")
     if bound:
-        handles["dotted: bound of an inelastic bed"] = Line2D(
-            [], [], color=layout.GREY, ls=":", lw=0.8
-        )
+        handles["dotted: bound of an inelastic bed"] = line(ls=":")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=7)
     return figure
 
