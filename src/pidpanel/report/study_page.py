@@ -44,7 +44,6 @@ from pidpanel.report.warnings import (
     doubted_coupons,
     study_warnings,
 )
-from pidpanel.sound.from_study import spectrum_of
 
 Steps = Sequence[tuple[str, str]]  # (text, command) to reproduce the results
 
@@ -99,14 +98,11 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     """Return the parts of the page in order, those left out of which there is nothing to show."""
     study, names = inputs.study, inputs.names
     points, frequency = list(study.panel.points), study.response.frequency_hz
-    sound = study.acoustics
     # the paper states levels and no spectrum
     assumed = is_papers_panel(inputs.modes, inputs.printed) and study.oaspl_db is not None
     sections = [
         panel_section(inputs.basis, inputs.modes, inputs.printed),
-        sound_section(
-            inputs.bands, sound.spectrum.name, spectrum_of(sound).rows, frequency, assumed=assumed
-        ),
+        sound_section(study, inputs.bands, assumed=assumed),
     ]
     law = paper_corrected if "paper_corrected" in study.readings else None
     sections += coupon_sections(inputs, law)
