@@ -100,7 +100,7 @@ def test_the_error_of_the_damping_model_is_common_to_both():
     )
     # two errors of 0.2 and a difference of 0.1
     assert answer.are_apart(one, other)
-    closer = dataclasses.replace(other, reduction=5.45)
+    closer = other._replace(reduction=5.45)
     assert not answer.are_apart(one, closer)
 
 
@@ -147,9 +147,8 @@ def test_the_first_table_has_six_rows_with_the_best_of_every_place(study, respon
     # red: the first five by reduction
     found = answered(study, respond)
     many = [
-        dataclasses.replace(
-            one,
-            scenario=one.scenario.model_copy(update={"label": f"{one.scenario.label}_{i}"}),
+        one._replace(
+            scenario=one.scenario.model_copy(update={"label": f"{one.scenario.label}_{i}"})
         )
         for i in range(3)
         for one in found.candidates
@@ -222,13 +221,11 @@ def test_a_result_of_which_nothing_is_trusted_says_so(study, respond):
     assert said.endswith(" Caution: 12 % of the change extrapolated, extend dem to 61 g.")
     found = answered(study, respond, extrapolated_share=0.12)
     first, second, *rest = found.candidates
-    partly = dataclasses.replace(
-        found, candidates=(first, dataclasses.replace(second, doubts=()), *rest)
-    )
+    partly = dataclasses.replace(found, candidates=(first, second._replace(doubts=()), *rest))
     assert "trusted" not in answer_section.headline(partly)
     assert "trusted" not in answer_section.headline(answered(study, respond, math.nan))
     # red: KNOWN_TO left out, while the table says no
-    known = dataclasses.replace(first, doubts=("known to ± 29 % only",))
+    known = first._replace(doubts=("known to ± 29 % only",))
     said = answer_section.headline(dataclasses.replace(found, candidates=(known, *rest)))
     assert said.endswith(" Caution: known to ± 29 % only.")
 

@@ -8,7 +8,7 @@ the true error of a difference is smaller.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -30,8 +30,7 @@ PREFERRED = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class PointResponse:
+class PointResponse(NamedTuple):
     """Acceleration of a scenario at a point."""
 
     rms: float  # [g]
@@ -42,8 +41,7 @@ class PointResponse:
     model_error: float = 0.0  # part of reduction_error that all scenarios have in common [dB]
 
 
-@dataclass(frozen=True)
-class Candidate:
+class Candidate(NamedTuple):
     """A scenario that might be chosen."""
 
     scenario: Scenario

@@ -11,9 +11,8 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -256,8 +255,7 @@ def patch_distance(basis: PanelBasis) -> pd.DataFrame:
     return pd.DataFrame(away, basis.patch_names, basis.point_names)
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """Whether a claim holds, and the numbers behind it."""
 
     holds: bool | None  # None where the numbers do not decide
@@ -265,8 +263,7 @@ class Finding:
     has_errors: bool = True  # whether the numbers have errors
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """The finding on a claim in one reading."""
 
     claim: str
@@ -282,7 +279,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Fragment | None:
     for verdict in verdicts:
         by_claim.setdefault(verdict.claim, []).append(verdict)
     rows = [
-        {**vars(verdict), "is_first": verdict is group[0]}
+        {**verdict._asdict(), "is_first": verdict is group[0]}
         for group in by_claim.values()
         for verdict in group
     ]

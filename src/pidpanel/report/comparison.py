@@ -2,8 +2,8 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -27,8 +27,7 @@ KEYS = ["reading", "scenario", "point"]
 SIDES = ("first", "second")  # ends of the columns of `differences`
 
 
-@dataclass(frozen=True)
-class Side:
+class Side(NamedTuple):
     """One of the two."""
 
     name: str

@@ -5,9 +5,8 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -24,8 +23,7 @@ from pidpanel.coupon.window import CLOSURE_LIMIT
 from pidpanel.report import layout, style, text
 
 
-@dataclass(frozen=True)
-class AxisQuantity:
+class AxisQuantity(NamedTuple):
     """A column of ``coupon/cases.csv`` as an axis."""
 
     column: str

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,8 +47,7 @@ def alike(
     return Constants.alike(youngs_modulus, POISSONS_RATIO, restitution, friction, rolling_friction)
 
 
-@dataclass(frozen=True)
-class FreeSphere:
+class FreeSphere(NamedTuple):
     """How a sphere sets off: x, z [m], velocities [m/s], spin about y [rad/s]."""
 
     x: float
@@ -98,7 +98,7 @@ def moved(
         "gravity": gravity,
         "floor": floor,
         "lanes": max(sphere.lane for sphere in spheres),
-        "spheres": [vars(sphere) for sphere in spheres],
+        "spheres": [sphere._asdict() for sphere in spheres],
     }
     folder.mkdir(parents=True, exist_ok=True)
     with Liggghts(folder, "spheres") as solver:
