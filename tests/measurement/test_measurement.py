@@ -138,3 +138,14 @@ def test_all_frequencies_of_a_computation_within_a_measurement_are_compared():
         for band in bands:
             assert band.difference_db == pytest.approx(-20 * np.log10(2))
             assert np.isnan(band.difference_error_db)
+
+
+@pytest.mark.parametrize(
+    ("over_base", "end", "power"), [(False, "psd_g2_hz", 1), (True, "transmissibility", 0.5)]
+)
+def test_a_band_has_its_mean_psd_or_the_rms_of_its_transmissibility(over_base, end, power):
+    # red: 0.5 → 0.55; 1.0 → 1.1; × for the power
+    measured = MeasuredPsd(np.array([20.0, 400.0]), np.full(2, 25.0), over_base)
+    bands = band_differences(measured, np.linspace(50.0, 200.0, 151), np.full(151, 9.0))
+    assert bands[f"measured_{end}"].tolist() == pytest.approx([25.0**power] * len(bands))
+    assert bands[f"computed_{end}"].tolist() == pytest.approx([9.0**power] * len(bands))
