@@ -154,12 +154,8 @@ class Model:
             file.write_text(text_of(self._values, self.study.name), encoding="utf-8")
         names = [f"results/{self.study.name}/{name}" for name in targets]
         self.folder.mkdir(parents=True, exist_ok=True)
-        done = subprocess.run(
-            command(file, self.folder, [*names, f"-j{jobs}"]),
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        call = command(file, self.folder, [*names, f"-j{jobs}"])
+        done = subprocess.run(call, capture_output=True, text=True, check=False)
         if done.returncode:
             raise ResultsError(f"{self.study.name}: the run failed\n{done.stdout}{done.stderr}")
         return self
@@ -259,11 +255,8 @@ class Model:
         from pidpanel.report.from_study import partly_known
         from pidpanel.report.inputs import without_errors
 
-        study, files = self._with_panel(), self._stages
-        if "psd.nc" not in files:
-            self._respond()
-        psd = xr.load_dataset(files["psd.nc"], engine="scipy")
-        summary, psd = without_errors(partly_known(study), self.summary(), psd)
+        psd = xr.load_dataset(self._responses["psd.nc"], engine="scipy")
+        summary, psd = without_errors(partly_known(self._with_panel()), self.summary(), psd)
         index = summary.set_index(["reading", "scenario", "point"])
         template = psd["acceleration_psd"].isel(frequency=0, drop=True)
         for column, (name, units, factor) in RMS.items():
@@ -274,10 +267,7 @@ class Model:
 
     def summary(self) -> pd.DataFrame:
         """Return the table of the responses, ``response/summary.csv``."""
-        self._with_panel()
-        if "summary.csv" not in self._stages:
-            self._respond()
-        return pd.read_csv(self._stages["summary.csv"], dtype={"point": str})
+        return pd.read_csv(self._responses["summary.csv"], dtype={"point": str})
 
     # ------------------------------------------------------------------ how it is computed
 
@@ -316,8 +306,12 @@ class Model:
         write_panel(study, Files({name: [files[file]] for name, file in PANEL_FILES.items()}))
         return files
 
-    def _respond(self) -> None:
+    @property
+    def _responses(self) -> dict[str, Path]:
+        """The files of `_stages` with those of the responses, computed if they are not there."""
         study, files = self._with_panel(), self._stages
+        if "psd.nc" in files:
+            return files
         folder = files["modes.nc"].parent
         names = {**PANEL_FILES, **SOUND_FILES}
         if study.response.radiation != "none":
@@ -330,6 +324,7 @@ class Model:
             write_sound(study, read_basis(upstream.modes), upstream)
             write_response(study, upstream, outputs, None, None)
         files |= {name: folder / name for name in RESPONSE.values()}
+        return files
 
     def _reading(self, source: str | None) -> DampingReading:
         study = self.study

@@ -84,8 +84,7 @@ def check_machine(study: CouponStudy, results: Path) -> None:
             raise StudyError(str(error)) from None
     try:
         results.mkdir(exist_ok=True)
-        with tempfile.TemporaryFile(dir=results):
-            pass
+        tempfile.TemporaryFile(dir=results).close()
     except OSError as error:
         raise StudyError(f"{results}: must be a writable folder ({error.strerror})") from None
 

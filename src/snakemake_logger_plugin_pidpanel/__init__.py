@@ -48,20 +48,13 @@ def find_cache() -> None:
     """
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
     there = next((folder for folder in (home, *home.parents) if folder.exists()), home)
-    if os.access(there, os.W_OK | os.X_OK) and _takes_files(there):
-        return
-    other = Path(tempfile.gettempdir()) / f"pidpanel-cache-{os.getuid()}"
-    other.mkdir(mode=0o700, exist_ok=True)
-    os.environ["XDG_CACHE_HOME"] = str(other)
-    print(f"{home}: cannot be written; Snakemake keeps its cache in {other}", file=sys.stderr)
-
-
-def _takes_files(folder: Path) -> bool:
     try:
-        with tempfile.TemporaryFile(dir=folder):
-            return True
+        tempfile.TemporaryFile(dir=there).close()
     except OSError:
-        return False
+        other = Path(tempfile.gettempdir()) / f"pidpanel-cache-{os.getuid()}"
+        other.mkdir(mode=0o700, exist_ok=True)
+        os.environ["XDG_CACHE_HOME"] = str(other)
+        print(f"{home}: cannot be written; Snakemake keeps its cache in {other}", file=sys.stderr)
 
 
 find_cache()

@@ -108,13 +108,15 @@ def test_differences_are_those_of_the_bands_that_both_have():
     frequency = np.linspace(50.0, 900.0, 2000)
     computed = 2 * np.interp(frequency, FREQUENCY, PSD)
     error = np.full(frequency.size, 0.1)
-    bands = list(band_differences(MeasuredPsd(FREQUENCY, PSD), frequency, computed, error))
+    bands = list(
+        band_differences(MeasuredPsd(FREQUENCY, PSD), frequency, computed, error).itertuples()
+    )
     assert (bands[0].lower_hz, bands[-1].upper_hz) == (50.0, 400.0)
     for band in bands:
         # lines of the two are not the same: 1e-2 of a PSD that waves
         assert band.difference_db == pytest.approx(10 * np.log10(2), abs=0.05)
         assert band.difference_error_db == pytest.approx(1 / np.log(10), rel=1e-6)
-    assert not list(band_differences(MeasuredPsd(FREQUENCY / 100, PSD), frequency, computed))
+    assert band_differences(MeasuredPsd(FREQUENCY / 100, PSD), frequency, computed).empty
 
 
 def test_a_range_in_common_holds_a_third_octave_or_is_none():
@@ -131,8 +133,19 @@ def test_all_frequencies_of_a_computation_within_a_measurement_are_compared():
     measured, psd = MeasuredPsd(np.array([20.0, 400.0]), np.full(2, 4.0)), np.full(151, 1.0)
     gap = np.where(frequency == 60, np.nan, 0.1)
     for error in (None, gap):
-        bands = list(band_differences(measured, frequency, psd, error))
+        bands = list(band_differences(measured, frequency, psd, error).itertuples())
         assert (bands[0].lower_hz, bands[-1].upper_hz) == (50.0, 200.0)
         for band in bands:
             assert band.difference_db == pytest.approx(-20 * np.log10(2))
             assert np.isnan(band.difference_error_db)
+
+
+@pytest.mark.parametrize(
+    ("over_base", "end", "power"), [(False, "psd_g2_hz", 1), (True, "transmissibility", 0.5)]
+)
+def test_a_band_has_its_mean_psd_or_the_rms_of_its_transmissibility(over_base, end, power):
+    # red: 0.5 → 0.55; 1.0 → 1.1; × for the power
+    measured = MeasuredPsd(np.array([20.0, 400.0]), np.full(2, 25.0), over_base)
+    bands = band_differences(measured, np.linspace(50.0, 200.0, 151), np.full(151, 9.0))
+    assert bands[f"measured_{end}"].tolist() == pytest.approx([25.0**power] * len(bands))
+    assert bands[f"computed_{end}"].tolist() == pytest.approx([9.0**power] * len(bands))

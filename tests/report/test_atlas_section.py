@@ -5,7 +5,7 @@ import pandas as pd
 
 from pidpanel.damping.readings import DampingValues
 from pidpanel.report import style
-from pidpanel.report.atlas_section import atlas_section, atlas_text, curves
+from pidpanel.report.coupled_section import atlas_section, atlas_text, curves
 from pidpanel.report.inputs import AtlasResults
 from tests.page_reader import blocks_of
 

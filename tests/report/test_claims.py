@@ -30,10 +30,8 @@ def test_a_fill_is_the_best_only_where_it_is_the_lowest_at_every_point():
     # red: `.any()` for `.all()` in fill_is_most_effective
     everywhere = by_fill([1.0, 1.0], [1.1, 1.2], [1.3, 1.1])
     in_part = by_fill([1.0, 1.3], [1.1, 1.2], [1.3, 1.4])
-    assert claims.fill_is_most_effective(
-        everywhere, certain(everywhere), 0.1, flat(everywhere)
-    ).holds
-    found = claims.fill_is_most_effective(in_part, certain(in_part), 0.1, flat(in_part))
+    assert claims.fill_is_most_effective(everywhere, certain(everywhere), flat(everywhere)).holds
+    found = claims.fill_is_most_effective(in_part, certain(in_part), flat(in_part))
     assert not found.holds
     assert "point corner: r = 0.7, 0.695 ± 0.014 dB below r = 0.1" in found.evidence
 
@@ -43,7 +41,7 @@ def test_the_best_fill_by_bands_is_named_beside_the_one_by_rms():
     rms = by_fill([1.0, 1.0], [1.1, 1.2], [1.3, 1.1])
     gained = np.zeros((3, 2, 2))
     gained[2] = 5.0
-    found = claims.fill_is_most_effective(rms, certain(rms), 0.1, gained)
+    found = claims.fill_is_most_effective(rms, certain(rms), gained)
     assert found.holds
     assert "third octaves lowest at point middle: r = 0.9, 5.00 dB" in found.evidence
 
@@ -149,12 +147,12 @@ def test_verdicts_turn_with_the_responses(study, respond):
 
 
 def test_one_level_says_nothing_of_a_shift(study, respond):
-    # red: `else` for `elif len(rms) > 1` in _family_verdicts
+    # red: `else` for `elif len(rms) > 1` in verdicts
     one = study.scenarios["level"].model_copy(update={"oaspl_db": (150.0,)})
     alone = study.model_copy(update={"scenarios": {"level": one}})
     summary, psd = respond(FILL | PLACE, error_db=0.1)
-    assert claims.verdicts(alone, summary, psd, DISTANCE) == []
-    assert claims.verdicts(study, summary, psd, DISTANCE) != []
+    assert not list(claims.verdicts(alone, summary, psd, DISTANCE))
+    assert list(claims.verdicts(study, summary, psd, DISTANCE))
 
 
 def test_numbers_without_errors_decide_nothing(study, respond):

@@ -104,7 +104,7 @@ def test_the_page_names_what_differs_for_certain_and_draws_both():
 
 
 def test_two_studies_of_one_name_are_told_apart_by_their_folders(tmp_path, monkeypatch, capsys):
-    # red: `replace(side, name=...)` left out of cli.compare: "mine is lower" of itself
+    # red: `side._replace(name=...)` left out of cli.compare: "mine is lower" of itself
     monkeypatch.chdir(tmp_path)
     for folder, rms in (("before/results/mine", 8), ("results/mine", 5)):
         study = side("mine", [("bare", 10, np.nan), ("x", rms, 0.1)])

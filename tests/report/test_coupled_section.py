@@ -42,7 +42,7 @@ def test_a_point_at_rest_takes_no_part(coupled):
     at_rest = summary["point"] == "corner"
     # rounding: none of it is known
     summary.loc[at_rest, ["g_rms", "g_rms_error", "linear_g_rms"]] = 1e-15
-    told = replace(coupled.coupled, summary=summary)
+    told = coupled.coupled._replace(summary=summary)
     for row in coupled_table(told, coupled.names, ["middle"]).rows:
         assert row[1:] == ["2", "1.0", "+0.00", "36.0", "200", "6.70"]
 
@@ -52,10 +52,10 @@ def test_patches_with_other_beds_are_named(coupled):
     impedance = coupled.coupled.impedance.assign(scenario="A_r0.1_150dB")
     other = impedance["patch"] == "B"
     impedance.loc[other, "youngs_modulus_mpa"] = 800.0
-    told = replace(coupled.coupled, impedance=impedance)
+    told = coupled.coupled._replace(impedance=impedance)
     (row,) = coupled_table(told, coupled.names, POINTS).rows
     assert row[-2] == "200 (A), 800 (B)" and row[-1] == "6.70"
-    without = replace(told, impedance=impedance.drop(columns="youngs_modulus_mpa"))
+    without = told._replace(impedance=impedance.drop(columns="youngs_modulus_mpa"))
     assert coupled_table(without, coupled.names, POINTS).rows[0][-2] == "–"
 
 

@@ -1,7 +1,5 @@
 """The coupon on the page: its figures, its table, its picture."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -47,7 +45,7 @@ def test_a_coupon_brings_its_figures_and_its_table(coupon):
 def test_nothing_is_drawn_over_what_has_one_value(coupon, alone, drawn, axis):
     # red: `nunique() > 0` of one of the two
     cases = coupon.cases[coupon.cases[alone] == coupon.cases[alone].iloc[0]]
-    section = coupon_section.coupon_section(dataclasses.replace(coupon, cases=cases))
+    section = coupon_section.coupon_section(coupon._replace(cases=cases))
     names = [picture.name for picture in pictures(section)]
     assert names == [drawn, "apparent_mass"]
     assert all(axis in block.caption for block in blocks_of(section)[:-1])
@@ -83,7 +81,7 @@ def test_a_law_is_named_where_it_is_drawn(coupon):
 
 def test_where_more_is_varied_no_sweep_is_drawn_and_the_table_says_what(coupon):
     # red: `if varied` for `[] if varied`; varied left out of the template
-    varied = dataclasses.replace(coupon, cases=coupon.cases.assign(deck="lab"))
+    varied = coupon._replace(cases=coupon.cases.assign(deck="lab"))
     section = coupon_section.coupon_section(varied, varied=["deck"])
     assert [picture.name for picture in pictures(section)] == []
     table = blocks_of(section)[-1]

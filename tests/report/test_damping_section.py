@@ -1,7 +1,6 @@
 """The damping on the page says what its tables hold."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -71,7 +70,7 @@ def test_the_pictures_are_there(section):
 
 def test_lines_that_are_not_drawn_are_not_named(results):
     # red: "Lines: …" below dots alone; a dashed entry of the legend without a curve
-    without = replace(results, law=results.law.iloc[:0])
+    without = results._replace(law=results.law.iloc[:0])
     with style.context():
         section = damping_section(without)
     captions = {b.name: b.caption for b in blocks_of(section) if b.kind == "picture"}
@@ -96,7 +95,7 @@ def test_a_level_with_cases_of_one_fill_has_no_law_over_fill(results):
     tones = alone.assign(acceleration_g=512.0)
     law = pd.concat([results.law, tones, tones.assign(fill_fraction=np.nan, scatter=0.0)])
     with style.context():
-        blocks = blocks_of(damping_section(replace(results, law=law)))
+        blocks = blocks_of(damping_section(results._replace(law=law)))
     tables = [b for b in blocks if b.kind == "table" and "over fill" in b.caption.lower()]
     assert all(row[0] != "512" for table in tables for row in table.rows)
     (text,) = (b.text for b in blocks if b.kind == "paragraph" and "a₂ =" in b.text)

@@ -1,7 +1,5 @@
 """Measured points on the page of a coupon."""
 
-import dataclasses
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -73,7 +71,7 @@ def test_a_page_shows_measured_points_unfolded_and_only_where_there_are_any(case
     coupon = CouponResults(cases)
     names = [section.name for section in coupon_page(STUDY, STAMP, coupon, []).sections]
     assert "measured" not in names
-    page = coupon_page(STUDY, STAMP, dataclasses.replace(coupon, measured=compared), [])
+    page = coupon_page(STUDY, STAMP, coupon._replace(measured=compared), [])
     assert page.sections[0].name == "measured"
     assert not page.sections[0].folded
     text = render(page)

@@ -1,7 +1,5 @@
 """What the page says of the search for layouts."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -85,7 +83,7 @@ def test_columns_have_units_signs_and_decimals_of_their_own():
         [found.search, pd.Series({"equivalent_layouts": 7.0, "equivalent_within_db": 2.2})]
     )
     summary = found.summary.assign(dead_weight_rms_g=100.0)
-    section = optimise_section(replace(found, front=front, search=search, summary=summary))
+    section = optimise_section(found._replace(front=front, search=search, summary=summary))
     points, layouts, variants = (b for b in blocks_of(section) if b.kind == "table")
     assert variants.columns[1:3] == ["level −6 dB", "C_e, m_a × 0.9"]
     assert "counts" not in points.columns

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.report.stress_section import stress_section
+from pidpanel.report.summary_section import stress_section
 from pidpanel.response.tables import stress_rows
 from pidpanel.solve.stress import CORE_QUANTITIES, QUANTITIES
 from tests.page_reader import blocks_of
@@ -36,7 +36,7 @@ def stress():
 
 def test_every_scenario_and_point_has_one_row_at_its_worst_layer(stress):
     # red: idxmax → idxmin; "point" left out of the grouping
-    (table,) = blocks_of(stress_section(stress))
+    (table,) = blocks_of(stress_section(stress, []))
     assert [row[:4] for row in table.rows] == [
         ["bare", "DEM", "7", "bottom"],
         ["bare", "DEM", "12", "top"],
@@ -57,7 +57,7 @@ def test_a_bare_panel_has_one_row_and_no_damping_model(stress):
 
 def test_rms_and_three_sigma_are_in_mpa_and_micrometres_per_metre(stress):
     # red: values of another layer; three_sigma first; two symbols exchanged
-    (table,) = blocks_of(stress_section(stress))
+    (table,) = blocks_of(stress_section(stress, []))
     last = dict(zip(table.columns, table.rows[-1], strict=True))
     assert {head: last[head] for head in table.columns[4:]} == {
         "σ_v 3σ, MPa": "12.0",

@@ -5,7 +5,7 @@ import pytest
 
 from pidpanel.report import html
 from pidpanel.verification import experiments, page
-from pidpanel.verification.rows import COMPARISONS
+from pidpanel.verification.rows import comparison
 
 
 @pytest.mark.liggghts
@@ -36,9 +36,7 @@ def test_a_loss_that_does_not_fall_has_no_end():
 
 
 def test_the_page_says_what_is_missing_and_what_was_not_known():
-    row = page.Row(
-        COMPARISONS["impact"]["case"], "x at 2°", 1.1, 1.0, "1", np.nan, "with care", "a paper"
-    )
+    row = comparison("impact").row("x at 2°", 1.1, 1.0)
     text = html.render(page.validation_page([row]))
     assert "No measurement of a honeycomb panel" in text
     assert "could not be checked" in text
@@ -48,8 +46,7 @@ def test_the_page_says_what_is_missing_and_what_was_not_known():
 def test_ways_of_computing_the_same_quantities_are_columns():
     # red: `len(variants.pop()) > 1` left out, or columns where the ways differ
     def rows(*quantities):
-        values = [COMPARISONS["impact"]["case"], 1.1, 1.0, "1", np.nan, "with care", "a paper"]
-        return [page.Row(values[0], quantity, *values[1:]) for quantity in quantities]
+        return [comparison("impact").row(quantity, 1.1, 1.0) for quantity in quantities]
 
     alike = [f"{x} at {y}°, {z}" for z in ("real", "soft") for x in "es" for y in (2, 4)]
     text = html.render(page.validation_page(rows(*alike)))
@@ -60,15 +57,13 @@ def test_ways_of_computing_the_same_quantities_are_columns():
 
 def test_a_difference_of_zero_has_no_sign():
     # red: `if value` left out: "+0 %"
-    row = page.Row("a", "period", 2.0, 2.0, "1", np.nan, "with care", "a paper")
+    row = comparison("impact").row("period", 2.0, 2.0)
     assert page.percent(row, row.error, "+") == "0 %"
 
 
 def test_a_number_without_a_reference_is_shown_alone():
     # red: the difference from it, "+nan %"
-    row = page.Row(
-        COMPARISONS["open_bed"]["case"], "m", 0.15, np.nan, "1", np.nan, "with care", "a paper"
-    )
+    row = comparison("open_bed", count=48, frequency=100.0).row("m", 0.15, np.nan)
     text = html.render(page.validation_page([row]))
     assert "nan" not in text.split("<table")[1]
 

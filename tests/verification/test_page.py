@@ -12,18 +12,8 @@ from tests.page_reader import blocks_of
 
 
 def row(case, computed, reference, tolerance=math.nan, at=math.nan, resolution=math.nan, unit="1"):
-    return Row(
-        case,
-        f"x at {at:g}",
-        computed,
-        reference,
-        unit,
-        tolerance,
-        "with care",
-        "a book",
-        at,
-        resolution,
-    )
+    common = Row(case=case, unit=unit, tolerance=tolerance, method="with care", source="a book")
+    return common.row(f"x at {at:g}", computed, reference, at, resolution)
 
 
 def family(case, truth, levels, errors, tolerance):

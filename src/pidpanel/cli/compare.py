@@ -5,7 +5,6 @@ The arguments are studies or folders of results, results/<study>.
 """
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 
 
@@ -15,7 +14,7 @@ def call(args: argparse.Namespace) -> int:
     results = args.directory / "results"
     first, second = (read_side(*_folder(name, results)) for name in (args.a, args.b))
     if first.name == second.name:  # the same study in two folders
-        first, second = replace(first, name=str(args.a)), replace(second, name=str(args.b))
+        first, second = first._replace(name=str(args.a)), second._replace(name=str(args.b))
     for line in comparison_lines(first, second):
         print(line)
     if args.page is not None:

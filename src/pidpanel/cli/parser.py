@@ -81,14 +81,16 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     return args
 
 
-def positive(text: str) -> int:
-    """Return a whole number from 1."""
+def above_zero(
+    text: str, kind: type[int | float] = float, words: str = "a number above 0"
+) -> float:
+    """Return a number of a kind above zero."""
     try:
-        number = int(text)
+        number = kind(text)
     except ValueError:
         number = 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{text!r}: must be a whole number from 1")
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r}: must be {words}")
     return number
 
 
@@ -111,22 +113,11 @@ def numbers(text: str, count: int, words: str) -> tuple[float, ...]:
     return values
 
 
-def above_zero(text: str) -> float:
-    """Return a number above zero."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0.0
-    if not 0 < number < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r}: must be a number above 0")
-    return number
-
-
 # Types and completions of arguments by their names in ``commands.toml``.
 TYPES: Mapping[str, Callable[[str], Any]] = {
     "study": study_path,
     "path": Path,
-    "count": positive,
+    "count": partial(above_zero, kind=int, words="a whole number from 1"),
     "int": int,
     "above_zero": above_zero,
     "size": size,

@@ -28,5 +28,4 @@ def make(
         options = [target, "--quiet", "progress", "rules", *(["--forcerun", rule] if force else [])]
         if run(args.study, folder, 1, options):
             raise RunError(f"{folder / target}: failed; see above")
-    made: Path = folder / target
-    return made
+    return folder / target

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.study import CouponStudy, Filling, Study
@@ -31,8 +31,7 @@ USUAL_RATIO, LEAST_DAMPING = (0.001, 0.1), 1.0
 CORNERS = 20.0  # edge length at re-entrant corners of a coarser mesh over that by default
 
 
-@dataclass(frozen=True)
-class PanelEstimate:
+class PanelEstimate(NamedTuple):
     """The panel meshed and solved for its first modes."""
 
     mesh: PanelMesh  # of the study

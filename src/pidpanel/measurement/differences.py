@@ -1,27 +1,13 @@
 """Computed and measured PSDs in third octaves."""
 
-from collections.abc import Iterator
-from typing import NamedTuple
-
 import numpy as np
+import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.measurement.files import MeasuredPsd
+from pidpanel.measurement.files import RATIO_COLUMN, MeasuredPsd
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 
 LEAST_SPAN = 10**0.1  # ratio of the ends of a common range that holds a third octave
-
-
-class BandDifference(NamedTuple):
-    """Mean PSDs of a band, and how much higher the computed one is [dB]."""
-
-    center_hz: float
-    lower_hz: float
-    upper_hz: float
-    measured: float
-    computed: float
-    difference_db: float
-    difference_error_db: float
 
 
 def common_range(measured: MeasuredPsd, low: float, high: float) -> tuple[float, float] | None:
@@ -32,8 +18,11 @@ def common_range(measured: MeasuredPsd, low: float, high: float) -> tuple[float,
 
 def band_differences(
     measured: MeasuredPsd, frequency: Array, psd: Array, log_error: Array | None = None
-) -> Iterator[BandDifference]:
-    """Yield the third octaves of the frequencies that both have.
+) -> pd.DataFrame:
+    """Return a row for each third octave of the frequencies that both have.
+
+    Of a PSD the means of both, of a transmissibility the rms, and how much higher the computed one
+    is [dB].
 
     Parameters
     ----------
@@ -44,16 +33,26 @@ def band_differences(
     """
     both = common_range(measured, float(frequency[0]), float(frequency[-1]))
     if both is None:
-        return
+        return pd.DataFrame()
     center, edge = whole_third_octaves(*both)
-    width = np.diff(edge, axis=1)[:, 0]
-    of_test = band_rms(measured.frequency, measured.psd, edge) ** 2 / width
-    computed = band_rms(frequency, psd, edge) ** 2 / width
-    error = np.full(width.size, np.nan)
+    lower, upper = edge.T
+    of_test = band_rms(measured.frequency, measured.psd, edge) ** 2 / (upper - lower)
+    computed = band_rms(frequency, psd, edge) ** 2 / (upper - lower)
+    error = np.full(lower.size, np.nan)
     if log_error is not None and np.isfinite(log_error).all():
         with np.errstate(invalid="ignore"):
-            error = band_rms(frequency, psd * log_error, edge) ** 2 / width / computed
+            error = band_rms(frequency, psd * log_error, edge) ** 2 / (upper - lower) / computed
     with np.errstate(divide="ignore", invalid="ignore"):
         decibels = 10 * np.log10(computed / of_test)
-    columns = (center, *edge.T, of_test, computed, decibels, 10 / np.log(10) * error)
-    yield from map(BandDifference._make, np.stack(columns, axis=1).tolist())
+    power, end = (0.5, RATIO_COLUMN) if measured.over_base else (1.0, "psd_g2_hz")
+    return pd.DataFrame(
+        {
+            "center_hz": center,
+            "lower_hz": lower,
+            "upper_hz": upper,
+            f"measured_{end}": of_test**power,
+            f"computed_{end}": computed**power,
+            "difference_db": decibels,
+            "difference_error_db": 10 / np.log(10) * error,
+        }
+    )

@@ -4,13 +4,12 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from pidpanel.base.from_study import base_labels, shakers_of
 from pidpanel.columns import ColumnsError
 from pidpanel.measurement.computed import computed_psd
-from pidpanel.measurement.differences import BandDifference, band_differences, common_range
+from pidpanel.measurement.differences import band_differences, common_range
 from pidpanel.measurement.files import COLUMNS as FILE_COLUMNS
 from pidpanel.measurement.files import MeasuredPsd, read_measured
 from pidpanel.response.psd_files import read_psd
@@ -79,18 +78,9 @@ def write_measurements(
         for reading in computed[excitation]["reading"].to_numpy().tolist():
             where = {"reading": reading, "scenario": label, "point": measurement.point}
             case = computed_psd(computed[excitation], where, over_base=measured.over_base)
-            if case is None:
-                continue
-            names = (name, excitation, *where.values())
-            for band in band_differences(measured, *case):
-                rows.append((*names, *_columns(band, over_base=measured.over_base)))
+            if case is not None:
+                bands = band_differences(measured, *case)
+                about = {"measurement": name, "excitation": excitation, **where}
+                rows += bands.assign(**about).to_dict("records")
     write_csv(measured_csv, pd.concat(lines).reindex(columns=("measurement", *FILE_COLUMNS)))
     write_csv(differences_csv, pd.DataFrame(rows, columns=COLUMNS))
-
-
-def _columns(band: BandDifference, *, over_base: bool) -> Iterator[float]:
-    """Yield the numbers of a row, with PSDs and transmissibilities in columns apart."""
-    yield from band[:3]
-    for value in (band.measured, band.computed):
-        yield from (np.nan, np.sqrt(value)) if over_base else (value, np.nan)
-    yield from band[-2:]

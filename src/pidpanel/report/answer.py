@@ -8,7 +8,7 @@ the true error of a difference is smaller.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -26,8 +26,7 @@ ROWS = 5  # scenarios in the first table at most, beside the bare panel
 COLUMNS = 4  # points with a column of their own in that table, those of most motion
 
 
-@dataclass(frozen=True)
-class PointResponse:
+class PointResponse(NamedTuple):
     """Acceleration of a scenario at a point."""
 
     rms: float  # [g]
@@ -38,8 +37,7 @@ class PointResponse:
     model_error: float = 0.0  # part of reduction_error that all scenarios have in common [dB]
 
 
-@dataclass(frozen=True)
-class Candidate:
+class Candidate(NamedTuple):
     """A scenario that might be chosen."""
 
     scenario: Scenario
@@ -48,11 +46,6 @@ class Candidate:
     responses: dict[str, PointResponse]  # by point; empty without a steady response
     doubts: tuple[str, ...]  # why its numbers are not to be trusted
     note: str = ""  # on numbers that are
-
-    @property
-    def name(self) -> str:
-        """The scenario as a reader knows it."""
-        return self.scenario.name
 
 
 @dataclass(frozen=True)
@@ -173,14 +166,9 @@ def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:
         )
         for row in rows
     }
-    return Candidate(
-        scenario,
-        rows[0]["added_mass_kg"],
-        rows[0]["added_mass_percent"],
-        responses,
-        doubts_in(rows[0]),
-        MAY_CROSS if largest(rows, "between_share") > BETWEEN_SHARE else "",
-    )
+    mass, share = (rows[0][f"added_mass_{unit}"] for unit in ("kg", "percent"))
+    note = MAY_CROSS if largest(rows, "between_share") > BETWEEN_SHARE else ""
+    return Candidate(scenario, mass, share, responses, doubts_in(rows[0]), note)
 
 
 def select_candidates(answer: StudyAnswer) -> list[Candidate]:

@@ -4,6 +4,7 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 that their text can be read where a page is as wide as a telephone.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -23,11 +24,15 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.supports import Supports
 from pidpanel.report import style
 from pidpanel.report.answer import Candidate, StudyAnswer
-from pidpanel.report.layout import panel_axes, separate, triangles_of
+from pidpanel.report.layout import figure_of_axes, panel_axes, separate, triangles_of
 
 WIDTH = 5.0  # width of a figure at the head of a page [inch]
 
 _HALO = [withStroke(linewidth=2.2, foreground="white")]
+# Looks of names on the panel: of points and patches, and of what holds or loads it.
+_NAME: dict[str, Any] = {"textcoords": "offset points", "path_effects": _HALO, "zorder": 10}
+_BOLD = {**_NAME, "fontweight": "bold", "fontsize": 8.5}
+_SMALL = {**_NAME, "fontsize": 7, "ha": "center"}
 _SUPPORT = {
     "hinge": ("^", "hinge"),
     "hold_down": ("s", "hold-down"),
@@ -49,8 +54,7 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
     vertices, cells = basis.vertex_position, basis.cells
     size = np.ptp(vertices, axis=0)
     height = min(7.0, (WIDTH - 1.35) * size[1] / size[0] + 1.15)
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = figure_of_axes(1, 1, height, 0.0, WIDTH)
     names: list[Annotation] = []
     if rms is not None:
         mesh = Triangulation(vertices[:, 0], vertices[:, 1], triangles_of(cells))
@@ -71,29 +75,25 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
         axes.add_collection(LineCollection(list(line), colors=colour, linewidths=1.8, zorder=5))
         low, high = line.min(axis=(0, 1)), line.max(axis=(0, 1))
         below = (low[0] + high[0]) / 2, low[1]
-        names.append(_name(axes, name, below, (0, -2), colour, "center", "top"))
+        look = {**_BOLD, "color": colour, "ha": "center", "va": "top"}
+        names.append(axes.annotate(name, below, (0, -2), **look))
     names += _attachments(axes, panel)
     for name, (x, y) in zip(basis.point_names, basis.point_position.tolist(), strict=True):
         axes.plot(
             x, y, "o", color="white", mec="black", ms=5, mew=1.2, zorder=8, label="response point"
         )
-        names.append(_name(axes, name, (x, y), (4, 4), "black", "left", "bottom"))
+        names.append(axes.annotate(name, (x, y), (4, 4), va="bottom", **_BOLD))
     panel_axes(axes, vertices, 0.025)
     axes.spines[:].set_visible(False)
     handles, labels = axes.get_legend_handles_labels()
     shown = dict(zip(labels, handles, strict=True))
     figure.legend(shown.values(), shown, loc="outside lower center", ncols=3, handlelength=1.2)
-    separate(figure, names, _marked(basis, panel))
+    # the text would hide the markers; the star may lie below it
+    supports = panel.supports.points.values()
+    marked = [*basis.point_position, *(support.position for support in supports)]
+    marked += itertools.chain.from_iterable(item.ends for item in panel.attachments.values())
+    separate(figure, names, marked)
     return figure
-
-
-def _marked(basis: PanelBasis, panel: StudiedPanel) -> list[tuple[float, float]]:
-    """Return the positions of all markers but the star: the text would hide them."""
-    marked: list[tuple[float, float]] = [(x, y) for x, y in basis.point_position.tolist()]
-    marked += [support.position for support in panel.supports.points.values()]
-    for attached in panel.attachments.values():
-        marked += attached.ends
-    return marked
 
 
 def _attachments(axes: Axes, panel: StudiedPanel) -> list[Annotation]:
@@ -106,7 +106,8 @@ def _attachments(axes: Axes, panel: StudiedPanel) -> list[Annotation]:
         axes.plot(
             *position, marker, color="#1a1a1a", ms=6, mec="white", mew=0.8, zorder=6, label=word
         )
-        names.append(_name(axes, name, position, (0, 5), "#1a1a1a", "center", "bottom", small=True))
+        look = {**_SMALL, "color": "#1a1a1a", "va": "bottom"}
+        names.append(axes.annotate(name, position, (0, 5), **look))
     for name, mass in panel.attachments.items():
         if name in springs:
             continue
@@ -115,8 +116,9 @@ def _attachments(axes: Axes, panel: StudiedPanel) -> list[Annotation]:
             *along.T, "D-", color="#5b2a86", ms=4.5, lw=2, mec="white", mew=0.6, zorder=6,
             label="mass",
         )  # fmt: skip
-        middle = along.mean(axis=0)
-        names.append(_name(axes, name, middle, (0, -4), "#5b2a86", "center", "top", small=True))
+        x, y = along.mean(axis=0)
+        look = {**_SMALL, "color": "#5b2a86", "va": "top"}
+        names.append(axes.annotate(name, (x, y), (0, -4), **look))
     return names
 
 
@@ -132,24 +134,6 @@ def _edges(axes: Axes, basis: PanelBasis, supports: Supports) -> None:
         ))  # fmt: skip
 
 
-def _name(
-    axes: Axes,
-    text: str,
-    position: Sequence[float],
-    offset: tuple[int, int],
-    colour: str,
-    across: str,
-    up: str,
-    *,
-    small: bool = False,
-) -> Annotation:
-    return axes.annotate(
-        text, (position[0], position[1]), xytext=offset, textcoords="offset points",
-        ha=across, va=up, color=colour, fontweight=None if small else "bold",
-        fontsize=7 if small else 8.5, path_effects=_HALO, zorder=10,
-    )  # fmt: skip
-
-
 def mass_figure(
     answer: StudyAnswer, weighed: Sequence[Candidate], colours: Mapping[str, str]
 ) -> Figure:
@@ -157,8 +141,7 @@ def mass_figure(
 
     Colours are by `group_of` the candidates.
     """
-    figure = Figure(figsize=(WIDTH, 3.7), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = figure_of_axes(1, 1, 3.7, 0.0, WIDTH)
     handles: dict[str, Line2D] = {}
     names = []
     drawn: list[tuple[float, float]] = []  # points, error bars

@@ -86,7 +86,7 @@ def trust(candidate: Candidate) -> str:
 
 
 def _mapped_name(answer: StudyAnswer, label: str) -> str:
-    names = {c.scenario.label: c.name for c in (answer.bare, *answer.candidates)}
+    names = {c.scenario.label: c.scenario.name for c in (answer.bare, *answer.candidates)}
     return names.get(label, "bare panel" if label.startswith("bare") else label)
 
 
@@ -99,7 +99,8 @@ def psd_picture_of(inputs: Inputs, answer: StudyAnswer) -> Picture:
     for candidate, colour, width in drawn:
         place = {"reading": reading, "scenario": candidate.scenario.label, "point": point}
         response = answer.response(candidate)
-        label = f"{candidate.name}: {value_text(response.rms, response.rms_error, decimals)} g rms"
+        rms = value_text(response.rms, response.rms_error, decimals)
+        label = f"{candidate.scenario.name}: {rms} g rms"
         has_band = candidate is not answer.bare
         curves.append(psd_curve(inputs.psd, place, label, colour, width, has_band=has_band))
     chart = Chart("", inputs.psd["frequency"].to_numpy(), PSD_UNIT, curves)
@@ -243,5 +244,6 @@ def _fills(candidates: Sequence[Candidate]) -> dict[str, list[float]]:
             key = patch + "".join(f" ({damper})" for damper in dampers)
             fills.setdefault(key, []).append(fillings[0].fill_fraction)
         else:
-            fills.setdefault(candidate.scenario.label if len(fillings) > 1 else candidate.name, [])
+            scenario = candidate.scenario
+            fills.setdefault(scenario.label if len(fillings) > 1 else scenario.name, [])
     return fills

@@ -56,12 +56,16 @@ def base_section(
         "random": random,
         "sine": sine,
     }
+    moved = base.modes[base.modes["effective_mass_share"] > LEAST_SHARE]
+    heaviest = moved.nlargest(MODES_SHOWN, "effective_mass_kg").sort_values("frequency_hz")
     rest = {
         "pictures": others,
         "notches": None if base.notched is None else _notches(base.notched, names),
         "sine": sine if random else None,
         "sine_pictures": of_sine if random else [],
-        **_mode_values(base.modes),
+        "modes": records(heaviest),
+        "mode_count": len(base.modes),
+        "mode_share": base.modes["cumulative_share"].iloc[-1],
     }
     head, tail = html.Fragment("base.html", values), html.Fragment("base_more.html", rest)
     return html.PageSection("base", "Base motion", [head, first, tail])
@@ -164,8 +168,7 @@ def _with_jumps(sine: xr.Dataset) -> list[str]:
     """Return the scenarios whose sweeps up and down differ."""
     up, down = (sine["acceleration"].sel(direction=way) for way in ("up", "down"))
     apart = abs(up / down - 1).max(("reading", "frequency", "point")) > SAME_MOTION
-    labels: list[str] = sine["scenario"].to_numpy()[apart.to_numpy()].tolist()
-    return labels
+    return sine["scenario"].to_numpy()[apart.to_numpy()].tolist()
 
 
 def _sine_values(sine: xr.Dataset, peaks: pd.DataFrame, names: Names) -> dict[str, Any]:
@@ -217,11 +220,3 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
     for start in range(0, len(charts), 2):
         pair = charts[start : start + 2]
         yield chart_picture(f"base_sine_{start}", pair, caption, height=3.9)
-
-
-def _mode_values(modes: pd.DataFrame) -> dict[str, Any]:
-    """Return the modes with the largest effective masses, and the share of all modes."""
-    moved = modes[modes["effective_mass_share"] > LEAST_SHARE]
-    heaviest = moved.nlargest(MODES_SHOWN, "effective_mass_kg").sort_values("frequency_hz")
-    share = modes["cumulative_share"].iloc[-1]
-    return {"modes": records(heaviest), "mode_count": len(modes), "mode_share": share}

@@ -8,11 +8,11 @@ scenarios allow, in each reading of the damping; `verdict_table` shows the verdi
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -58,33 +58,36 @@ def _finding(margin: ArrayLike, error: ArrayLike, evidence: str) -> Finding:
     return Finding(decided(margin, error), evidence, bool(np.isfinite(np.asarray(error)).all()))
 
 
-def fill_is_most_effective(
-    rms: pd.DataFrame, error: pd.DataFrame, fill: float, gained: Array
-) -> Finding:
-    """Test whether one fill gives the lowest response at every point.
+def fill_is_most_effective(rms: pd.DataFrame, error: pd.DataFrame, gained: Array) -> Finding:
+    """Test whether `MOST_EFFECTIVE_FILL` gives the lowest response at every point.
 
     The verdict follows the rms acceleration, which the lowest modes dominate; the evidence also
     names the best fill by the mean reduction over third octaves, in which all bands count alike.
     ``gained``: (n_fills, n_bands, n_points) [dB].
     """
     margins, errors, parts = [], [], []
-    rivals = rms.index[rms.index != fill]
     for point in rms.columns:
-        levels = rms[point]
-        rival: Any = levels[rivals].idxmin()
-        margin = float(reduction(levels[rival], levels[fill]))
-        spread = _pair_error(error[point], fill, rival)
+        margin, spread, best, second = _lead(rms[point], error[point], MOST_EFFECTIVE_FILL)
         margins.append(margin)
         errors.append(spread)
-        best, second = (fill, rival) if margin > 0 else (rival, fill)
         parts.append(f"point {point}: r = {best:g}, {_gap(margin, spread)} below r = {second:g}")
     mean = gained.mean(axis=1)
     by_band = "; ".join(
-        f"point {point}: r = {rms.index[best]:g}, {mean[best, number]:.2f} dB"
-        for number, (point, best) in enumerate(zip(rms.columns, mean.argmax(axis=0), strict=True))
+        f"point {point}: r = {rms.index[row]:g}, {mean[row, number]:.2f} dB"
+        for number, (point, row) in enumerate(zip(rms.columns, mean.argmax(axis=0), strict=True))
     )
     text = f"lowest at {'; '.join(parts)}. In the mean over third octaves lowest at {by_band}"
     return _finding(margins, errors, text)
+
+
+def _lead(
+    levels: pd.Series[float], error: pd.Series[float], chosen: Any
+) -> tuple[float, float, Any, Any]:
+    """Return by how much [dB] a level is below the best other, the error, the lower, the higher."""
+    rival = levels.drop(chosen).idxmin()
+    margin = float(reduction(levels[rival], levels[chosen]))
+    ends = (chosen, rival) if margin > 0 else (rival, chosen)
+    return margin, _pair_error(error, chosen, rival), *ends
 
 
 def _gap(decibel: float, error: float) -> str:
@@ -149,12 +152,11 @@ def nearest_damper_is_best(
     """Test whether at every point the nearest damper gives the lowest response."""
     margins, errors, parts = [], [], []
     for point in rms.columns:
-        nearest: Any = distance[point].idxmin()
-        rival: Any = rms[point].drop(nearest).idxmin()
-        margins.append(float(reduction(rms[point][rival], rms[point][nearest])))
-        errors.append(_pair_error(error[point], nearest, rival))
-        best, second = (nearest, rival) if margins[-1] > 0 else (rival, nearest)
-        lead = _gap(margins[-1], errors[-1])
+        nearest = distance[point].idxmin()
+        margin, spread, best, second = _lead(rms[point], error[point], nearest)
+        margins.append(margin)
+        errors.append(spread)
+        lead = _gap(margin, spread)
         parts.append(f"point {point}: {best}, {lead} below {second}; nearest {nearest}")
     return _finding(margins, errors, "lowest with " + "; ".join(parts))
 
@@ -196,67 +198,52 @@ def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
 
 def verdicts(
     study: Study, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
-) -> list[Verdict]:
-    """Test every claim of the paper that the study's scenarios allow, in each reading."""
-    return [
-        verdict
-        for name in study.families
-        for reading in study.readings
-        for verdict in _family_verdicts(study, name, reading, summary, psd, distance)
-    ]
-
-
-def _family_verdicts(
-    study: Study,
-    name: str,
-    reading: str,
-    summary: pd.DataFrame,
-    psd: xr.Dataset,
-    distance: pd.DataFrame,
 ) -> Iterator[Verdict]:
-    _, _, varied, scenarios = family_of(study, name)
+    """Test every claim of the paper that the study's scenarios allow, in each reading."""
     points = moving_points(summary, list(study.panel.points))
-    if not points:
-        return
-    labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
-    rms = rms_by(summary, reading, labels, points)
-    error = rms_by(summary, reading, labels, points, "reduction_error_db")
-    bare_labels = [s.bare.label for s in scenarios]
-    bare = rms_by(summary, reading, {label: label for label in bare_labels}, points)
-    centre, band = band_rms_of(psd, reading, list(labels.values()), points)
-    spread = band_error_of(psd, reading, list(labels.values()), points)
-    tests: dict[str, Callable[[], Finding]] = {}
-    if varied == "fill_fraction":
-        _, bare_band = band_rms_of(psd, reading, bare_labels, points)
-        gained = reduction(bare_band, band)
-        if MOST_EFFECTIVE_FILL in rms.index and len(rms) > 1:
-            claim = f"A fill of {percent(MOST_EFFECTIVE_FILL)} is the most effective at all points"
-            tests[claim] = partial(fill_is_most_effective, rms, error, MOST_EFFECTIVE_FILL, gained)
-        claim = "Every fill lowers the response at every point"
-        tests[claim] = partial(every_fill_lowers, rms, error, bare.iloc[0])
-        claim = "The effect is larger at high frequency"
-        tests[claim] = partial(more_at_high_frequency, gained, spread, centre)
-        low, high = ALIKE_FILLS
-        if _between_fills(rms).sum() > 1:
-            claim = f"Fills of {percent(low)} to {percent(high)} give almost the same response"
-            tests[claim] = partial(fills_are_alike, rms, error)
-    elif varied == "patch":
-        away = distance.loc[list(rms.index), list(rms.columns)]
-        if len(rms) > 1:
-            claim = "At each point the nearest damper gives the lowest response"
-            tests[claim] = partial(nearest_damper_is_best, rms, error, away)
-        if len(rms.columns) > 1:
-            gains = reduction(bare.to_numpy(float), rms.to_numpy(float))
-            by_patch = pd.DataFrame(gains, rms.index, rms.columns)
-            claim = "Each damper reduces the response most at the point nearest to it"
-            tests[claim] = partial(own_point_gains_most, by_patch, error, away)
-    elif len(rms) > 1:
-        oaspl = np.array([s.oaspl_db for s in scenarios], float)
-        claim = "The response shifts linearly with the sound level"
-        tests[claim] = partial(shifts_with_level, band, spread, oaspl)
-    is_steady = bool(np.isfinite(rms.to_numpy(float)).all())
-    for claim, test in tests.items():
-        yield Verdict(claim, reading, test() if is_steady else None)
+    for name, reading in itertools.product(study.families, study.readings if points else ()):
+        _, _, varied, scenarios = family_of(study, name)
+        labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
+        rms = rms_by(summary, reading, labels, points)
+        error = rms_by(summary, reading, labels, points, "reduction_error_db")
+        bare_labels = [s.bare.label for s in scenarios]
+        bare = rms_by(summary, reading, {label: label for label in bare_labels}, points)
+        centre, band = band_rms_of(psd, reading, list(labels.values()), points)
+        spread = band_error_of(psd, reading, list(labels.values()), points)
+        tests: dict[str, Callable[[], Finding]] = {}
+        if varied == "fill_fraction":
+            _, bare_band = band_rms_of(psd, reading, bare_labels, points)
+            gained = reduction(bare_band, band)
+            if MOST_EFFECTIVE_FILL in rms.index and len(rms) > 1:
+                claim = f"A fill of {percent(MOST_EFFECTIVE_FILL)} is the most effective"
+                tests[f"{claim} at all points"] = partial(
+                    fill_is_most_effective, rms, error, gained
+                )
+            claim = "Every fill lowers the response at every point"
+            tests[claim] = partial(every_fill_lowers, rms, error, bare.iloc[0])
+            claim = "The effect is larger at high frequency"
+            tests[claim] = partial(more_at_high_frequency, gained, spread, centre)
+            low, high = ALIKE_FILLS
+            if _between_fills(rms).sum() > 1:
+                claim = f"Fills of {percent(low)} to {percent(high)} give almost the same response"
+                tests[claim] = partial(fills_are_alike, rms, error)
+        elif varied == "patch":
+            away = distance.loc[list(rms.index), list(rms.columns)]
+            if len(rms) > 1:
+                claim = "At each point the nearest damper gives the lowest response"
+                tests[claim] = partial(nearest_damper_is_best, rms, error, away)
+            if len(rms.columns) > 1:
+                gains = reduction(bare.to_numpy(float), rms.to_numpy(float))
+                by_patch = pd.DataFrame(gains, rms.index, rms.columns)
+                claim = "Each damper reduces the response most at the point nearest to it"
+                tests[claim] = partial(own_point_gains_most, by_patch, error, away)
+        elif len(rms) > 1:
+            oaspl = np.array([s.oaspl_db for s in scenarios], float)
+            claim = "The response shifts linearly with the sound level"
+            tests[claim] = partial(shifts_with_level, band, spread, oaspl)
+        is_steady = bool(np.isfinite(rms.to_numpy(float)).all())
+        for claim, test in tests.items():
+            yield Verdict(claim, reading, test() if is_steady else None)
 
 
 def patch_distance(basis: PanelBasis) -> pd.DataFrame:
@@ -268,8 +255,7 @@ def patch_distance(basis: PanelBasis) -> pd.DataFrame:
     return pd.DataFrame(away, basis.patch_names, basis.point_names)
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """Whether a claim holds, and the numbers behind it."""
 
     holds: bool | None  # None where the numbers do not decide
@@ -277,8 +263,7 @@ class Finding:
     has_errors: bool = True  # whether the numbers have errors
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """The finding on a claim in one reading."""
 
     claim: str
@@ -294,7 +279,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> Fragment | None:
     for verdict in verdicts:
         by_claim.setdefault(verdict.claim, []).append(verdict)
     rows = [
-        {**vars(verdict), "is_first": verdict is group[0]}
+        {**verdict._asdict(), "is_first": verdict is group[0]}
         for group in by_claim.values()
         for verdict in group
     ]

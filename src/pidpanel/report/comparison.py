@@ -2,8 +2,8 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -27,15 +27,14 @@ KEYS = ["reading", "scenario", "point"]
 SIDES = ("first", "second")  # ends of the columns of `differences`
 
 
-@dataclass(frozen=True)
-class Side:
+class Side(NamedTuple):
     """One of the two."""
 
     name: str
     summary: pd.DataFrame  # ``response/summary.csv``, points as text
     psd: xr.Dataset  # ``response/psd.nc``
-    maps: xr.Dataset | None = None  # ``response/maps.nc``
-    cell_in_patch: Flags | None = None  # (n_patches, n_cells)
+    # ``response/maps.nc`` and (n_patches, n_cells) which element is in which patch
+    maps: tuple[xr.Dataset, Flags] | None = None
 
 
 def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
@@ -51,11 +50,11 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
     response = folder / "response"
     tables = read_by_point(response / "summary.csv"), read_dataset(response / "psd.nc")
     summary, psd = without_errors(unknown, *tables)
-    maps, inside = None, None
+    maps = None
     if (response / "maps.nc").is_file() and (folder / "panel" / "modes.nc").is_file():
-        maps = read_dataset(response / "maps.nc")
         inside = read_basis(folder / "panel" / "modes.nc").cell_in_patch
-    return Side(folder.name, summary, psd, maps, inside)
+        maps = read_dataset(response / "maps.nc"), inside
+    return Side(folder.name, summary, psd, maps)
 
 
 def values_of(summary: pd.DataFrame) -> pd.DataFrame:
@@ -269,14 +268,13 @@ def _maps(first: Side, second: Side) -> list[html.PageSection]:
     """Return the maps of both with the same colours for the same values."""
     if first.maps is None or second.maps is None:
         return []
-    ends = [scale_ends(maps) for maps in (first.maps, second.maps)]
+    drawn = {first.name: first.maps, second.name: second.maps}
+    ends = [scale_ends(maps) for maps, _ in drawn.values()]
     tops = {name: max(side_tops[name] for side_tops in ends) for name in ends[0]}
     blocks = []
-    for number, side in enumerate((first, second)):
-        if side.maps is None or side.cell_in_patch is None:
-            continue
-        titles = [f"{side.name}: {scenario}" for scenario in side.maps["scenario"].to_numpy()]
-        shown = side.maps, side.cell_in_patch, titles, tops
-        caption = f"Rms acceleration and stress of {side.name}; colours as in the other map."
+    for number, (name, (maps, inside)) in enumerate(drawn.items()):
+        titles = [f"{name}: {scenario}" for scenario in maps["scenario"].to_numpy()]
+        shown = maps, inside, titles, tops
+        caption = f"Rms acceleration and stress of {name}; colours as in the other map."
         blocks.append(html.figure_picture(f"maps_{number}", map_figure, *shown, caption=caption))
     return [html.PageSection("maps", "Maps", blocks)]

@@ -1,16 +1,19 @@
-"""Coupled runs on the page: how well they know g rms, and C_e and m_a of every patch."""
+"""C_e and m_a of every patch on the page: from coupled runs, or from the atlas."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from pidpanel.constants import ATLAS
+from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
-from pidpanel.report.inputs import CoupledResults
-from pidpanel.report.layout import WIDTH, frequency_axis, pick
-from pidpanel.report.text import number, plain, signed, span
+from pidpanel.report.inputs import AtlasResults, CoupledResults
+from pidpanel.report.layout import figure_of_axes, frequency_axis, pick
+from pidpanel.report.text import number, plain, records, signed, span
 
 CURVES = 6  # patches in the figure at most
 
@@ -64,13 +67,12 @@ def _by_patch(beds: pd.DataFrame, column: str, text: Callable[[float], str] = nu
 
 def coupled_figure(table: pd.DataFrame, names: Mapping[str, str]) -> Figure:
     """Draw C_e and m_a over frequency, at most `CURVES` patches."""
-    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
-    damping, mass = figure.subplots(1, 2)
+    figure, (damping, mass) = figure_of_axes(2, 2, 3.4, 0.0)
     groups = list(table.groupby(["scenario", "patch"], sort=False))
     beds = [groups[int(place)] for place in pick(np.arange(float(len(groups))), CURVES)]
     for index, ((label, patch), rows) in enumerate(beds):
         several = table.loc[table["scenario"] == label, "patch"].nunique() > 1
-        look = {
+        look: dict[str, Any] = {
             "fmt": f"-{style.MARKERS[index % len(style.MARKERS)]}",
             "color": style.PLACES[index % len(style.PLACES)],
             "capsize": 1.5,
@@ -91,3 +93,62 @@ def coupled_figure(table: pd.DataFrame, names: Mapping[str, str]) -> Figure:
     mass.axhline(0, color="#999999", lw=0.6)
     figure.legend(*mass.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
+
+
+LINES = 40  # frequencies of a curve
+
+
+def atlas_text(atlas: AtlasResults) -> str:
+    """Return version and size of the atlas."""
+    return f"version {atlas.version}, {atlas.cases} simulated cases"
+
+
+def atlas_section(
+    atlas: AtlasResults,
+    layouts: pd.DataFrame,
+    names: Mapping[str, str],
+    frequency: tuple[float, float],
+) -> PageSection:
+    """Return C_e and m_a from the atlas at the motions of the patches.
+
+    Parameters
+    ----------
+    layouts
+        Rows of ``response/layouts.csv``.
+    names
+        Names of the scenarios by label.
+    frequency
+        Range of the response [Hz].
+    """
+    beds = curves(atlas, layouts, frequency)
+    picture = figure_picture("atlas_damping", coupled_figure, beds, names)
+    is_coupled = (layouts["reading"] == COUPLED).any()
+    values = {"atlas": atlas_text(atlas), "damping": picture, "is_coupled": is_coupled}
+    return template_section("atlas.html", "Damping from the atlas", values)
+
+
+def curves(
+    atlas: AtlasResults, layouts: pd.DataFrame, frequency: tuple[float, float]
+) -> pd.DataFrame:
+    """Return a row for each patch read from the atlas and each frequency, as `coupled_figure`."""
+    f, parts = np.geomspace(*frequency, LINES), []
+    for row in records(layouts[layouts["reading"] == ATLAS]):
+        model = atlas.models.get(row["damper"])
+        if model is None:
+            continue
+        point = float(row["fill_fraction"]), float(row["damping_read_at_g"])
+        values = model(f, *point)
+        mass_error = np.sqrt(np.diag(model.covariance(f, *point))[LINES:])
+        part = pd.DataFrame(
+            {
+                "scenario": row["scenario"],
+                "patch": row["patch"],
+                "frequency_hz": f,
+                "equivalent_damping_n_s_m3": values.equivalent_damping,
+                "equivalent_damping_error_n_s_m3": values.equivalent_damping_error,
+                "apparent_mass_kg_m2": values.apparent_mass,
+                "apparent_mass_error_kg_m2": mass_error,
+            }
+        )
+        parts.append(part[values.inside])
+    return pd.concat(parts)

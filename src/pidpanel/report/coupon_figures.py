@@ -5,8 +5,8 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -23,8 +23,7 @@ from pidpanel.coupon.window import CLOSURE_LIMIT
 from pidpanel.report import layout, style, text
 
 
-@dataclass(frozen=True)
-class AxisQuantity:
+class AxisQuantity(NamedTuple):
     """A column of ``coupon/cases.csv`` as an axis."""
 
     column: str
@@ -99,14 +98,11 @@ def sweep_figure(
         axes.set(xlabel=x.label, ylabel=y.label)
         axes.tick_params(labelbottom=True, labelleft=True)
     handles = layout.fill_handles(fills)
+    line = partial(Line2D, [], [], color=layout.GREY, lw=0.8)
     if law:
-        handles["dashed: the paper's law, corrected"] = Line2D(
-            [], [], color=layout.GREY, ls="--", lw=0.8
-        )
+        handles["dashed: the paper's law, corrected"] = line(ls="--")
     if bound:
-        handles["dotted: bound of an inelastic bed"] = Line2D(
-            [], [], color=layout.GREY, ls=":", lw=0.8
-        )
+        handles["dotted: bound of an inelastic bed"] = line(ls=":")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=7)
     return figure
 
@@ -180,10 +176,9 @@ def _constant(quantity: AxisQuantity, value: float) -> str:
 def losses_figure(cases: pd.DataFrame) -> Figure:
     """Draw where the energy goes and how well its balance closes, one marker per frequency."""
     balanced = cases[cases["closure"].notna()]
-    figure = Figure(figsize=(layout.WIDTH, 3.1), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = layout.figure_of_axes(2, 2, 3.1, 0.0)
     for number, (frequency, group) in enumerate(balanced.groupby(FREQUENCY.column)):
-        look = {
+        look: dict[str, Any] = {
             "ls": "none",
             "marker": style.MARKERS[number % len(style.MARKERS)],
             "mfc": "none",

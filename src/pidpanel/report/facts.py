@@ -11,7 +11,7 @@ import pandas as pd
 from pidpanel.coupon.liggghts.trust import comes_with_pidpanel
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.paths import STUDIES
-from pidpanel.report.atlas_section import atlas_text
+from pidpanel.report.coupled_section import atlas_text
 from pidpanel.report.inputs import BaseResults, Inputs, PanelInputs
 from pidpanel.report.names import Study
 from pidpanel.report.templates import pairs

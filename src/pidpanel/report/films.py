@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -42,8 +42,7 @@ SECONDS = 2.0  # how long an animation takes for one cycle [s]
 PIXELS = 400  # width of an animation [pixel]
 
 
-@dataclass(frozen=True)
-class Shot:
+class Shot(NamedTuple):
     """A run watched for some cycles."""
 
     run: Run

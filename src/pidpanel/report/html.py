@@ -66,11 +66,6 @@ class Chart:
     is_log: bool = True  # whether the values have a logarithmic axis, and none below zero
 
     @property
-    def heading(self) -> str:
-        """Title, and note."""
-        return ": ".join(filter(None, [self.title, self.note.replace("$", "")]))
-
-    @property
     def json(self) -> str:
         """Return the chart as the script in the page reads it."""
         drawn = [
@@ -263,11 +258,6 @@ class Page:
     def has_gap(self) -> bool:
         """Whether there is room beside the last of the first pictures, two of which make a row."""
         return sum(not picture.is_broad for picture in pictures_of(self.first)) % 2 == 1
-
-    @property
-    def has_charts(self) -> bool:
-        """Whether the page has curves that a reader can switch."""
-        return any(picture.charts for picture in self.pictures)
 
 
 def render(page: Page, folder: Path = PAGES) -> str:

@@ -16,7 +16,7 @@ from pidpanel.identify.from_study import IdentificationResult, summary
 from pidpanel.identify.posterior import Posterior
 from pidpanel.report import style
 from pidpanel.report.html import Fragment, Page, PageSection, figure_picture, render
-from pidpanel.report.layout import frequency_axis
+from pidpanel.report.layout import figure_of_axes, frequency_axis
 from pidpanel.report.templates import lines
 from pidpanel.report.text import records
 
@@ -96,8 +96,7 @@ def identification_page(result: IdentificationResult) -> Page:
 
 def posterior_figure(posterior: Posterior) -> Figure:
     """Draw the regions of e and μ with some shares of the posterior."""
-    figure = Figure(figsize=(4.6, 3.4), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = figure_of_axes(1, 1, 3.4, 0.0, 4.6)
     e, log_friction, _ = posterior.axes
     share = posterior.weights.sum(axis=2)
     density = share / share.max()
@@ -129,15 +128,15 @@ def _level(share: Array, region: float) -> float:
 
 def measured_figure(predictions: pd.DataFrame) -> Figure:
     """Draw C_e measured and of the atlas over frequency, and their differences."""
-    figure = Figure(figsize=(5.6, 4.4), layout="constrained")
-    values, differences = figure.subplots(2, 1, height_ratios=(3, 1), sharex=True)
+    grid = figure_of_axes(2, 1, 2.2, 0.0, 5.6, height_ratios=(3, 1), sharex=True)
+    figure, (values, differences) = grid
     levels = sorted(predictions["acceleration_g"].round(3).unique())
     for level, rows in predictions.groupby(predictions["acceleration_g"].round(3)):
         colour = style.level_colour(float(level), levels)
         for kind, shift, face in (("measured", 1.0, colour), ("atlas", 1.02, "white")):
             x, y = shift * rows["frequency_hz"], rows[f"{kind}_equivalent_damping_n_s_m3"]
             errors = rows[f"{kind}_equivalent_damping_error_n_s_m3"]
-            look = {"fmt": "o", "color": colour, "lw": 0.8, "ms": 4, "mfc": face}
+            look: dict[str, Any] = {"fmt": "o", "color": colour, "lw": 0.8, "ms": 4, "mfc": face}
             named = kind == "measured" and len(levels) <= 8
             values.errorbar(x, y, errors, **look, label=f"{level:.3g} g" if named else "")
         differences.plot(

@@ -1,8 +1,9 @@
 """Records of what the stages left and a page is made from, and their files."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -19,8 +20,7 @@ from pidpanel.report.names import Severity, Study, names_of
 from pidpanel.report.rms import moving_points
 
 
-@dataclass(frozen=True)
-class CouponResults:
+class CouponResults(NamedTuple):
     """What the coupon stage left."""
 
     cases: pd.DataFrame  # ``coupon/cases.csv``
@@ -31,16 +31,14 @@ class CouponResults:
     measured: pd.DataFrame | None = None  # of `measured.compared`; None without measured points
 
 
-@dataclass(frozen=True)
-class DampingResults:
+class DampingResults(NamedTuple):
     """What the damping stage left."""
 
     surface: DampingSurface  # ``damping/surface.nc``
     law: pd.DataFrame  # ``damping/law.csv``
 
 
-@dataclass(frozen=True)
-class CoupledResults:
+class CoupledResults(NamedTuple):
     """What the runs of panel and particles together left; points as text."""
 
     summary: pd.DataFrame  # ``coupled/summary.csv``
@@ -48,8 +46,7 @@ class CoupledResults:
     verdict: pd.DataFrame | None = None  # ``coupled/verdict.csv``; None without another reading
 
 
-@dataclass(frozen=True)
-class AtlasResults:
+class AtlasResults(NamedTuple):
     """The atlas of particle beds, and what is read from it."""
 
     version: str
@@ -57,15 +54,13 @@ class AtlasResults:
     models: Mapping[str, AtlasDamping]  # by damper
 
 
-@dataclass(frozen=True)
-class ProposalResults:
+class ProposalResults(NamedTuple):
     """What the optimise stage left; points as text."""
 
     layouts: pd.DataFrame  # ``optimise/layouts.csv``
     front: pd.DataFrame  # ``optimise/front.csv``
     summary: pd.DataFrame  # ``optimise/summary.csv``
     psd: pd.DataFrame  # ``optimise/psd.csv``
-    _: KW_ONLY
     search: pd.Series  # ``optimise/search.csv``, values by quantity
     objective: str = "largest"  # ``optimise.objective``
 
@@ -75,8 +70,7 @@ class ProposalResults:
         return list(dict.fromkeys(self.summary["excitation"]))
 
 
-@dataclass(frozen=True)
-class SeverityResults:
+class SeverityResults(NamedTuple):
     """What the severity stage left."""
 
     oscillators: pd.DataFrame  # ``severity/oscillators.csv``
@@ -84,21 +78,18 @@ class SeverityResults:
     fatigue: pd.DataFrame  # ``severity/fatigue.csv``
     strength: pd.DataFrame  # ``severity/strength.csv``
     margins: pd.DataFrame  # ``severity/margins.csv``
-    _: KW_ONLY
     stated: Severity  # the section of the study
     maps: xr.Dataset | None = None  # ``severity/maps.nc``
 
 
-@dataclass(frozen=True)
-class MeasurementResults:
+class MeasurementResults(NamedTuple):
     """What the measurement stage left."""
 
     measured: pd.DataFrame  # ``measurement/measured.csv``
     differences: pd.DataFrame  # ``measurement/differences.csv``
 
 
-@dataclass(frozen=True)
-class BaseResults:
+class BaseResults(NamedTuple):
     """What the base stage left; None for a motion or limits that the study does not have."""
 
     modes: pd.DataFrame  # ``base/modes.csv``
@@ -164,8 +155,8 @@ def read_by_point(path: Path) -> pd.DataFrame:
     )
 
 
-def _tables(folder: Path, *names: str) -> list[pd.DataFrame]:
-    return [read_by_point(folder / f"{name}.csv") for name in names]
+def _tables(folder: Path, *names: str) -> dict[str, pd.DataFrame]:
+    return {name: read_by_point(folder / f"{name}.csv") for name in names}
 
 
 def read_dataset(path: Path) -> xr.Dataset:
@@ -189,26 +180,26 @@ def read_base(folder: Path, parts: Mapping[str, bool]) -> BaseResults:
 def read_coupled(folder: Path, *, with_verdict: bool) -> CoupledResults:
     """Read what the runs of panel and particles together left."""
     names = ["summary", "impedance", *(["verdict"] if with_verdict else [])]
-    return CoupledResults(*_tables(folder, *names))
+    return CoupledResults(**_tables(folder, *names))
 
 
 def read_proposal(folder: Path, objective: str) -> ProposalResults:
     """Read what the optimise stage left of a search for an objective."""
     tables = _tables(folder, "layouts", "front", "summary", "psd")
     search = pd.read_csv(folder / "search.csv").set_index("quantity")["value"]
-    return ProposalResults(*tables, search=search, objective=objective)
+    return ProposalResults(**tables, search=search, objective=objective)
 
 
 def read_severity(folder: Path, stated: Severity) -> SeverityResults:
     """Read what the severity stage left of a section of a study."""
     tables = _tables(folder, "oscillators", "peaks", "fatigue", "strength", "margins")
-    maps = None if tables[3].empty else read_dataset(folder / "maps.nc")
-    return SeverityResults(*tables, stated=stated, maps=maps)
+    maps = None if tables["strength"].empty else read_dataset(folder / "maps.nc")
+    return SeverityResults(**tables, stated=stated, maps=maps)
 
 
 def read_measurements(folder: Path) -> MeasurementResults:
     """Read what the measurement stage left."""
-    return MeasurementResults(*_tables(folder, "measured", "differences"))
+    return MeasurementResults(**_tables(folder, "measured", "differences"))
 
 
 def read_damping(damper: str, folder: Path) -> DampingResults:

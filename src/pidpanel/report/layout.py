@@ -76,8 +76,7 @@ def pick(values: Array, count: int) -> Array:
     array([0.1, 0.5, 0.9])
     """
     index = np.unique(np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int))
-    chosen: Array = values[index]
-    return chosen
+    return values[index]
 
 
 def triangles_of(cells: Index) -> Index:

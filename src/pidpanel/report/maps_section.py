@@ -103,8 +103,7 @@ def scale_ends(
 def _on_cells(maps: xr.Dataset, name: str) -> Array:
     """Return a field (n_cases, n_cells) on the elements, of the most stressed layer."""
     worst = maps[name].max("layer") if "layer" in maps[name].dims else maps[name]
-    values: Array = worst.to_numpy()[:, maps["cells"].to_numpy().astype(np.int64)].mean(axis=2)
-    return values
+    return worst.to_numpy()[:, maps["cells"].to_numpy().astype(np.int64)].mean(axis=2)
 
 
 def _exceeded_by(values: Array, area: Array) -> float:

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pidpanel.damping.measured import DAMPING_COLUMN, MASS_COLUMN, SOURCES
 from pidpanel.report import layout, style
-from pidpanel.report.coupon_figures import ACCELERATION, FREQUENCY, AxisQuantity
+from pidpanel.report.coupon_figures import ACCELERATION, FREQUENCY
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.text import records
 
@@ -114,7 +113,20 @@ def measured_figure(compared: pd.DataFrame) -> Figure:
     for line, quantity in zip(grid, quantities, strict=True):
         for axes, fill in zip(line, fills, strict=True):
             rows = compared[compared["fill_fraction"] == fill]
-            _draw(axes, rows, quantity, x, other, levels)
+            for place, level in enumerate(levels):
+                curve = rows[rows[other.column] == level].sort_values(x.column)
+                for source, look in LOOKS.items():
+                    axes.errorbar(
+                        curve[x.column], curve[f"{source}_{quantity}"],
+                        yerr=curve[f"{source}_{quantity}_error"].fillna(0.0),
+                        color=_colour(place), capsize=1.8, elinewidth=0.7, capthick=0.7, **look,
+                    )  # fmt: skip
+            axes.set_xscale("log")
+            axes.xaxis.set_major_formatter("{x:g}")
+            if quantity == DAMPING_COLUMN:
+                axes.set_yscale("log")
+            else:
+                axes.axhline(0, color="#888888", lw=0.6)
             axes.set_title(f"r = {fill:g}", loc="left")
         line[0].set_ylabel(f"{QUANTITIES[quantity][2]}, {QUANTITIES[quantity][1]}")
     for axes in grid[-1]:
@@ -130,23 +142,3 @@ def measured_figure(compared: pd.DataFrame) -> Figure:
 
 def _colour(number: int) -> str:
     return style.PLACES[number % len(style.PLACES)]
-
-
-def _draw(
-    axes: Axes, rows: pd.DataFrame, quantity: str, x: AxisQuantity, other: AxisQuantity,
-    levels: list[float],
-) -> None:  # fmt: skip
-    for place, level in enumerate(levels):
-        curve = rows[rows[other.column] == level].sort_values(x.column)
-        for source, look in LOOKS.items():
-            axes.errorbar(
-                curve[x.column], curve[f"{source}_{quantity}"],
-                yerr=curve[f"{source}_{quantity}_error"].fillna(0.0),
-                color=_colour(place), capsize=1.8, elinewidth=0.7, capthick=0.7, **look,
-            )  # fmt: skip
-    axes.set_xscale("log")
-    axes.xaxis.set_major_formatter("{x:g}")
-    if quantity == DAMPING_COLUMN:
-        axes.set_yscale("log")
-    else:
-        axes.axhline(0, color="#888888", lw=0.6)

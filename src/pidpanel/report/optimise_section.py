@@ -15,7 +15,7 @@ from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import html, style
 from pidpanel.report.inputs import ProposalResults
-from pidpanel.report.layout import panel_axes
+from pidpanel.report.layout import figure_of_axes, panel_axes
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.templates import fill, sentence
 from pidpanel.report.text import NAMES, common_decimals, number, records, value_text
@@ -168,17 +168,14 @@ def layout_figure(proposal: ProposalResults, basis: PanelBasis, layout: int) -> 
     """Draw the panel with the patches of a layout."""
     vertices = basis.vertex_position
     length, width = np.ptp(vertices, axis=0)
-    figure = Figure(figsize=(NARROW, 0.9 * NARROW * width / length + 0.5), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = figure_of_axes(1, 1, 0.9 * NARROW * width / length, 0.5, NARROW)
     edges = vertices[boundary_edges(basis.cells)]
     axes.add_collection(LineCollection(list(edges), colors="black", linewidths=0.9))
     layouts = proposal.layouts
     dampers = sorted(set(layouts["damper"]))
     for row in records(layouts[layouts["layout"] == layout]):
-        colour, size = (
-            style.place_colour(row["damper"], dampers),
-            (row["size_x_m"], row["size_y_m"]),
-        )
+        colour = style.place_colour(row["damper"], dampers)
+        size = row["size_x_m"], row["size_y_m"]
         corner = (row["centre_x_m"] - size[0] / 2, row["centre_y_m"] - size[1] / 2)
         axes.add_patch(Rectangle(corner, *size, facecolor=colour, edgecolor=colour, alpha=0.35))
         fill = f"\n{100 * row['fill_fraction']:g} %" if np.isfinite(row["fill_fraction"]) else ""

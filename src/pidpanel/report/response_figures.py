@@ -46,15 +46,6 @@ def nested_width(index: int, count: int) -> float:
     return round(last + min(step, (widest - last) / max(count - 1, 1)) * (count - 1 - index), 3)
 
 
-def _heading(axes: Axes, chart: Chart) -> None:
-    if not chart.title:
-        return
-    axes.set_title(f"{chart.title}\n", loc="left", fontweight="bold")
-    axes.text(
-        0.0, 1.012, chart.note, transform=axes.transAxes, fontsize=7, color="#444444", va="bottom"
-    )
-
-
 def _legend(figure: Figure, charts: Sequence[Chart]) -> None:
     """Add one legend below all axes, with the meaning of dashes where there are any."""
     handles: dict[str, Line2D] = {}
@@ -85,7 +76,10 @@ def charts_figure(
         if chart.is_log:
             _decades(axes, [c.values for each in charts if each.unit == chart.unit
                             for c in each.curves])  # fmt: skip
-        _heading(axes, chart)
+        if chart.title:
+            axes.set_title(f"{chart.title}\n", loc="left", fontweight="bold")
+            note = axes.text(0.0, 1.012, chart.note, va="bottom", transform=axes.transAxes)
+            note.set(fontsize=7, color="#444444")
         if number % across == 0 or chart.unit != charts[number - 1].unit:
             axes.set_ylabel(chart.unit)
     _legend(figure, charts)

@@ -34,7 +34,11 @@ ROW_NAMES = {"fill_fraction": "fill fraction r", "patch": "patch", "oaspl_db": "
 def response_section(inputs: Inputs, family: ComparedScenarios) -> html.PageSection:
     """Return one family of scenarios: PSDs at every point, reductions by band, the damping."""
     name, heading = f"response-{family.key}", family.title or f"Scenarios: {family.key}"
-    readings = stable_readings(inputs, family)
+    readings = [
+        reading
+        for reading in inputs.study.readings
+        if all(is_steady(inputs.psd, reading, s.label) for s in family.scenarios)
+    ]
     if not readings:
         return html.PageSection(name, heading, [html.Fragment("unsteady.html", {})])
     frequency = inputs.psd["frequency"].to_numpy()
@@ -63,13 +67,6 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> html.PageSect
         "damping": damping_block(inputs, family, titles, notes),
     }
     return html.PageSection(name, heading, [html.Fragment("response.html", values)])
-
-
-def stable_readings(inputs: Inputs, family: ComparedScenarios) -> list[str]:
-    """Return the readings in which every scenario of a family has a response."""
-    labels = [s.label for s in family.scenarios]
-    psd = inputs.psd["acceleration_psd"].sel(scenario=labels)
-    return [r for r in inputs.study.readings if bool(np.isfinite(psd.sel(reading=r)).all())]
 
 
 def _known_as(inputs: Inputs, family: ComparedScenarios, scenario: Scenario) -> tuple[str, str]:
@@ -153,21 +150,15 @@ def damping_block(
     frequency, charts = inputs.psd["frequency"].to_numpy(), []
     for reading, title in titles.items():
         for quantity, unit, is_log in QUANTITIES:
-            curves = [
-                _damping_curve(inputs, family, reading, s, quantity) for s in family.scenarios
-            ]
+            curves = []
+            for scenario in family.scenarios:
+                place = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
+                values = inputs.psd[quantity].sel(place).to_numpy()
+                inside = inside_of(inputs.psd, reading, scenario.label)
+                look = _known_as(inputs, family, scenario)
+                curves.append(html.PageCurve(look[0], values, look[1], width=1.1, inside=inside))
             charts.append(html.Chart(title, frequency, unit, curves, notes[reading], is_log))
     return chart_picture(f"damping_{family.key}", charts, height=2.9)
-
-
-def _damping_curve(
-    inputs: Inputs, family: ComparedScenarios, reading: str, scenario: Scenario, quantity: str
-) -> html.PageCurve:
-    selection = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
-    values = inputs.psd[quantity].sel(selection).to_numpy()
-    inside = inside_of(inputs.psd, reading, scenario.label)
-    label, colour = _known_as(inputs, family, scenario)
-    return html.PageCurve(label, values, colour, width=1.1, inside=inside)
 
 
 DRAWN_TOGETHER = 6  # layouts in one figure at most: as many as there are colours without an order

@@ -69,15 +69,6 @@ def inside_of(psd: xr.Dataset, reading: str, scenario: str) -> Flags:
     return np.asarray((inside.to_numpy() > 0.5).all(axis=0))
 
 
-def log_error_of(psd: xr.Dataset, reading: str, scenario: str, point: str) -> Array | None:
-    """Return (nf,) the standard error of ln of a PSD due to its damping; None without one."""
-    if "acceleration_psd_log_error" not in psd:
-        return None
-    errors = psd["acceleration_psd_log_error"]
-    error = errors.sel(reading=reading, scenario=scenario, point=point).to_numpy()
-    return error if np.isfinite(error).all() else None
-
-
 def psd_curve(
     psd: xr.Dataset,
     place: Mapping[str, str],
@@ -87,9 +78,13 @@ def psd_curve(
     *,
     has_band: bool = False,
 ) -> PageCurve:
-    """Return the acceleration PSD [g²/Hz] of a reading, scenario and point as a curve."""
+    """Return the acceleration PSD [g²/Hz] of a reading, scenario and point as a curve.
+
+    Its band is the standard error of ln of the PSD due to its damping, where there is one.
+    """
     values = psd["acceleration_psd"].sel(place).to_numpy() / STANDARD_GRAVITY**2
-    reading, scenario, point = (place[name] for name in ("reading", "scenario", "point"))
-    inside = inside_of(psd, reading, scenario)
-    error = log_error_of(psd, reading, scenario, point) if has_band else None
+    inside, error = inside_of(psd, place["reading"], place["scenario"]), None
+    if has_band and "acceleration_psd_log_error" in psd:
+        errors = psd["acceleration_psd_log_error"].sel(place).to_numpy()
+        error = errors if np.isfinite(errors).all() else None
     return PageCurve(label, values, colour, width=width, log_error=error, inside=inside)

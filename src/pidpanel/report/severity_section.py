@@ -5,9 +5,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from pidpanel.arrays import Flags
 from pidpanel.report import html, style
 from pidpanel.report.inputs import Inputs, SeverityResults
 from pidpanel.report.maps_section import EXCEEDED_SHARE, case_titles, map_figure
@@ -18,6 +16,11 @@ from pidpanel.report.text import NAMES, common_decimals, records
 ACROSS = 3
 PLACE = ["reading", "scenario", "point"]  # columns of a row's place
 POINTS = 6  # points drawn at most; the tables have all
+
+INDEX_STYLES = {
+    "tsai_wu_index": ("Tsai–Wu index at 3σ", 1.0, "magma"),
+    "core_index": ("core shear index at 3σ", 1.0, "magma"),
+}
 
 
 def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSection:
@@ -49,8 +52,14 @@ def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSect
         "worst": max(damaged, key=lambda row: row["damage_narrow_band"], default=None),
         "maps": None,
     }
-    if severity.maps is not None:
-        values |= _index_maps(severity.maps, names, inputs.basis.cell_in_patch)
+    if (maps := severity.maps) is not None:
+        styles = {name: look for name, look in INDEX_STYLES.items() if name in maps}
+        drawn_maps = maps, inputs.basis.cell_in_patch, case_titles(maps, names)
+        values |= {
+            "maps": html.figure_picture("failure_maps", map_figure, *drawn_maps, styles=styles),
+            "largest": [(look[0], float(maps[name].max())) for name, look in styles.items()],
+            "exceeded_share": EXCEEDED_SHARE,
+        }
     return html.template_section("severity.html", "Peaks, margins and fatigue", values)
 
 
@@ -91,20 +100,3 @@ def _oscillators(
             curves.append(html.PageCurve(names[label], rms, colour, log_error=error))
         charts.append(html.Chart(f"point {point}", natural, "oscillator, g rms", curves))
     return chart_picture("oscillators", charts, across=ACROSS, height=2.9)
-
-
-INDEX_STYLES = {
-    "tsai_wu_index": ("Tsai–Wu index at 3σ", 1.0, "magma"),
-    "core_index": ("core shear index at 3σ", 1.0, "magma"),
-}
-
-
-def _index_maps(maps: xr.Dataset, names: Mapping[str, str], cell_in_patch: Flags) -> dict[str, Any]:
-    """Return maps of the failure indices that the study has strengths for."""
-    styles = {name: look for name, look in INDEX_STYLES.items() if name in maps}
-    values = maps, cell_in_patch, case_titles(maps, names)
-    return {
-        "maps": html.figure_picture("failure_maps", map_figure, *values, styles=styles),
-        "largest": [(look[0], float(maps[name].max())) for name, look in styles.items()],
-        "exceeded_share": EXCEEDED_SHARE,
-    }

@@ -5,20 +5,16 @@ import pandas as pd
 
 from pidpanel.report import style
 from pidpanel.report.html import Chart, PageCurve, PageSection, template_section
+from pidpanel.report.names import Study
 from pidpanel.report.response_figures import chart_picture
+from pidpanel.sound.from_study import spectrum_of
 
 LEVEL, DENSITY = "band level, dB re 20 µPa", "pressure PSD on the surface, Pa²/Hz"
 
 
-def sound_section(
-    bands: pd.DataFrame,
-    spectrum: str,
-    rows: str,
-    frequency: tuple[float, float],
-    *,
-    assumed: bool = False,
-) -> PageSection:
+def sound_section(study: Study, bands: pd.DataFrame, *, assumed: bool) -> PageSection:
     """Return the spectrum of the sound, of a table of bands or of rows of PSD."""
+    low, high = study.response.frequency_hz
     overall = 10 * np.log10(np.sum(10 ** (bands["band_spl_db"] / 10)))
     charts = [
         _steps(bands, "band_spl_db", LEVEL, is_log=False),
@@ -26,11 +22,11 @@ def sound_section(
     ]
     values = {
         "spectrum": chart_picture("spectrum", charts, height=3.1),
-        "name": spectrum,
+        "name": study.acoustics.spectrum.name,
         "overall": overall,
-        "rows": rows,
-        "low": frequency[0],
-        "high": frequency[1],
+        "rows": spectrum_of(study.acoustics).rows,
+        "low": low,
+        "high": high,
         "assumed": assumed,
     }
     return template_section("sound.html", "Sound", values)

@@ -13,16 +13,15 @@ from pidpanel.paths import SECTION
 from pidpanel.progress import tracked
 from pidpanel.report.answer import answer_of
 from pidpanel.report.answer_section import NOTHING_MOVES, answer_fragment, headline, panel_picture
-from pidpanel.report.atlas_section import atlas_section
 from pidpanel.report.base_section import base_section
 from pidpanel.report.claims import patch_distance, verdict_table, verdicts
-from pidpanel.report.coupled_section import coupled_section
+from pidpanel.report.coupled_section import atlas_section, coupled_section
 from pidpanel.report.coupon_figures import design_figure, loss_factor_map
 from pidpanel.report.coupon_section import Law, coupon_section, coupon_text, losses_section
 from pidpanel.report.damping_section import damping_section
 from pidpanel.report.facts import cases_text, software_text, study_facts
 from pidpanel.report.films import film_picture
-from pidpanel.report.html import CAVEATS, Fragment, Page, PageSection, figure_picture
+from pidpanel.report.html import CAVEATS, Block, Fragment, Page, PageSection, figure_picture
 from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInputs
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.measured_section import measured_section
@@ -33,8 +32,7 @@ from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.response_section import layouts_section, response_section
 from pidpanel.report.severity_section import severity_section
 from pidpanel.report.sound_section import sound_section
-from pidpanel.report.stress_section import stress_section
-from pidpanel.report.summary_section import summary_section
+from pidpanel.report.summary_section import stress_section, summary_section
 from pidpanel.report.templates import lines
 from pidpanel.report.text import records
 from pidpanel.report.varied_section import findings, varied_section
@@ -46,7 +44,6 @@ from pidpanel.report.warnings import (
     doubted_coupons,
     study_warnings,
 )
-from pidpanel.sound.from_study import spectrum_of
 
 Steps = Sequence[tuple[str, str]]  # (text, command) to reproduce the results
 
@@ -65,6 +62,10 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
         # of the bare panel alone the drawing and the PSD are with each layout
         beside = blocks if answer is not None and answer.candidates else []
         blocks = [proposal_choice(proposal, inputs.basis), *beside]
+    claims = None
+    if is_papers_panel(inputs.modes, inputs.printed):
+        distance = patch_distance(inputs.basis)
+        claims = verdict_table(list(verdicts(study, inputs.summary, inputs.psd, distance)))
     return Page(
         title=study.title or study.name,
         answer=text,
@@ -73,18 +74,10 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
         facts=study_facts(inputs),
         assumptions=study.assumptions,
         warnings=warnings[CAVEATS:],
-        claims=_claims(inputs),
+        claims=claims,
         sections=[*proposed, *(replace(section, folded=True) for section in _sections(inputs))],
         steps=steps,
     )
-
-
-def _claims(inputs: Inputs) -> Fragment | None:
-    """Return the paper's claims tested, where the panel is the paper's; else None."""
-    if not is_papers_panel(inputs.modes, inputs.printed):
-        return None
-    distance = patch_distance(inputs.basis)
-    return verdict_table(verdicts(inputs.study, inputs.summary, inputs.psd, distance))
 
 
 def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSection]:
@@ -105,14 +98,11 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     """Return the parts of the page in order, those left out of which there is nothing to show."""
     study, names = inputs.study, inputs.names
     points, frequency = list(study.panel.points), study.response.frequency_hz
-    sound = study.acoustics
     # the paper states levels and no spectrum
     assumed = is_papers_panel(inputs.modes, inputs.printed) and study.oaspl_db is not None
     sections = [
         panel_section(inputs.basis, inputs.modes, inputs.printed),
-        sound_section(
-            inputs.bands, sound.spectrum.name, spectrum_of(sound).rows, frequency, assumed=assumed
-        ),
+        sound_section(study, inputs.bands, assumed=assumed),
     ]
     law = paper_corrected if "paper_corrected" in study.readings else None
     sections += coupon_sections(inputs, law)
@@ -261,23 +251,23 @@ def coupon_page(
     keys = coupon.varied
     one_by_one = [] if coupon.is_design else keys
     results = findings(good, one_by_one)
-    varied = varied_section(good, one_by_one) if one_by_one else None
+    first: list[Block] = [varied_section(good, one_by_one)] if one_by_one else []
     values: dict[str, Any] = {"design": None, "map": None, "text": coupon_text(coupon)}
     if coupon.is_design:
         values["design"] = figure_picture("loss_factor_design", design_figure, good, keys)
-    elif varied is None and len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
+    elif not one_by_one and len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
         values["map"] = figure_picture("loss_factor_map", loss_factor_map, good)
-    beside = [] if varied is None else [varied]
-    films = [] if coupon.shot is None else [film_picture(coupon.shot)]
+    if coupon.shot is not None:
+        first.append(film_picture(coupon.shot))
     warnings = coupon_warnings(coupon.cases)
     measured = [] if coupon.measured is None else [measured_section(coupon.measured)]
-    sections = [coupon_section(replace(coupon, shot=None), varied=keys)]
+    sections = [coupon_section(coupon._replace(shot=None), varied=keys)]
     if not coupon.is_design:
         sections.append(losses_section(good))
     return Page(
         title=study.title or study.name,
         answer=results[0],
-        first=[Fragment("coupon_first.html", values), *beside, *films],
+        first=[Fragment("coupon_first.html", values), *first],
         caveats=warnings[:CAVEATS],
         facts=[("Coupon", cases_text(coupon.cases)), ("Software", software_text(stamp, dem=True))],
         assumptions=study.assumptions,

@@ -1,22 +1,23 @@
-"""All scenarios on the page, each with every point and reading."""
+"""All scenarios on the page, each with every point and reading: motion, strain and stress."""
 
+from collections.abc import Collection
 from itertools import product
 
 import pandas as pd
 
-from pidpanel.report import text
 from pidpanel.report.html import PageSection, template_section
 from pidpanel.report.names import Study, names_of
+from pidpanel.report.text import DECIBEL_DECIMALS, NAMES, common_decimals, records
 
 
 def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
     """Return mass, rms values and reductions of all scenarios."""
-    by_key = {(row["scenario"], row["reading"], row["point"]): row for row in text.records(summary)}
+    by_key = {(row["scenario"], row["reading"], row["point"]): row for row in records(summary)}
     rows, names = [], names_of(study)
     decimals = {}
     for reading, of in summary.groupby("reading"):
-        gain_decimals = text.common_decimals(of["reduction_error_db"], text.DECIBEL_DECIMALS)
-        rms_decimals = text.common_decimals(of["acceleration_rms_error_g"])
+        gain_decimals = common_decimals(of["reduction_error_db"], DECIBEL_DECIMALS)
+        rms_decimals = common_decimals(of["acceleration_rms_error_g"])
         decimals[reading] = {"rms_decimals": rms_decimals, "decimals": gain_decimals}
     for scenario, reading, point in product(
         study.all_scenarios(), study.readings, study.panel.points
@@ -29,3 +30,21 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
         row = by_key[scenario.label, reading, point]
         rows.append({**row, "name": name, "is_bare": scenario.is_bare, **decimals[reading]})
     return template_section("summary.html", "All scenarios", {"rows": rows})
+
+
+def stress_section(stress: pd.DataFrame, bare: Collection[str]) -> PageSection:
+    """Return the layer of largest von Mises stress at each point, all its strains and stresses."""
+    units = stress.drop_duplicates("quantity").set_index("quantity")
+    place = ["reading", "scenario", "point", "layer"]
+    von_mises = stress[stress["quantity"] == "von_mises"]
+    is_again = von_mises.duplicated(place[1:])  # a bare panel is the same with every damping model
+    von_mises = von_mises[~(is_again & von_mises["scenario"].isin(bare))]
+    worst = von_mises.loc[von_mises.groupby(place[:3], sort=False)["three_sigma"].idxmax()]
+    rms = stress.pivot(index=place, columns="quantity", values="rms")
+    values = {
+        "rows": records(worst[[*place, "three_sigma"]].join(rms, on=place)),
+        "bare": bare,
+        "units": units["unit"].to_dict(),
+        "symbols": NAMES["stresses"],
+    }
+    return template_section("stress.html", "Strain and stress", values)

@@ -1,6 +1,5 @@
 """What a study of a coupon varies on the page: how much C_e depends on each key."""
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -79,26 +78,17 @@ def comparison(cases: pd.DataFrame, key: str) -> pd.DataFrame:
     """
     same = ["fill_fraction", "frequency_hz", "acceleration_g"]
     statistical = "statistical_error_n_s_m3"
-    rows = []
-    for point, group in cases.groupby(same, sort=True):
-        first = group.iloc[0]
-        for _, row in group.iloc[1:].iterrows():
-            equal = row["youngs_modulus_mpa"] == first["youngs_modulus_mpa"]
-            error = statistical if equal else ERROR
-            rows.append(
-                {
-                    **dict(zip(same, point, strict=True)),
-                    "from": first[key],
-                    "to": row[key],
-                    "first": first[VALUE],
-                    "first_error": first[ERROR],
-                    "last": row[VALUE],
-                    "last_error": row[ERROR],
-                    "ratio": row[VALUE] / first[VALUE],
-                    "deviation": (row[VALUE] - first[VALUE]) / math.hypot(row[error], first[error]),
-                }
-            )
-    return pd.DataFrame(rows)
+    firsts = cases.drop_duplicates(same)
+    pairs = cases.drop(index=firsts.index).merge(firsts, on=same, suffixes=("", "_first"))
+    pairs = pairs.sort_values(same, kind="stable")
+    equal = pairs["youngs_modulus_mpa"] == pairs["youngs_modulus_mpa_first"]
+    errors = [np.hypot(pairs[name], pairs[f"{name}_first"]) for name in (statistical, ERROR)]
+    names = {f"{key}_first": "from", key: "to", f"{VALUE}_first": "first", VALUE: "last",
+             f"{ERROR}_first": "first_error", ERROR: "last_error"}  # fmt: skip
+    changes = pairs[[*same, *names]].rename(columns=names)
+    error = pd.Series(np.where(equal, errors[0], errors[1]), changes.index)
+    deviation = (changes["last"] - changes["first"]) / error
+    return changes.assign(ratio=changes["last"] / changes["first"], deviation=deviation)
 
 
 def _name(key: str) -> str:

@@ -6,7 +6,6 @@ coupled run, twice, could decide either way, it is said that this is open.
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -22,8 +21,7 @@ BAND_DEPTH = 20.0  # third octaves further below the highest do not count [dB]
 Holds = Literal["yes", "no", "open"]
 
 
-@dataclass(frozen=True)
-class CoupledRun:
+class CoupledRun(NamedTuple):
     """A point of a coupled run."""
 
     rms: float  # [g]

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
-from pidpanel.report.layout import WIDTH
+from pidpanel.report.layout import figure_of_axes
 from pidpanel.report.text import READINGS, records
 from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT, least
 from pidpanel.report.verdict_files import BARE, DEAD_WEIGHT
@@ -45,8 +45,7 @@ def _counts(summary: pd.DataFrame) -> list[dict[str, Any]]:
 
 def level_figure(verdict: pd.DataFrame, points: Sequence[str]) -> Figure:
     """Draw g rms over that of the coupled run against the level, a panel a point."""
-    figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
-    panels = figure.subplots(1, len(points), sharey=True, squeeze=False)[0]
+    figure, panels = figure_of_axes(len(points), len(points), 3.2, 0.0, sharey=True)
     readings = [name for name in verdict["reading"].unique() if name not in DASHED]
     for axes, point in zip(panels, points, strict=True):
         rows = verdict[verdict["point"] == point]

@@ -28,8 +28,7 @@ def spectral_moment(frequency: Array, psd: Array, order: int) -> Array:
     half = np.diff(frequency)[:, None] / 2
     f = frequency[:-1, None] + 2 * half * upper
     values = np.multiply.outer(1 - upper, psd[:-1]) + np.multiply.outer(upper, psd[1:])
-    moment: Array = np.einsum("sg,gs...->...", half * weight * f**order, values)
-    return moment
+    return np.einsum("sg,gs...->...", half * weight * f**order, values)
 
 
 def zero_crossing_rate(frequency: Array, psd: Array) -> Array:
@@ -56,5 +55,4 @@ def peak_factor(rate: Array, duration: float) -> Array:
     np.float64(4.31)
     """
     root = np.sqrt(2 * np.log(np.asarray(rate) * duration))
-    factor: Array = root + EULER / root
-    return factor
+    return root + EULER / root

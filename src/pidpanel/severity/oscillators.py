@@ -27,8 +27,7 @@ def natural_frequencies(low: float, high: float) -> Array:
     """
     first = np.ceil(PER_DECADE * np.log10(low) - 1e-9)
     last = np.floor(PER_DECADE * np.log10(high) + 1e-9)
-    values: Array = 10 ** (np.arange(first, last + 1) / PER_DECADE)
-    return values
+    return 10 ** (np.arange(first, last + 1) / PER_DECADE)
 
 
 def response_spectrum(frequency: Array, psd: Array, natural: Array, quality: float) -> Array:
@@ -52,8 +51,7 @@ def response_spectrum(frequency: Array, psd: Array, natural: Array, quality: flo
 def gain(ratio: Array, quality: float) -> Array:
     """Return |H|² of the absolute acceleration, at ratios of frequency to natural frequency."""
     damping = (ratio / quality) ** 2
-    squared: Array = (1 + damping) / ((1 - ratio**2) ** 2 + damping)
-    return squared
+    return (1 + damping) / ((1 - ratio**2) ** 2 + damping)
 
 
 def miles(frequency: Array, psd: Array, natural: Array, quality: float) -> Array:
@@ -62,5 +60,4 @@ def miles(frequency: Array, psd: Array, natural: Array, quality: float) -> Array
     Parameters and result are those of `response_spectrum`.
     """
     at = np.stack([np.interp(natural, frequency, column) for column in psd.T], axis=1)
-    rms: Array = np.sqrt(np.pi / 2 * quality * natural[:, None] * at)
-    return rms
+    return np.sqrt(np.pi / 2 * quality * natural[:, None] * at)

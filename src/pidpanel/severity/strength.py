@@ -37,8 +37,7 @@ def maximum_stress_index(stress: Array, strength: LayerStrength) -> Array:
     """
     tension_1, compression_1, tension_2, compression_2, shear = strength
     weakest = np.array([min(tension_1, compression_1), min(tension_2, compression_2), shear])
-    index: Array = np.max(np.abs(stress) / weakest, axis=-1)
-    return index
+    return np.max(np.abs(stress) / weakest, axis=-1)
 
 
 def tsai_wu_index(stress: Array, strength: LayerStrength) -> Array:
@@ -58,11 +57,9 @@ def tsai_wu_index(stress: Array, strength: LayerStrength) -> Array:
         square = f11 * s1**2 + f22 * s2**2 + 2 * f12 * s1 * s2 + (stress[..., 2] / shear) ** 2
         slope = f1 * s1 + f2 * s2
         indices.append((slope + np.sqrt(slope**2 + 4 * square)) / 2)  # 1/R
-    index: Array = np.max(indices, axis=0)
-    return index
+    return np.max(indices, axis=0)
 
 
 def core_index(stress: Array, strength: tuple[float, float]) -> Array:
     """Return the largest of τ_xz and τ_yz (…, 2) of a core over its strength."""
-    index: Array = np.max(np.abs(stress) / np.array(strength), axis=-1)
-    return index
+    return np.max(np.abs(stress) / np.array(strength), axis=-1)

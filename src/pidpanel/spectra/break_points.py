@@ -30,8 +30,7 @@ class BreakPoints:
         below = np.searchsorted(self.frequency, frequency, side="right") - 1
         below = np.clip(below, 0, len(self.psd) - 2)
         ratio = frequency / self.frequency[below]
-        at_lines: Array = self.psd[below] * ratio ** self._slope[below]
-        return at_lines
+        return self.psd[below] * ratio ** self._slope[below]
 
     @property
     def jumps(self) -> Array:

@@ -23,8 +23,7 @@ def center_frequency(number: ArrayLike) -> Array:
     >>> center_frequency([20, 21]).round(1).tolist()
     [100.0, 125.9]
     """
-    center: Array = 10.0 ** (np.asarray(number) / 10)
-    return center
+    return 10.0 ** (np.asarray(number) / 10)
 
 
 def edge_frequency(number: ArrayLike, width: int = 1) -> Array:
@@ -47,5 +46,4 @@ def edge_frequency(number: ArrayLike, width: int = 1) -> Array:
     [[354.8, 707.9], [707.9, 1412.5]]
     """
     half = width / 2
-    edge: Array = 10.0 ** ((np.asarray(number)[:, None] + np.array([-half, half])) / 10)
-    return edge
+    return 10.0 ** ((np.asarray(number)[:, None] + np.array([-half, half])) / 10)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -95,24 +94,18 @@ class _Plate:
         self.modal = modal_basis(self.basis, DampingRatio((RATIO,)), HIGHEST)
         self.force = BaseExcitation.of_inertia(np.ones_like, inertia).force
 
-    @cached_property
-    def observed(self) -> Array:
-        """Of `supports.observed_motions`, then all shapes."""
-        observed = observed_motions(self.basis, self.supported.inertia)
-        rows = observed.reshape(-1, observed.shape[2])
-        return np.concatenate([rows, np.eye(observed.shape[2])])
-
     def solve(
         self, frequency: Array, damping: float = 0.0, mass: float = 0.0
     ) -> tuple[Complexes, Complexes, Complexes]:
         """Return transmissibilities (nf, 2), forces [kg], shapes (nf, n + 1) per acceleration."""
-        patches = Patches(self.basis.patch_overlap, [PATCH_AREA])
-        transfer = Transfer.of_panel(frequency, self.modal, patches, self.force, self.observed)
+        patches, count = Patches(self.basis.patch_overlap, [PATCH_AREA]), len(self.force)
+        motions = observed_motions(self.basis, self.supported.inertia).reshape(-1, count)
+        observed = np.concatenate([motions, np.eye(count)])
+        transfer = Transfer.of_panel(frequency, self.modal, patches, self.force, observed)
         s = patch_stiffness(frequency, *np.full((2, 1, frequency.size), [[[damping]], [[mass]]]))
         motion = transfer.motions(slice(None), s)
-        count = len(self.force)
         shapes = motion[:, : -transfer.width][:, -count:]
-        points = motion[:, : len(self.observed) - count].reshape(len(frequency), 3, -1)
+        points = motion[:, : len(motions)].reshape(len(frequency), 3, -1)
         absolute = -((2 * np.pi * frequency[:, None]) ** 2) * points[:, :-1, 0]
         return absolute, interface_force(frequency, points[:, -1], [0], s), shapes
 
@@ -164,6 +157,7 @@ def limit_rows(folder: Path) -> list[Row]:
     modes = ~supported.basis.is_residual
     below = natural < 1.001 * supported.basis.natural_frequency[modes].max()
     series = 64 / np.pi**4 * MASS / (m * n) ** 2.0
+    carried = MASS + APPARENT * PATCH_AREA
     quantity = f"sum of the effective masses of the modes to {2 * HIGHEST:g} Hz"
     all_modes = plate.inertia @ spla.spsolve(plate.mass.tocsc(), plate.inertia)
     return [
@@ -171,11 +165,7 @@ def limit_rows(folder: Path) -> list[Row]:
             rigid.row(f"transmissibility at {name}, 0.02 Hz", abs(value), 1.0)
             for name, value in zip(POINTS, gain[0], strict=True)
         ),
-        weight.row(
-            "force over acceleration, 0.02 Hz, with particles",
-            abs(force[0]),
-            MASS + APPARENT * PATCH_AREA,
-        ),
+        weight.row("force over acceleration, 0.02 Hz, with particles", abs(force[0]), carried),
         of_modes.row(quantity, effective[modes].sum(), series[below].sum()),
         whole.row("sum of the effective masses of all elements", all_modes, MASS),
     ]

@@ -68,16 +68,9 @@ def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, 
     slowest = float(-vz.max())
     lasting = gap / slowest + 5 * sphere.wall_contact_time(slowest)
     ends = contacts.moved(
-        folder,
-        spheres,
-        constants,
-        time_step,
-        math.ceil(lasting / time_step),
-        ("vx", "vz", "omegay"),
-        diameter=DIAMETER,
-        density=DENSITY,
-        floor=True,
-    )
+        folder, spheres, constants, time_step, math.ceil(lasting / time_step),
+        ("vx", "vz", "omegay"), diameter=DIAMETER, density=DENSITY, floor=True,
+    )  # fmt: skip
     first = len(RESTITUTION)
     restitution = ends[-1, :first, 0] / ends[0, :first, 0]
     return [

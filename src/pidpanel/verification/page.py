@@ -4,7 +4,7 @@ The rows of `pidpanel.verification.rows` come from any stage.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -59,14 +59,6 @@ def _worst(case: str, rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def _sections(template: str, cases: Mapping[str, Sequence[Row]]) -> list[PageSection]:
-    values = {"percent": percent}
-    return [
-        PageSection(f"case-{index}", case, [Fragment(template, {"rows": rows, **values})])
-        for index, (case, rows) in enumerate(cases.items())
-    ]
-
-
 def verification_page(rows: Sequence[Row]) -> Page:
     """Return the page of all rows, in their order."""
     cases = _by_case(rows)
@@ -86,7 +78,11 @@ def verification_page(rows: Sequence[Row]) -> Page:
             for row in missed
         ],
         claims=Fragment("verification.html", {"cases": overview, "percent": percent}),
-        sections=_sections("verification_case.html", cases),
+        sections=[
+            PageSection(f"case-{index}", case, [Fragment("verification_case.html", values)])
+            for index, (case, members) in enumerate(cases.items())
+            for values in ({"rows": members, "percent": percent},)
+        ],
         steps=[
             ("From the root of the project:", "make verification"),
             (

@@ -19,7 +19,7 @@ from pidpanel.panel.supports import EdgeSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.paths import DATA
-from pidpanel.verification.rows import Comparison, Row, comparison
+from pidpanel.verification.rows import Row, comparison
 
 FACE = Ply(Material.isotropic(60e9, 0.3, 1600.0), 0.3e-3)
 DISC = Circle((0.0, 0.0), 1.0)
@@ -72,10 +72,12 @@ def frequency_rows(name: str, folder: Path) -> list[Row]:
         reference = 1 / (2 * np.pi) * reference
     frequency, _ = normal_modes(plate, 1.02 * float(reference[-1]))
     rigid = np.sum(frequency == 0)
-    case, element = published["name"], published["element"]
-    method = f"{element}, {plate.stiffness.shape[0]} coordinates"
-    elastic = Comparison(case, "Hz", published["tolerance"], method, published["source"])
-    statics = Comparison(case, "1", 0.0, element, "statics")
+    element, source = published["element"], published["source"]
+    elastic = Row(
+        case=published["name"], unit="Hz", tolerance=published["tolerance"], source=source,
+        method=f"{element}, {plate.stiffness.shape[0]} coordinates",
+    )  # fmt: skip
+    statics = replace(elastic, unit="1", tolerance=0.0, method=element, source="statics")
     pairs = enumerate(zip(frequency[rigid:], reference, strict=False), 1)
     return [
         *(elastic.row(f"frequency of mode {mode}", *pair, mode) for mode, pair in pairs),

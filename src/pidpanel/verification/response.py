@@ -49,14 +49,9 @@ def nafems_rows(folder: Path) -> list[Row]:
         modal = ModalBasis(basis.natural_frequency, basis.modal_mass, 0.02)
         n = basis.natural_frequency.size
         motion = np.concatenate([basis.shape_at_points[:, None], basis.curvature_at_points], axis=1)
-        (bare,) = bare_panels(
-            basis.natural_frequency[:1],
-            modal,
-            [Patches(np.zeros((0, n, n)), np.zeros(0))],
-            motion,
-            [100.0**2],
-            uniform_modal_force(PanelQuadrature.from_face(basis)),
-        )
+        lowest, patches = basis.natural_frequency[:1], Patches(np.zeros((0, n, n)), np.zeros(0))
+        force = uniform_modal_force(PanelQuadrature.from_face(basis))
+        (bare,) = bare_panels(lowest, modal, [patches], motion, [100.0**2], force)
         response = PanelResponse(bare.frequency, bare.point_psd)
         layers = stress.distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
         values = {
@@ -82,14 +77,9 @@ def miles_rows(folder: Path) -> list[Row]:
     """One mode in white noise: ∫₀^∞ |H|² S df = (π/2) f Q S/k² (Miles 1954)."""
     mass, frequency, zeta, force_psd = 2.0, 100.0, 0.02, 4.0
     lines = frequency_grid(1.0, 1e4, zeta, [frequency])
-    (bare,) = bare_panels(
-        lines,
-        ModalBasis([frequency], [mass], zeta),
-        [Patches(np.zeros((0, 1, 1)), np.zeros(0))],
-        [[1.0]],
-        np.full(lines.size, force_psd),
-        np.eye(1),
-    )
+    modal, white = ModalBasis([frequency], [mass], zeta), np.full(lines.size, force_psd)
+    patches = Patches(np.zeros((0, 1, 1)), np.zeros(0))
+    (bare,) = bare_panels(lines, modal, [patches], [[1.0]], white, np.eye(1))
     stiffness = mass * (2 * np.pi * frequency) ** 2
     expected = np.sqrt(np.pi / 2 * frequency / (2 * zeta) * force_psd) / stiffness
     computed = PanelResponse(lines, bare.point_psd).displacement_rms[0]

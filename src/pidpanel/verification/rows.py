@@ -12,12 +12,13 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, SupportsFloat
+from typing import Any, Self, SupportsFloat
 
 import pandas as pd
 import yaml
 
 from pidpanel.paths import DATA
+from pidpanel.report.text import records
 
 # Case, unit, tolerance, method and source of all rows, by the names of comparisons.
 COMPARISONS = yaml.safe_load((DATA / "reference" / "comparisons.yaml").read_text(encoding="utf-8"))
@@ -27,7 +28,7 @@ class ToleranceMissedError(Exception):
     """Computed numbers miss their references; the text names each of them in a line."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
     """One computed number and its reference.
 
@@ -51,9 +52,9 @@ class Row:
     """
 
     case: str
-    quantity: str
-    computed: float
-    reference: float
+    quantity: str = ""
+    computed: float = math.nan
+    reference: float = math.nan
     unit: str
     tolerance: float
     method: str
@@ -78,17 +79,6 @@ class Row:
         """Whether the error is within the tolerance; False for NaN."""
         return abs(self.error) <= self.tolerance
 
-
-@dataclass(frozen=True)
-class Comparison:
-    """What rows have in common; attributes as of `Row`."""
-
-    case: str
-    unit: str
-    tolerance: float
-    method: str
-    source: str
-
     def row(
         self,
         quantity: str,
@@ -96,18 +86,16 @@ class Comparison:
         reference: SupportsFloat,
         at: float = math.nan,
         resolution: float = math.nan,
-    ) -> Row:
-        """Return the row of a computed number."""
-        values = vars(self) | {"at": at, "resolution": resolution}
-        return Row(
-            quantity=quantity, computed=float(computed), reference=float(reference), **values
-        )
+    ) -> Self:
+        """Return the row of a computed number, which has the rest in common with this row."""
+        values = vars(self) | {"quantity": quantity, "at": at, "resolution": resolution}
+        return type(self)(**values | {"computed": float(computed), "reference": float(reference)})
 
 
-def comparison(name: str, **values: object) -> Comparison:
-    """Return a comparison of `COMPARISONS` by its name, with the values in its method."""
+def comparison(name: str, **values: object) -> Row:
+    """Return what rows have in common: `COMPARISONS` by name, with the values in its method."""
     texts: dict[str, Any] = COMPARISONS[name]
-    return Comparison(**{**texts, "method": texts["method"].format(**values)})
+    return Row(**{**texts, "method": texts["method"].format(**values)})
 
 
 # Columns of the file of rows, besides the error.
@@ -128,7 +116,8 @@ def confirm(rows: Sequence[Row]) -> str:
 
     Examples
     --------
-    >>> confirm([Row("Beam", "f", 100.5, 100.0, "Hz", 0.01, "30 elements", "Navier")])
+    >>> beam = Row(case="Beam", unit="Hz", tolerance=0.01, method="30 elements", source="Navier")
+    >>> confirm([beam.row("f", 100.5, 100.0)])
     '1 of 1 numbers within their tolerance'
     """
     compared = [row for row in rows if row.has_tolerance]
@@ -162,5 +151,4 @@ def read_rows(path: Path) -> list[Row]:
     if list(table) != [*COLUMNS, "error"]:
         raise ValueError(f"{path}:1: columns {list(table)}, not {[*COLUMNS, 'error']}")
     numbers = {field.name: float for field in fields(Row) if field.type is float}
-    table = table[list(COLUMNS)].astype(numbers)
-    return [Row(*row) for row in table.itertuples(index=False)]
+    return [Row(**values) for values in records(table[list(COLUMNS)].astype(numbers))]

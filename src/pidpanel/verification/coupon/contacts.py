@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,8 +47,7 @@ def alike(
     return Constants.alike(youngs_modulus, POISSONS_RATIO, restitution, friction, rolling_friction)
 
 
-@dataclass(frozen=True)
-class FreeSphere:
+class FreeSphere(NamedTuple):
     """How a sphere sets off: x, z [m], velocities [m/s], spin about y [rad/s]."""
 
     x: float
@@ -98,7 +98,7 @@ def moved(
         "gravity": gravity,
         "floor": floor,
         "lanes": max(sphere.lane for sphere in spheres),
-        "spheres": [vars(sphere) for sphere in spheres],
+        "spheres": [sphere._asdict() for sphere in spheres],
     }
     folder.mkdir(parents=True, exist_ok=True)
     with Liggghts(folder, "spheres") as solver:
@@ -134,19 +134,24 @@ def rolling_speed(folder: Path, speed: float, spin: float = 0.0) -> float:
     # sliding lasts 2 |v − ωR|/(7 μ g); three times that and it rolls
     slip = abs(speed - spin * DIAMETER / 2)
     steps = math.ceil(3 * 2 * slip / (7 * FRICTION * STANDARD_GRAVITY) / STEP)
-    sphere = FreeSphere(0.0, _resting_height(), vx=speed, spin=spin)
-    constants = alike(MODULUS, 0.5, FRICTION)
+    return _final_speed(folder, speed, spin, 0.0, steps)
+
+
+def _final_speed(
+    folder: Path, speed: float, spin: float, rolling_friction: float, steps: int
+) -> float:
+    """Speed [m/s] of a sphere on a floor after some steps.
+
+    It starts at rest on the floor, sunk in by its weight: F = (4/3) E* √R δ^{3/2}.
+    """
+    weight = DENSITY * math.pi / 6 * DIAMETER**3 * STANDARD_GRAVITY
+    sunk = (3 * weight / (4 * _effective_modulus() * math.sqrt(DIAMETER / 2))) ** (2 / 3)
+    sphere = FreeSphere(0.0, DIAMETER / 2 - sunk, vx=speed, spin=spin)
+    constants = alike(MODULUS, 0.5, FRICTION, rolling_friction)
     ends = moved(
         folder, [sphere], constants, STEP, steps, ("vx",), gravity=STANDARD_GRAVITY, floor=True
     )
     return float(ends[-1, 0, 0])
-
-
-def _resting_height() -> float:
-    """Centre of a sphere at rest on a floor, sunk in by its weight: F = (4/3) E* √R δ^{3/2}."""
-    weight = DENSITY * math.pi / 6 * DIAMETER**3 * STANDARD_GRAVITY
-    sunk = (3 * weight / (4 * _effective_modulus() * math.sqrt(DIAMETER / 2))) ** (2 / 3)
-    return DIAMETER / 2 - float(sunk)
 
 
 def _effective_modulus() -> float:
@@ -185,12 +190,7 @@ def rolling_rows(folder: Path) -> list[Row]:
     speed = 0.05
     slowing = 5 / 7 * ROLLING_FRICTION * STANDARD_GRAVITY
     steps = math.ceil(0.5 * speed / slowing / STEP)
-    rolling = alike(MODULUS, 0.5, FRICTION, ROLLING_FRICTION)
-    sphere = FreeSphere(0.0, _resting_height(), vx=speed, spin=speed / (DIAMETER / 2))
-    ends = moved(
-        folder, [sphere], rolling, STEP, steps, ("vx",), gravity=STANDARD_GRAVITY, floor=True
-    )
-    lost = speed - float(ends[-1, 0, 0])
+    lost = speed - _final_speed(folder, speed, speed / (DIAMETER / 2), ROLLING_FRICTION, steps)
     stopped = comparison("rolling", friction=ROLLING_FRICTION, step=STEP_TEXT)
     return [stopped.row("deceleration", lost / (steps * STEP), slowing)]
 
