@@ -309,7 +309,7 @@ OTHERS = ["cycles_1.txt", "cycles_2.txt", "outcome", "all"]
 @pytest.mark.parametrize("which", OTHERS)
 def test_what_another_run_has_left_is_not_read_for_its_own(shaken, tmp_path, which):
     # a run of the same bed at 21 g, whole and with sound hashes of its own
-    # red: `check_run` left out in `judgement.read_run`; `check_same` of the bed in `sound_bed`
+    # red: `check_run` left out in `summary.read_run`; `check_same` of the bed in `sound_bed`
     folder, row, _ = shaken
     coupon, other = tmp_path / "coupon", tmp_path / "other"
     shutil.copytree(folder, coupon)

@@ -48,7 +48,7 @@ FORMULAS = {
     "spectra": "acceleration_table break_points third_octaves",
     "geometry": "cells plane_mesh plane_waves polygon sizes",
     "atlas": "groups",
-    "coupon": "balance contact cycles design drive geometry packings rows states",
+    "coupon": "balance contact cycles design drive geometry rows states",
     "damping": "atlas atlas_fit broadband constants coupled fit gaussian_process inelastic interpolation jump laws measured readings riding sides simulated_range "
     "surface surface_cases tables thinned",
     "panel": "attachments basis eigen face fit grid layup mindlin modes navier plate reactions resolution section shapes "

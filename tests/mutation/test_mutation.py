@@ -81,8 +81,7 @@ OTHERS = {
     "geometry": "",
     "solve": "",
     "atlas": "table",
-    "coupon": "atlas attempts batches bed cases coding deadline estimate film finished from_study judgement legs "
-    "packing preparation records runs summary window",
+    "coupon": "attempts batches bed cases coding estimate film from_study packing preparation records runs summary window",
     "damping": "atlas_files from_study surface_files table_files",
     "panel": "basis_files first plate_files flat_mesh gmsh_files from_study matrices mesh nastran tables",
     "sound": "field_files from_study",

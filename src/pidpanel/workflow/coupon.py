@@ -7,9 +7,9 @@ values that the job needs, and is new only where a batch is to be judged again.
 import math
 from collections.abc import Iterable
 
-from pidpanel.coupon import coding, finished
+from pidpanel.coupon import coding
 from pidpanel.coupon.attempts import JUDGING_VERSION
-from pidpanel.coupon.batches import Batch, Part, batches_of, parts_of
+from pidpanel.coupon.batches import Batch, Part, batches_of, compare_results, parts_of
 from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import run_memory
@@ -95,7 +95,7 @@ class CouponRuns:
         """Return the file of the cases of a batch; new where what they left is not complete."""
         batch, request = self.batches[label], requests.request_of(COUPON / "batch" / label)
         if self._asked.is_new(request):
-            is_open, faults = finished.changes(batch, COUPON)
+            is_open, faults = compare_results(batch, COUPON)
             content = {**batch.content, "judging": JUDGING_VERSION}
             outcome = COUPON / "batch" / f"{label}.json"
             requests.ask(request, content, [outcome], is_made=not is_open)
