@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from pidpanel.coupled.checkpoints import IDENTITY, read_record, write_record
 from pidpanel.coupled.estimate import PatchEstimate, ScenarioEstimate
 from pidpanel.coupled.estimate_files import SimulatedBed, frames, write_estimate
 from pidpanel.coupled.impedance import BandImpedance
 from pidpanel.coupled.own_force import OwnForce
-from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.solve.bands import whole_third_octaves
 

@@ -56,8 +56,8 @@ FORMULAS = {
     "sound": "added_mass excitation face field psd_table radiation spectrum table wavenumber_table",
     "solve": "bands basis_error dampers diagonal direct elements excitation layout lines maps mesh_error modal "
     "model motions moved panel power search sharpness solvers source stress supports uncertainty",
-    "coupled": "coupled_panel estimate impedance integration linear loaded_shapes own_force "
-    "excited_panel panel_motion scenario_runs segments softening force_record spectra stations variants",
+    "coupled": "coupled_panel estimate impedance integration linear own_force "
+    "excited_panel scenario_runs segments softening force_record spectra variants",
     "response": "bushes cases coupled_errors dampers extrapolation mapping model_error panel patch_rows tabdmp1 tables",
     "base": "basis_check notching random sine sine_errors transfer",
     "severity": "fatigue moments oscillators strength",
