@@ -49,8 +49,8 @@ FORMULAS = {
     "geometry": "cells plane_mesh plane_waves polygon sizes",
     "atlas": "groups",
     "coupon": "balance contact cycles design drive geometry rows states",
-    "damping": "atlas atlas_fit broadband constants coupled fit gaussian_process inelastic interpolation jump laws measured readings riding sides simulated_range "
-    "surface surface_cases tables thinned",
+    "damping": "atlas atlas_fit broadband coupled fit gaussian_process inelastic interpolation jump laws measured readings sides "
+    "surface surface_cases tables",
     "panel": "attachments basis eigen face fit grid layup mindlin modes navier plate reactions resolution section shapes "
     "supports thin triangles",
     "sound": "added_mass excitation face field psd_table radiation spectrum table wavenumber_table",
