@@ -13,6 +13,7 @@ from pidpanel.coupled.scenario import CoupledScenario, RunSettings, SimulatedPat
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.solve.layout import DamperLayout, Load, layouts
 from pidpanel.solve.panel import ModalPanel
+from pidpanel.study.damping import Coupled
 
 LOW, HIGH, PERIOD, SETTLED, STATIONS = 30.0, 395.0, 2.0, 1.0, 32
 ROWS = int(10 * HIGH * PERIOD)
@@ -45,7 +46,8 @@ class DeadWeights:
 def coupled(panel):
     """The panel with its patch, its settings, and what draws its forces."""
     ratio = DampingRatio((RATIO,))
-    settings = RunSettings((LOW, HIGH), ratio, 343.0, PERIOD, SETTLED, STATIONS, STATIONS, None, {})
+    keys = Coupled(duration_s=PERIOD, settle_s=SETTLED, stations=STATIONS, cells=STATIONS)
+    settings = RunSettings((LOW, HIGH), ratio, 343.0, keys, {})
     excited = ExcitedPanel(
         settings, panel.basis, panel.plate, panel.supported.vectors, panel.excitation, None
     )

@@ -15,7 +15,7 @@ from pidpanel.constants import LIGGGHTS_VERSION, STANDARD_GRAVITY
 from pidpanel.coupon import contact, summary
 from pidpanel.coupon.bed import LOOSENING, Bed, run_at
 from pidpanel.coupon.cases import Case, RunTarget
-from pidpanel.coupon.drive import Drive, Tone
+from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.packing import Constants, Packing
 from pidpanel.paths import SECTION
 
@@ -127,7 +127,7 @@ def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
         yield _case(coupon, [beds[fill, diameter, seed] for seed in seeds], drive, varied)
 
 
-def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str, Any]) -> Case:
+def _case(coupon: Coupon, beds: Sequence[Bed], drive: Tone, varied: Mapping[str, Any]) -> Case:
     """The case of a drive, a bed of every seed; those beyond ``accuracy.seeds`` are its reserve."""
     accuracy = coupon.accuracy
     stroke = _stroke_of_crossing(beds[0], drive)
@@ -152,7 +152,7 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str
     return Case(first, modulus, wanted_error, target, varied, reserve, state_cycles)
 
 
-def _stroke_of_crossing(bed: Bed, drive: Drive) -> float:
+def _stroke_of_crossing(bed: Bed, drive: Tone) -> float:
     """W/L; 0 where the bed is not thrown up to the lid, and so rides whatever its stroke.
 
     With gravity g along the motion a bed thrown at ωW rises by (ωW)²/2g, which is less than L where
@@ -168,7 +168,7 @@ def _start_of(coupon: Coupon, seed: int) -> Literal["rest", "hard"]:
     return "hard" if seed % 2 == 0 and coupon.deck is None else "rest"
 
 
-def _drives(coupon: Coupon) -> Iterator[Drive]:
+def _drives(coupon: Coupon) -> Iterator[Tone]:
     """Every drive of the sweep that is not too fast, frequency by frequency."""
     sweep = coupon.sweep
     fastest = sweep.max_velocity_m_s or math.inf
@@ -212,7 +212,7 @@ def _bed(coupon: Coupon, packing: Packing, fill_fraction: float) -> Bed:
 def _constants(
     coupon: Coupon,
     packing: Packing,
-    drive: Drive,
+    drive: Tone,
     stroke_per_gap: float = 0.0,
     deepening: float = 1.0,
 ) -> Constants:
