@@ -85,7 +85,7 @@ OTHERS = {
     "damping": "atlas_files from_study surface_files table_files",
     "panel": "basis_files first plate_files flat_mesh gmsh_files from_study matrices mesh nastran tables",
     "sound": "field_files from_study",
-    "coupled": "beds checkpoints estimate_files from_study pieces scenario",
+    "coupled": "beds checkpoints from_study pieces scenario",
     "base": "from_study tables",
     "severity": "from_study tables",
     "optimise": "excited finalists from_study options placed",

@@ -19,8 +19,8 @@ what such a damper is, C_e, m_a and the force of the bed that is its own, is fou
     The spheres of a run in LIGGGHTS as a library, and the process around it.
 `scenario`, `excited_panel`, `scenario_runs`
     Settings, the panel with the stations of the patches of a scenario, and its runs.
-`checkpoints`, `estimate_files`
+`checkpoints`
     What runs leave.
 `from_study`
-    The runs of a study, and their files.
+    The runs of a study, and the files of their estimates.
 """

@@ -260,15 +260,18 @@ def atlas_table(cases: Mapping[str, Case], rows: pd.DataFrame, source: str) -> p
     """
     import pandas as pd
 
+    from pidpanel.atlas.table import fields
+
     counted = rows[rows["status"].isin(COUNTED)]
     table = [
-        _row(cases[str(row["case"])], row) | {"source": source}
+        row | _groups(cases[str(row["case"])], row) | {"source": source}
         for row in counted.to_dict("records")
     ]
-    return pd.DataFrame(table)
+    return pd.DataFrame(table, columns=[field["name"] for field in fields()])
 
 
-def _row(case: Case, row: Mapping[Any, Any]) -> dict[str, Any]:
+def _groups(case: Case, row: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return the columns of the atlas that are not those of the row too."""
     run, drive = case.point, case.point.drive
     packing, constants = run.packing, run.constants
     _check_groups(case)
@@ -276,7 +279,6 @@ def _row(case: Case, row: Mapping[Any, Any]) -> dict[str, Any]:
     scale = mass * drive.angular_frequency  # of C_e [N s/m³]
     states = [float(value) for value in _listed(row["state_damping_n_s_m3"])]
     return {
-        "case": case.label,
         "fill_fraction": run.fill_fraction,
         "gamma": drive.gamma,
         "stroke_per_gap": run.bed.stroke_per_gap(drive),
@@ -285,26 +287,16 @@ def _row(case: Case, row: Mapping[Any, Any]) -> dict[str, Any]:
         "width_per_diameter": packing.across_flats / packing.diameter,
         "depth_per_diameter": packing.depth / packing.diameter,
         "direction": _direction(run.bed),
-        "loss_factor": row["loss_factor"],
-        "loss_factor_error": row["loss_factor_error"],
         "loss_factor_statistical_error": row["statistical_error_n_s_m3"] / scale,
         "mass_ratio": row["apparent_mass_kg_m2"] / mass,
         "mass_ratio_error": row["apparent_mass_error_kg_m2"] / mass,
-        "states": row["states"],
         "state_loss_factors": " ".join(f"{value / scale:.4g}" for value in states),
         "state_shares": " ".join(_listed(row["state_share"])),
         "hardness": packing.density * drive.speed**2 / constants.youngs_modulus,
         "contact_time_per_period": run.contact_time_at(constants.youngs_modulus) * drive.frequency,
         "overlap_per_radius": run.overlap_at(constants.youngs_modulus),
-        "modulus_bias": row["modulus_bias"],
-        "bulk_fraction": row["bulk_fraction"],
-        "spheres_per_cell": row["spheres_per_cell"],
-        "cells": row["cells"],
-        "seeds": row["seeds"],
         "cycles": row["cycles_used"],
-        "closure": row["closure"],
         "target_met": str(row["target_met"]).lower(),
-        "status": row["status"],
         "diameter_mm": packing.diameter * 1e3,
         "density_kg_m3": packing.density,
         "youngs_modulus_mpa": constants.youngs_modulus / 1e6,
@@ -312,11 +304,6 @@ def _row(case: Case, row: Mapping[Any, Any]) -> dict[str, Any]:
         "frequency_hz": drive.frequency,
         "across_flats_mm": packing.across_flats * 1e3,
         "depth_mm": packing.depth * 1e3,
-        "particle_mass_per_area_kg_m2": mass,
-        "equivalent_damping_n_s_m3": row["equivalent_damping_n_s_m3"],
-        "equivalent_damping_error_n_s_m3": row["equivalent_damping_error_n_s_m3"],
-        "apparent_mass_kg_m2": row["apparent_mass_kg_m2"],
-        "apparent_mass_error_kg_m2": row["apparent_mass_error_kg_m2"],
         "liggghts_version": LIGGGHTS_VERSION,
         "pidpanel_version": version("pidpanel"),
     }

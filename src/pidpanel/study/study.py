@@ -15,12 +15,10 @@ from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import NAME_WORDS, CouponStudy, is_name
 from pidpanel.study.dampers import Damper, is_massless_table
 from pidpanel.study.damping import COUPLED, Damping
-from pidpanel.study.measurement import Measurement
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import Panel
-from pidpanel.study.requirements import mistakes_of_atlas
-from pidpanel.study.response import Response
+from pidpanel.study.response import Measurement, Response
 from pidpanel.study.scenarios import (
     Compared,
     Family,
@@ -83,7 +81,7 @@ class Study(CouponStudy):
             return
         yield from requirements.mistakes_of_labels(self)
         yield from requirements.mistakes_of_optimise(self)
-        yield from mistakes_of_atlas(self)
+        yield from requirements.mistakes_of_atlas(self)
         yield from requirements.mistakes_of_measurements(self)
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
