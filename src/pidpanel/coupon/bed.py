@@ -9,7 +9,7 @@ from typing import Any, Literal
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import coding, contact, geometry
 from pidpanel.coupon.drive import Tone
-from pidpanel.coupon.liggghts import deck, process, trust
+from pidpanel.coupon.liggghts import deck, process
 from pidpanel.coupon.packing import Constants, Packing, identity_digest
 from pidpanel.paths import TEMPLATES
 
@@ -174,7 +174,7 @@ class Run:
         jinja2.UndefinedError
             For a variable of the user's template that `deck_values` does not hold.
         DeckRefused
-            For a deck of the user's own that is not trusted; see `trust`.
+            For a deck of the user's own that is not trusted; see `deck.check_trust`.
         """
         template, values = self._template, self.deck_values(leg, restart)
         return deck.render(template.name, values, template.parent)
@@ -191,7 +191,7 @@ class Run:
     def _template(self) -> Path:
         if self.deck is None:
             return TEMPLATES / "shake.in.j2"
-        trust.check_trust(Path(self.deck))
+        deck.check_trust(Path(self.deck))
         return Path(self.deck)
 
     @property

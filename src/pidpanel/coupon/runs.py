@@ -18,7 +18,7 @@ from pathlib import Path
 from pidpanel.coupon import geometry, rows, window
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import RunTarget
-from pidpanel.coupon.liggghts import deck, sphere_dump
+from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
@@ -78,7 +78,7 @@ REPEAT_FOLDER = "again"  # folder below that of a run in which something of it i
 def last_file(cycles: int) -> str:
     """Name of the file of the spheres after so many cycles, where a run met a target.
 
-    Its columns are `sphere_dump.POSITION_AND_VELOCITY`.
+    Its columns are `output.POSITION_AND_VELOCITY`.
     """
     return f"at_{cycles}.dump"
 
@@ -190,7 +190,7 @@ def _end_at(state: RunState, done: int, folder: Path) -> End | None:
 def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, folder: Path) -> End:
     """Write the spheres as they are and measure the energy balance, after the last cycle."""
     last = last_file(done)
-    solver.dump(last, sphere_dump.POSITION_AND_VELOCITY)
+    solver.dump(last, output.POSITION_AND_VELOCITY)
     balance = None
     if run.lists_contacts:
         balance = window.measure_balance(solver, run, state, home)
