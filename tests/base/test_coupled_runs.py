@@ -13,7 +13,6 @@ from pidpanel.coupled.scenario import CoupledScenario, RunSettings, SimulatedPat
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.solve.layout import DamperLayout, Load, layouts
 from pidpanel.solve.panel import ModalPanel
-from pidpanel.study.damping import Coupled
 
 LOW, HIGH, PERIOD, SETTLED, STATIONS = 30.0, 395.0, 2.0, 1.0, 32
 ROWS = int(10 * HIGH * PERIOD)
@@ -46,8 +45,7 @@ class DeadWeights:
 def coupled(panel):
     """The panel with its patch, its settings, and what draws its forces."""
     ratio = DampingRatio((RATIO,))
-    keys = Coupled(duration_s=PERIOD, settle_s=SETTLED, stations=STATIONS, cells=STATIONS)
-    settings = RunSettings((LOW, HIGH), ratio, 343.0, keys, {})
+    settings = RunSettings((LOW, HIGH), ratio, 343.0, PERIOD, SETTLED, STATIONS, STATIONS, None, {})
     excited = ExcitedPanel(
         settings, panel.basis, panel.plate, panel.supported.vectors, panel.excitation, None
     )

@@ -21,7 +21,6 @@ from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.damping import Coupled
 
 COUPON = Coupon.model_validate(
     {
@@ -161,7 +160,11 @@ def excited(tmp_path_factory):
             frequency_range=(40.0, 150.0),
             damping_ratio=DampingRatio((0.02,)),
             wave_speed=343.0,
-            keys=Coupled(duration_s=0.5043, settle_s=0.031, stations=4, cells=8),
+            duration=0.5043,
+            settling=0.031,
+            stations=4,
+            cells=8,
+            youngs_modulus=None,
             attributes={"study": "mine"},
         ),
         basis_of(mesh, plate, shapes),

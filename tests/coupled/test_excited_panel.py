@@ -156,8 +156,7 @@ def test_contacts_follow_the_rms_motion_of_the_stations(excited, share):
     motion = RmsMotion(root * velocity, root * acceleration)
     (found,) = excited.moduli(level, panel)
     assert found.modulus == softened_modulus(STIFF, BED, motion)
-    keys = excited.settings.keys.model_copy(update={"youngs_modulus_mpa": 50.0})
-    given = replace(excited, settings=replace(excited.settings, keys=keys))
+    given = replace(excited, settings=replace(excited.settings, youngs_modulus=50e6))
     (found,) = given.moduli(level, panel)
     assert found.modulus == 50e6
     assert found.bias == pytest.approx(softening_bias(STIFF, BED, motion, 50e6), rel=2e-3)

@@ -100,9 +100,7 @@ def test_rows_and_steps_are_as_short_as_they_must_be(runs):
 
 def test_rows_that_are_closer_need_fewer_intervals(runs):
     # of 28.2 rows 29 are made: 5.84 intervals of a sixtieth of a period; red: INTERVALS… = 66
-    settings = runs.excited.settings
-    keys = settings.keys.model_copy(update={"duration_s": 0.0188})
-    settings = replace(settings, keys=keys)
+    settings = replace(runs.excited.settings, duration=0.0188)
     short = replace(runs, excited=replace(runs.excited, settings=settings))
     run = short.drawn(1).integration
     assert (run.rows - run.settled, run.intervals_per_row) == (29, 6)

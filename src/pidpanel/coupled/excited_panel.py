@@ -216,9 +216,9 @@ class ExcitedPanel:
             translation = np.ones((len(values), len(self.modal.modal_mass) - values.shape[1]))
             return shapes.shape(np.hstack([values, translation]))
 
-        stations = stations_of(position, weight, settings.keys.stations)
+        stations = stations_of(position, weight, settings.stations)
         parts = stations_of(position, weight, min(PARTS, len(weight)))
-        cells = settings.keys.cells // settings.keys.stations
+        cells = settings.cells // settings.stations
         return CoupledPatch(
             shape=np.repeat(shape(stations.point), cells, axis=0),
             area=np.repeat(stations.area / cells, cells),
@@ -278,6 +278,6 @@ class ExcitedPanel:
             psd = psds @ patch.area / patch.area.sum()
             squares = [float(np.trapezoid(omega**k * psd, frequency)) for k in (2, 4)]
             particle = simulated.youngs_modulus, simulated.beds[0], RmsMotion(*np.sqrt(squares))
-            modulus = self.settings.keys.youngs_modulus or softened_modulus(*particle)
+            modulus = self.settings.youngs_modulus or softened_modulus(*particle)
             moduli.append(Softened(modulus, softening_bias(*particle, modulus)))
         return moduli

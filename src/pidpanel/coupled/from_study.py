@@ -105,14 +105,18 @@ def _random_motion(study: Study) -> BreakPoints:
 
 def read_excited_panel(study: Study, files: Files) -> ExcitedPanel:
     """Read the files of the stages upstream."""
-    motion = None if study.sound else _random_motion(study)
+    keys, motion = study.damping.coupled, None if study.sound else _random_motion(study)
     span = study.response.frequency_hz
     low, high = span if motion is None else motion.frequency[[0, -1]].tolist()
     settings = RunSettings(
         frequency_range=(low, high),
         damping_ratio=study.panel.modal_damping,
         wave_speed=study.wave_speed,
-        keys=study.damping.coupled,
+        duration=keys.duration_s,
+        settling=keys.settle_s,
+        stations=keys.stations,
+        cells=keys.cells,
+        youngs_modulus=None if keys.youngs_modulus_mpa is None else 1e6 * keys.youngs_modulus_mpa,
         attributes=stamp(study),
     )
     basis, plate = read_basis(files.modes), read_plate(files.plate)
@@ -168,7 +172,8 @@ def estimated_cpu_seconds(study: Study) -> float:
         spheres, steps = [], []
         for patch in scenario.patches:
             packing = patch.beds[0].packing
-            modulus = keys.youngs_modulus or usual_modulus(patch.youngs_modulus, packing.density)
+            modulus = 1e6 * (keys.youngs_modulus_mpa or 0.0)
+            modulus = modulus or usual_modulus(patch.youngs_modulus, packing.density)
             steps.append(STEP_RAYLEIGH * packing.smallest(modulus).rayleigh_time)
             spheres.append(round(spheres_in(packing, patch.beds[0].fill_fraction)))
         substeps = max(1, int(interval / min(steps)))

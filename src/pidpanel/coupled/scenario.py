@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pidpanel.coupon.bed import Bed
 from pidpanel.damping.readings import DampingReading
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.study.damping import Coupled
 
 
 @dataclass(frozen=True)
@@ -16,7 +15,14 @@ class RunSettings:
     frequency_range: tuple[float, float]  # lowest and highest frequency [Hz]
     damping_ratio: DampingRatio  # ζ of the bare panel [1]
     wave_speed: float  # speed of the waves that excite the panel [m/s]
-    keys: Coupled  # of the study
+    # Of a run, evaluated and before that [s]
+    duration: float
+    settling: float
+    # Of a patch
+    stations: int
+    cells: int
+    # Of the contacts [Pa]; None for the softest that is accurate enough
+    youngs_modulus: float | None
     attributes: Mapping[str, str]  # of the records
 
 

@@ -81,10 +81,10 @@ class ScenarioRuns:
     def drawn(self, number: int) -> DrawnRun:
         """Draw the modal forces of a run and start its beds."""
         settings, panel = self.excited.settings, self.panel
-        (low, high), period = settings.frequency_range, settings.keys.duration_s
+        (low, high), period = settings.frequency_range, settings.duration
         rows = int(np.ceil(ROWS_PER_PERIOD * high * period))
         interval = period / rows
-        settled = round(settings.keys.settle_s / interval)
+        settled = round(settings.settling / interval)
         beds = list(zip(self.scenario.beds[number - 1], self.softened, strict=True))
         longest = STEP_RAYLEIGH * min(
             bed.packing.smallest(soft.modulus).rayleigh_time for bed, soft in beds

@@ -69,11 +69,6 @@ class Coupled(SectionModel):
     %, which is part of the error."""
 
     @property
-    def youngs_modulus(self) -> float | None:
-        """Young's modulus of the contacts [Pa]; None for the softest that is accurate enough."""
-        return None if self.youngs_modulus_mpa is None else 1e6 * self.youngs_modulus_mpa
-
-    @property
     def run_s(self) -> float:
         """Length of a run [s]."""
         return self.settle_s + self.duration_s
