@@ -123,7 +123,7 @@ def test_a_law_leaves_the_sweep_of_the_section_coupon(loaded):
     ids=["stated level", "level by element"],
 )
 def test_keys_of_single_tones_leave_them_the_reading(loaded, key):
-    # red: `is_of_tones` without one of its parts
+    # red: `is_of_tones` with the kind of the level alone
     assert loaded(("damping", key), *OF_THE_SECTION, FILLED).readings == ("dem",)
 
 

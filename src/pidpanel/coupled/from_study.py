@@ -178,7 +178,7 @@ def estimated_cpu_seconds(study: Study) -> float:
             spheres.append(round(spheres_in(packing, patch.beds[0].fill_fraction)))
         substeps = max(1, int(interval / min(steps)))
         cost = sum(cpu_per_interval(count, substeps) for count in spheres)
-        seconds += keys.run_s / (substeps * min(steps)) * cost
+        seconds += (keys.settle_s + keys.duration_s) / (substeps * min(steps)) * cost
     return seconds
 
 

@@ -35,8 +35,8 @@ from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
 from pidpanel.measurement.files import UNIVERSAL
 from pidpanel.provenance import durable
 from pidpanel.spectra.acceleration_table import read_base_table
-from pidpanel.study.document import Document
-from pidpanel.study.identify import Identification, Measured, identification_in
+from pidpanel.study.document import Document, section_in
+from pidpanel.study.identify import Identification, Measured
 from pidpanel.study.mistakes import Keys, Mistake, Mistakes
 from pidpanel.study.requirements import FILLS, FRICTION, RESTITUTION, direction_of
 
@@ -109,7 +109,7 @@ def read_measurement(file: Path, atlas: Atlas) -> tuple[Identification, Specimen
         As `identify_file`.
     """
     document = Document(file)
-    identification = identification_in(document)
+    identification = section_in(document, Identification)
     try:
         return identification, *_measurement(identification, atlas)
     except Mistakes as error:

@@ -14,7 +14,7 @@ from pidpanel.study.base_motion import BaseMotion, sound_or_base
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import NAME_WORDS, CouponStudy, is_name
 from pidpanel.study.dampers import Damper, is_massless_table
-from pidpanel.study.damping import COUPLED, Damping
+from pidpanel.study.damping import COUPLED, Damping, Level
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import Panel
@@ -186,8 +186,9 @@ class Study(CouponStudy):
             return (BARE,)
         if self.damping.readings is not None:
             return tuple(self.damping.readings)
-        is_full = self.response.modal_damping == "full"
-        if self.has_filled_coupon and is_full and not self.damping.is_of_tones:
+        # a level is that of single tones
+        is_full, is_of_tones = self.response.modal_damping == "full", self.damping.level != Level()
+        if self.has_filled_coupon and is_full and not is_of_tones:
             return (COUPLED,)
         return ("stated",) if self.dampers else ("dem",)
 
