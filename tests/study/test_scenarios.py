@@ -75,7 +75,7 @@ def test_a_layout_is_one_scenario_of_all_its_patches_named_by_its_key(loaded):
 
 
 def test_scenarios_of_several_dampers_have_them_in_their_names(loaded):
-    # red: the damper left out of Study._of_one_patch
+    # red: the damper left out of Scenario.of_patch
     labels = [scenario.label for scenario in loaded().all_scenarios()]
     assert labels == [
         "bare_150dB", "both", "PID-2_acrylic_r0.4_150dB", "PID-2_acrylic_r0.8_150dB",

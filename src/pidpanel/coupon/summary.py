@@ -181,10 +181,9 @@ def read_seeds(
     for run, path in judged_by(case, outcomes):
         try:
             read = read_run(run, path)
-        except failures.RunFailed as failure:
-            problems.append((failure.status, str(failure)))
         except failures.SolverFailure as failure:
-            problems.append((type(failure).__name__, str(failure)))
+            status = getattr(failure, "status", type(failure).__name__)
+            problems.append((status, str(failure)))
         else:
             seeds.append(read)
             problems += [(type(p).__name__, str(p)) for p in problems_of(run, read, path.parent)]

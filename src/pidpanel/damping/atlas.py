@@ -24,12 +24,7 @@ from scipy.optimize import least_squares
 from pidpanel.arrays import Array, Flags
 from pidpanel.atlas.groups import Bead, is_hard
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.broadband import (
-    CORRECTED_TONES,
-    SINGLE_TONES,
-    BroadbandError,
-    broadband_share,
-)
+from pidpanel.damping import broadband
 from pidpanel.damping.inelastic import LONGEST_GAP, slug, thrown_height
 from pidpanel.damping.jump import Jump
 from pidpanel.damping.readings import DampingReading, DampingValues, Point
@@ -99,9 +94,6 @@ REGIMES = (0.1, 0.5)
 # 0.28 of the error of C_e that 95 % lie within, and 90 % within 0.81; normal errors have 0.34 and
 # 0.84, t with five degrees of freedom 0.28 and 0.78. Crossing beds and m_a have longer tails.
 TAILS = 5.0
-
-# Of the coordinates of `AtlasBed.points` over the ranges of the atlas.
-SPREAD = np.array([0.26, 1.8, 3.5, 1.2, 1.0, 0.46, 1.0, 0.5, 2.1])
 
 # Columns of the coordinates with the loss, the friction, the width and the depth of the bed.
 LOSS, FRICTION, WIDTH, DEPTH = 3, 4, 5, 6
@@ -287,9 +279,9 @@ class AtlasDamping(DampingReading):
     depends_on_acceleration = True
 
     @property
-    def broadband_error(self) -> BroadbandError:
+    def broadband_error(self) -> broadband.BroadbandError:
         """Error under broadband motion."""
-        return CORRECTED_TONES if self.is_broadband else SINGLE_TONES
+        return broadband.CORRECTED_TONES if self.is_broadband else broadband.SINGLE_TONES
 
     @property
     def nodes(self) -> Array:
@@ -328,7 +320,8 @@ class AtlasDamping(DampingReading):
         factor = self._factors(frequency, fill_fraction, acceleration_g)[0]
         unit = np.full(factor.shape, self.mass_per_fill)
         if self.is_broadband:
-            unit *= broadband_share(self.stroke_per_gap(frequency, fill_fraction, acceleration_g))
+            stroke = self.stroke_per_gap(frequency, fill_fraction, acceleration_g)
+            unit *= broadband.broadband_share(stroke)
         return DampingValues(
             unit * values.equivalent_damping,
             unit * factor * values.equivalent_damping_error,
