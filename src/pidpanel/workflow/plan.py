@@ -15,7 +15,7 @@ from pidpanel.check import check_machine, checked_study
 from pidpanel.coupon import coding
 from pidpanel.coupon.attempts import JUDGING_VERSION
 from pidpanel.coupon.batches import Batch, Part, batches_of, compare_results, parts_of
-from pidpanel.coupon.bed import Bed, Run
+from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.estimate import run_memory
 from pidpanel.coupon.from_study import cases_by_coupon, distinct
@@ -166,11 +166,12 @@ class CouponRuns:
 
     def memory_of_batch(self, label: str, attempt: int) -> int:
         """Return the memory of a job that shakes a batch [MB]."""
-        return attempt * _memory(case.point for case in self.batches[label].cases)
+        cases = self.batches[label].cases
+        return max(self.memory_of_case(case.label, attempt) for case in cases)
 
     def memory_of_case(self, label: str, attempt: int) -> int:
         """Return the memory of a job that shakes runs of a case [MB]."""
-        return attempt * _memory([self._cases[label].point])
+        return attempt * int(run_memory(self._cases[label].point) / 1e6)
 
     @property
     def retries(self) -> int | None:
@@ -186,10 +187,6 @@ def bed_files(beds: Iterable[Bed]) -> list[str]:
 
 def _leg_file(case: str, part: int, leg: int) -> str:
     return str(COUPON / "leg" / case / f"{part}_{leg}.json")
-
-
-def _memory(runs: Iterable[Run]) -> int:
-    return max(int(run_memory(run) / 1e6) for run in runs)
 
 
 # Keys of a configuration that are not of a study.
