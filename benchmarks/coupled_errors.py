@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.coupled import beds, force_record, pieces
+from pidpanel.coupled.checkpoints import IDENTITY, read_record, write_record
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
 from pidpanel.coupled.estimate import estimate
 from pidpanel.coupled.integration import Integration
-from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupon import attempts
 from pidpanel.coupon.from_study import bed_of

@@ -29,7 +29,7 @@ from pidpanel.coupon.cases import Case, RunTarget
 from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.geometry import cell_centres, closed_cells, lowest
-from pidpanel.coupon.liggghts import deck, sphere_dump
+from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.process import Liggghts, check_installed
 from pidpanel.coupon.liggghts.start_files import walls_file
 from pidpanel.coupon.preparation import (
@@ -227,8 +227,8 @@ def after(run: Run, target: RunTarget, bed: Path, folder: Path) -> Path:
     """The bed that another run leaves behind, brought to rest: a warm start."""
     shaken = runs.shake(run, target, bed, folder / "run")
     last = folder / "run" / runs.last_file(shaken.cycles)
-    columns = sphere_dump.POSITION_AND_VELOCITY
-    places = sphere_dump.read_dump(last.read_text(), str(last), columns)[-1][:, :3]
+    columns = output.POSITION_AND_VELOCITY
+    places = output.read_dump(last.read_text(), str(last), columns)[-1][:, :3]
     diameters = read_bed(bed)[:, 3]
     np.savetxt(
         folder / BED_FILE,

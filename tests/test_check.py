@@ -13,7 +13,7 @@ import yaml
 from pidpanel.check import check_machine, checked_study
 from pidpanel.cli import main
 from pidpanel.cli.study_overview import overview
-from pidpanel.coupon.liggghts.trust import TRUST
+from pidpanel.coupon.liggghts.deck import TRUST
 from pidpanel.solve.lines import LINES_AT_MOST, frequency_grid
 from pidpanel.study import StudyError, load_any_study
 from pidpanel.study.dampers import resolved_masses

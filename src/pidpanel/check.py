@@ -100,8 +100,8 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
 
     from pidpanel.coupon.from_study import cases_of
     from pidpanel.coupon.liggghts import deck
+    from pidpanel.coupon.liggghts.deck import check_trust
     from pidpanel.coupon.liggghts.failures import DeckRefused
-    from pidpanel.coupon.liggghts.trust import check_trust
 
     for case in cases_of(coupon):
         path = case.point.deck

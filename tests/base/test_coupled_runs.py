@@ -8,8 +8,7 @@ from moving import APPARENT, RATIO, WHITE
 
 from pidpanel.coupled import force_record
 from pidpanel.coupled.excited_panel import ExcitedPanel
-from pidpanel.coupled.integration import Integration
-from pidpanel.coupled.panel_motion import drift_free_velocity
+from pidpanel.coupled.integration import Integration, drift_free_velocity
 from pidpanel.coupled.scenario import CoupledScenario, RunSettings, SimulatedPatch
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.solve.layout import DamperLayout, Load, layouts

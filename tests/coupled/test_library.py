@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupled.beds import StartedBed, cell_of, spheres_of, started
-from pidpanel.coupled.process import in_child
+from pidpanel.coupled.pieces import in_child
 from pidpanel.coupon import geometry, preparation
 from pidpanel.coupon.liggghts.failures import RunStopped
 from pidpanel.coupon.liggghts.library import commands
@@ -120,7 +120,7 @@ def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate, integrat
 
 
 def test_an_error_of_liggghts_has_its_words(bed, tmp_path):
-    # red: os.dup2 left out of `process._work`; a library that is loaded in the caller aborts it
+    # red: os.dup2 left out of `pieces._work`; a library that is loaded in the caller aborts it
     found, beds = bed
     soft = replace(found, constants=replace(found.constants, poissons_ratio=7.0))
 

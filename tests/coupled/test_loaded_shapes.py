@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupled.loaded_shapes import LinearDamper, loaded_shapes
+from pidpanel.coupled.excited_panel import LinearDamper, loaded_shapes
 from pidpanel.solve.model import ModalBasis
 
 NATURAL, MASS = np.array([50.0, 120.0, 300.0]), np.array([1.5, 1.5, 2.0])

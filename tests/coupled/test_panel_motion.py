@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupled.panel_motion import drift_free_velocity, energy, free_motion
+from pidpanel.coupled.integration import drift_free_velocity, energy, free_motion
 
 STEP = 1e-3
 

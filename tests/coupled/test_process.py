@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 
-from pidpanel.coupled.process import in_child
+from pidpanel.coupled.pieces import in_child
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, RunStopped
 
 

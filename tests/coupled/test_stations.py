@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupled.stations import stations_of
+from pidpanel.coupled.excited_panel import stations_of
 
 
 def grid(inside, n=40):

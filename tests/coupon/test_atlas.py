@@ -6,8 +6,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.atlas.table import fields
-from pidpanel.coupon.atlas import atlas_table
-from pidpanel.coupon.from_study import cases_of
+from pidpanel.coupon.from_study import atlas_table, cases_of
 from pidpanel.study.coupon import Coupon
 
 SWEEP = {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [20]}

@@ -7,7 +7,7 @@ import pytest
 
 from pidpanel.coupon import attempts, film, runs
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts import sphere_dump
+from pidpanel.coupon.liggghts import output
 from pidpanel.report import films
 from pidpanel.study.coupon import Coupon
 
@@ -47,8 +47,8 @@ def test_the_frames_go_on_where_the_run_ended(left):
     assert shot.position.shape == shot.velocity.shape == (len(shot.time), len(shot.diameters), 3)
     assert shot.diameters == pytest.approx(2.5e-3)
     # the first frame is that of the end, but for the steps to the first dump
-    last = sphere_dump.read_dump(
-        (folder / runs.last_file(10)).read_text(), "last", sphere_dump.POSITION_AND_VELOCITY
+    last = output.read_dump(
+        (folder / runs.last_file(10)).read_text(), "last", output.POSITION_AND_VELOCITY
     )[-1]
     fastest = np.abs(shot.velocity).max()
     # 1e-6 m: a dump has six digits of some centimetres

@@ -11,7 +11,7 @@ import pytest
 
 from pidpanel.coupon import attempts, preparation, rows, summary
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts import failures, output, sphere_dump
+from pidpanel.coupon.liggghts import failures, output
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.study.coupon import Coupon
 
@@ -309,7 +309,7 @@ OTHERS = ["cycles_1.txt", "cycles_2.txt", "outcome", "all"]
 @pytest.mark.parametrize("which", OTHERS)
 def test_what_another_run_has_left_is_not_read_for_its_own(shaken, tmp_path, which):
     # a run of the same bed at 21 g, whole and with sound hashes of its own
-    # red: `check_run` left out in `judgement.read_run`; `check_same` of the bed in `sound_bed`
+    # red: `check_run` left out in `summary.read_run`; `check_same` of the bed in `sound_bed`
     folder, row, _ = shaken
     coupon, other = tmp_path / "coupon", tmp_path / "other"
     shutil.copytree(folder, coupon)
@@ -461,7 +461,7 @@ def listed(shaken, tmp_path_factory):
     with Liggghts(folder / "run", "shake") as solver:
         solver.read_deck(run.deck_text())
         solver.run(12 * run.steps_per_cycle)
-        solver.dump("last.dump", sphere_dump.POSITION_AND_VELOCITY)
+        solver.dump("last.dump", output.POSITION_AND_VELOCITY)
         solver.end_rows(by_cell=False)
         _, files = solver.list_contacts(
             run.steps_per_cycle, run.steps_per_cycle // 20, rolling=False
@@ -498,8 +498,8 @@ def readings(listed):
         folder / "shake.log": lambda data: output.check_log(
             data.decode(errors="replace"), "l", last_step=last, atoms=count
         ),
-        folder / "last.dump": lambda data: sphere_dump.read_dump(
-            data.decode(errors="replace"), "d", sphere_dump.POSITION_AND_VELOCITY
+        folder / "last.dump": lambda data: output.read_dump(
+            data.decode(errors="replace"), "d", output.POSITION_AND_VELOCITY
         ),
         files.pairs: contacts(with_wall=False),
         files.touches: contacts(with_wall=True),

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from pidpanel.coupon import attempts, coding, deadline, legs, runs, summary
+from pidpanel.coupon import attempts, coding, runs, summary
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.records import RunState
 from pidpanel.study.coupon import Coupon
@@ -42,12 +42,12 @@ def test_a_stretch_between_restarts_is_of_one_length_on_every_machine_and_a_cycl
 
 
 def test_a_deadline_stops_what_would_pass_it_and_nothing_else():
-    deadline.check(1e9)  # without one nothing stops
-    with deadline.limit(100.0):
-        deadline.check(50.0)
-        with pytest.raises(deadline.Continues), deadline.limit(1e6):  # red: no min in `limit`
-            deadline.check(150.0)
-    deadline.check(1e9)  # red: the end of before not restored
+    runs.check_time(1e9)  # without one nothing stops
+    with runs.time_limit(100.0):
+        runs.check_time(50.0)
+        with pytest.raises(runs.Continues), runs.time_limit(1e6):  # red: no min in `time_limit`
+            runs.check_time(150.0)
+    runs.check_time(1e9)  # red: the end of before not restored
 
 
 @pytest.mark.liggghts
@@ -62,19 +62,19 @@ def test_seeds_shaken_leg_by_leg_have_the_bits_of_a_case_shaken_in_one_go(tmp_pa
     shutil.copytree(whole, shared)
     attempts.shake_cases([case], whole, tmp_path / "whole.json")
     for number in range(2):
-        before, status, count = None, legs.CONTINUES, 0
+        before, status, count = None, attempts.CONTINUES, 0
         request = tmp_path / "request.json"
         values = {"case": coding.encode(case), "runs": [number], "is_last": False}
         request.write_text(json.dumps(values))
-        while status == legs.CONTINUES:
+        while status == attempts.CONTINUES:
             file = shared / f"{number}_{count}.json"
             # no time at all: one stretch a leg
             read = {"request": request, "before": before}
             call("shake_leg", "", read, {"leg": file}, seconds=0.0, coupon=shared)
             before, status, count = file, json.loads(file.read_text())["status"], count + 1
         # to cycles 4, 8, 10, 14, 15, the balance
-        assert (status, count) == (legs.DONE, 6)
-    with deadline.limit(0.0):  # nothing is left to be run
+        assert (status, count) == (attempts.DONE, 6)
+    with runs.time_limit(0.0):  # nothing is left to be run
         attempts.shake_cases([case], shared, tmp_path / "shared.json")
     assert (tmp_path / "shared.json").read_text() == (tmp_path / "whole.json").read_text()
     rows = [
@@ -93,14 +93,14 @@ def test_a_last_leg_that_is_not_done_is_to_be_tried_again(tmp_path, monkeypatch)
     file, request = tmp_path / "leg.json", tmp_path / "request.json"
     values = {"case": coding.encode(case), "runs": [0], "is_last": True}
     request.write_text(json.dumps(values))
-    with pytest.raises(deadline.Continues):  # red: `is_last` not looked at
-        legs.shake_leg(request, None, tmp_path, file, seconds=0.0)
+    with pytest.raises(runs.Continues):  # red: `is_last` not looked at
+        attempts.shake_leg(request, None, tmp_path, file, seconds=0.0)
     assert not file.exists()
     state = coding.read(RunState, case.folders(tmp_path)[0] / "state.json")
     assert state.cycles == 4
     ended = tmp_path / "ended.json"
-    ended.write_text(json.dumps({"status": legs.DONE}))
-    legs.shake_leg(request, ended, tmp_path, file, seconds=0.0)
+    ended.write_text(json.dumps({"status": attempts.DONE}))
+    attempts.shake_leg(request, ended, tmp_path, file, seconds=0.0)
     # red: every status taken for one that goes on
-    assert json.loads(file.read_text())["status"] == legs.DONE
+    assert json.loads(file.read_text())["status"] == attempts.DONE
     assert coding.read(RunState, case.folders(tmp_path)[0] / "state.json") == state

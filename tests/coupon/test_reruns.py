@@ -11,7 +11,7 @@ from pidpanel.coupon import packing as packing_module
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck, process
-from pidpanel.coupon.liggghts.trust import TRUST
+from pidpanel.coupon.liggghts.deck import TRUST
 from pidpanel.paths import TEMPLATES
 from pidpanel.study.coupon import Coupon
 

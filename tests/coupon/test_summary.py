@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pidpanel.coupon import coding, cycles, judgement, rows, summary
+from pidpanel.coupon import coding, cycles, rows, summary
 from pidpanel.coupon.balance import EnergyBalance
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.records import MeasuredBalance, Shaken, ShakeOutcome
@@ -127,8 +127,8 @@ def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
     (case,) = recorded_case()
     record(case, tmp_path, closure=-0.021)
     (file,) = case.outcomes(tmp_path)
-    read = judgement.read_run(case.point, file)
-    problems = list(judgement.problems_of(case.point, read, file.parent))
+    read = summary.read_run(case.point, file)
+    problems = list(summary.problems_of(case.point, read, file.parent))
     assert "EnergyNotClosed" in [type(problem).__name__ for problem in problems]
     assert any("-2.10% of the work is missing" in str(problem) for problem in problems)
     assert (
@@ -141,8 +141,8 @@ def problems(folder, **changes):
     (case,) = recorded_case()
     record(case, folder, **changes)
     (file,) = case.outcomes(folder)
-    read = judgement.read_run(case.point, file)
-    found = list(judgement.problems_of(case.point, read, file.parent))
+    read = summary.read_run(case.point, file)
+    found = list(summary.problems_of(case.point, read, file.parent))
     return [type(problem).__name__ for problem in found]
 
 
@@ -206,14 +206,14 @@ def test_a_run_that_drifts_counts_with_the_error_that_says_so(tmp_path):
     # red: `return damping.error` without a look at the drift
     (case,) = recorded_case()
     record(case, tmp_path)
-    read = judgement.read_run(case.point, case.outcomes(tmp_path)[0])
+    read = summary.read_run(case.point, case.outcomes(tmp_path)[0])
     for drift, times in ((1.0, 1.0), (-5.0, 5.0)):
         damping = replace(read.damping, start=0, drift=drift)
-        assert judgement.error_of(replace(read, damping=damping)) == pytest.approx(
+        assert summary.error_of(replace(read, damping=damping)) == pytest.approx(
             times * damping.error
         )
     late = replace(read.damping, start=11, drift=0.5)  # not steady, though it drifts little
-    assert judgement.error_of(replace(read, damping=late)) == late.error
+    assert summary.error_of(replace(read, damping=late)) == late.error
 
 
 def test_runs_that_are_not_steady_count_by_their_error():
@@ -229,7 +229,7 @@ def test_runs_that_are_not_steady_count_by_their_error():
         found = cycles.estimate(series)
         if not rows.is_steady(found, count):
             read = SimpleNamespace(damping=found, shaken=SimpleNamespace(cycles=count))
-            off.append((found.mean - 1) / judgement.error_of(read))
+            off.append((found.mean - 1) / summary.error_of(read))
     assert len(off) > 40
     assert np.sqrt(np.mean(np.square(off))) < 1.6  # 1.8 without what they drift
     assert np.mean(np.abs(off) < 2) > 0.75

@@ -12,14 +12,13 @@ from pidpanel.damping import atlas_fit
 from pidpanel.damping.atlas import (
     JUMP_LENGTHS,
     REGIMES,
-    SPREAD,
     TAILS,
     AtlasDamping,
     bed_of,
     cases_in,
     dimensionless,
 )
-from pidpanel.damping.atlas_files import atlas_data, by_state, extended_atlas, read_atlas
+from pidpanel.damping.atlas_files import SPREAD, atlas_data, by_state, extended_atlas, read_atlas
 from pidpanel.damping.atlas_fit import (
     PARTS,
     WIDTH,

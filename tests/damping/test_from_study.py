@@ -9,9 +9,8 @@ import yaml
 
 from pidpanel.columns import ColumnsError
 from pidpanel.damping.atlas import AtlasDamping
-from pidpanel.damping.constants import ConstantDamper
 from pidpanel.damping.from_study import reading_from_atlas, reading_of, reading_of_damper
-from pidpanel.damping.laws import PaperLaw, paper_corrected, paper_printed
+from pidpanel.damping.laws import ConstantDamper, PaperLaw, paper_corrected, paper_printed
 from pidpanel.damping.readings import DampingError
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_files import to_dataset

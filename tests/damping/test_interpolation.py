@@ -68,7 +68,7 @@ def test_nothing_is_said_beyond_the_least_and_the_most_of_the_rows(table, kind, 
 def test_values_have_no_jump(table, kind, axis, point):
     # two points 1e-9 apart: at most that times the steepest slope between rows, 1e5 over the step
     # of the amplitude from 0.3 to 1 seen from 100: 143 times 1e5
-    # red: `(values > 0) & log` → `np.isfinite(values) & log` in of_lines: a line that comes down
+    # red: `values > 0` → `np.isfinite(values)` in `_Line`: a line that comes down
     # to zero drags its neighbours with it at that one point
     points, values = table
     beside = np.array(point)
@@ -226,7 +226,7 @@ def test_a_fill_of_one_amplitude_holds_for_every_amplitude():
 
 def test_zeros_are_left_along_straight_lines():
     # 0 to 10 between 100 and 400 Hz: half of it at the middle of the logarithm; 10 to 40 beyond:
-    # the geometric mean. red: `values > 0` → `values >= 0` in of_rows
+    # the geometric mean. red: `values > 0` → `values >= 0` in `_Line`
     points = np.array([(1.0, 1.0, f) for f in (100.0, 400.0, 1600.0)])
     rows = Interpolator(*points.T, np.array([[0.0], [10.0], [40.0]]), "log")
     found, _ = ask(rows, [(1.0, 1.0, 200.0), (1.0, 1.0, 800.0)])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from pidpanel.damping.atlas import TREND_START, fit_riding, riding_trend
 from pidpanel.damping.inelastic import slug
-from pidpanel.damping.riding import START, fit_riding, riding_trend
 
 # ln A … w that no search starts from
 CONSTANTS = np.array([0.3, 0.25, 0.95, 0.2, -0.7, 0.6, 0.1, 1.3, -1.1, -0.5, 1.6])
@@ -51,7 +51,7 @@ def test_a_gas_loses_no_more_than_the_body_that_crosses():
 
 
 def test_a_search_finds_the_constants_in_spite_of_outliers():
-    # red: loss="linear"; no pull to START, with which constants without cases have no value
+    # red: loss="linear"; no pull to TREND_START, with which constants without cases have no value
     where = points(400)
     values = riding_trend(CONSTANTS, where)
     values[::20] += 2.0
@@ -59,7 +59,7 @@ def test_a_search_finds_the_constants_in_spite_of_outliers():
     np.testing.assert_allclose(found, CONSTANTS, atol=0.12)
     alone = fit_riding(where[where[:, 7] == 0], riding_trend(CONSTANTS, where[where[:, 7] == 0]),
                        np.full((where[:, 7] == 0).sum(), 0.05))  # fmt: skip
-    np.testing.assert_allclose(alone[4:6], START[4:6], atol=1e-6)
+    np.testing.assert_allclose(alone[4:6], TREND_START[4:6], atol=1e-6)
 
 
 @pytest.mark.parametrize("upright", [0, 1])

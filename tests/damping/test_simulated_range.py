@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.damping.simulated_range import SimulatedRange
+from pidpanel.damping.surface import SimulatedRange
 
 
 @pytest.mark.parametrize("slope", [0.0, 1.0])

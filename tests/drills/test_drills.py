@@ -15,7 +15,7 @@ pytestmark = pytest.mark.liggghts
 
 def test_killed_and_damaged_it_comes_to_the_same_bytes(tmp_path):
     # red: `end_with` left out of job.run (LIGGGHTS stays); `nolock` left out of the profile (the
-    # lock stays); `finished.changes` asked for outcomes alone (the row stays as it is)
+    # lock stays); `batches.compare_results` asked for outcomes alone (the row stays as it is)
     world = World(tmp_path / "a$(touch hit)b")
     world.write()
     process = world.start()

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pidpanel.check import checked_study
 from pidpanel.columns import ColumnsError
 from pidpanel.coupon import coding
-from pidpanel.coupon.liggghts import failures, output, sphere_dump
+from pidpanel.coupon.liggghts import failures, output
 from pidpanel.coupon.records import RunState
 from pidpanel.damping.table_files import read_columns
 from pidpanel.panel.gmsh_files import read_gmsh
@@ -67,8 +67,8 @@ def readings():
         ),
         "dump": (
             GOLDEN / "last.dump",
-            lambda path: sphere_dump.read_dump(
-                path.read_text(errors="replace"), "dump", sphere_dump.POSITION_AND_VELOCITY
+            lambda path: output.read_dump(
+                path.read_text(errors="replace"), "dump", output.POSITION_AND_VELOCITY
             ),
             failures.SolverFailure,
         ),

@@ -12,8 +12,8 @@ import yaml
 
 from pidpanel.cli import main
 from pidpanel.damping.atlas_files import read_atlas
-from pidpanel.identify.from_study import identify_file, read_measurement
-from pidpanel.identify.posterior import Posterior, measured_table
+from pidpanel.identify.from_study import identify_file, measured_table, read_measurement
+from pidpanel.identify.posterior import Posterior
 from pidpanel.identify.prediction import Tones
 from pidpanel.report.identify_page import posterior_figure
 from pidpanel.study import StudyError, load_study

@@ -48,16 +48,16 @@ FORMULAS = {
     "spectra": "acceleration_table break_points third_octaves",
     "geometry": "cells plane_mesh plane_waves polygon sizes",
     "atlas": "groups",
-    "coupon": "balance contact cycles design drive geometry packings rows states",
-    "damping": "atlas atlas_fit broadband constants coupled fit gaussian_process inelastic interpolation jump laws measured readings riding sides simulated_range "
-    "surface surface_cases tables thinned",
+    "coupon": "balance contact cycles design drive geometry rows states",
+    "damping": "atlas atlas_fit broadband coupled fit gaussian_process inelastic interpolation jump laws measured readings sides "
+    "surface surface_cases tables",
     "panel": "attachments basis eigen fit grid mindlin modes navier plate reactions resolution section shapes "
     "supports thin triangles",
     "sound": "face field radiation spectrum table wavenumber_table",
     "solve": "bands basis_error dampers direct elements excitation layout lines maps mesh_error modal "
     "model motions moved panel power search sharpness solvers source stress supports uncertainty",
-    "coupled": "coupled_panel estimate impedance integration linear loaded_shapes own_force "
-    "excited_panel panel_motion scenario_runs segments softening force_record spectra stations variants",
+    "coupled": "coupled_panel estimate impedance integration linear own_force "
+    "excited_panel scenario_runs segments softening force_record spectra variants",
     "response": "cases dampers extrapolation mapping model_error nastran panel tables",
     "base": "basis_check random sine",
     "severity": "fatigue moments oscillators strength",

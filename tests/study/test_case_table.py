@@ -114,7 +114,7 @@ def test_a_table_stands_in_place_of_a_sweep(tmp_path):
 
 
 def test_a_study_with_a_panel_has_a_sweep(tmp_path):
-    # red: keys_without_panel without cases
+    # red: mistakes_with_panel without cases
     (tmp_path / "design.csv").write_text(TABLE)
     coupon = Coupon.model_validate({"cases": tmp_path / "design.csv"})
-    assert coupon.keys_without_panel == ["cases"]
+    assert [mistake.keys[-1] for mistake in coupon.mistakes_with_panel()] == ["cases"]

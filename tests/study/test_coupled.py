@@ -154,6 +154,5 @@ def test_the_keys_need_no_reading_where_coupled_is_the_default(loaded, refusal):
     found["damping"] = {"coupled": {"runs": 3}}
     study = loaded(found)
     assert study.readings == ("coupled",) and study.damping.coupled.runs == 3
-    assert study.damping.coupled.run_s == pytest.approx(0.4 + 1.6)
     says = "damping.coupled = {runs: 3}: only allowed with the damping model 'coupled'"
     assert told(refusal, pot_alone(found)) == [says]

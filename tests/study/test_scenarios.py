@@ -75,7 +75,7 @@ def test_a_layout_is_one_scenario_of_all_its_patches_named_by_its_key(loaded):
 
 
 def test_scenarios_of_several_dampers_have_them_in_their_names(loaded):
-    # red: the damper left out of Study._of_one_patch
+    # red: the damper left out of Scenario.of_patch
     labels = [scenario.label for scenario in loaded().all_scenarios()]
     assert labels == [
         "bare_150dB", "both", "PID-2_acrylic_r0.4_150dB", "PID-2_acrylic_r0.8_150dB",
@@ -123,7 +123,7 @@ def test_a_law_leaves_the_sweep_of_the_section_coupon(loaded):
     ids=["stated level", "level by element"],
 )
 def test_keys_of_single_tones_leave_them_the_reading(loaded, key):
-    # red: `is_of_tones` without one of its parts
+    # red: `is_of_tones` with the kind of the level alone
     assert loaded(("damping", key), *OF_THE_SECTION, FILLED).readings == ("dem",)
 
 

@@ -30,7 +30,7 @@ def test_the_units_of_the_coupon_become_si():
     assert coupon.cell.across_flats == 0.00635
     assert coupon.particles.youngs_modulus == 3.2e9
     assert coupon.stiffness.choices == (50e6, 200e6, 800e6)
-    assert coupon.stiffness.from_acceleration == 10 * STANDARD_GRAVITY
+    assert coupon.stiffness.from_acceleration_g == 10
     assert coupon.gravity == STANDARD_GRAVITY
     assert coupon.diameters == (0.002,)
     assert coupon.sweep.accelerations == tuple(g * STANDARD_GRAVITY for g in (4, 20, 120, 700))

@@ -10,7 +10,7 @@ import xarray as xr
 import yaml
 from reference_pages import untold
 
-from pidpanel.coupled.record_files import IDENTITY, read_record
+from pidpanel.coupled.checkpoints import IDENTITY, read_record
 from tests.commands import jobs, said, snakemake
 from tests.workflow.test_workflow import STUDIES
 
@@ -166,5 +166,5 @@ def test_a_record_with_a_changed_number_is_made_anew(coupled, tmp_path):
 
 @pytest.mark.liggghts
 def test_every_column_of_coupled_runs_is_described(coupled):
-    # red: residual_db renamed in coupled/estimate_files.py; another unit of impulse in record_files.py
+    # red: residual_db renamed in coupled/from_study.py; another unit of impulse in checkpoints.py
     assert untold((coupled / TABLES).parent)[0] == []

@@ -9,10 +9,9 @@ import pytest
 from pidpanel.coupon import coding
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.provenance import locks, requests
-from pidpanel.provenance.requests import LONG_AGO
+from pidpanel.provenance.requests import LONG_AGO, Requests
 from pidpanel.study.coupon import Coupon
-from pidpanel.workflow.coupon import CouponRuns
-from pidpanel.workflow.requests import Requests
+from pidpanel.workflow.plan import CouponRuns
 
 OUTPUTS = ["results/a/panel/modes.nc", "results/a/panel/modes.csv"]
 

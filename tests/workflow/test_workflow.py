@@ -177,7 +177,7 @@ def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
 
 @pytest.mark.liggghts
 def test_rows_cut_behind_the_workflows_back_are_named_and_made_again(smoke, tmp_path):
-    # red: `finished.changes` that looks at outcomes alone
+    # red: `batches.compare_results` that looks at outcomes alone
     folder = tmp_path / "cut"
     shutil.copytree(smoke, folder)
     rows = next((folder / "results" / "coupon").glob("r*/s1/cycles_1.txt"))

@@ -8,9 +8,7 @@ from pidpanel.provenance.job import arguments_of
 from pidpanel.provenance.owner import OwnerError
 from pidpanel.study import StudyError
 from pidpanel.study.coupon_study import NAME
-from pidpanel.workflow.plan import has_study
-from pidpanel.workflow.coupon import bed_files
-from pidpanel.workflow.plan import Plan, WorkflowRunning
+from pidpanel.workflow.plan import Plan, WorkflowRunning, bed_files, has_study
 from pidpanel.workflow.rules import (
     RESPONSE_SECTIONS,
     air_files,

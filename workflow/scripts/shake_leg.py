@@ -1,6 +1,6 @@
 """Shake runs of a long case for so long: a status, and restarts for the next leg."""
 
-from pidpanel.coupon.legs import shake_leg
+from pidpanel.coupon.attempts import shake_leg
 from pidpanel.provenance.job import Job, run
 
 

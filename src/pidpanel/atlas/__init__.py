@@ -6,5 +6,5 @@
     The table of cases, ``cases.csv``, described by ``datapackage.json``.
 
 The runs are those of ``workflow/studies/atlas.yaml``: `pidpanel.coupon.design` makes their table of
-cases, `pidpanel.coupon.atlas` their rows.
+cases, `pidpanel.coupon.from_study` their rows.
 """

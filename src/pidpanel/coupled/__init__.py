@@ -5,26 +5,22 @@ station of a patch with its own motion, under modal forces drawn from the excita
 panel does then is compared with what it would do under the same forces with a linear damper, and
 what such a damper is, C_e, m_a and the force of the bed that is its own, is found in the same run.
 
-`stations`
-    Places of a patch that stand for it.
 `force_record`
     Modal forces with the cross-PSDs of an excitation.
-`panel_motion`
-    The shapes, exactly, from one impulse to the next.
 `integration`
-    Panel and spheres step by step; the balance of energy.
+    Panel, exactly from one impulse to the next, and spheres step by step; the balance of energy.
 `linear`
     The same panel with linear dampers, over frequency.
 `impedance`, `own_force`
     C_e, m_a and the bed's own force from records, with the excitation as instrument.
 `estimate`
     Third octaves and rms of the whole patch from those of the run, with errors.
-`beds`, `process`
+`beds`, `pieces`
     The spheres of a run in LIGGGHTS as a library, and the process around it.
 `scenario`, `excited_panel`, `scenario_runs`
-    Settings, the panel with the patches of a scenario, and its runs.
-`record_files`, `estimate_files`
+    Settings, the panel with the stations of the patches of a scenario, and its runs.
+`checkpoints`
     What runs leave.
 `from_study`
-    The runs of a study, and their files.
+    The runs of a study, and the files of their estimates.
 """

@@ -1,17 +1,18 @@
 """The panel of a study under its excitation, with the patches of a scenario."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eigh
 
-from pidpanel.arrays import Array, Index
+from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch, bare_psd
-from pidpanel.coupled.loaded_shapes import LinearDamper, LoadedShapes, loaded_shapes
 from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings
 from pidpanel.coupled.softening import RmsMotion, Softened, softened_modulus, softening_bias
-from pidpanel.coupled.stations import stations_of
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.basis_error import modal_basis
@@ -22,6 +23,149 @@ from pidpanel.solve.panel import deflection_at_points
 from pidpanel.solve.source import PatchParts
 from pidpanel.solve.supports import BaseExcitation
 from pidpanel.sound.radiation import Air
+
+AIR_NODES = 25  # frequencies at which the air is looked at
+
+
+class LinearDamper(NamedTuple):
+    """A damper with given C_e and m_a on a patch."""
+
+    overlap: Array  # (n, n) D of its patch [m²]
+    # C_e [N s/m³] and m_a [kg/m²] at frequencies (k,) [Hz]
+    values: Callable[[Array], tuple[Array, Array]]
+
+
+@dataclass(frozen=True)
+class LoadedShapes:
+    """Oscillators, and their shapes in those of the bare panel."""
+
+    modal: ModalBasis
+    # (n, n) new shapes as columns; None where they are those of the bare panel
+    vectors: Array | None
+
+    def shape(self, values: Array) -> Array:
+        """Return shapes (k, n) of the bare panel as those of here."""
+        return values if self.vectors is None else np.asarray(values @ self.vectors)
+
+    def columns(self, values: Array) -> Array:
+        """Return forces (…, n, r) on the shapes of the bare panel as those on these."""
+        return values if self.vectors is None else np.asarray(self.vectors.T @ values)
+
+    def square(self, matrix: Array | Complexes) -> Array | Complexes:
+        """Return matrices (…, n, n) on the shapes of the bare panel as those on these."""
+        if self.vectors is None:
+            return matrix
+        return self.vectors.T @ matrix @ self.vectors
+
+
+def loaded_shapes(
+    modal: ModalBasis,
+    extent: tuple[float, float],
+    air: Callable[[Array], Complexes] | None,
+    dampers: Sequence[LinearDamper],
+) -> LoadedShapes:
+    """Return the oscillators of a panel in air with dampers that are not integrated.
+
+    The panel moves in shapes of its own, each a single oscillator. The air adds the diagonal of its
+    mass and resistance; dampers add m_a D to the mass, with which new shapes follow, and the
+    diagonal of C_e D to their damping. What is left out changes the motion in which the particles
+    are seen a little, and C_e and m_a hardly; the response is computed with all of it
+    (`pidpanel.response`).
+    """
+    if air is not None:
+        modal = _in_air(modal, extent, air)
+    if not dampers:
+        return LoadedShapes(modal, None)
+    nodes = np.geomspace(*extent, AIR_NODES)
+    # one mass for all frequencies: its mean over their logarithm
+    heavy = np.diag(modal.modal_mass) + sum(
+        damper.values(nodes)[1].mean() * damper.overlap for damper in dampers
+    )
+    square, vectors = eigh(np.diag(modal.modal_mass * modal.angular_frequency**2), heavy)
+    natural = np.sqrt(np.maximum(square, 0)) / (2 * np.pi)
+    clipped = np.clip(natural, *extent)
+    damping = np.einsum("in,i,in->n", vectors, modal.damping, vectors)
+    for damper in dampers:
+        diagonal = np.einsum("in,ij,jn->n", vectors, damper.overlap, vectors)
+        damping = damping + damper.values(clipped)[0] * diagonal
+    return LoadedShapes(_oscillators(natural, np.ones(len(natural)), damping), vectors)
+
+
+def _in_air(
+    modal: ModalBasis, extent: tuple[float, float], air: Callable[[Array], Complexes]
+) -> ModalBasis:
+    nodes = np.geomspace(*extent, AIR_NODES)
+    stiffness = np.stack([np.diagonal(air(nodes[k : k + 1])[0]) for k in range(len(nodes))])
+    omega = 2 * np.pi * nodes[:, None]
+    log_natural = np.log(np.clip(modal.natural_frequency, *extent))
+
+    def at_modes(values: Array) -> Array:
+        return np.array(
+            [np.interp(f, np.log(nodes), row) for f, row in zip(log_natural, values.T, strict=True)]
+        )
+
+    mass = modal.modal_mass + at_modes(-stiffness.real / omega**2)
+    damping = modal.damping + at_modes(stiffness.imag / omega)
+    natural = modal.natural_frequency * np.sqrt(modal.modal_mass / mass)
+    return _oscillators(natural, mass, damping)
+
+
+def _oscillators(natural: Array, mass: Array, damping: Array) -> ModalBasis:
+    """Return oscillators; one at rest has no damping of its own."""
+    omega = 2 * np.pi * natural
+    ratio = np.divide(damping, 2 * mass * omega, out=np.full_like(omega, 1e-6), where=omega > 0)
+    return ModalBasis(natural, mass, ratio)
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Points of a patch where cells are simulated, each representing a part of its area."""
+
+    point: Index  # (k,) index of each among the points of the patch
+    area: Array  # (k,) area of its part [m²]; they add up to that of the patch
+
+
+def stations_of(position: Array, weight: Array, count: int) -> Stations:
+    """Return stations of a patch of any outline.
+
+    The points of a quadrature are halved along the longer side of their extent, in proportion to
+    the number of stations in each half, until each part has one: the point nearest its middle.
+    The force of its cells acts on the modes as ∫ φ p dA ≈ Σ φ(x_k) a_k p_k, the midpoint rule.
+
+    Examples
+    --------
+    >>> x = np.array([[0.1, 0.0], [0.2, 0.0], [0.3, 0.0], [0.7, 0.0], [0.8, 0.0], [0.9, 0.0]])
+    >>> found = stations_of(x, np.full(6, 0.5), 2)
+    >>> found.point.tolist(), found.area.tolist()
+    ([1, 4], [1.5, 1.5])
+    """
+    if not 1 <= count <= len(weight):
+        raise ValueError(f"{count} stations of a patch with {len(weight)} points")
+    point, area = [], []
+    for part in _parts(position, weight, np.arange(len(weight)), count):
+        middle = weight[part] @ position[part] / weight[part].sum()
+        nearest = np.argmin(((position[part] - middle) ** 2).sum(axis=1))
+        point.append(part[nearest])
+        area.append(weight[part].sum())
+    return Stations(np.array(point), np.array(area))
+
+
+def _parts(position: Array, weight: Array, part: Index, count: int) -> list[Index]:
+    if count == 1:
+        return [part]
+    first = (count + 1) // 2
+    extent = np.ptp(position[part], axis=0)
+    # rounded, so that points of one column do not differ in their last digits
+    size = max(float(extent.max()), 1e-300)
+    along = np.round(position[part] / size, 9)
+    axis = int(np.argmax(np.round(extent / size, 6)))
+    order = np.lexsort((along[:, 1 - axis], along[:, axis]))
+    share = np.cumsum(weight[part][order]) / weight[part].sum()
+    cut = int(np.searchsorted(share, first / count - 1e-9)) + 1
+    cut = min(max(cut, first), len(part) - (count - first))
+    halves = (part[order[:cut]], first), (part[order[cut:]], count - first)
+    return [piece for half, number in halves for piece in _parts(position, weight, half, number)]
+
 
 LINES_PER_BANDWIDTH = 3.0  # of rms values within 1e-3
 

@@ -1,22 +1,110 @@
 """A run of panel and particles in pieces, each resumed from the state that the last one left."""
 
+import faulthandler
+import math
+import multiprocessing
+import os
+import resource
 import shutil
+import signal
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any, TypeVar
 
 from pidpanel.arrays import Array
 from pidpanel.coupled.beds import StartedBed, cpu_per_interval, deck_of, spheres_of
 from pidpanel.coupled.checkpoints import Checkpoint, ends_of_pieces, identity_of
 from pidpanel.coupled.integration import Balance, Integration, Rows
-from pidpanel.coupled.process import Progress, in_child
 from pidpanel.coupon.liggghts.deck import WALLS_FILE, without_comments
 from pidpanel.coupon.liggghts.failures import RunStopped
 from pidpanel.coupon.liggghts.library import load_library
 from pidpanel.coupon.preparation import BED_FILE
+
+Result = TypeVar("Result")
+Progress = Callable[[float], None]  # takes the share of the work that is done [1]
+
+LAST_WORDS = 2000  # characters of the child's output that a failure repeats
+
+
+def in_child(
+    work: Callable[[Progress], Result],
+    name: str,
+    *,
+    silence_s: float,
+    cpu_limit_s: float,
+    progress: Progress = lambda _: None,
+) -> Result:
+    """Do work in a child process, which may abort, hang or be killed, and return what it found.
+
+    LIGGGHTS as a library ends its process on an error and cannot be interrupted. The child reports
+    its progress; silence, or more CPU time than it was given, ends it. Wall time does not count:
+    the machine may be busy.
+    """
+    # the state of the caller as it is; nothing that runs in threads is in use here
+    context = multiprocessing.get_context("fork")
+    receiver, sender = context.Pipe(duplex=False)
+    with tempfile.TemporaryFile() as output:
+        arguments = (work, sender, output.fileno(), os.getpid(), cpu_limit_s)
+        child = context.Process(target=_work, args=arguments)
+        child.start()
+        sender.close()
+        try:
+            while True:
+                if not receiver.poll(silence_s):
+                    raise RunStopped(f"{name}: no progress for {silence_s:.0f} s")
+                kind, value = receiver.recv()
+                if kind == "found":
+                    return value
+                if kind == "failed":
+                    raise value
+                progress(value)
+        except EOFError:
+            child.join()
+            if child.exitcode == -signal.SIGXCPU:
+                limit = f"more than {cpu_limit_s:.0f} s of CPU time"
+                raise RunStopped(f"{name}: {limit}") from None
+            output.seek(max(0, output.seek(0, os.SEEK_END) - LAST_WORDS))
+            words = output.read().decode(errors="replace").strip("\0 \n")
+            errors = [line for line in words.splitlines() if "ERROR" in line]
+            last = (errors or words.splitlines() or ["no message"])[0 if errors else -1]
+            raise RunStopped(f"{name}: exit status {child.exitcode}: {last}") from None
+        finally:
+            child.kill()
+            child.join()
+            receiver.close()
+
+
+def _work(
+    work: Callable[[Progress], Any], to: Connection, output: int, parent: int, cpu_limit_s: float
+) -> None:
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    soft = math.ceil(cpu_limit_s)
+    if hard != resource.RLIM_INFINITY:
+        soft = min(soft, hard)
+    resource.setrlimit(resource.RLIMIT_CPU, (soft, hard))
+    faulthandler.disable()  # that of the caller would tell of an abort on the caller's screen
+    os.dup2(output, 1)
+    os.dup2(output, 2)
+
+    def progress(share: float) -> None:
+        if os.getppid() != parent:
+            os._exit(1)
+        os.ftruncate(output, 0)  # LIGGGHTS prints at every run, and would fill the disk
+        to.send(("progress", share))
+
+    try:
+        to.send(("found", work(progress)))
+    except Exception as error:
+        to.send(("failed", error))
+    to.close()
+    # what the library leaves open is not to be taken down step by step
+    os._exit(0)
+
 
 SILENCE_S = 300.0  # longest time without a finished row [s of wall time], which takes milliseconds
 
@@ -27,7 +115,7 @@ LIMIT_PER_ESTIMATE, LIMIT_AT_LEAST_S = 20.0, 600.0
 # always the same.
 PIECE_S = 8.0
 
-# Version of the algorithms that integrate a run: `integration`, `panel_motion`, `beds` and
+# Version of the algorithms that integrate a run: `integration`, `beds` and
 # `coupon.liggghts.library`. A change of the bits of a run needs a new number; runs are then
 # integrated again.
 INTEGRATION_VERSION = 1

@@ -10,13 +10,12 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled import force_record
 from pidpanel.coupled.beds import StartedBed, mass_per_area, started
+from pidpanel.coupled.checkpoints import IDENTITY, read_record, write_record
 from pidpanel.coupled.coupled_panel import CoupledPanel
 from pidpanel.coupled.estimate import ScenarioEstimate, estimate
 from pidpanel.coupled.excited_panel import ExcitedPanel
-from pidpanel.coupled.integration import Integration
-from pidpanel.coupled.panel_motion import drift_free_velocity
+from pidpanel.coupled.integration import Integration, drift_free_velocity
 from pidpanel.coupled.pieces import integrated, run_identity
-from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.scenario import CoupledScenario
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupled.softening import Softened

@@ -27,7 +27,7 @@ from pidpanel.coupon.liggghts import deck, failures
 from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.preparation import BED_FILE, PACKING_FILE, loosen, pour
-from pidpanel.coupon.runs import shake
+from pidpanel.coupon.runs import Continues, shake, time_limit
 from pidpanel.progress import tracked
 from pidpanel.provenance import durable
 from pidpanel.provenance.locks import exclusive_lock
@@ -288,3 +288,37 @@ def _attempted(
 def _handed_on(attempt: records.Attempt) -> records.Attempt:
     """The failure of the step before."""
     return records.Attempt(attempt.status, attempt.message, attempt.attempts, attempt.liggghts, 0.0)
+
+
+# Status of a leg whose runs go on in the next one, and of one that leaves nothing to do.
+CONTINUES, DONE = "continues", "done"
+
+
+def shake_leg(
+    request: Path, previous: Path | None, folder: Path, file: Path, *, seconds: float
+) -> None:
+    """Shake the runs of a request one after the other, for so long; write how the leg ended.
+
+    The seeds of a long case are shaken by several jobs, its legs. A leg goes on from the restart
+    that the one before left, and ends in time with the status `CONTINUES`, or with `DONE`: whether
+    a run failed is for the case to find. That runs were shared out changes none of their numbers:
+    they go cycle by cycle, and a restart after any of them changes no bit.
+    """
+    values = json.loads(request.read_text(encoding="utf-8"))
+    case = coding.decode(Case, values["case"])
+    status = CONTINUES
+    if previous is not None:
+        status = json.loads(previous.read_text(encoding="utf-8"))["status"]
+    if status == CONTINUES:
+        try:
+            with time_limit(seconds):
+                target, folders = first_target(case), case.folders(folder)
+                for number in values["runs"]:
+                    run = case.runs[number]
+                    bed = folder / "bed" / run.bed.label / "bed.json"
+                    shake_run(run, target, bed, folders[number])
+            status = DONE
+        except Continues:
+            if values["is_last"]:
+                raise
+    file.write_text(json.dumps({"status": status}) + "\n", encoding="utf-8")

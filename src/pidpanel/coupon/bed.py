@@ -9,8 +9,8 @@ from typing import Any, Literal
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import coding, contact, geometry
 from pidpanel.coupon.contact import Constants
-from pidpanel.coupon.drive import Drive, Tone
-from pidpanel.coupon.liggghts import deck, process, trust
+from pidpanel.coupon.drive import Tone
+from pidpanel.coupon.liggghts import deck, process
 from pidpanel.coupon.packing import Packing, identity_digest
 from pidpanel.paths import TEMPLATES
 
@@ -29,7 +29,7 @@ class Loosening:
     C_e). The time step is over the Rayleigh time of the smallest sphere.
     """
 
-    drive: Drive
+    drive: Tone
     cycles: int = 20
     frames: int = 20
     time_step_rayleigh: float = 0.15
@@ -58,12 +58,12 @@ class Bed:
     gravity_direction: tuple[float, float, float]
     constants: Constants
 
-    def stroke_per_gap(self, drive: Drive) -> float:
+    def stroke_per_gap(self, drive: Tone) -> float:
         """W/L of a drive, L = (1 − r) depth the clear gap [1]; infinite without one."""
         gap = (1 - self.fill_fraction) * self.packing.depth
         return drive.amplitude / gap if gap > 0 else math.inf
 
-    def deepening(self, drive: Drive) -> float:
+    def deepening(self, drive: Tone) -> float:
         """How much more it is biased by long contacts than at half fill [1]; 1 where it crosses.
 
         See `contact.deepening`.
@@ -102,7 +102,7 @@ class Run:
     """
 
     bed: Bed
-    drive: Drive
+    drive: Tone
     constants: Constants
     time_step: float
     steps_per_cycle: int
@@ -151,7 +151,10 @@ class Run:
             "depth": self.packing.depth,
             "gravity": self.bed.gravity,
             "gravity_direction": " ".join(f"{part:.12g}" for part in self.bed.gravity_direction),
-            **self.drive.deck_values,
+            "frequency": self.drive.frequency,
+            "amplitude": self.drive.amplitude,
+            "acceleration": self.drive.acceleration,
+            "speed": self.drive.speed,
             "time_step": self.time_step,
             "steps_per_cycle": self.steps_per_cycle,
             "samples_per_cycle": self.samples_per_cycle,
@@ -172,7 +175,7 @@ class Run:
         jinja2.UndefinedError
             For a variable of the user's template that `deck_values` does not hold.
         DeckRefused
-            For a deck of the user's own that is not trusted; see `trust`.
+            For a deck of the user's own that is not trusted; see `deck.check_trust`.
         """
         template, values = self._template, self.deck_values(leg, restart)
         return deck.render(template.name, values, template.parent)
@@ -188,8 +191,8 @@ class Run:
     @property
     def _template(self) -> Path:
         if self.deck is None:
-            return TEMPLATES / self.drive.template
-        trust.check_trust(Path(self.deck))
+            return TEMPLATES / "shake.in.j2"
+        deck.check_trust(Path(self.deck))
         return Path(self.deck)
 
     @property
@@ -215,7 +218,7 @@ class Run:
 
 def run_at(
     bed: Bed,
-    drive: Drive,
+    drive: Tone,
     constants: Constants,
     *,
     time_step_rayleigh: float,

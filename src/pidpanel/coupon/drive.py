@@ -1,8 +1,7 @@
 """How a coupon is shaken.
 
 A drive is known by its values alone: a frozen dataclass of numbers, which goes to JSON and back as
-it is. All that the coupon asks of a drive is below; a second drive answers the same, has a `kind`
-of its own, and joins the union `Drive`.
+it is. All that the coupon asks of a drive is below.
 
 `frequency`, `period`, `angular_frequency`
     The repetition of the motion: the length of a row of the cycle file, of a time step, of the
@@ -12,8 +11,6 @@ of its own, and joins the union `Drive`.
     of the impacts by which contact time and overlap are judged, the scale of C_e and m_a.
 `acceleration_at`
     The motion itself over its phase, for the work of the inertial force.
-`template`, `deck_values`
-    The template of its deck, and its variables in it; ``speed`` is the velocity at phase 0.
 `label`
     The drive as part of the label of a case.
 
@@ -78,27 +75,9 @@ class Tone:
         """As part of the label of a case: ``f100Hz_a10g``."""
         return f"f{self.frequency:g}Hz_a{self.gamma:.4g}g"
 
-    @property
-    def template(self) -> str:
-        """Name of the template of its deck."""
-        return "shake.in.j2"
-
-    @property
-    def deck_values(self) -> dict[str, float]:
-        """Variables of ``templates/shake.in.j2`` in SI."""
-        return {
-            "frequency": self.frequency,
-            "amplitude": self.amplitude,
-            "acceleration": self.acceleration,
-            "speed": self.speed,
-        }
-
     def acceleration_at(self, phase: Array) -> Array:
         """Acceleration ω²W sin φ of the inertial force in the frame of the cells [m/s²].
 
         The cells accelerate by −ω²W sin φ, so what is seen from them is driven the other way.
         """
         return self.acceleration * np.sin(phase)
-
-
-Drive = Tone  # what a coupon can be shaken with

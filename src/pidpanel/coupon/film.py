@@ -13,7 +13,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupon.bed import Run
-from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
+from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.records import RunState
 
@@ -59,7 +59,7 @@ def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:
     if not (folder / state.restart).is_file():
         return None
     stride = max(1, run.steps_per_cycle // frames)
-    columns = sphere_dump.POSITION_AND_VELOCITY
+    columns = output.POSITION_AND_VELOCITY
     with tempfile.TemporaryDirectory(dir=folder) as name:
         scratch = Path(name)
         for needed in (deck.START_FILE, deck.WALLS_FILE, state.restart):
@@ -71,7 +71,7 @@ def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:
             solver.run_and_dump(count * stride, stride, FRAMES_FILE, columns)
             solver.finish(first + count * stride, state.spheres)
         file = scratch / FRAMES_FILE
-        read = sphere_dump.read_dump(file.read_text(), str(file), columns)
+        read = output.read_dump(file.read_text(), str(file), columns)
     diameters = start_files.read_diameters((folder / deck.START_FILE).read_text())
     # LIGGGHTS dumps at multiples of `stride`: the first of them may lie after the start
     begun = -(-first // stride) * stride

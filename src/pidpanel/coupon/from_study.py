@@ -6,18 +6,23 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from pidpanel.atlas.groups import Direction
+from pidpanel.constants import LIGGGHTS_VERSION, STANDARD_GRAVITY
 from pidpanel.coupon import contact, summary
 from pidpanel.coupon.bed import LOOSENING, Bed, run_at
 from pidpanel.coupon.cases import Case, RunTarget
 from pidpanel.coupon.contact import Constants
-from pidpanel.coupon.drive import Drive, Tone
+from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.packing import Packing
 from pidpanel.paths import SECTION
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
+    import pandas as pd
+
     from pidpanel.study import CouponStudy
     from pidpanel.study.coupon import Coupon
 
@@ -94,8 +99,6 @@ def write_atlas(study: CouponStudy, table: Path, file: Path) -> None:
     """
     import pandas as pd
 
-    from pidpanel.coupon.atlas import atlas_table
-
     cases = cases_by_coupon(study)[SECTION]
     rows = atlas_table(cases, pd.read_csv(table), study.title or study.name)
     rows.to_csv(file, index=False, float_format="%.6g")
@@ -125,7 +128,7 @@ def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
         yield _case(coupon, [beds[fill, diameter, seed] for seed in seeds], drive, varied)
 
 
-def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str, Any]) -> Case:
+def _case(coupon: Coupon, beds: Sequence[Bed], drive: Tone, varied: Mapping[str, Any]) -> Case:
     """The case of a drive, a bed of every seed; those beyond ``accuracy.seeds`` are its reserve."""
     accuracy = coupon.accuracy
     stroke = _stroke_of_crossing(beds[0], drive)
@@ -150,7 +153,7 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str
     return Case(first, modulus, wanted_error, target, varied, reserve, state_cycles)
 
 
-def _stroke_of_crossing(bed: Bed, drive: Drive) -> float:
+def _stroke_of_crossing(bed: Bed, drive: Tone) -> float:
     """W/L; 0 where the bed is not thrown up to the lid, and so rides whatever its stroke.
 
     With gravity g along the motion a bed thrown at ωW rises by (ωW)²/2g, which is less than L where
@@ -166,7 +169,7 @@ def _start_of(coupon: Coupon, seed: int) -> Literal["rest", "hard"]:
     return "hard" if seed % 2 == 0 and coupon.deck is None else "rest"
 
 
-def _drives(coupon: Coupon) -> Iterator[Drive]:
+def _drives(coupon: Coupon) -> Iterator[Tone]:
     """Every drive of the sweep that is not too fast, frequency by frequency."""
     sweep = coupon.sweep
     fastest = sweep.max_velocity_m_s or math.inf
@@ -210,7 +213,7 @@ def _bed(coupon: Coupon, packing: Packing, fill_fraction: float) -> Bed:
 def _constants(
     coupon: Coupon,
     packing: Packing,
-    drive: Drive,
+    drive: Tone,
     stroke_per_gap: float = 0.0,
     deepening: float = 1.0,
 ) -> Constants:
@@ -219,7 +222,7 @@ def _constants(
     Left out, W/L is that of a bed that rides: so is a bed shaken loose, which is no result.
     """
     spheres, walls, stiffness = coupon.particles, coupon.walls, coupon.stiffness
-    thrown = drive.acceleration >= stiffness.from_acceleration
+    thrown = drive.acceleration >= stiffness.from_acceleration_g * STANDARD_GRAVITY
     longest, deepest = stiffness.limits(stroke_per_gap)
     modulus = contact.softest_modulus(
         stiffness.choices if thrown else (),
@@ -242,3 +245,99 @@ def _constants(
         rolling_friction=spheres.rolling_friction,
         wall_rolling_friction=_either(walls.rolling_friction, spheres.rolling_friction),
     )
+
+
+# Statuses of cases that count. A run that is not steady has an error as large as its drift. The
+# energy balance misses losses of strongly damped contacts with friction (docs/atlas.md); the
+# momentum, from which C_e and m_a come, does not.
+COUNTED = ("ok", "NotSteady", "EnergyNotClosed")
+
+
+def atlas_table(cases: Mapping[str, Case], rows: pd.DataFrame, source: str) -> pd.DataFrame:
+    """Return the rows of the atlas, in the order of the cases, by label.
+
+    Rows are those of ``coupon/cases.csv``, failed cases left out; the source says who computed them
+    with which study. A `ValueError` names a case that the groups do not describe.
+    """
+    import pandas as pd
+
+    from pidpanel.atlas.table import fields
+
+    counted = rows[rows["status"].isin(COUNTED)]
+    table = [
+        row | _groups(cases[str(row["case"])], row) | {"source": source}
+        for row in counted.to_dict("records")
+    ]
+    return pd.DataFrame(table, columns=[field["name"] for field in fields()])
+
+
+def _groups(case: Case, row: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return the columns of the atlas that are not those of the row too."""
+    run, drive = case.point, case.point.drive
+    packing, constants = run.packing, run.constants
+    _check_groups(case)
+    mass = row["particle_mass_per_area_kg_m2"]
+    scale = mass * drive.angular_frequency  # of C_e [N s/m³]
+    states = [float(value) for value in _listed(row["state_damping_n_s_m3"])]
+    return {
+        "fill_fraction": run.fill_fraction,
+        "gamma": drive.gamma,
+        "stroke_per_gap": run.bed.stroke_per_gap(drive),
+        "restitution": constants.restitution,
+        "friction": constants.friction,
+        "width_per_diameter": packing.across_flats / packing.diameter,
+        "depth_per_diameter": packing.depth / packing.diameter,
+        "direction": _direction(run.bed),
+        "loss_factor_statistical_error": row["statistical_error_n_s_m3"] / scale,
+        "mass_ratio": row["apparent_mass_kg_m2"] / mass,
+        "mass_ratio_error": row["apparent_mass_error_kg_m2"] / mass,
+        "state_loss_factors": " ".join(f"{value / scale:.4g}" for value in states),
+        "state_shares": " ".join(_listed(row["state_share"])),
+        "hardness": packing.density * drive.speed**2 / constants.youngs_modulus,
+        "contact_time_per_period": run.contact_time_at(constants.youngs_modulus) * drive.frequency,
+        "overlap_per_radius": run.overlap_at(constants.youngs_modulus),
+        "cycles": row["cycles_used"],
+        "target_met": str(row["target_met"]).lower(),
+        "diameter_mm": packing.diameter * 1e3,
+        "density_kg_m3": packing.density,
+        "youngs_modulus_mpa": constants.youngs_modulus / 1e6,
+        "poissons_ratio": constants.poissons_ratio,
+        "frequency_hz": drive.frequency,
+        "across_flats_mm": packing.across_flats * 1e3,
+        "depth_mm": packing.depth * 1e3,
+        "liggghts_version": LIGGGHTS_VERSION,
+        "pidpanel_version": version("pidpanel"),
+    }
+
+
+def _check_groups(case: Case) -> None:
+    """Refuse a case that differs in more than its groups."""
+    packing, constants = case.point.packing, case.point.constants
+    values = vars(constants)
+    walls = {name.removeprefix("wall_"): values[name] for name in values if "wall_" in name}
+    faults = {
+        "cells must be hexagons": packing.shape != "hexagon",
+        "particles must have one size": packing.sizes.kind != "mono",
+        "there must be no rolling friction": constants.has_rolling_friction,
+        "walls must have the constants of the particles": bool(walls.items() - values.items()),
+    }
+    for says, is_wrong in faults.items():
+        if is_wrong:
+            raise ValueError(f"{case.label}: {says}")
+
+
+def _direction(bed: Bed) -> Direction:
+    """Direction of gravity by its name in the groups."""
+    size, along = bed.gravity / STANDARD_GRAVITY, bed.gravity_direction[2]
+    if size == 0:
+        return "none"
+    if math.isclose(size, 1) and along == -1:
+        return "flat"
+    if math.isclose(size, 1) and along == 0:
+        return "upright"
+    raise ValueError(f"gravity of {size:g} g along {bed.gravity_direction} is not in the atlas")
+
+
+def _listed(values: object) -> list[str]:
+    """Return the values that a cell lists; none of an empty one."""
+    return [] if values != values or values is None else str(values).split()

@@ -14,7 +14,7 @@ from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import geometry
 from pidpanel.coupon.bed import LOOSENING, Bed, loosening
-from pidpanel.coupon.liggghts import deck, sphere_dump, start_files
+from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.failures import NotSteady, UnderFilled
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.packing import POURING, Packing
@@ -108,7 +108,7 @@ def _settle(packing: Packing, start: Scattered, folder: Path) -> Array:
             )
         solver.dump(dump.name)
         solver.finish(step, len(mass))
-    settled = sphere_dump.read_dump(dump.read_text(), str(dump))[-1]
+    settled = output.read_dump(dump.read_text(), str(dump))[-1]
     for path in (dump, folder / deck.START_FILE, folder / deck.WALLS_FILE):
         path.unlink()
     return settled
@@ -143,7 +143,7 @@ def loosen(bed: Bed, packing_folder: Path, folder: Path, full: int) -> Loosened:
         solver.run(steps - cycle)
         solver.run_and_dump(cycle, cycle // LOOSENING.frames, dump.name)
         solver.finish(steps, len(spheres))
-    frames = sphere_dump.read_dump(dump.read_text(), str(dump))
+    frames = output.read_dump(dump.read_text(), str(dump))
     overlaps = [geometry.deepest_overlap(frame, spheres[:, 3]) for frame in frames]
     best = int(np.argmin(overlaps))
     table = np.column_stack([frames[best], spheres[:, 3]])

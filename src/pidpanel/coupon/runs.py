@@ -11,18 +11,66 @@ import contextlib
 import math
 import shutil
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from pidpanel.coupon import deadline, geometry, rows, window
+from pidpanel.coupon import geometry, rows, window
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import RunTarget
-from pidpanel.coupon.liggghts import deck, sphere_dump
+from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
 from pidpanel.coupon.records import End, RunState, Shaken, check_files, files_of
 from pidpanel.provenance import durable
+
+
+class Continues(Exception):
+    """The time is over; another process goes on from the restart that was left."""
+
+
+class _Deadline:
+    end = math.inf  # on the monotonic clock [s]
+
+
+@contextlib.contextmanager
+def time_limit(seconds: float) -> Iterator[None]:
+    """Let runs stop in time, for this process as a whole.
+
+    On a cluster a job has so much time and no more. A run can stop where it leaves a restart
+    (`CHECKPOINT`), which is at the same cycles whether or not anything stops there, so that its
+    numbers do not depend on how long its jobs were.
+
+    Parameters
+    ----------
+    seconds
+        From now; infinite for none.
+    """
+    previous = _Deadline.end
+    _Deadline.end = min(previous, time.monotonic() + seconds)
+    try:
+        yield
+    finally:
+        _Deadline.end = previous
+
+
+def check_time(longest: float) -> None:
+    """Stop where what comes next would take too long.
+
+    Parameters
+    ----------
+    longest
+        Time of the next stretch of the run [s].
+
+    Raises
+    ------
+    Continues
+        If the deadline is before its end.
+    """
+    if time.monotonic() + longest > _Deadline.end:
+        raise Continues(f"stopped {longest:.0f} s before the time limit; the next job continues")
+
 
 REPEAT_FOLDER = "again"  # folder below that of a run in which something of it is made again
 
@@ -30,7 +78,7 @@ REPEAT_FOLDER = "again"  # folder below that of a run in which something of it i
 def last_file(cycles: int) -> str:
     """Name of the file of the spheres after so many cycles, where a run met a target.
 
-    Its columns are `sphere_dump.POSITION_AND_VELOCITY`.
+    Its columns are `output.POSITION_AND_VELOCITY`.
     """
     return f"at_{cycles}.dump"
 
@@ -71,7 +119,7 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
                 stop = min(done, state.cycles + cycles_between_restarts(run, state.spheres))
             state = _continued(solver, run, state, folder, stop)
             if run.deck is None:
-                deadline.check(time.monotonic() - begun)
+                check_time(time.monotonic() - begun)
         end = _end_at(state, done, folder)
         if end is None:
             home = folder
@@ -142,7 +190,7 @@ def _end_at(state: RunState, done: int, folder: Path) -> End | None:
 def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, folder: Path) -> End:
     """Write the spheres as they are and measure the energy balance, after the last cycle."""
     last = last_file(done)
-    solver.dump(last, sphere_dump.POSITION_AND_VELOCITY)
+    solver.dump(last, output.POSITION_AND_VELOCITY)
     balance = None
     if run.lists_contacts:
         balance = window.measure_balance(solver, run, state, home)

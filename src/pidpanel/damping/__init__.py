@@ -10,10 +10,8 @@
     Measured or foreign damping as CSV; mistakes are reported by line.
 `measured`
     Measured points beside simulated cases and the atlas.
-`constants`
-    C_e and m_a as numbers, a loss factor.
 `laws`
-    The paper's law, as printed and corrected.
+    The paper's law, as printed and corrected; C_e and m_a as numbers, a loss factor.
 `fit`
     Constants of the paper's form.
 `inelastic`

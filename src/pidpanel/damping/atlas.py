@@ -19,23 +19,71 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import least_squares
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.atlas.groups import Bead, is_hard
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.broadband import (
-    CORRECTED_TONES,
-    SINGLE_TONES,
-    BroadbandError,
-    broadband_share,
-)
-from pidpanel.damping.inelastic import thrown_height
+from pidpanel.damping import broadband
+from pidpanel.damping.inelastic import LONGEST_GAP, slug, thrown_height
 from pidpanel.damping.jump import Jump
 from pidpanel.damping.readings import DampingReading, DampingValues, Point
-from pidpanel.damping.riding import riding_trend
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import CASE_COLUMNS, STROKE, SurfaceBed, clear_gap
+
+# ln A, p, q, k, then ln A and k of gravity across over these, ln B, s, t, v, w: where the search
+# starts; each differs from it by about 1.
+TREND_START = np.array([0.0, 0.0, 0.9, 0.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+TREND_ERROR = 0.25  # of the trend about which cases are compared: few are outliers
+
+
+def riding_trend(constants: Array, points: Array) -> Array:
+    """Return ln 2πη (n,) of beds that ride, at `AtlasBed.points` (n, 9).
+
+    With x = W/L, N = r depth/d layers and Γ over gravity, η = C_e/(m″ω) is near to
+
+        A N^p Γ^−q μ^k + B x^s (N(1 − e²))^t N^v e^(wr).
+
+    The first term is the bed that the floor throws and catches, or that slides on it where gravity
+    is across the motion, with constants A and k of its own there. The second is the gas between
+    both ends, whose agitation depends on N(1 − e²) (Kumaran, *Phys. Rev. E* 57, 5660 (1998)); it
+    goes over into the loss of the inelastic body that crosses. What cases differ by from it is left
+    to a Gaussian process.
+
+    Parameters
+    ----------
+    constants
+        (11,) of `fit_riding`.
+    """
+    fill, gamma, throw, loss, friction, width, layers, upright, _ = points.T
+    friction = friction + width - layers + np.log(fill)  # ln μ
+    a, p, q, k, across, k_across, b, s, t, v, w = constants
+    thrown = a + p * layers - q * gamma + k * friction + upright * (across + k_across * friction)
+    stroke = throw - gamma  # ln(W/L)
+    gas = b + s * stroke + t * loss + v * layers + w * fill
+    body, _ = slug(np.minimum(np.exp(-stroke), LONGEST_GAP))
+    gas = -np.logaddexp(-gas, -np.log(body / np.pi))
+    return np.asarray(np.log(2 * np.pi) + np.logaddexp(thrown, gas))
+
+
+def fit_riding(points: Array, log_loss: Array, error: Array) -> Array:
+    """Return the constants (11,) of cases that ride, by robust least squares.
+
+    Parameters
+    ----------
+    points, log_loss, error
+        (n, 9), ln 2πη (n,) and its standard errors.
+    """
+    scale = np.hypot(error, TREND_ERROR)
+
+    def away(constants: Array) -> Array:
+        residual = (riding_trend(constants, points) - log_loss) / scale
+        return np.concatenate([residual, constants - TREND_START])
+
+    return np.asarray(least_squares(away, TREND_START, loss="soft_l1").x)
+
 
 Direction = Literal["flat", "upright"]  # of gravity: along the motion, or across it
 
@@ -46,9 +94,6 @@ REGIMES = (0.1, 0.5)
 # 0.28 of the error of C_e that 95 % lie within, and 90 % within 0.81; normal errors have 0.34 and
 # 0.84, t with five degrees of freedom 0.28 and 0.78. Crossing beds and m_a have longer tails.
 TAILS = 5.0
-
-# Of the coordinates of `AtlasBed.points` over the ranges of the atlas.
-SPREAD = np.array([0.26, 1.8, 3.5, 1.2, 1.0, 0.46, 1.0, 0.5, 2.1])
 
 # Columns of the coordinates with the loss, the friction, the width and the depth of the bed.
 LOSS, FRICTION, WIDTH, DEPTH = 3, 4, 5, 6
@@ -70,7 +115,7 @@ class AtlasBed(SurfaceBed):
     gravity: float | Array  # over g
     # (n, 5) or (1, 5) ln(1 − e²), ln μ, ln(width/d), ln(depth/d), 1 upright
     shape: Array
-    trend: Array | None = None  # (11,) constants of `riding.riding_trend`; None for none
+    trend: Array | None = None  # (11,) constants of `riding_trend`; None for none
 
     @property
     def least_spread(self) -> float:
@@ -159,7 +204,7 @@ class Atlas:
     # Scale of Student's t with `TAILS` degrees of freedom of the calibrated errors, likewise
     student_scale: Array  # (2, 3)
     bulk: Array  # (3,) of `bulk_fraction`
-    trend: Array  # (11,) of `riding.riding_trend`
+    trend: Array  # (11,) of `riding_trend`
     version: str
 
     def bulk_fraction(self, width: float, depth: float) -> float:
@@ -234,9 +279,9 @@ class AtlasDamping(DampingReading):
     depends_on_acceleration = True
 
     @property
-    def broadband_error(self) -> BroadbandError:
+    def broadband_error(self) -> broadband.BroadbandError:
         """Error under broadband motion."""
-        return CORRECTED_TONES if self.is_broadband else SINGLE_TONES
+        return broadband.CORRECTED_TONES if self.is_broadband else broadband.SINGLE_TONES
 
     @property
     def nodes(self) -> Array:
@@ -275,7 +320,8 @@ class AtlasDamping(DampingReading):
         factor = self._factors(frequency, fill_fraction, acceleration_g)[0]
         unit = np.full(factor.shape, self.mass_per_fill)
         if self.is_broadband:
-            unit *= broadband_share(self.stroke_per_gap(frequency, fill_fraction, acceleration_g))
+            stroke = self.stroke_per_gap(frequency, fill_fraction, acceleration_g)
+            unit *= broadband.broadband_share(stroke)
         return DampingValues(
             unit * values.equivalent_damping,
             unit * factor * values.equivalent_damping_error,

@@ -10,19 +10,13 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.atlas.table import PACKAGE_FILE
-from pidpanel.atlas.table import read_atlas as read_table
-from pidpanel.damping.atlas import (
-    JUMP_LENGTHS,
-    SPREAD,
-    Atlas,
-    AtlasBed,
-    bed_of,
-    cases_in,
-    dimensionless,
-)
+from pidpanel.atlas import table
+from pidpanel.damping.atlas import JUMP_LENGTHS, Atlas, AtlasBed, bed_of, cases_in, dimensionless
 from pidpanel.damping.surface_cases import Constants, TrainingData, clear_gap, training_data
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
+
+# Of the coordinates of `atlas.AtlasBed.points` over the ranges of the atlas.
+SPREAD = np.array([0.26, 1.8, 3.5, 1.2, 1.0, 0.46, 1.0, 0.5, 2.1])
 
 ARRAYS = ("calibration", "student_scale", "bulk")  # of the file of the constants
 UNKNOWN_MASS = 1.0  # error of m_a over the mass of the particles in one of several states
@@ -65,7 +59,7 @@ def _atlas(frame: pd.DataFrame, constants: Path) -> Atlas:
 
 def package_version() -> str:
     """Return the version of the table that comes with pidpanel."""
-    return str(json.loads(PACKAGE_FILE.read_text(encoding="utf-8"))["version"])
+    return str(json.loads(table.PACKAGE_FILE.read_text(encoding="utf-8"))["version"])
 
 
 def read_rows(path: Path) -> pd.DataFrame:
@@ -73,7 +67,7 @@ def read_rows(path: Path) -> pd.DataFrame:
 
     Rows count with gravity, whose η exceeds its own error and whose Γ is above the onset.
     """
-    frame = read_table(path)
+    frame = table.read_atlas(path)
     fill, gamma = frame["fill_fraction"], frame["gamma"]
     counts = (
         (frame["loss_factor"] > frame["loss_factor_error"])

@@ -14,9 +14,8 @@ import pandas as pd
 from scipy.optimize import minimize_scalar
 
 from pidpanel.arrays import Array, Index
-from pidpanel.damping.atlas import JUMP_LENGTHS, REGIMES, TAILS
+from pidpanel.damping.atlas import JUMP_LENGTHS, REGIMES, TAILS, fit_riding
 from pidpanel.damping.atlas_files import atlas_data, by_state, package_version
-from pidpanel.damping.riding import fit_riding
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface_cases import STROKE, Constants, TrainingData
 
@@ -77,7 +76,7 @@ def predict_parts(cases: pd.DataFrame, part: Index) -> Predicted:
 
 
 def trend_of(cases: pd.DataFrame) -> Array:
-    """Return the constants (11,) of `riding.riding_trend` of cases, a row for each state."""
+    """Return the constants (11,) of `atlas.riding_trend` of cases, a row for each state."""
     data = atlas_data(cases)
     rides = data.side == 0
     values = data.points[rides], data.log_damping[rides], data.side_error[0][rides]

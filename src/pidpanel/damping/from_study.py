@@ -15,9 +15,8 @@ import numpy as np
 from pidpanel.atlas.groups import Bead
 from pidpanel.columns import ColumnsError
 from pidpanel.constants import ATLAS
-from pidpanel.damping.constants import ConstantDamper
 from pidpanel.damping.interpolation import Interpolation
-from pidpanel.damping.laws import PaperLaw
+from pidpanel.damping.laws import ConstantDamper, PaperLaw
 from pidpanel.damping.readings import DampingError, DampingReading
 from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, read_columns
 from pidpanel.damping.tables import TableReading

@@ -44,24 +44,17 @@ class _Line:
     lines
         (m) lines; empty where there are rows.
     log
-        (m, k) whether values at a coordinate may be interpolated by their logarithm.
+        Whether values may be interpolated by their logarithm, where they are above 0.
     """
 
     def __init__(
-        self, axis: int, grid: Array, values: Array, lines: tuple[_Line, ...], log: Flags
+        self, axis: int, grid: Array, values: Array, lines: tuple[_Line, ...], log: bool
     ) -> None:
-        self.axis, self.grid, self.values, self.lines, self.log = axis, grid, values, lines, log
+        self.axis, self.grid, self.values, self.lines = axis, grid, values, lines
+        positive = np.stack([line.log.all(axis=0) for line in lines]) if lines else values > 0
+        self.log: Flags = positive & log  # (m, k) of the values at each coordinate
         self._last_x = np.empty(0)
-        self._answer = (np.empty((0, log.shape[1])), np.empty(0, dtype=np.bool_))
-
-    @staticmethod
-    def of_rows(axis: int, grid: Array, values: Array, *, log: bool) -> _Line:
-        return _Line(axis, grid, values, (), (values > 0) & log)
-
-    @staticmethod
-    def of_lines(axis: int, grid: Array, lines: tuple[_Line, ...], *, log: bool) -> _Line:
-        positive = np.stack([line.log.all(axis=0) for line in lines])
-        return _Line(axis, grid, np.empty((0, 0)), lines, positive & log)
+        self._answer = (np.empty((0, positive.shape[1])), np.empty(0, dtype=np.bool_))
 
     def __call__(self, coordinates: Sequence[Array]) -> tuple[Array, Flags]:
         """Return values (n, k) at coordinates, (n,) for each axis, and whether inside (n,)."""
@@ -172,7 +165,7 @@ class Interpolator:
             self._line(rows[in_fill], values[in_fill], (3 - inner, inner) if varies else (2,))
             for in_fill, varies in zip(of_fill, several, strict=True)
         )
-        self._whole = _Line.of_lines(0, fills, lines, log=self._log)
+        self._whole = _Line(0, fills, np.empty((0, 0)), lines, self._log)
 
     def __call__(
         self, fill_fraction: Array, amplitude: Array, frequency: Array
@@ -188,10 +181,10 @@ class Interpolator:
         levels = np.unique(rows[:, axis])
         along = np.log(levels) if self._log else levels
         if not further:
-            return _Line.of_rows(axis, along, values[np.argsort(rows[:, axis])], log=self._log)
+            return _Line(axis, along, values[np.argsort(rows[:, axis])], (), self._log)
         groups = [rows[:, axis] == level for level in levels]
         lines = tuple(self._line(rows[i], values[i], tuple(further)) for i in groups)
-        return _Line.of_lines(axis, along, lines, log=self._log)
+        return _Line(axis, along, np.empty((0, 0)), lines, self._log)
 
 
 def inner_axis(fill_fraction: Array, amplitude: Array, frequency: Array) -> int:

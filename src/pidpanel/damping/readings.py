@@ -1,7 +1,7 @@
 """One question, several answers: C_e and m_a at these frequencies, this fill and this motion.
 
 A reading of the damping is a callable that answers it: the surface of simulated cases (`surface`),
-a table (`tables`), constants (`constants`), the paper's law (`laws`). `from_study` makes the
+a table (`tables`), constants and the paper's law (`laws`). `from_study` makes the
 readings that a study names.
 """
 

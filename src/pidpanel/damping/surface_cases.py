@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from pidpanel.arrays import Array, Flags
+from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import gaussian_process
 from pidpanel.damping.gaussian_process import GaussianProcess
@@ -14,7 +14,6 @@ from pidpanel.damping.inelastic import LONGEST_GAP, slug
 from pidpanel.damping.jump import WHOLE, Jump, reach
 from pidpanel.damping.readings import DampingError
 from pidpanel.damping.sides import Sides
-from pidpanel.damping.thinned import MOST_CASES, spread_out
 
 AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
 VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
@@ -294,8 +293,8 @@ def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
 
     Rows count whose status is one of `COUNTED`, whose C_e exceeds its own error (a value that does
     not has no logarithm to speak of) and whose Γ is above the onset; of very many those that are
-    spread over all of them (`thinned`). A `DampingError` says that a column is missing, a point is
-    duplicated or no row counts.
+    spread over all of them (`spread_out`). A `DampingError` says that a column is missing, a point
+    is duplicated or no row counts.
     """
     for column in (*AXES, VALUE):
         if column not in frame:
@@ -326,3 +325,37 @@ def _axes_of_one_scale(cases: pd.DataFrame) -> Array:
     fill, frequency, gamma = cases[list(AXES)].to_numpy(float).T
     points = np.stack([fill, np.log(frequency), np.log(gamma)], axis=1)
     return np.asarray(points / gaussian_process.spreads(points))
+
+
+MOST_CASES = 600  # cases of a surface at most: `paper.yaml` has 90 of them, `paper_full.yaml` 2955
+
+
+def spread_out(points: Array, limit: int) -> Index:
+    """Return the numbers, in order, of points that are spread over all of them.
+
+    A Gaussian process takes memory with the square and time with the cube of its cases. Of more
+    than `MOST_CASES` those enter that are farthest from the ones before (Gonzalez, *Theoretical
+    Computer Science* 38, 293 (1985)): the ends of the sweep first, then ever finer, so that no case
+    is farther from one that entered than twice what the best choice of as many could give. A case
+    that enters is as it was run, with its own error; what a surface states as its error is at no
+    point less than the scatter of cases, however many there are, so that those left out would
+    narrow it little.
+
+    Examples
+    --------
+    >>> spread_out(np.array([[0.0], [1.0], [2.1], [3.0], [4.0]]), 3)
+    array([0, 2, 4])
+    """
+    if len(points) <= limit:
+        return np.arange(len(points))
+    # the farthest from the middle, the first of several: the same on every machine
+    chosen = [int(np.argmax(_square(points, points.mean(axis=0)).round(9)))]
+    nearest = np.full(len(points), np.inf)
+    while len(chosen) < limit:
+        nearest = np.minimum(nearest, _square(points, points[chosen[-1]]))
+        chosen.append(int(np.argmax(nearest.round(9))))
+    return np.sort(np.array(chosen))
+
+
+def _square(points: Array, point: Array) -> Array:
+    return np.asarray(((points - point) ** 2).sum(axis=1))

@@ -1,6 +1,6 @@
 """The file of an identification and its results: the only module of the package that reads both."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from pidpanel.arrays import Array
 from pidpanel.columns import ColumnsError
 from pidpanel.damping.atlas import Atlas
 from pidpanel.damping.atlas_files import read_atlas
-from pidpanel.damping.measured import amplitudes_g
+from pidpanel.damping.measured import amplitudes_g, measured_values
 from pidpanel.damping.table_files import (
     DAMPING,
     ERRORS,
@@ -24,19 +25,13 @@ from pidpanel.damping.table_files import (
 )
 from pidpanel.identify.force_files import read_force
 from pidpanel.identify.next_tones import NextTones, candidates, next_tones
-from pidpanel.identify.posterior import (
-    FillPrior,
-    MeasuredDamping,
-    Posterior,
-    identify,
-    measured_table,
-)
+from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
 from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
 from pidpanel.measurement.files import UNIVERSAL
 from pidpanel.provenance import durable
 from pidpanel.spectra.acceleration_table import read_base_table
-from pidpanel.study.document import Document
-from pidpanel.study.identify import Identification, Measured, identification_in
+from pidpanel.study.document import Document, section_in
+from pidpanel.study.identify import Identification, Measured
 from pidpanel.study.mistakes import Keys, Mistake, Mistakes
 from pidpanel.study.requirements import FILLS, FRICTION, RESTITUTION, direction_of
 
@@ -109,7 +104,7 @@ def read_measurement(file: Path, atlas: Atlas) -> tuple[Identification, Specimen
         As `identify_file`.
     """
     document = Document(file)
-    identification = identification_in(document)
+    identification = section_in(document, Identification)
     try:
         return identification, *_measurement(identification, atlas)
     except Mistakes as error:
@@ -186,6 +181,26 @@ def _from_table(
     if test.relative_error is None and any(ERRORS[name] not in columns for name in needs):
         raise Mistakes([Mistake(("measured", "relative_error"), _MISSING)])
     return measured_table(columns, tones, test.relative_error or 0.0, mass), weight
+
+
+def measured_table(
+    columns: Mapping[str, Array], tones: Tones, relative_error: float, particle_mass: float
+) -> MeasuredDamping:
+    """Return what a table says of C_e and m_a.
+
+    Parameters
+    ----------
+    relative_error
+        Standard error of C_e over itself, and of m_a over ``particle_mass``, where the table has
+        no errors.
+    particle_mass
+        m″ of the particles [kg/m²].
+    """
+    damping, error, mass, mass_error = measured_values(columns)
+    damping = np.where(damping > 0, damping, np.nan)
+    error = np.where(np.isnan(error), relative_error * damping, error)
+    mass_error = np.where(np.isnan(mass_error), relative_error * particle_mass, mass_error)
+    return MeasuredDamping(tones, damping, error, mass, mass_error)
 
 
 _MISSING = "missing; needed for a file without standard errors of all values"

@@ -15,7 +15,7 @@ finds where the posterior is, a fine one over that box has the answer.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,7 +24,6 @@ from scipy.interpolate import PchipInterpolator
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.atlas import TAILS, Atlas
-from pidpanel.damping.measured import measured_values
 from pidpanel.identify.prediction import Specimen, Tones, predict
 
 COARSE, FINE = (14, 8, 7), (23, 15, 9)  # points of the grids along e, ln μ and r
@@ -64,26 +63,6 @@ class MeasuredDamping:
     def errors(self) -> Array:
         """(2n,) standard errors of `values`."""
         return np.concatenate([self.damping_error / self.damping, self.mass_error])
-
-
-def measured_table(
-    columns: Mapping[str, Array], tones: Tones, relative_error: float, particle_mass: float
-) -> MeasuredDamping:
-    """Return what a table says of C_e and m_a.
-
-    Parameters
-    ----------
-    relative_error
-        Standard error of C_e over itself, and of m_a over ``particle_mass``, where the table has
-        no errors.
-    particle_mass
-        m″ of the particles [kg/m²].
-    """
-    damping, error, mass, mass_error = measured_values(columns)
-    damping = np.where(damping > 0, damping, np.nan)
-    error = np.where(np.isnan(error), relative_error * damping, error)
-    mass_error = np.where(np.isnan(mass_error), relative_error * particle_mass, mass_error)
-    return MeasuredDamping(tones, damping, error, mass, mass_error)
 
 
 class FillPrior(NamedTuple):

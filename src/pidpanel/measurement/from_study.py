@@ -15,8 +15,8 @@ from pidpanel.measurement.files import MeasuredPsd, read_measured
 from pidpanel.response.psd_files import read_psd
 from pidpanel.response.results import write_csv
 from pidpanel.study import Study
-from pidpanel.study.measurement import Measurement
 from pidpanel.study.mistakes import Mistake, read_at
+from pidpanel.study.response import Measurement
 
 COLUMNS = (
     "measurement", "excitation", "reading", "scenario", "point", "center_hz", "lower_hz",

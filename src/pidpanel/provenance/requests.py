@@ -10,13 +10,14 @@ values have changed, or a file is damaged or lost, the request is new, and Snake
 import hashlib
 import json
 import os
+import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pidpanel.provenance import durable
-from pidpanel.provenance.digests import json_digest
+from pidpanel.provenance import digests, durable
+from pidpanel.provenance.locks import WORKFLOW_PROCESS
 
 FOLDER, RECORD = ".made", ".record"
 # Key of a request that makes its content another one, since Snakemake compares checksums.
@@ -79,10 +80,10 @@ def is_made(
     record = read_record(request)
     if record is None:
         return False, []
-    digests, recorded = file_digests(outputs), record["files"]
-    damaged = [Path(file) for file in sorted(digests.keys() | recorded.keys())
-               if digests.get(file, "") != recorded.get(file)]  # fmt: skip
-    return not damaged and record["content"] == json_digest(content), damaged
+    present, recorded = file_digests(outputs), record["files"]
+    damaged = [Path(file) for file in sorted(present.keys() | recorded.keys())
+               if present.get(file, "") != recorded.get(file)]  # fmt: skip
+    return not damaged and record["content"] == digests.json_digest(content), damaged
 
 
 def read_record(request: Path) -> dict[str, Any] | None:
@@ -103,7 +104,7 @@ def read_request(request: Path) -> dict[str, Any]:
 
 def write_record(request: Path, content: Mapping[str, Any], outputs: Iterable[str | Path]) -> None:
     """Note what a job that has ended made, and from what."""
-    record = {"content": json_digest(content), "files": file_digests(outputs)}
+    record = {"content": digests.json_digest(content), "files": file_digests(outputs)}
     durable.write_text(request.with_suffix(RECORD), json.dumps(record, indent=1) + "\n")
 
 
@@ -143,3 +144,50 @@ def content_digest(path: Path) -> str:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         return ""
+
+
+class Requests:
+    """Writes the request of each job once: on its way a job changes the files itself."""
+
+    def __init__(self) -> None:
+        # a job of a cluster is a Snakemake of its own, whose parent has written the requests
+        parent = os.environ.get(WORKFLOW_PROCESS, "")
+        self.is_main = parent in ("", str(os.getpid()))
+        self._paths: set[Path] = set()
+        self._damaged: list[Path] = []
+        self._runs = False
+
+    def quick(self, outputs: Sequence[str], values: Mapping[str, Any]) -> str:
+        """Request a job that takes seconds, and so depends on the whole package; see `job`."""
+        return self.job(outputs, {"package": digests.package_digest, **values})
+
+    def job(self, outputs: Sequence[str], values: Mapping[str, Any]) -> str:
+        """Request a job that leaves a record."""
+        request = request_of(outputs[0])
+        if self.is_new(request):
+            content = {name: v() if callable(v) else v for name, v in values.items()}
+            is_complete, damaged = is_made(request, content, outputs)
+            ask(request, content, outputs, is_made=is_complete)
+            self.report(f"{path}: damaged, changed or lost since it was made" for path in damaged)
+            self._damaged += damaged
+            if self._runs:
+                self.begin()
+        return str(request)
+
+    def is_new(self, request: Path) -> bool:
+        """Return whether a request is to be written, which it then is only once."""
+        is_new = self.is_main and request not in self._paths
+        self._paths.add(request)
+        return is_new
+
+    def report(self, lines: Iterable[str]) -> None:
+        """Say what of the results is not as it was left."""
+        for line in lines:
+            print(line, file=sys.stderr, flush=True)
+
+    def begin(self) -> None:
+        """Set damaged files aside, before jobs make them again."""
+        self._runs = True
+        for path in self._damaged:
+            durable.set_aside(path, str(path))
+        self._damaged.clear()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pidpanel.coupon.liggghts.trust import comes_with_pidpanel
+from pidpanel.coupon.liggghts.deck import comes_with_pidpanel
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.paths import STUDIES
 from pidpanel.report.coupled_section import atlas_text

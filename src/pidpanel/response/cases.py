@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.damping.constants import ConstantDamper
+from pidpanel.damping.laws import ConstantDamper
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.solve.layout import DamperLayout, LayoutResponse, solve_layouts

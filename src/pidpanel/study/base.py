@@ -17,7 +17,7 @@ from pydantic import (
 )
 
 from pidpanel.study.mistakes import Mistake, Mistakes, mistakes_of
-from pidpanel.study.quantity import Quantity
+from pidpanel.study.quantity import Quantity, inside
 
 
 class StudyError(ValueError):
@@ -64,12 +64,8 @@ Text = Annotated[str, BeforeValidator(_as_written, json_schema_input_type=str | 
 Fraction = Annotated[float, Quantity(0, 1, unit="percent")]
 # Number of particles over that of a full cell, r = N/N_full.
 Fill = Annotated[float, Quantity(0.02, 1, unit="percent")]
-RelativeError = Annotated[
-    float, Quantity(0, 1, low_itself=False, high_itself=False, unit="percent")
-]
-PoissonsRatio = Annotated[
-    float, Quantity(-1, 0.5, low_itself=False, high_itself=False, unit="percent")
-]
+RelativeError = Annotated[float, inside(0, 1)]
+PoissonsRatio = Annotated[float, inside(-1, 0.5)]
 OVERALL = Quantity(60, 200, unit="level")
 Level = Annotated[float, OVERALL]  # overall sound pressure level [dB re 20 µPa]
 Coordinate = Annotated[float, Quantity(-100, 100, unit="metres")]  # x or y [m]

@@ -145,10 +145,11 @@ class Coupon(SectionModel):
         rows = [row.inputs for row in read_cases(self.cases)]
         return {key: tuple(dict.fromkeys(row[key] for row in rows)) for key in rows[0]}
 
-    @property
-    def keys_without_panel(self) -> list[str]:
-        """Keys given that only a study of the coupon alone may have."""
-        return [key for key in ("vary", "cases", "measured") if getattr(self, key)]
+    def mistakes_with_panel(self) -> Iterator[Mistake]:
+        """Yield keys that only a study of the coupon alone may have."""
+        for key in ("vary", "cases", "measured"):
+            if getattr(self, key):
+                yield Mistake(("coupon", key), "only allowed in a study without a panel")
 
     @property
     def decks(self) -> tuple[Path, ...]:

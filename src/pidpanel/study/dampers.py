@@ -154,8 +154,7 @@ class Damper(SectionModel):
             says = f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
             says += f"{self.particle_mass_per_area_kg_m2:g}; in g/m²?"
             yield Mistake(("apparent_mass_kg_m2",), says)
-        for key in self.coupon.keys_without_panel if self.coupon else ():
-            yield Mistake(("coupon", key), "only allowed in a study without a panel")
+        yield from self.coupon.mistakes_with_panel() if self.coupon else ()
 
     @property
     def is_of_a_fill(self) -> bool:

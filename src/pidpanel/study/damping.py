@@ -68,11 +68,6 @@ class Coupled(SectionModel):
     """Young's modulus of the contacts [MPa]; by default the softest that lowers g rms by at most 2
     %, which is part of the error."""
 
-    @property
-    def run_s(self) -> float:
-        """Length of a run [s]."""
-        return self.settle_s + self.duration_s
-
     def mistakes(self) -> Iterator[Mistake]:
         if self.cells % self.stations:
             yield Mistake(("cells",), f"must be a multiple of stations = {self.stations}")
@@ -121,11 +116,6 @@ class Damping(SectionModel):
     with which fewer cases of the coupon give the same uncertainty."""
     coupled: Coupled = Coupled()
     """Settings of the damping model ``coupled``."""
-
-    @property
-    def is_of_tones(self) -> bool:
-        """Whether a key says at which single tones coupons are shaken, or read."""
-        return self.level != Level()
 
     def mistakes(self) -> Iterator[Mistake]:
         readings = self.readings or ()

@@ -12,9 +12,9 @@ from pidpanel.damping_ratio import DampingRatio, read_damping_ratio
 from pidpanel.study.base import file_in
 from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake, read_at
-from pidpanel.study.quantity import Quantity, text_hint
+from pidpanel.study.quantity import Quantity, inside, text_hint
 
-Ratio = Annotated[float, Quantity(0, 0.5, low_itself=False, high_itself=False, unit="percent")]
+Ratio = Annotated[float, inside(0, 0.5)]
 NaturalFrequency = Annotated[float, Quantity(0, 1e5, low_itself=False, unit="kilohertz")]
 
 

@@ -12,7 +12,6 @@ from pidpanel.study.base import Fill, RelativeError, SectionModel, Text, file_in
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import CouponStudy
 from pidpanel.study.dampers import MassPerArea
-from pidpanel.study.document import Document, section_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.requirements import mistakes_of_coupon, mistakes_of_fill
@@ -103,14 +102,3 @@ class Identification(SectionModel):
             yield from mistakes_of_fill(("fill_fraction",), self.fill_fraction)
         if "fill_fraction_error" in self.model_fields_set and self.fill_fraction is None:
             yield Mistake(("fill_fraction_error",), "only allowed with fill_fraction")
-
-
-def identification_in(document: Document) -> Identification:
-    """Return the identification of a file that has been read.
-
-    Raises
-    ------
-    StudyError
-        One line for each mistake: file, line, key, value, what is wrong or what is allowed.
-    """
-    return section_in(document, Identification)

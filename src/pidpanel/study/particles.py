@@ -5,15 +5,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.sizes import Sizes
 from pidpanel.study.base import PoissonsRatio, RelativeError, SectionModel
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
 
-Modulus = Annotated[
-    float, Quantity(5, 1e6, unit="megapascal")
-]  # Young's modulus of a contact [MPa]
+# Young's modulus of a contact [MPa].
+Modulus = Annotated[float, Quantity(5, 1e6, unit="megapascal")]
 Restitution = Annotated[float, Quantity(0.05, 1, low_itself=False, unit="percent")]
 Friction = Annotated[float, Quantity(0, 5, unit="percent")]
 RollingFriction = Annotated[float, Quantity(0, 1, unit="percent")]
@@ -234,8 +232,3 @@ class Stiffness(SectionModel):
     def choices(self) -> tuple[float, ...]:
         """Moduli to choose from [Pa]."""
         return tuple(choice * 1e6 for choice in self.choices_mpa)
-
-    @property
-    def from_acceleration(self) -> float:
-        """Least acceleration amplitude at which contacts are softened [m/s²]."""
-        return self.from_acceleration_g * STANDARD_GRAVITY

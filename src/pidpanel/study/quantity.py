@@ -152,6 +152,11 @@ def whole(low: int, high: int) -> Quantity:
     return Quantity(low, high, whole=True)
 
 
+def inside(low: float, high: float) -> Quantity:
+    """Return the bounds of a share or ratio that reaches neither."""
+    return Quantity(low, high, low_itself=False, high_itself=False, unit="percent")
+
+
 def text_hint(value: Any) -> str:
     """Return what to say of a text that is nearly a number."""
     if not isinstance(value, str):

@@ -1,11 +1,12 @@
-"""The section ``response`` of a study: what is computed of the panel in its sound."""
+"""The sections ``response`` and ``measurements`` of a study: what is computed and measured."""
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from pidpanel.study.base import SectionModel, Text
+from pidpanel.study.base import SectionModel, Text, file_in
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import Quantity
+from pidpanel.study.quantity import Quantity, whole
 
 Frequency = Annotated[float, Quantity(0.5, 20000, unit="kilohertz")]  # [Hz]
 Radiation = Literal["none", "one_side", "two_sides"]
@@ -47,3 +48,20 @@ class Response(SectionModel):
         if self.modal_damping == "diagonal" and self.radiation != "none":
             says = "must be none for modal_damping: diagonal, the paper's form"
             yield Mistake(("radiation",), says)
+
+
+class Measurement(SectionModel):
+    """A measured acceleration PSD or transmissibility of a response point."""
+
+    file: Annotated[Path, file_in()]
+    """CSV table with ``frequency_hz`` and ``acceleration_psd_g2_hz`` or ``transmissibility``, or a
+    universal file (data set 58)."""
+    point: Text
+    """Response point, by name."""
+    scenario: Text | None = None
+    """Label of the scenario that was tested; by default the first, the bare panel."""
+    excitation: Literal["sound", "base"] | None = None
+    """What excited the panel; by default the sound where there is a section ``sound``. A
+    transmissibility is always of base motion."""
+    record: Annotated[int, whole(1, 10_000)] | None = None
+    """Number of the data set 58 in a universal file that has several."""

@@ -152,6 +152,17 @@ class Scenario(SectionModel):
         """
         return Scenario(label=f"bare{level_suffix(oaspl_db)}", fillings=(), oaspl_db=oaspl_db)
 
+    @staticmethod
+    def of_patch(filling: Filling, oaspl_db: float | None, *, has_dampers: bool) -> Scenario:
+        """Return the panel with one filled patch at a level; its damper is named among several."""
+        parts = [filling.patch]
+        if filling.damper is not None and has_dampers:
+            parts.append(filling.damper)
+        if filling.fill_fraction is not None:
+            parts.append(f"r{filling.fill_fraction:g}")
+        label = "_".join(parts) + level_suffix(oaspl_db)
+        return Scenario(label=label, fillings=(filling,), oaspl_db=oaspl_db)
+
     @property
     def bare(self) -> Scenario:
         """The bare panel at the same level."""

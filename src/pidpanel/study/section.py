@@ -11,7 +11,7 @@ from pidpanel.columns import read_rows
 from pidpanel.paths import DATA
 from pidpanel.study.base import Density, PoissonsRatio, SectionModel, Text
 from pidpanel.study.mistakes import Mistake, not_among
-from pidpanel.study.quantity import Quantity
+from pidpanel.study.quantity import Quantity, inside
 
 CORE_GRADES_FILE = DATA / "materials" / "honeycomb_5056.csv"  # honeycomb cores by their grade
 
@@ -98,10 +98,7 @@ class MaterialInput(SectionModel):
     """Young's modulus across the fibre [GPa]."""
     g12_gpa: Modulus | None = None
     """In-plane shear modulus [GPa]."""
-    nu12: (
-        Annotated[float, Quantity(-2, 2, low_itself=False, high_itself=False, unit="percent")]
-        | None
-    ) = None
+    nu12: Annotated[float, inside(-2, 2)] | None = None
     """Major Poisson's ratio: transverse over longitudinal strain under tension along the fibre."""
 
     @property

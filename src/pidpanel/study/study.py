@@ -14,23 +14,12 @@ from pidpanel.study.base_motion import BaseMotion, sound_or_base
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import NAME_WORDS, CouponStudy, is_name
 from pidpanel.study.dampers import Damper, is_massless_table
-from pidpanel.study.damping import COUPLED, Damping
-from pidpanel.study.measurement import Measurement
+from pidpanel.study.damping import COUPLED, Damping, Level
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import Panel
-from pidpanel.study.requirements import mistakes_of_atlas
-from pidpanel.study.response import Response
-from pidpanel.study.scenarios import (
-    Compared,
-    Family,
-    Filled,
-    Filling,
-    Layout,
-    Scenario,
-    items_of,
-    level_suffix,
-)
+from pidpanel.study.response import Measurement, Response
+from pidpanel.study.scenarios import Compared, Family, Filled, Filling, Layout, Scenario, items_of
 from pidpanel.study.severity import Severity
 from pidpanel.study.sound import SPEED, Sound
 
@@ -83,7 +72,7 @@ class Study(CouponStudy):
             return
         yield from requirements.mistakes_of_labels(self)
         yield from requirements.mistakes_of_optimise(self)
-        yield from mistakes_of_atlas(self)
+        yield from requirements.mistakes_of_atlas(self)
         yield from requirements.mistakes_of_measurements(self)
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
@@ -188,8 +177,9 @@ class Study(CouponStudy):
             return (BARE,)
         if self.damping.readings is not None:
             return tuple(self.damping.readings)
-        is_full = self.response.modal_damping == "full"
-        if self.has_filled_coupon and is_full and not self.damping.is_of_tones:
+        # a level is that of single tones
+        is_full, is_of_tones = self.response.modal_damping == "full", self.damping.level != Level()
+        if self.has_filled_coupon and is_full and not is_of_tones:
             return (COUPLED,)
         return ("stated",) if self.dampers else ("dem",)
 
@@ -227,8 +217,7 @@ class Study(CouponStudy):
                 yield Mistake(("dampers", name), "must have another name than the section coupon")
 
     def _mistakes_of_readings(self) -> Iterator[Mistake]:
-        for key in self.coupon.keys_without_panel if self.coupon else ():
-            yield Mistake(("coupon", key), "only allowed in a study without a panel")
+        yield from self.coupon.mistakes_with_panel() if self.coupon else ()
         if "dem" in self.readings and self.coupon is None:
             if self.damping.readings is None:
                 says = "missing; scenarios need a section coupon, dampers, or damping.readings"
@@ -336,22 +325,14 @@ class Study(CouponStudy):
             )
             return (Scenario(label=name, fillings=fillings, oaspl_db=level),)
         patches, fills = as_tuple(compared.patch), as_tuple(compared.fill_fraction)
+        has_dampers = len(self.all_dampers) > 1
         return tuple(
-            self._of_one_patch(self._filling(patch, compared, fill), level)
+            Scenario.of_patch(self._filling(patch, compared, fill), level, has_dampers=has_dampers)
             for patch, fill, level in itertools.product(patches, fills, as_tuple(level))
         )
 
     def _filling(self, patch: str, filled: Family | Filled, fill: float | None) -> Filling:
         return Filling(patch=patch, damper=self._damper_name(filled), fill_fraction=fill)
-
-    def _of_one_patch(self, filling: Filling, level: float | None) -> Scenario:
-        parts = [filling.patch]
-        if filling.damper is not None and len(self.all_dampers) > 1:
-            parts.append(filling.damper)
-        if filling.fill_fraction is not None:
-            parts.append(f"r{filling.fill_fraction:g}")
-        label = "_".join(parts) + level_suffix(level)
-        return Scenario(label=label, fillings=(filling,), oaspl_db=level)
 
     def all_scenarios(self) -> tuple[Scenario, ...]:
         """Return every scenario once, the bare panel at each level first."""

@@ -1,1 +1,1 @@
-"""What Snakemake runs: the study, its LIGGGHTS runs, the requests of its jobs."""
+"""What Snakemake runs: the study, its LIGGGHTS runs, its rules."""

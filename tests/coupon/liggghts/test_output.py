@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import contact
-from pidpanel.coupon.liggghts import failures, output, sphere_dump
+from pidpanel.coupon.liggghts import failures, output
 
 GOLDEN = Path(__file__).parent / "golden"
 STEPS, CYCLES, ATOMS = 1000, 12, 8
@@ -136,7 +136,7 @@ def test_the_echo_of_a_mark_is_not_taken_for_the_mark():
 def test_positions_are_those_of_the_dump_by_id():
     text = (GOLDEN / "shake" / "last.dump").read_text()
     columns = ("x", "y", "z", "vx", "vy", "vz")
-    frame = sphere_dump.read_dump(text, "last.dump", columns)
+    frame = output.read_dump(text, "last.dump", columns)
     assert frame.shape == (1, ATOMS, 6)
     third = next(line for line in text.splitlines() if line.startswith("3 "))
     np.testing.assert_array_equal(frame[0, 2], [float(v) for v in third.split()[1:]])
@@ -146,7 +146,7 @@ def test_a_dump_cut_anywhere_is_refused():
     text = (GOLDEN / "shake" / "last.dump").read_text()
     for kept in range(len(text)):
         with pytest.raises(failures.SolverFailure):
-            sphere_dump.read_dump(text[:kept], "last.dump", ("x", "y", "z", "vx", "vy", "vz"))
+            output.read_dump(text[:kept], "last.dump", ("x", "y", "z", "vx", "vy", "vz"))
 
 
 def test_our_rayleigh_time_is_the_solvers():
@@ -203,7 +203,7 @@ LOCAL = (
 
 
 def frames_of(text):
-    return sphere_dump.read_frames(text, "pairs.dump", "ENTRIES", 2)
+    return output.read_frames(text, "pairs.dump", "ENTRIES", 2)
 
 
 def test_contacts_are_read_with_their_frame_and_a_frame_may_have_none():

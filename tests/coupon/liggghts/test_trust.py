@@ -7,7 +7,7 @@ import pytest
 from pidpanel.check import checked_study
 from pidpanel.cli import main
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts import trust
+from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import DeckRefused
 from pidpanel.paths import TEMPLATES
 from pidpanel.study import StudyError
@@ -34,7 +34,7 @@ PROGRAMS = [
 @pytest.fixture()
 def study(tmp_path, monkeypatch):
     """(text) → a study with the shake deck of the laboratory and that text at its end."""
-    monkeypatch.delenv(trust.TRUST, raising=False)
+    monkeypatch.delenv(deck.TRUST, raising=False)
 
     def write(text=""):
         own = (TEMPLATES / "shake_lab.in.j2").read_text() + text
@@ -58,12 +58,12 @@ def test_no_deck_of_the_user_is_read_before_it_is_trusted(study, text, capsys):
 
 def test_a_deck_that_is_trusted_is_checked_and_run(study, monkeypatch):
     # red: the variable not set by --trust-deck; `_template` without `check_trust`
-    monkeypatch.setenv(trust.TRUST, "")
+    monkeypatch.setenv(deck.TRUST, "")
     path = study()
     assert main(["check", "--trust-deck", str(path)]) == 0
     run = cases_of(checked_study(path).coupon)[0].runs[0]
     assert "seen from the laboratory" in run.deck_text()
-    monkeypatch.setenv(trust.TRUST, "0")  # what was planned is not what is run
+    monkeypatch.setenv(deck.TRUST, "0")  # what was planned is not what is run
     for asked in (run.deck_text, run.deck_digest, lambda: run.lists_contacts):
         with pytest.raises(DeckRefused, match="a program"):
             asked()
@@ -71,9 +71,9 @@ def test_a_deck_that_is_trusted_is_checked_and_run(study, monkeypatch):
 
 def test_a_deck_that_came_with_pidpanel_is_trusted_and_a_copy_is_not(tmp_path, monkeypatch):
     # red: `is_relative_to` of the path as it is written
-    monkeypatch.delenv(trust.TRUST, raising=False)
+    monkeypatch.delenv(deck.TRUST, raising=False)
     shutil.copy(TEMPLATES / "shake_lab.in.j2", tmp_path)
-    trust.check_trust(TEMPLATES / "shake_lab.in.j2")
+    deck.check_trust(TEMPLATES / "shake_lab.in.j2")
     for path in (tmp_path, TEMPLATES / ".." / tmp_path.name):
         with pytest.raises(DeckRefused):
-            trust.check_trust(path / "shake_lab.in.j2")
+            deck.check_trust(path / "shake_lab.in.j2")

@@ -1,8 +1,9 @@
 """Decks of LIGGGHTS as text: templates rendered with values.
 
-What the values are is said where the things are: `bed.Run.deck_values`, `drive.Tone.deck_values`.
+What the values are is said where the things are: `bed.Run.deck_values`.
 """
 
+import os
 import re
 from collections.abc import Iterable, Mapping
 from functools import cache, lru_cache
@@ -12,6 +13,7 @@ from typing import Any
 import jinja2
 import jinja2.meta
 
+from pidpanel.coupon.liggghts.failures import DeckRefused
 from pidpanel.paths import TEMPLATES
 from pidpanel.provenance.digests import text_digest
 
@@ -98,3 +100,33 @@ def undeclared(text: str, declared: Iterable[str]) -> list[str]:
     """
     tree = jinja2.Environment().parse(text)
     return sorted(jinja2.meta.find_undeclared_variables(tree) - set(declared))
+
+
+# Variable of the environment that is ``1`` where decks of one's own may do anything.
+TRUST = "PIDPANEL_TRUST_DECK"
+
+
+def comes_with_pidpanel(template: Path) -> bool:
+    """Return whether a template is not of the user's own."""
+    return template.resolve().is_relative_to(TEMPLATES)
+
+
+def check_trust(template: Path) -> None:
+    """Refuse a template that did not come with pidpanel, unless such decks are trusted.
+
+    A deck of the user's own is a program. A template can compute anything, and the commands of
+    LIGGGHTS start programs and write files under many names. A list of what is harmless has to read
+    a line exactly as LIGGGHTS does, and to know the files of every style; each gap is a program
+    that starts. So nothing of such a deck is rendered or run before its user says that it may do
+    anything (`TRUST`).
+
+    Raises
+    ------
+    DeckRefused
+        With what such a deck can do, and how to allow it.
+    """
+    if os.environ.get(TRUST) != "1" and not comes_with_pidpanel(template):
+        raise DeckRefused(
+            f"{template}: your own deck is a program, which can start others and write any file; "
+            "read it, then allow it with --trust-deck"
+        )

@@ -13,8 +13,69 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.coupon.balance import Contacts
-from pidpanel.coupon.liggghts import sphere_dump
 from pidpanel.coupon.liggghts.failures import LogTruncated, NotFinite, ParticlesLost, RunStopped
+
+_COUNT = re.compile(r"ITEM: NUMBER OF (?:ATOMS|ENTRIES)\n(\d+)\n")
+
+POSITION = ("x", "y", "z")  # columns of a dump: centres [m]
+# Columns of a dump: centres [m] and velocities [m/s].
+POSITION_AND_VELOCITY = (*POSITION, "vx", "vy", "vz")
+
+
+def read_dump(text: str, source: str, columns: tuple[str, ...] = POSITION) -> Array:
+    """Frames of a ``dump custom id <columns>``, (frames, atoms, len(columns)) sorted by id.
+
+    Packings and beds are read by this code, so it enters their labels; see
+    `pidpanel.coupon.packing`.
+
+    Raises
+    ------
+    LogTruncated, NotFinite, ParticlesLost
+    """
+    counts, table = read_frames(text, source, f"ATOMS id {' '.join(columns)}", len(columns) + 1)
+    if not table.size or min(counts) != max(counts):
+        raise LogTruncated(f"{source}: {len(counts)} frames, not all alike")
+    frames = table.reshape(len(counts), counts[0], -1)
+    frames = np.take_along_axis(frames, np.argsort(frames[:, :, :1], axis=1), axis=1)
+    if (frames[:, :, 0] != np.arange(1, counts[0] + 1)).any():
+        raise ParticlesLost(f"{source}: the ids are not 1 to {counts[0]}")
+    return frames[:, :, 1:]
+
+
+def read_frames(text: str, source: str, title: str, columns: int) -> tuple[list[int], Array]:
+    """Rows of each frame of a text dump, and all of them, (n, columns); the title is theirs."""
+    if not text.endswith("\n"):
+        raise LogTruncated(f"{source}: cut in its last line")
+    counts: list[int] = []
+    bodies: list[str] = []
+    last = -1
+    for number, part in enumerate(text.split("ITEM: TIMESTEP\n")[1:]):
+        head, mark, rest = part.partition(f"ITEM: {title}")
+        count = _COUNT.search(head)
+        if not mark or not count:
+            raise LogTruncated(f"{source}, frame {number}: no head")
+        step = head.partition("\n")[0]
+        if not step.isdecimal() or int(step) <= last:
+            raise LogTruncated(f"{source}, frame {number}: step {step!r} out of order")
+        last = int(step)
+        bodies.append(rest.partition("\n")[2])
+        counts.append(bodies[-1].count("\n"))
+        if counts[-1] != int(count[1]):
+            raise LogTruncated(f"{source}, frame {number}: {counts[-1]} of {count[1]} rows")
+    lines = "".join(bodies).splitlines()
+    if not lines:
+        return counts, np.empty((0, columns))
+    try:
+        table: Array = np.loadtxt(lines, float, comments=None, ndmin=2)
+    except ValueError as error:
+        ragged = "number of columns" in str(error)
+        raise (LogTruncated if ragged else NotFinite)(f"{source}: {error}") from None
+    if table.shape != (sum(counts), columns):
+        raise LogTruncated(f"{source}: {table.shape}, not {sum(counts)} rows × {columns}")
+    if not np.isfinite(table).all():
+        raise NotFinite(f"{source}: a value is not finite")
+    return counts, table
+
 
 # Columns of the cycle file that the shake deck writes: momentum [kg m/s] (its product with sin ωt
 # and cos ωt, and itself), energies [J] and the height of the centre of mass [m]; means of a cycle.
@@ -23,7 +84,7 @@ CYCLE_COLUMNS = "step p_sin p_cos p_mean kinetic_energy rotational_energy height
 
 # Columns of a frame of the energy balance, SI.
 MOTION = (
-    *sphere_dump.POSITION_AND_VELOCITY,
+    *POSITION_AND_VELOCITY,
     *("omegax", "omegay", "omegaz", "fx", "fy", "fz", "tqx", "tqy", "tqz"),
 )
 
@@ -167,7 +228,7 @@ def read_contacts(
     text: str, source: str, *, frames: int, ids: tuple[int, int], with_wall: bool, rolling: bool
 ) -> Contacts:
     """Read the local dump of contacts between spheres or with walls."""
-    counts, table = sphere_dump.read_frames(text, source, "ENTRIES", 8 if rolling else 5)
+    counts, table = read_frames(text, source, "ENTRIES", 8 if rolling else 5)
     if len(counts) != frames:
         raise LogTruncated(f"{source}: {len(counts)} of {frames} frames")
     frame = np.repeat(np.arange(frames), counts)

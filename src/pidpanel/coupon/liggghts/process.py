@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import IO, NamedTuple
 
 from pidpanel.constants import LIGGGHTS_VERSION as VERSION
-from pidpanel.coupon.liggghts import failures, output, sphere_dump
+from pidpanel.coupon.liggghts import failures, output
 
 COMMAND = "liggghts"
 
@@ -192,9 +192,9 @@ class Liggghts:
         return self._execute(text, steps=cycles * steps, report=steps)
 
     def run_and_dump(
-        self, steps: int, stride: int, file: str, columns: tuple[str, ...] = sphere_dump.POSITION
+        self, steps: int, stride: int, file: str, columns: tuple[str, ...] = output.POSITION
     ) -> Instant:
-        """Run so many steps and write the spheres every few, for `sphere_dump.read_dump`.
+        """Run so many steps and write the spheres every few, for `output.read_dump`.
 
         The spheres at the start are the first frame.
         """
@@ -203,8 +203,8 @@ class Liggghts:
             steps=steps,
         )
 
-    def dump(self, file: str, columns: tuple[str, ...] = sphere_dump.POSITION) -> Instant:
-        """Write the spheres as they are; `sphere_dump.read_dump` reads them."""
+    def dump(self, file: str, columns: tuple[str, ...] = output.POSITION) -> Instant:
+        """Write the spheres as they are; `output.read_dump` reads them."""
         return self._execute(
             f"dump last all custom 1 {file} id {' '.join(columns)}\nrun 0\nundump last"
         )

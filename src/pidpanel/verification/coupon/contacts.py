@@ -12,7 +12,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact
 from pidpanel.coupon.contact import Constants
-from pidpanel.coupon.liggghts import deck, sphere_dump
+from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.verification.rows import Row, comparison
 
@@ -106,7 +106,7 @@ def moved(
         solver.run_and_dump(steps, stride or steps, "frames.dump", columns)
         solver.finish()
     file = folder / "frames.dump"
-    return sphere_dump.read_dump(file.read_text(), str(file), columns)
+    return output.read_dump(file.read_text(), str(file), columns)
 
 
 def energy_lost(folder: Path, restitution: float, step: float) -> Array:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pidpanel.coupon import attempts, coding, finished, rows, runs
+from pidpanel.coupon import attempts, batches, coding, rows, runs
 from pidpanel.coupon.batches import Batch
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import failures
@@ -48,14 +48,14 @@ def left(tmp_path, monkeypatch):
 def test_a_batch_that_is_as_it_was_left_is_not_shaken_again(left):
     # red: `!=` for `==` anywhere
     folder, batch, _, _ = left
-    assert finished.changes(batch, folder) == (False, [])
+    assert batches.compare_results(batch, folder) == (False, [])
 
 
 def test_another_version_of_the_judging_judges_every_run_again(left, monkeypatch):
     # red: the version not compared
     folder, batch, _, _ = left
-    monkeypatch.setattr(finished, "JUDGING_VERSION", 0)
-    assert finished.changes(batch, folder) == (True, [])
+    monkeypatch.setattr(batches, "JUDGING_VERSION", 0)
+    assert batches.compare_results(batch, folder) == (True, [])
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_a_damaged_file_of_a_finished_run_is_named(left, name, kind):
     path.write_text("" if kind == "empty" else f"{data[:place]}7{data[place + 1 :]}")
     if kind == "missing":
         path.unlink()
-    incomplete, faults = finished.changes(batch, folder)
+    incomplete, faults = batches.compare_results(batch, folder)
     assert incomplete
     assert len(faults) == 1 and str(file.parent if name != "batch" else path) in faults[0]
 
@@ -88,7 +88,7 @@ def test_a_failure_of_the_machine_is_tried_again_and_one_of_the_inputs_is_not(le
     # red: `BY_INPUTS` empty, or holding RunStopped
     folder, batch, file, outcome = left
     coding.write(file, dataclasses.replace(outcome, status=status, found=None))
-    incomplete, faults = finished.changes(batch, folder)
+    incomplete, faults = batches.compare_results(batch, folder)
     assert incomplete == again
     assert any(f"{file.parent}: {status} in the last call" in fault for fault in faults) == again
 
@@ -102,11 +102,11 @@ def test_a_bed_is_as_it_was_left_or_named(left):
     (home / "bed.csv").write_text("x_m,y_m,z_m,diameter_m\n")
     files = {"bed.csv": "0" * 64}
     coding.write(home / "bed.json", LoosenOutcome("ok", "", 1, "3.8.0", 0.0, bed, None, files))
-    finished._fault_of_bed.cache_clear()
-    assert "bed.csv: damaged or changed" in finished.changes(batch, folder)[1][0]
+    batches._fault_of_bed.cache_clear()
+    assert "bed.csv: damaged or changed" in batches.compare_results(batch, folder)[1][0]
     shutil.rmtree(home)
-    finished._fault_of_bed.cache_clear()
-    assert finished.changes(batch, folder) == (False, [])
+    batches._fault_of_bed.cache_clear()
+    assert batches.compare_results(batch, folder) == (False, [])
 
 
 def test_a_solver_that_dies_before_its_first_line_is_no_wrong_version(tmp_path, monkeypatch):
@@ -129,7 +129,7 @@ def test_an_outcome_of_another_target_in_its_place_is_named(left):
     folder, batch, file, outcome = left
     shorter = dataclasses.replace(outcome.target, max_cycles=outcome.target.max_cycles // 2)
     coding.write(file, dataclasses.replace(outcome, target=shorter, seeds=1))
-    assert finished.changes(batch, folder) == (True, [f"{file}: belongs to another target"])
+    assert batches.compare_results(batch, folder) == (True, [f"{file}: belongs to another target"])
 
 
 def test_the_time_of_a_run_is_that_of_all_calls(left):

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.damping.constants import ConstantDamper
-from pidpanel.damping.laws import PaperLaw
+from pidpanel.damping.laws import ConstantDamper, PaperLaw
 from pidpanel.damping.readings import correlated_covariance
 
 F = np.array([20.0, 77.0, 2000.0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupon import cycles, packings
+from pidpanel.coupon import cycles
 
 
 def drawn(scatter, error, seeds=2, cases=400, seed=1):
@@ -20,14 +20,14 @@ def drawn(scatter, error, seeds=2, cases=400, seed=1):
 def test_the_scatter_that_was_drawn_is_found(scatter, error, seeds):
     # 400 pairs know a variance of their own to 7 %, where the errors are as large as the scatter
     # to twice that; red: freedom = sum(len(c)); own without its square
-    found = packings.scatter(*drawn(scatter, error, seeds))
+    found = cycles.scatter_of_packings(*drawn(scatter, error, seeds))
     assert found == pytest.approx(scatter, rel=0.15)
 
 
 def test_pairs_then_disagree_by_as_much_as_their_errors_say():
-    # with equal errors of both seeds exactly, else nearly; red: LOWEST returned in any case
+    # with equal errors of both seeds exactly, else nearly; red: low returned in any case
     means, errors = drawn(0.05, 0.005, cases=90, seed=3)
-    s = packings.scatter(means, errors)
+    s = cycles.scatter_of_packings(means, errors)
     z = [
         (c[0] - c[1]) / np.sqrt((e**2 + (s * c.mean()) ** 2).sum())
         for c, e in zip(means, errors, strict=True)
@@ -40,9 +40,9 @@ def test_pairs_then_disagree_by_as_much_as_their_errors_say():
 def test_where_errors_explain_the_scatter_there_is_none():
     # red: `<= 0` → `>= 0`
     means, _ = drawn(0.0, 0.02)
-    assert packings.scatter(means, [0.05 * c for c in means]) == 0.0
-    assert packings.scatter([np.array([3.0])], [np.array([0.1])]) == 0.0
-    assert packings.scatter([], []) == 0.0
+    assert cycles.scatter_of_packings(means, [0.05 * c for c in means]) == 0.0
+    assert cycles.scatter_of_packings([np.array([3.0])], [np.array([0.1])]) == 0.0
+    assert cycles.scatter_of_packings([], []) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -50,22 +50,22 @@ def test_where_errors_explain_the_scatter_there_is_none():
     [(0.1, 0.1 * np.sqrt(2 / 1.5), 0.1 * np.sqrt(2 / 3)), (0.5, 0.0, np.sqrt(0.5)), (0.9, 0.0, 1)],
 )
 def test_a_single_pair_has_the_scatter_that_its_deviation_leaves(deviation, error, scatter):
-    # 2 d²/(e² + s²) = 1, with s at most 1; red: freedom == 1; left(LOWEST) <= 1; HIGHEST = 1.1
+    # 2 d²/(e² + s²) = 1, with s at most 1; red: freedom == 1; left(low) <= 1; high = 1.1
     pair = 3.0 * np.array([1 - deviation, 1 + deviation])
-    found = packings.scatter([pair], [np.full(2, 3.0 * error)])
+    found = cycles.scatter_of_packings([pair], [np.full(2, 3.0 * error)])
     assert found == pytest.approx(scatter, rel=1e-6)
 
 
 def test_six_degrees_of_freedom_are_enough_and_five_too_few():
-    # red: FEWEST = 7
+    # red: FEWEST_FREEDOM = 7
     means, errors = drawn(0.05, 0.001, cases=11)
-    by_group = packings.scatter_by(["a"] * 6 + ["b"] * 5, means, errors, np.ones(11, bool))
-    assert by_group["a"] == packings.scatter(means[:6], errors[:6])
-    assert by_group["b"] == packings.scatter(means, errors)
+    by_group = cycles.scatter_by_group(["a"] * 6 + ["b"] * 5, means, errors, np.ones(11, bool))
+    assert by_group["a"] == cycles.scatter_of_packings(means[:6], errors[:6])
+    assert by_group["b"] == cycles.scatter_of_packings(means, errors)
 
 
 def test_a_bed_with_few_cases_is_judged_by_all_and_states_apart_by_none():
-    # red: FEWEST = 0; `alike` left out
+    # red: FEWEST_FREEDOM = 0; `alike` left out
     means, errors = drawn(0.05, 0.001, cases=60)
     other_means, other_errors = drawn(0.01, 0.001, cases=60, seed=9)
     groups = ["half"] * 60 + ["full"] * 57 + ["few"] * 3
@@ -73,10 +73,10 @@ def test_a_bed_with_few_cases_is_judged_by_all_and_states_apart_by_none():
     alike[0] = False
     means[0] = means[0] * np.array([1.0, 9.0])
     both = means + other_means, errors + other_errors
-    found = packings.scatter_by(groups, *both, alike)
+    found = cycles.scatter_by_group(groups, *both, alike)
     assert found["half"] == pytest.approx(0.05, rel=0.25)
     assert found["full"] == pytest.approx(0.01, rel=0.25)
-    assert found["few"] == packings.scatter(both[0][1:], both[1][1:])
+    assert found["few"] == cycles.scatter_of_packings(both[0][1:], both[1][1:])
 
 
 def test_the_mean_of_seeds_is_as_uncertain_as_runs_and_packings_make_it():

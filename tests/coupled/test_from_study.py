@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from pidpanel.coupled.checkpoints import IDENTITY, read_record, write_record
 from pidpanel.coupled.estimate import PatchEstimate, ScenarioEstimate
-from pidpanel.coupled.estimate_files import SimulatedBed, frames, write_estimate
+from pidpanel.coupled.from_study import SimulatedBed, estimate_tables, write_estimate
 from pidpanel.coupled.impedance import BandImpedance
 from pidpanel.coupled.own_force import OwnForce
-from pidpanel.coupled.record_files import IDENTITY, read_record, write_record
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.solve.bands import whole_third_octaves
 
@@ -59,7 +59,7 @@ def stored(tmp_path):
 
 def test_the_table_of_points_has_rms_and_its_error(stored):
     # red: `/ 2` left out of g_rms_error; STANDARD_GRAVITY² → 1; DECIBEL = 20 / ln 10
-    table = frames("one", stored)["summary"]
+    table = estimate_tables("one", stored)["summary"]
     assert table["point"].tolist() == ["326", "7"]
     assert set(table["scenario"]) == {"one"}
     rms = np.sqrt(300 * np.array([4.0, 1.0]))
@@ -74,8 +74,8 @@ def test_the_table_of_points_has_rms_and_its_error(stored):
 
 def test_the_tables_of_bands_and_lines_have_every_point(stored):
     # red: `[:, p]` → `[:, 0]`; one of the columns exchanged
-    bands = frames("one", stored)["third_octaves"].set_index("point")
-    lines = frames("one", stored)["psd"].set_index("point")
+    bands = estimate_tables("one", stored)["third_octaves"].set_index("point")
+    lines = estimate_tables("one", stored)["psd"].set_index("point")
     for name, psd, scale in (("326", 4.0, 1.0), ("7", 1.0, 2.0)):
         table = bands.loc[name]
         assert table["frequency_hz"].to_numpy() == pytest.approx(CENTRE)
@@ -91,7 +91,7 @@ def test_the_tables_of_bands_and_lines_have_every_point(stored):
 
 def test_the_table_of_patches_has_what_the_response_reads(stored):
     # red: `value.imag` without ω; `stored.sel` of the first patch
-    table = frames("one", stored)["impedance"].set_index("patch")
+    table = estimate_tables("one", stored)["impedance"].set_index("patch")
     assert table.groupby(level=0).size().to_dict() == {"P": BANDS, "Q": BANDS}
     for name, scale, area, mass, modulus in (("P", 1, 4e-5, 6.0, 50), ("Q", 2, 5e-5, 7.0, 200)):
         wanted = {

@@ -4,19 +4,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.damping import surface_cases, thinned
+from pidpanel.damping import surface_cases
 from pidpanel.damping.surface import DampingSurface
 
 
 def test_few_points_are_all_taken():
     # red: `<` for `<=`
     points = np.random.default_rng(1).random((7, 3))
-    assert thinned.spread_out(points, 7).tolist() == list(range(7))
+    assert surface_cases.spread_out(points, 7).tolist() == list(range(7))
 
 
 def test_the_first_that_is_taken_is_farthest_from_the_middle():
     # red: the nearest to it
-    assert thinned.spread_out(np.array([[0.0], [1.0], [2.1], [3.0], [4.5]]), 1).tolist() == [4]
+    assert surface_cases.spread_out(np.array([[0.0], [1.0], [2.1], [3.0], [4.5]]), 1).tolist() == [
+        4
+    ]
 
 
 @pytest.mark.parametrize(("cases", "count"), [(700, 600), (600, 600), (80, 80)])
@@ -28,7 +30,7 @@ def test_a_surface_has_at_most_six_hundred_cases(cases, count):
 def test_points_that_are_taken_leave_none_far_away():
     # red: the nearest taken (argmin); `nearest` of the last one alone
     points = np.random.default_rng(2).random((4000, 2))
-    taken = points[thinned.spread_out(points, 100)]
+    taken = points[surface_cases.spread_out(points, 100)]
     away = np.sqrt(((points[:, None] - taken) ** 2).sum(axis=2))
     # twice the radius of 100 discs that could cover a unit square, hexagons without overlap
     most = 2 * np.sqrt(2 / (3 * np.sqrt(3) * 100))
