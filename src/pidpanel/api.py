@@ -105,7 +105,7 @@ class Model:
         Parameters
         ----------
         values
-            By the keys of a study joined with dots. Runs with LIGGGHTS need another ``name``.
+            New values by keys joined with dots. Runs with LIGGGHTS need another ``name``.
 
         Examples
         --------
@@ -137,12 +137,12 @@ class Model:
         targets
             Files in `results`, such as ``coupon/cases.csv``; all by default.
         jobs
-            To run at the same time.
+            Number of parallel jobs.
 
         Raises
         ------
         ResultsError
-            With what Snakemake said, if the run fails.
+            If the run fails, with the message of Snakemake.
         """
         file = self._file
         if file is None:
@@ -174,9 +174,9 @@ class Model:
         Parameters
         ----------
         source
-            Name of a damper, or of a reading of the study; its only one by default.
+            Name of a damper or damping model of the study; its only one by default.
         fill_fraction, frequency_hz, acceleration_g
-            Where to read them: r, f [Hz], Γ.
+            Values of r, f [Hz] and Γ.
 
         Returns
         -------
@@ -189,7 +189,7 @@ class Model:
         ResultsError
             If it depends on LIGGGHTS and the study was not run.
         DampingError
-            Where the damper has no answer.
+            If the damper has no damping there.
         """
         fills, gammas = np.atleast_1d(fill_fraction), np.atleast_1d(acceleration_g)
         if frequency_hz is None:

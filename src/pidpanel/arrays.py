@@ -26,7 +26,7 @@ def variable(dims: str, values: ArrayLike, units: str, long_name: str = "") -> x
     dims
         Names of the dimensions, with blanks between them.
     units
-        As in ``N s m-3``; ``1`` for numbers.
+        Unit such as ``N s m-3``; ``1`` for numbers.
 
     Examples
     --------

@@ -229,7 +229,7 @@ def numbers(
     Parameters
     ----------
     columns
-        What each column may be.
+        Allowed values of each column.
     of_header
         Faults of the header; by default names that are unknown or given twice; if there are none,
         columns that are missing.

@@ -1,4 +1,4 @@
-"""Notches of a random input: as little less as keeps all limits."""
+"""Notching of a random input: the smallest reduction that meets all limits."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,42 +7,44 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 
-HALVINGS = 80  # of the range of a cap on a PSD: it is then exact to rounding
+HALVINGS = 80  # bisections for a cap on a PSD: it is then exact to rounding
 
-ROUNDS = 50  # most rounds over the limits of overall values, each of which depends on the others
+ROUNDS = 50  # most rounds over the limits of overall values, which depend on each other
 
 
 @dataclass(frozen=True)
 class Limit:
     """A limit of a PSD or of an overall value, in units of one location."""
 
-    location: int  # index of the location among those whose gains are given
+    location: int  # index of the location among the given gains
     reason: str  # the limit in words, such as "point 326: 0.5 g²/Hz"
     value: float  # largest PSD, or largest rms value
-    is_rms: bool = False  # whether it is that of the overall value
+    is_rms: bool = False  # whether the limit is on the overall value
 
 
 @dataclass(frozen=True)
 class NotchedInput:
-    """A random input and why it is lower than stated."""
+    """A notched random input and the reasons for its notches."""
 
-    psd: Array  # (nf,) of the input, at most that stated
-    reason: Index  # (nf,) index of the limit that holds; −1 where there is no notch
+    psd: Array  # (nf,) PSD of the input, at most that stated
+    reason: Index  # (nf,) index of the limit that applies; −1 where there is no notch
 
 
 def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) -> NotchedInput:
-    """Return the input that keeps all limits.
+    """Return the input reduced until all limits are met.
 
-    A limit of a PSD c allows an input of c/|H|². One of an overall value becomes the highest cap on
-    the PSD there under which the overall value is kept, given all other limits: the highest peaks
+    A limit c of a PSD allows an input of c/|H|². A limit of an overall value becomes the highest
+    cap on the PSD at that location with which it is met, given all other limits: the highest peaks
     are lowered.
 
     Parameters
     ----------
     frequency, psd
-        (nf,) [Hz] and the stated input.
+        (nf,) frequencies [Hz] and stated input.
     gain
         (n_locations, nf) |H|² of each location.
+    limits
+        Limits in the unit of each location.
     """
     caps = np.array([np.inf if limit.is_rms else limit.value for limit in limits])
     gains = gain[[limit.location for limit in limits]]
@@ -60,7 +62,7 @@ def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) 
 
 
 def _cap(frequency: Array, psd: Array, rms: float) -> float:
-    """Return the cap c with ∫ min(S, c) df = rms²; infinite where the rms value is kept."""
+    """Return the cap c with ∫ min(S, c) df = rms²; infinite if the rms value is met without."""
     if np.trapezoid(psd, frequency) <= rms**2:
         return np.inf
     low, high = 0.0, float(psd.max())

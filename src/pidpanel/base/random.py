@@ -1,4 +1,4 @@
-"""Random motion of the supports: responses of all scenarios, with the notches that limits ask."""
+"""Random motion of the supports: responses of all scenarios, notched to meet limits."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -29,11 +29,11 @@ from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.supports import BaseExcitation
 from pidpanel.solve.uncertainty import FurtherPsd, StandardErrors
 
-ROUNDS = 12  # most rounds of notching: less input is less motion, and that is other damping
+ROUNDS = 12  # most rounds of notching: damping changes with the motion
 
 STEP = 1e-3  # of ln C_e, and of m_a [kg/m²], in the slopes of the force
 
-SETTLED = 2e-3  # change of the notched input from round to round that ends them, of ln S
+SETTLED = 2e-3  # change of ln S of the notched input between rounds at which notching ends
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class RandomResponse:
     absolute: Array
     relative: Array
     force: Array  # (nf,) PSD of the force of all supports on panel and particles [N²/Hz]
-    # Standard errors of the absolute accelerations at the points, then of the force; None where the
+    # Standard errors of the absolute accelerations at the points, then of the force; None if the
     # damping has none
     errors: StandardErrors | None
     outside_share: float  # share of the lines on which damping is extrapolated [1]

@@ -17,7 +17,7 @@ from pidpanel.solve.search import Map, NotConverged, approach, find_motions, ite
 
 GRID = 60  # Γ at which the damping of a load is taken; linear in ln Γ between them
 
-# Γ over the amplitude of the supports that is looked at: dampers limit the highest motion
+# Largest Γ over the amplitude of the supports: dampers limit the highest motion
 RANGE = (1e-2, 1e3)
 
 TOLERANCE, STEPS = 1e-6, 60  # of ln Γ, and most steps to it on a line
@@ -30,7 +30,7 @@ JUMPS = np.linspace(-2.5, 2.5, 11)
 class SineSweep:
     """Motions per acceleration of the supports in one direction of a sweep."""
 
-    motion: Complexes  # (nf, nw) complex, of the motions that are looked at [s²]
+    motion: Complexes  # (nf, nw) complex, of the observed motions [s²]
     stiffness: Complexes  # (n_loads, nf) s of each damper [N/m³]
     acceleration_g: Array  # (n_loads, nf) Γ of each patch
     residual: Array  # (nf,) largest |ln(Γ_out/Γ)|
@@ -74,9 +74,9 @@ def sweep(
     Parameters
     ----------
     amplitude_g
-        Of the acceleration of the supports [g].
+        Acceleration amplitude of the supports [g].
     stated_g
-        Γ at which all damping is taken; None for that of the patches.
+        Γ at which all damping is evaluated; None for that of each patch.
     down
         Whether the sweep starts at the highest frequency.
     """

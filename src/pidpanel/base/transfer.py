@@ -20,7 +20,7 @@ class Transfer:
     frequency: Array  # (nf,) [Hz]
     weight: Array  # (n_patches, r, r) Δ of the motions u that the patches feel
     area: Array  # (n_patches,) [m²]
-    # (nf, nw, r) of the motions w that are looked at and then, from row nw − r, of u [m/N]
+    # (nf, nw, r) of the observed motions w and, from row nw − r, of u [m/N]
     receptance: Complexes
     # (nf, nw) the same motions without dampers, per acceleration of the supports [s²]
     free: Complexes
@@ -34,11 +34,11 @@ class Transfer:
         Parameters
         ----------
         patches
-            Those with dampers.
+            Patches with dampers.
         force
-            (n + 1,) of `BaseExcitation`.
+            (n + 1,) force of `BaseExcitation`.
         observed
-            (nw, n + 1) rows of the motions that are looked at.
+            (nw, n + 1) rows of the observed motions.
         """
         coordinates = patches.coordinates(CUTOFF)
         rows = np.concatenate([observed, coordinates.columns.T])

@@ -26,12 +26,12 @@ def encode(record: Any) -> dict[str, Any]:
 
 
 def decode(kind: type[Record], values: Any, source: str = "record") -> Record:
-    """A record from what JSON held.
+    """Return a record from values of JSON.
 
     Parameters
     ----------
     values
-        What `encode` gave.
+        Result of `encode`.
 
     Raises
     ------

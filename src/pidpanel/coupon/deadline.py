@@ -26,7 +26,7 @@ def limit(seconds: float) -> Iterator[None]:
     Parameters
     ----------
     seconds
-        From now; infinite for none.
+        Time from now [s]; infinite for no limit.
     """
     previous = _Deadline.end
     _Deadline.end = min(previous, time.monotonic() + seconds)

@@ -36,11 +36,11 @@ def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:
     Parameters
     ----------
     run
-        The run; its deck is ours.
+        The run; its deck is that of pidpanel.
     folder
-        Where `runs.shake` left it.
+        Folder of the run from `runs.shake`.
     frames
-        Frames in a cycle, about: a whole number of steps lies between two.
+        Approximate number of frames in a cycle: a whole number of steps is between two.
 
     Returns
     -------

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 
 from pidpanel.arrays import Array, Flags
 
-FEWEST = 6  # degrees of freedom from which a fill is looked at alone: its s² is then known to 60 %
+FEWEST = 6  # degrees of freedom from which a fill is evaluated alone: s² is then known to 60 %
 
 LOWEST, HIGHEST = 1e-6, 1.0  # between which s is looked for
 
@@ -26,7 +26,7 @@ def scatter(means: Sequence[Array], errors: Sequence[Array]) -> float:
     Parameters
     ----------
     means, errors
-        Of each case (n_i,) of its seeds, C_e and its standard error.
+        C_e and its standard error for the seeds (n_i,) of each case.
 
     Examples
     --------

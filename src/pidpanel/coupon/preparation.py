@@ -181,7 +181,7 @@ def write_start(
     spheres
         (n, 4) x, y, z and diameter [m].
     bed_folder
-        Of a bed in the same cells, whose walls are copied; left out, they are made.
+        Folder of a bed in the same cells, whose walls are copied; by default they are made.
     """
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)

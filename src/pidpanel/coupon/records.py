@@ -79,7 +79,7 @@ class Shaken:
 
 
 def check_same(left: Packing | Bed | Run, expected: Packing | Bed | Run, file: Path) -> None:
-    """Refuse what stands in the place of something else: a folder that was copied or renamed."""
+    """Refuse a folder that was copied or renamed."""
     if left != expected:
         raise FileDamaged(f"{file}: belongs to another {type(expected).__name__.lower()}")
 
@@ -149,21 +149,21 @@ class End:
     cycles: int  # of the run so far
     # Of the cycles that follow; None where the deck cannot list its contacts.
     balance: MeasuredBalance | None
-    last_digest: str  # as of `Shaken`
+    last_digest: str  # see `Shaken`
 
 
 @dataclass(frozen=True)
 class RunState:
-    """What of a run's folder counts."""
+    """Valid contents of a run's folder."""
 
-    run: str  # `Run.identity`; the files of another run do not count
+    run: str  # `Run.identity`; the files of another run are ignored
     spheres: int  # in all cells
     mass: float  # of all spheres [kg]
     # Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …
     legs: tuple[int, ...] = ()
     restart: str = ""  # file from which the run can continue; empty before the first
     ends: tuple[End, ...] = ()  # one for each length at which the run has met a target
-    # `window.BALANCE_VERSION` when their balances were measured; those of another do not count.
+    # `window.BALANCE_VERSION` when their balances were measured; those of another are ignored.
     balance_version: int = 0
     rows_digest: str = ""  # hash of all rows; see `rows.digest`
     files: Files = field(default_factory=dict)  # what a leg starts from: spheres, walls, restart
@@ -174,7 +174,7 @@ class RunState:
         return sum(self.legs)
 
     def ended(self, end: End, balance_version: int) -> RunState:
-        """The state with one more end; those of another version of the balance do not count."""
+        """Return the state with one more end; ends of another balance version are dropped."""
         ends = self.ends if self.balance_version == balance_version else ()
         earlier = (earlier_end for earlier_end in ends if earlier_end.cycles != end.cycles)
         return replace(self, ends=(*earlier, end), balance_version=balance_version)

@@ -44,14 +44,14 @@ def states_of(means: Array, errors: Array) -> list[Index]:
 
 
 def farthest(means: Array, states: list[Index]) -> float:
-    """Largest distance of the mean of a state from the mean of all; none of a single state.
+    """Return the largest distance of the mean of a state from that of all; 0 for a single state.
 
     Parameters
     ----------
     means
-        (n,) of each cell.
+        (n,) mean of each cell.
     states
-        As `states_of` gives them.
+        Cells of each state, from `states_of`.
     """
     if len(states) == 1:
         return 0.0

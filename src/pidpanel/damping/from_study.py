@@ -181,9 +181,9 @@ def reading_from_atlas(
     Parameters
     ----------
     coupon, is_broadband
-        The coupon, and whether C_e is that under sound.
+        The coupon, and whether C_e is for sound.
     surface
-        Of cases of the coupon, which the atlas is extended by.
+        Surface of cases of the coupon that extend the atlas.
     """
     from pidpanel.damping.atlas import bed_of
     from pidpanel.damping.atlas_files import extended_atlas, read_atlas

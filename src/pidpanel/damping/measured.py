@@ -38,13 +38,13 @@ def measured_points(columns: Mapping[str, Array], fill_fraction: float) -> pd.Da
     columns
         (n,) each, as `table_files.read_columns` returns them, with an amplitude.
     fill_fraction
-        Of a table without fills [1].
+        Fill fraction of a table without such a column [1].
 
     Returns
     -------
     DataFrame
         ``fill_fraction``, ``frequency_hz``, ``acceleration_g``, and values and errors as
-        ``measured_equivalent_damping_n_s_m3`` and ``…_error``; what the table has not is NaN.
+        ``measured_equivalent_damping_n_s_m3`` and ``…_error``; NaN if the table has none.
     """
     frequency = columns[FREQUENCY]
     points = {
@@ -84,7 +84,7 @@ def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | No
     Parameters
     ----------
     points
-        As `measured_points` returns them.
+        Points returned by `measured_points`.
     cases
         ``coupon/cases.csv``.
     atlas

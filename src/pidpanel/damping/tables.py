@@ -40,7 +40,7 @@ from pidpanel.damping.table_files import (
     quantities_of,
 )
 
-# Frequencies of a table that are nodes of its errors; of more of them even ones are taken.
+# Largest number of nodes of the errors: the frequencies of a table, or equally spaced ones.
 MOST_NODES = 40
 
 
@@ -52,12 +52,11 @@ def impedance_of(
     Parameters
     ----------
     columns
-        (n,) the value that is given, with its error and m_a where the table has them; what it has
-        not is 0.
+        (n,) the given value, with its error and m_a; 0 if the table has none.
     omega
         (n,) ω [rad/s].
     mass_per_area
-        Of the particles [kg/m²], for a loss factor.
+        Mass of the particles per area [kg/m²], for a loss factor.
     """
     names = quantities_of(columns)
     scale = mass_per_area * omega if names[0] == LOSS_FACTOR else 1.0
@@ -138,7 +137,7 @@ class TableReading(DampingReading):
         return np.concatenate([damping, mass]), np.concatenate([relative, mass_error]), inside
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return the covariance (2n, 2n) between what is read at two points of r and Γ.
+        """Return the covariance (2n, 2n) between the values at two points of r and Γ.
 
         A table does not say how its errors are correlated. They are taken to be fully so, over
         the whole table; see `readings.correlated_covariance`.
@@ -157,7 +156,7 @@ class TableReading(DampingReading):
 
 
 def _nodes(frequency: Array) -> Array:
-    """Frequencies of the rows, or even ones in their range where there are many."""
+    """Return the frequencies of the rows, or equally spaced ones in their range if there are many."""
     unique = np.unique(frequency)
     if len(unique) <= MOST_NODES:
         return unique

@@ -56,7 +56,7 @@ def bulk_fraction(diameter: float, across_flats: float) -> float:
     Parameters
     ----------
     diameter, across_flats
-        Of a sphere and of the cell [m].
+        Diameter of a sphere and width of the cell across flats [m].
 
     Examples
     --------

@@ -44,9 +44,9 @@ def read_force(
     record
         Number of the data set 58, from 1; needed where there are several.
     area
-        Of the cells [m²].
+        Area of the cells [m²].
     fixture_mass
-        Mass that the force moves beside the particles [kg].
+        Mass that the force moves besides the particles [kg].
 
     Raises
     ------

@@ -106,7 +106,7 @@ def read_measurement(file: Path, atlas: Atlas) -> tuple[Identification, Specimen
     Raises
     ------
     StudyError
-        As `identify_file`.
+        If `identify_file` raises it.
     """
     document = Document(file)
     identification = identification_in(document)

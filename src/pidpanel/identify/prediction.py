@@ -80,8 +80,8 @@ def predict(atlas: Atlas, specimen: Specimen, particles: Array, tones: Tones) ->
     Returns
     -------
     Prediction
-        With the calibrated errors of the atlas; those of the mass of the particles, unless they
-        were weighed, and of broadband motion are common to all tones.
+        Values with the calibrated errors of the atlas. Errors of broadband motion and of the mass
+        of the particles, unless they were weighed, are common to all tones.
     """
     step = max(1, BLOCK // len(tones.frequency))
     blocks = [

@@ -39,7 +39,7 @@ class Additions:
 
 
 class Outputs(NamedTuple):
-    """What counts of the PSDs of some rows, on some lines."""
+    """Outputs of the objective from the PSDs of some rows, on some lines."""
 
     row: Index  # (n_outputs,) row of each output
     weight: Array  # (nf, n_outputs) with which PSDs of the rows sum to mean squares
@@ -59,24 +59,24 @@ class ReducedPanel:
     """Receptances and PSDs between the points and the motions of all places.
 
     Columns of both are computed as a place is first used. On the lines ``frequency`` (nf,) [Hz],
-    PSDs of w times ``weight`` sum to mean squares of the acceleration, of which ``points`` count.
+    PSDs of w times ``weight`` sum to mean squares of the acceleration at ``points``.
     The places are the patches of the panel.
 
     Parameters
     ----------
     points
-        (n_rows, n) w of the shapes at the points, or other motions that count.
+        (n_rows, n) w of the shapes at the points, or other motions of the objective.
     outputs
-        What counts of these motions; None for the acceleration at each.
+        Outputs of the objective from these motions; None for the acceleration at each.
     rank
         Motions of each place, those with the most energy on the bare panel; None for all.
     precision
-        Of what is stored.
+        Type of the stored numbers.
 
     Raises
     ------
     ResponseError
-        Where it takes more than `LARGEST` bytes.
+        If it takes more than `LARGEST` bytes.
     """
 
     def __init__(
@@ -148,7 +148,7 @@ class ReducedPanel:
 
     @property
     def bare(self) -> Array:
-        """(n_points,) mean squares that count without dampers, such as [m²/s⁴]."""
+        """(n_points,) mean squares of the objective without dampers, such as [m²/s⁴]."""
         return self._outputs.mean_square(self._point_psd)
 
     def additions(

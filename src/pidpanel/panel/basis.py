@@ -40,8 +40,8 @@ class PanelBasis(WettedFace):
     layer_strain: Array
     layer_stress: Array
     core_stress: Array  # (2, 2) shear stress of the core per shear angle [Pa]
-    # (2, n_held + 1, n) reactions (see `pidpanel.panel.reactions`) of what stands at single points:
-    # of supports and springs, and, times ω², of masses
+    # (2, n_held + 1, n) reactions at single points (see `pidpanel.panel.reactions`): those of
+    # supports and springs, and those of masses, to be multiplied by ω²
     reactions: Array
     point_position: Array  # (n_points, 2) positions of the response points [m]
     cell_in_patch: Flags  # (n_patches, n_cells) the cells of each patch

@@ -187,7 +187,7 @@ class StudiedPanel:
 
     @property
     def obstacles(self) -> list[BaseGeometry]:
-        """What stands on the panel: supports at points with their feet, springs and masses [m]."""
+        """Outlines of point supports with their feet, springs and masses on the panel [m]."""
         feet = [shapely.Polygon(foot.corners) for foot in self._feet.values()]
         points = [shapely.Point(point.position) for point in self.supports.points.values()]
         return [*feet, *points, *map(fit.geometry_of, self.attachments.values())]
@@ -377,7 +377,7 @@ def write_panel(
     Raises
     ------
     ValueError
-        As of `StudiedPanel`.
+        If `StudiedPanel` refuses the panel.
     """
     # pandas and xarray take half a second, and a check needs neither
     from pidpanel.panel import tables

@@ -42,7 +42,7 @@ def read_nastran(path: Path, ignored: Collection[str] = ()) -> FlatMesh:
     MeshFileError
         A line for each mistake: file, line, card, what is allowed.
     ValueError
-        As of `FlatMesh.from_elements`.
+        If `FlatMesh.from_elements` refuses the elements.
     """
     node: list[int] = []
     position: list[list[float]] = []

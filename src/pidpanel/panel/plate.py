@@ -160,9 +160,9 @@ def vertex_values(
     corners
         A `corner_basis`.
     value
-        Of a basis function, such as `bent`.
+        Value of a basis function, such as `bent`.
     free
-        From the free coordinates to those of the elements.
+        Matrix from the free coordinates to those of the elements.
     """
     vertex = corners.mesh.t.T.ravel()
     share = 1 / np.bincount(vertex)[vertex]

@@ -81,17 +81,17 @@ def element_sizes(vertices: Array, cells: Index) -> Array:
 def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> float:
     """Return half the length of the shortest free bending wave [m]; infinite at 0 Hz.
 
-    From D k⁴ = m″ ω² (1 + D k² / S), rotary inertia neglected; of a section that is not
-    isotropic, the smaller D and S.
+    k follows from D k⁴ = m″ ω² (1 + D k² / S), without rotary inertia. D and S are the smaller
+    ones of an anisotropic section.
 
     Parameters
     ----------
     section
-        Of the panel.
+        Section of the panel.
     frequency
-        [Hz].
+        Frequency [Hz].
     added_mass
-        Of a damper all over [kg/m²].
+        Mass per area of a damper all over the panel [kg/m²].
 
     Examples
     --------
@@ -131,23 +131,24 @@ class ElementKind:
         jagged: float = 0.0,
         ends: float = 0.0,
     ) -> dict[str, float]:
-        """Return by which share edges [m] raise the frequency of a resonance, by cause, about [1].
+        """Return about the relative frequency errors of a resonance due to edges, by cause [1].
 
-        Along a free edge, shear takes a layer of depth λ = √(D₆₆/S) from the torsion of the
-        section.
+        Along a free edge, shear relieves a layer of depth λ = √(D₆₆/S) of its torsion.
 
         Parameters
         ----------
+        edge
+            Length of the element edges [m].
         frequency, added_mass
-            As of `half_wave`.
+            Same as in `half_wave`.
         free_edges
             Half the length of the free edges over the area of the panel [1/m].
         feet
             Size of elements at the rims of feet over their radius [1].
         jagged
-            As of `fit.jaggedness`.
+            ln(reach/radius) of the feet; see `fit.jaggedness`.
         ends
-            Sizes of elements at the ends of supported parts of edges, together over √area [1].
+            Sum of the element sizes at the ends of supported parts of edges, over √area [1].
         """
         waves = float(WORST_SHIFT * (edge / self.allowed_edge(frequency, added_mass)) ** ORDER)
         shifts = {"waves": waves, "ends": END_SHIFT * ends}
@@ -174,7 +175,7 @@ class ElementKind:
         return float(allowed * min(LOCAL_SHIFT * damping_ratio / WORST_SHIFT, 1.0) ** (1 / ORDER))
 
     def made_edge(self, frequency: float, added_mass: float, damping_ratio: float) -> float:
-        """Return the edge [m] of elements that are made for a damper, as of `longest_edge`."""
+        """Return the edge [m] of elements that are made for a damper; see `longest_edge`."""
         heavier = 1 + added_mass / self.section.mass_per_area
         return self.longest_edge(frequency, added_mass, damping_ratio * min(HEAVY / heavier, 1.0))
 

@@ -44,7 +44,7 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
     Parameters
     ----------
     folder
-        Of the results.
+        Folder of the results.
     unknown
         Scenarios without stated errors, from `pidpanel.report.from_study.partly_known`.
     """

@@ -136,9 +136,9 @@ def coarse_mesh(
     Parameters
     ----------
     inputs
-        Of the page.
+        Inputs of the page.
     names
-        Of the scenarios by label.
+        Names of the scenarios by label.
     summary
         ``response/summary.csv`` or ``base/summary.csv``.
     """
@@ -164,12 +164,12 @@ def coarse_mesh(
 
 
 def at_points(inputs: PanelInputs, summary: pd.DataFrame) -> dict[str, Any]:
-    """Return what stands at single points, and what half the element size changes there.
+    """Return names of points that depend on the mesh, and changes with elements of half the size.
 
     Parameters
     ----------
     inputs, summary
-        As of `coarse_mesh`.
+        Same as in `coarse_mesh`.
     """
     basis = inputs.basis
     highest = inputs.study.response.frequency_hz[1]

@@ -21,7 +21,7 @@ PSD, FREQUENCY, ACCELERATION = 9, 18, 12
 
 NORMAL_TO_PANEL = 3  # code of the direction +z
 
-# Numbers of the data sets that say to a viewer what a file shows and where.
+# Numbers of the data sets that describe the contents and positions of a file.
 HEADER, UNITS, NODES = 151, 164, 15
 SI, RELATIVE = 1, 2  # codes of the units of a universal file, and of its temperatures
 NO_DATE = "01-Jan-70 00:00:00  "
@@ -71,15 +71,15 @@ def write_uff58(
 ) -> None:
     """Write a universal file: header, SI units, points, then a data set 58 for each curve.
 
-    Data sets 151, 164 and 15 say to a viewer what it shows and where. 58 is in ASCII, in double
+    Data sets 151, 164 and 15 describe the contents and positions. 58 is in ASCII, in double
     precision.
 
     Parameters
     ----------
     path
-        Ends in ``.uff``.
+        File that ends in ``.uff``.
     frequency, curves, title
-        As of `write_tabrnd1`.
+        Same as in `write_tabrnd1`.
     position
         (n_points, 2) of the points, in the order of their nodes [m].
     """

@@ -52,7 +52,7 @@ def extrapolation_of(
     Parameters
     ----------
     dampers
-        In the order of the loads of ``response``.
+        Dampers in the order of the loads of ``response``.
     response
         The response.
     frequency

@@ -76,7 +76,7 @@ def read_response_panel(study: Study, files: Files, radiation: Radiation) -> Res
     Raises
     ------
     ValueError
-        Where the file of the air is not given though it counts.
+        If the file of the air is missing but needed.
     """
     level, table = study.damping.level, read_table(files.modal_force, MODAL_FORCE)
     basis, panel = read_basis(files.modes), StudiedPanel(study.panel)
@@ -163,7 +163,7 @@ def write_response(
     Parameters
     ----------
     files
-        Those of the panel and the sound: modes, plate, section, modal_force and air.
+        Files of the panel and the sound: modes, plate, section, modal_force and air.
     output
         psd, summary, layouts, stress, stress_table and left_out.
     damping
@@ -174,9 +174,9 @@ def write_response(
     Raises
     ------
     OutsideSimulatedRange
-        Where the study refuses an extrapolated C_e.
+        If the study refuses an extrapolated C_e.
     ValueError
-        As the stages upstream have it.
+        If a stage upstream raises it.
     """
     models = damping_models(study, damping, coupled)
     scenarios = scenarios_of(study)
@@ -213,8 +213,8 @@ def write_maps(study: Study, files: Files, output: Files) -> None:
     Parameters
     ----------
     files
-        Those of `write_response`, its psd and left_out, and coupled, ``coupled/impedance.csv``,
-        from which the own force of the particles is taken where there is any.
+        Files of `write_response`, its psd and left_out, and coupled: ``coupled/impedance.csv`` with
+        the own force of the particles, if there is any.
     output
         maps, a NetCDF file, and folder for ParaView.
     """

@@ -88,13 +88,13 @@ class ResponsePanel:
     basis: PanelBasis  # modes and residual vectors of the panel
     excitation: Excitation  # at the level of the study
     air: Air | None = None  # the air that the panel moves; None where it is left out
-    # Elements of the patches; None where they are not looked at
+    # Elements of the patches; None if they are not used
     elements: PatchElements | None = None
-    # Of the resonances that the lines must resolve; None for that of the bare panel
+    # Least damping ratio of the resonances that the lines must resolve; None for the bare panel's
     least_damping_ratio: float | None = None
     mass_per_area: float = 1.0  # of the panel, without dampers [kg/m²]
-    shift_of_wave: ShiftOfWave = no_shift  # share by which the mesh raises the frequency of a wave
-    change_near_points: Array | float = 0.0  # (n_points,) as of `StudiedPanel`
+    shift_of_wave: ShiftOfWave = no_shift  # relative frequency error of a wave due to the mesh
+    change_near_points: Array | float = 0.0  # (n_points,) see `StudiedPanel`
 
     @cached_property
     def modal(self) -> ModalBasis:

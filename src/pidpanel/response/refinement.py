@@ -75,11 +75,11 @@ def checked_responses(
     Parameters
     ----------
     source
-        Of the excitation on shapes that join the basis, and on all elements.
+        Source of the excitation on shapes that join the basis, and on all elements.
 
     Notes
     -----
-    After `ATTEMPTS` bases the last is taken as it is; its error says so.
+    After `ATTEMPTS` bases the last is used as it is, with its error.
     """
     panel = resolving(panel, heaviest_dampers(panel, scenarios, models))
     further_shapes = np.zeros((plate.shapes.shape[0], 0))

@@ -35,14 +35,14 @@ def summary_columns(
     answer, bare
         The scenario and the panel without damper at the same sound level.
     thickness
-        Of the panel [m]: linear plate theory is left when w_rms exceeds a tenth of it.
+        Thickness of the panel [m]: linear plate theory does not hold if w_rms exceeds 10 % of it.
     power_balance_error
-        Largest |put in − lost| / put in over the lines looked at.
+        Largest |input − loss| / input over the checked lines.
     full
         The response with the full modal damping matrix: that of the scenario, unless the paper's
-        diagonal form was asked for.
+        diagonal form was requested.
     read_at_g, patch_motion_g
-        Γ at which the damping of the patch is read, and of its motion; NaN for several patches.
+        Γ at which damping is evaluated, and that of the patch's motion; NaN for several patches.
     """
     outside = 1 - float(answer.inside.all(axis=0).mean()) if len(answer.inside) else 0.0
     acceleration, displacement = answer.response.acceleration_rms, answer.response.displacement_rms
@@ -104,11 +104,11 @@ def cases_dataset(
     Parameters
     ----------
     cases
-        Values by name of each reading and scenario.
+        Values by name for each damping model and scenario.
     variables
         Dimensions of a case, unit and long name of each.
     coordinates
-        Of ``reading``, ``scenario`` and all dimensions.
+        Coordinates of ``reading``, ``scenario`` and all dimensions.
     """
     readings, labels = list(coordinates["reading"]), list(coordinates["scenario"])
     data = {}

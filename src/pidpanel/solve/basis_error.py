@@ -69,7 +69,7 @@ def lines_to_try(
     Parameters
     ----------
     frequency_range
-        Of the response [Hz].
+        Frequency range of the response [Hz].
     attempt
         Number of the basis from 0. Each has lines of its own, since a basis is right at the lines
         at which it was refined.
@@ -119,11 +119,11 @@ def check_basis(
     Parameters
     ----------
     shapes
-        (n_free, n) of the basis.
+        (n_free, n) shapes of the basis.
     errors
-        Of the PSDs under the excitation of the study.
+        Function for the errors of the PSDs under the excitation of the study.
     damping_ratio, highest
-        As of `modal_basis`.
+        Same as in `modal_basis`.
     frequency
         (nf,) [Hz].
     scenarios

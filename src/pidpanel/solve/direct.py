@@ -49,16 +49,16 @@ class DirectPanel:
     frequency: Array  # (nf,) [Hz]
     basis: ModalBasis
     patches: Patches
-    points: Array  # (n_points, m, n) as of `modal.bare_panels`
+    points: Array  # (n_points, m, n) see `modal.bare_panels`
     spectrum: Array  # (nf,) S of the excitation
-    # As of `modal.bare_panels`
+    # See `modal.bare_panels`
     modal_force: MatrixInput
     air_stiffness: MatrixInput | None = None
 
     def response(
         self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike, with_slope: bool = False
     ) -> PanelResponse:
-        """Return the response with dampers, with t of `dampers.attach_dampers` if wanted."""
+        """Return the response with dampers, with t of `dampers.attach_dampers` if requested."""
         stiffness = patch_stiffness(
             self.frequency,
             *checked_dampers(self.patches, self.frequency, equivalent_damping, apparent_mass),
@@ -100,7 +100,7 @@ class DirectPanel:
 
 @dataclass(frozen=True)
 class _Matrices:
-    """What some lines of the search need, of the shapes that count there."""
+    """Data of the search on some lines, for the shapes used there."""
 
     counts: Index  # (k,) the shapes
     basis: ModalBasis
@@ -110,14 +110,14 @@ class _Matrices:
 
 
 class DirectMotions(Motions):
-    """Mean motions of patches from all shapes that count on a line.
+    """Mean motions of patches from all shapes used on a line.
 
     Parameters
     ----------
     kept_bytes
         Most memory for matrices that are kept; where it is not enough, they are computed again.
     shapes_to
-        The highest natural frequency of shapes that count on a line, over that of the line.
+        Highest natural frequency of the shapes used on a line, over that of the line.
     """
 
     def __init__(self, panel: DirectPanel, kept_bytes: float, shapes_to: float = SHAPES_TO) -> None:
@@ -130,7 +130,7 @@ class DirectMotions(Motions):
         self.weight = panel.patches.overlap
 
     def subsampled(self, step: int) -> DirectMotions:
-        """Return the same on every so many lines."""
+        """Return the same on every n-th line."""
         panel, some = self._panel, slice(None, None, step)
         n = panel.patches.shapes
 

@@ -32,9 +32,9 @@ def loaded_modes(
     Parameters
     ----------
     modal, overlap, mass
-        As of `least_damping_ratio`.
+        Same as in `least_damping_ratio`.
     mass_per_area
-        Of the panel [kg/m²].
+        Mass of the panel per area [kg/m²].
     """
     loaded = np.diag(modal.modal_mass) + np.tensordot(mass, overlap, 1)
     square, shape = la.eigh(np.diag(modal.modal_mass * modal.angular_frequency**2), loaded)
@@ -58,7 +58,7 @@ def least_damping_ratio(
     mass
         (n_patches,) [kg/m²].
     frequency_range
-        In which modes count [Hz].
+        Frequency range of the modes [Hz].
 
     Examples
     --------

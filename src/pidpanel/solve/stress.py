@@ -77,7 +77,7 @@ def layer_psd(response: PanelResponse, layers: Layers) -> Array:
     Parameters
     ----------
     response
-        With the motions (w, κ_xx, κ_yy, κ_xy, …) at its points.
+        Response with the motions (w, κ_xx, κ_yy, κ_xy, …) at its points.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def core_psd(response: PanelResponse, core_stress: Array) -> Array:
     Parameters
     ----------
     response
-        With the motions (w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz) at its points.
+        Response with the motions (w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz) at its points.
     core_stress
         (2, 2) shear stress per shear angle [Pa].
 

@@ -84,14 +84,14 @@ def sensitivity(
     nodes: Array,
     further: FurtherPsd | None = None,
 ) -> Sensitivity:
-    """Return how the response of a layout follows its damping.
+    """Return the sensitivity of a layout's response to its damping.
 
     Parameters
     ----------
     solver, layout
-        As of `layout.solve_layouts`.
+        Same as in `layout.solve_layouts`.
     response
-        Its answer; with its slopes, or they are computed here.
+        Response of the layout; its slopes are computed here if it has none.
     nodes
         (n,) rising [Hz], of all loads.
     further

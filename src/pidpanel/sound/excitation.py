@@ -17,9 +17,9 @@ class SoundExcitation:
     """
 
     pressure: Spectrum
-    table: WavenumberTable  # G over wavenumber, which tells the fields apart (`sound.field`)
+    table: WavenumberTable  # G over wavenumber, which depends on the field (`sound.field`)
     speed: float  # speed of sound [m/s]
-    # As of `spectrum.pressure_psd`
+    # See `spectrum.pressure_psd`
     reference: PressureReference = "surface"
     loaded_sides: int = 1
 

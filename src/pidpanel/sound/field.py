@@ -47,10 +47,10 @@ DIRECTIONS_AT_ONCE = 256
 # half of `FACE_ERROR`.
 PLANE_WAVE_MARGIN = 2.0
 
-# Of ∫|φ| dA, in the force of a plane wave on a shape, by a face that is condensed twice.
+# Error of the modal force of a plane wave over ∫|φ| dA, for a face that is condensed twice.
 FACE_ERROR = 2e-10
 
-SHAPES_CHECKED = 48  # shapes, spread over all, on which a table is held to the direct sum
+SHAPES_CHECKED = 48  # shapes, spread over all, on which a table is compared with the direct sum
 
 
 class TableNotResolved(FieldError):
@@ -112,10 +112,10 @@ def tabulate_diffuse(
     Raises
     ------
     TableNotResolved
-        Where the table misses `diffuse_modal_force` at k_max or at mid-range by more than
-        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), or by more than what is known of the face.
+        If the table misses `diffuse_modal_force` at k_max or at mid-range by more than
+        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), or by more than the error of the face.
     FieldError
-        Where the face is not condensed for twice k_max.
+        If the face is not condensed for twice k_max.
     """
     k_max = float(wavenumber_max)
     diameter = panel.diameter
@@ -217,11 +217,11 @@ def _check_table(
 ) -> None:
     """Refuse a table that misses the direct G at k by more than the tolerance.
 
-    The force of a wave is known to `FACE_ERROR` of ∫|φ| dA: of a shape that waves longer than the
-    panel hardly push, G is known to less than the tolerance.
+    The force of a wave has an error of `FACE_ERROR` ∫|φ| dA: for shapes that long waves hardly
+    excite, G is less accurate than the tolerance.
     """
     largest = np.sqrt(np.max(np.diagonal(table.even, axis1=1, axis2=2), axis=0))
-    largest = np.maximum(largest, 1e-6 * largest.max())  # a shape that no wave of it pushes
+    largest = np.maximum(largest, 1e-6 * largest.max())  # a shape that is not excited
     face_error = FACE_ERROR / TABLE_TOLERANCE * (panel.weight @ np.abs(panel.shape))
     miss = np.abs(table.matrix([k])[0] - direct)
     allowance = np.outer(largest, face_error)

@@ -30,7 +30,7 @@ def write_tables(
     path
         The ``.nc`` file.
     tables
-        By the names of `KINDS`.
+        Tables by the names of `KINDS`.
     """
     import xarray as xr  # slow to import, and reading does without
 
@@ -56,7 +56,7 @@ def read_table(path: Path, name: str) -> WavenumberTable:
     Raises
     ------
     KeyError
-        Where the file has no such table.
+        If the file has no such table.
     """
     from scipy.io import netcdf_file  # slow to import, and a check needs none
 

@@ -42,7 +42,7 @@ def spectrum_of(sound: Sound) -> Spectrum:
     Raises
     ------
     SpectrumError
-        Where the table cannot be read (`read_spectrum`).
+        If the table cannot be read (`read_spectrum`).
     """
     spectrum = read_spectrum(sound.spectrum).shifted(sound.shift_db)
     return spectrum if sound.oaspl_db is None else spectrum.at_oaspl(sound.oaspl_db)
@@ -78,7 +78,7 @@ def band_table(sound: Sound) -> pd.DataFrame:
 
 
 def excitation_of(sound: Sound, table: WavenumberTable) -> SoundExcitation:
-    """Return the sound of a study on a panel of which `modal_force_tables` made the table."""
+    """Return the sound of a study on a panel, with the table of `modal_force_tables`."""
     return SoundExcitation(
         spectrum_of(sound), table, sound.speed_m_s, sound.pressure_reference, sound.loaded_sides
     )
@@ -167,7 +167,7 @@ def air_tables(
 
 
 def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
-    """Write the bands, the modal force of the field and, where it is asked for, the air's tables.
+    """Write the bands, the modal force of the field and, if requested, the tables of the air.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
     Raises
     ------
     ValueError
-        As of `modal_force_tables` and `air_tables`.
+        If `modal_force_tables` or `air_tables` raises it.
     """
     band_table(study.acoustics).to_csv(output.spectrum, index=False, float_format="%.7g")
     force = modal_force_tables(study.acoustics, study.response.frequency_hz[1], shapes)
@@ -191,7 +191,7 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
 
 
 def _tell(title: str, table: WavenumberTable) -> None:
-    """Say in the log of the stage what stands."""
+    """Print the size of a table to the log of the stage."""
     count, shapes = table.even.shape[:2]
     text = f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m"
     print(text, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Base motion held to closed forms: an oscillator, a simply supported plate, its limits."""
+"""Base motion compared with closed forms: an oscillator, a simply supported plate, its limits."""
 
 from collections.abc import Callable
 from dataclasses import replace

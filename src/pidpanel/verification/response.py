@@ -1,4 +1,4 @@
-"""The response held to published benchmarks, closed forms and the solution on all elements."""
+"""Response compared with published benchmarks, closed forms and the solution on all elements."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace

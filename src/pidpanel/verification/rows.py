@@ -34,16 +34,16 @@ class Row:
     Attributes
     ----------
     case
-        What is computed, common to its rows: "Inelastic slug in a box without gravity".
+        Problem, common to its rows, such as "Inelastic slug in a box without gravity".
     quantity
-        What is compared, and at which point.
+        Compared quantity and its point.
     computed, reference
         Values in ``unit``.
     unit
         Unit; "1" for a quantity without dimension.
     tolerance
-        Largest |error| with which the reference counts as met; NaN for a row that is only shown:
-        how the error falls with the resolution, or where the reference ceases to hold.
+        Largest |error| that agrees with the reference; NaN for a row that is only shown, such as
+        convergence with the resolution, or the limit of validity of the reference.
     at
         The point as a number, for figures; NaN if there is none.
     resolution
@@ -81,7 +81,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What rows have in common; attributes as of `Row`."""
+    """Common attributes of rows; see `Row`."""
 
     case: str
     unit: str

@@ -32,9 +32,9 @@ def run_rules(plan: Plan, rules: Mapping[str, Rule], jobs: int) -> bool:
     Parameters
     ----------
     rules
-        By name, each after those whose results it reads.
+        Rules by name, each after those whose results it reads.
     jobs
-        How many run at the same time.
+        Number of parallel jobs.
 
     Returns
     -------

@@ -54,16 +54,16 @@ class Spheres:
     Parameters
     ----------
     library
-        From `load_library`.
+        Library returned by `load_library`.
     deck
         ``templates/coupled.in.j2`` with its values, or text that ends likewise in ``run 0``.
     cell, mass
         (n,) the cell and the mass [kg] of each sphere, in the order of the data file and of the
         cells.
     gravity
-        Along z, as in the deck [m/s²].
+        Gravity along z, the same as in the deck [m/s²].
     time_step
-        As in the deck [s].
+        Time step, the same as in the deck [s].
 
     Raises
     ------

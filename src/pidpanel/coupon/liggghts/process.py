@@ -159,7 +159,7 @@ class Liggghts:
 
     def _check_version(self) -> None:
         first = next(self._lines("its first line"), None)
-        if first is None:  # killed before it said anything
+        if first is None:  # killed before any output
             raise self._failure([])
         if VERSION not in first:
             raise failures.SolverMissing(
@@ -174,7 +174,7 @@ class Liggghts:
         Parameters
         ----------
         text
-            Of a deck; see `deck`.
+            Text of a deck; see `deck`.
         """
         reports = _THERMO.findall(text)
         self._report_steps = int(reports[-1]) if reports and int(reports[-1]) else math.inf
@@ -182,11 +182,11 @@ class Liggghts:
         self._execute(text, steps=steps, is_deck=True)
 
     def run(self, steps: int, *, read_energy: bool = False) -> Instant:
-        """Run so many steps more, and read the kinetic energy at the end."""
+        """Run further steps, and read the kinetic energy at the end."""
         return self._execute(RUN.format(steps=steps), "ke" if read_energy else "0", steps=steps)
 
     def run_cycles(self, cycles: int, steps: int, restart: str) -> Instant:
-        """Run so many cycles of so many steps; write a restart, from which a deck can go on."""
+        """Run cycles of a number of steps; write a restart, from which a deck can continue."""
         commands = [CYCLE.format(steps=steps)] * cycles
         text = "\n".join([*commands, f"write_restart {restart}"])
         return self._execute(text, steps=cycles * steps, report=steps)
@@ -194,7 +194,7 @@ class Liggghts:
     def run_and_dump(
         self, steps: int, stride: int, file: str, columns: tuple[str, ...] = sphere_dump.POSITION
     ) -> Instant:
-        """Run so many steps and write the spheres every few, for `sphere_dump.read_dump`.
+        """Run steps and write the spheres every few, for `sphere_dump.read_dump`.
 
         The spheres at the start are the first frame.
         """
@@ -214,7 +214,7 @@ class Liggghts:
         self._execute("unfix cycle" + ("\nunfix cycle_cells" if by_cell else ""))
 
     def list_contacts(self, steps: int, stride: int, *, rolling: bool) -> tuple[int, ContactFiles]:
-        """Run so many steps and list the motion and all contacts every few of them."""
+        """Run steps and list the motion and all contacts every few of them."""
         files = ContactFiles(
             *(self._folder / name for name in ("spheres.bin", "pairs.dump", "touches.dump"))
         )
@@ -238,12 +238,13 @@ class Liggghts:
         return self._execute("")
 
     def finish(self, last_step: int | None = None, spheres: int | None = None) -> None:
-        """End the input, wait for a clean exit and hold the log to what should have been run.
+        """End the input, wait for a clean exit and check the log against the expected run.
 
         Parameters
         ----------
         last_step, spheres
-            Of the end of the simulation; see `output.check_log`. The log is not read if left out.
+            Last step and number of spheres at the end; see `output.check_log`. The log is not read
+            without them.
 
         Raises
         ------
@@ -288,7 +289,7 @@ class Liggghts:
         return failures.RunHung(f"{self.log}: {says}; ended")
 
     def _patience(self, steps: float) -> float:
-        """Longest time of so many steps [s]."""
+        """Return the longest time of a number of steps [s]."""
         return QUIET + (SLOWEST_STEP[0] + SLOWEST_STEP[1] * self._spheres) * steps
 
     def _execute(
@@ -300,7 +301,7 @@ class Liggghts:
         *,
         is_deck: bool = False,
     ) -> Instant:
-        """Send commands that run so many steps, then evaluate an expression of LIGGGHTS.
+        """Send commands that run a number of steps, then evaluate an expression of LIGGGHTS.
 
         A line comes at least every ``report`` steps; by default, as often as the deck says. How
         many spheres a deck makes is not known, so it may take `LONGEST_DECK`.
@@ -332,7 +333,7 @@ class Liggghts:
             raise failures.NotFinite(f"{self.log}: not a number, {word!r}") from None
 
     def _failure(self, lines: Iterable[str]) -> failures.SolverFailure:
-        """The failure that the exit status and the last words of the process tell of."""
+        """Return the failure by the exit status and the last output of the process."""
         try:
             status = self._process.wait(timeout=QUIET)
         except subprocess.TimeoutExpired:
