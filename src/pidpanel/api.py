@@ -63,7 +63,7 @@ class ResultsError(RuntimeError):
 class Model:
     """A study, and what can be computed from it.
 
-    Without LIGGGHTS, everything is computed here when it is first asked for. What depends on
+    Without LIGGGHTS, everything is computed here when it is first needed. What depends on
     simulated particles is read from ``results/<study>`` once `run` has computed it.
 
     Parameters
@@ -245,7 +245,7 @@ class Model:
         )
 
     def response(self) -> xr.Dataset:
-        """Return PSDs and rms values of every scenario in every reading at every point.
+        """Return PSDs and rms values of every scenario and damping model at every point.
 
         Raises
         ------

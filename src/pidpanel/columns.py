@@ -43,7 +43,7 @@ class Allowed(NamedTuple):
     low: float = -np.inf
     low_itself: bool = True
     high: float = np.inf
-    hint: str = ""  # said of what is above ``high``
+    hint: str = ""  # hint for values above ``high``
     may_be_missing: bool = False  # of the whole column
     may_be_empty: bool = False  # of cells, which are NaN then
 
@@ -66,7 +66,7 @@ class LineFaults:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.hints: dict[int, str] = {}  # said after the faults of a line
+        self.hints: dict[int, str] = {}  # hints after the faults of a line
         self._alike: dict[str, list[tuple[int, str]]] = {}
 
     def __bool__(self) -> bool:
@@ -145,7 +145,7 @@ def faults_of_names(
 ) -> Iterator[str]:
     """Yield the names of columns that are unknown or given twice; all of them if they are numbers.
 
-    ``elsewhere`` has what is said of columns of other tables.
+    ``elsewhere`` has messages for columns of other tables.
 
     Examples
     --------
@@ -178,7 +178,7 @@ def nearest(name: str, allowed: Sequence[str]) -> str:
 
 
 def _unknown(name: str, place: int, allowed: Sequence[str]) -> str:
-    """Return what to say of a column that is not known."""
+    """Return the message for an unknown column."""
     if not name:
         return f"column {place + 1} has no name"
     near = nearest(name, allowed)
@@ -254,7 +254,7 @@ def numbers(
         rows.append([float(cell) if NUMBER.fullmatch(cell) else np.nan for cell in cells])
         for name, cell, value in zip(header, cells, rows[-1], strict=True):
             if name in columns and (says := _fault_of_cell(cell, value, columns[name])):
-                # one line stands for all mistakes of a kind
+                # one line represents all mistakes of a kind
                 faults.add(line, f"{name} = {says}", f"{name}: {says.rpartition(': ')[2]}")
     array = np.array(rows).reshape(len(lines), len(header))
     return UserTable(text, lines, dict(zip(header, array.T, strict=True)), faults)

@@ -1,4 +1,4 @@
-"""The published table of cases, and what ``datapackage.json`` says of its columns."""
+"""The published table of cases, and the columns in ``datapackage.json``."""
 
 import json
 from collections.abc import Iterator, Mapping

@@ -39,8 +39,8 @@ def checked_panel(
 ) -> tuple[SupportedPanel, float]:
     """Return the panel in a basis that is good for all motions, and its largest error [1].
 
-    Parameters are those of `supports.supported_panel`. After `ATTEMPTS` bases the last is taken as
-    it is; its error says so.
+    Parameters are those of `supports.supported_panel`. After `ATTEMPTS` bases the last is used as
+    it is, with its error.
     """
     for attempt in range(ATTEMPTS):
         supported = supported_panel(start, plate, further_shapes, highest, mass)

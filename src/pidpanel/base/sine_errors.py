@@ -76,7 +76,7 @@ def sweep_errors(
 
 
 def _changed(load: Load, error: DampingErrors | None, damping: int, mass: int) -> Load:
-    """Return a load whose ln C_e and m_a are off by so many errors."""
+    """Return a load with ln C_e and m_a changed by numbers of standard errors."""
     if error is None:
         return load
 

@@ -35,7 +35,7 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
     Raises
     ------
     StudyError
-        If the file is there, or what is asked for cannot be computed; nothing is written then.
+        If the file exists, or the requested values cannot be computed; nothing is written then.
     """
     if file.exists() and not force:
         raise StudyError(f"{file}: exists; --force overwrites it")
@@ -125,7 +125,7 @@ def _fills(table: Path) -> Sequence[float]:
 
 
 def _mass_key(table: Path) -> str:
-    """Return the key by which particles weigh whose table has their mass alone."""
+    """Return the key that gives particles a mass if their table has their mass alone."""
     try:
         file = found_file(table, Path(), DATA / "damping")
     except ValueError:  # the check reports it

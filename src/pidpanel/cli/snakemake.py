@@ -1,4 +1,4 @@
-"""Snakemake as a process of its own: run, stopped, and asked what is left."""
+"""Snakemake in its own process: run, stop, and list remaining jobs."""
 
 from __future__ import annotations
 

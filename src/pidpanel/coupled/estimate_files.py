@@ -34,7 +34,7 @@ def write_estimate(
     runs: int,
     attributes: Mapping[str, str],
 ) -> None:
-    """Write the estimate of a scenario from so many runs to a ``.nc`` file."""
+    """Write the estimate of a scenario from its runs to a ``.nc`` file."""
     dataset = xr.Dataset(
         {**_patch_variables(estimate, beds), **_point_variables(estimate)},
         coords={

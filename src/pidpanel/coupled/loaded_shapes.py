@@ -16,7 +16,7 @@ from scipy.linalg import eigh
 from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.model import ModalBasis
 
-AIR_NODES = 25  # frequencies at which the air is looked at
+AIR_NODES = 25  # frequencies at which the air is evaluated
 
 
 class LinearDamper(NamedTuple):

@@ -66,7 +66,7 @@ def integrated(
 
 
 def cpu_per_row(run: Integration, spheres: Sequence[int]) -> float:
-    """Return the CPU time of a row with so many spheres on each patch [s]."""
+    """Return the CPU time of a row with given numbers of spheres on each patch [s]."""
     interval = sum(cpu_per_interval(count, run.substeps) for count in spheres)
     return run.intervals_per_row * interval
 

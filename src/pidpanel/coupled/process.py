@@ -1,7 +1,7 @@
 """Work in a process of its own, which may abort, hang or be killed without taking the caller along.
 
 LIGGGHTS as a library ends its process on an error and cannot be interrupted. The child reports its
-progress; silence, or more CPU time than it was given, ends it. Wall time does not count: the
+progress; silence, or more CPU time than it was given, ends it. Wall time is not limited, since the
 machine may be busy.
 """
 
@@ -75,7 +75,7 @@ def _work(
     if hard != resource.RLIM_INFINITY:
         soft = min(soft, hard)
     resource.setrlimit(resource.RLIMIT_CPU, (soft, hard))
-    faulthandler.disable()  # that of the caller would tell of an abort on the caller's screen
+    faulthandler.disable()  # that of the caller would print an abort to the caller's screen
     os.dup2(output, 1)
     os.dup2(output, 2)
 

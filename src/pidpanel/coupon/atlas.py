@@ -13,7 +13,7 @@ from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.packing import Constants
 
-# Statuses of cases that count. A run that is not steady has an error as large as its drift. The
+# Statuses of the cases used. A run that is not steady has an error as large as its drift. The
 # energy balance misses losses of strongly damped contacts with friction (docs/atlas.md); the
 # momentum, from which C_e and m_a come, does not.
 COUNTED = ("ok", "NotSteady", "EnergyNotClosed")
@@ -22,8 +22,8 @@ COUNTED = ("ok", "NotSteady", "EnergyNotClosed")
 def atlas_table(cases: Mapping[str, Case], rows: pd.DataFrame, source: str) -> pd.DataFrame:
     """Return the rows of the atlas, in the order of the cases, by label.
 
-    Rows are those of ``coupon/cases.csv``, failed cases left out; the source says who computed them
-    with which study. A `ValueError` names a case that the groups do not describe.
+    Rows are those of ``coupon/cases.csv`` without failed cases; the source names who computed them
+    with which study. Raises `ValueError` for a case that the groups do not describe.
     """
     counted = rows[rows["status"].isin(COUNTED)]
     table = [

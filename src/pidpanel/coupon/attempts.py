@@ -75,7 +75,7 @@ def _lock(folder: Path) -> Path:
 
 
 def sound_bed(bed: Bed, file: Path) -> records.LoosenOutcome:
-    """What ``bed.json`` says; a bed that is not as it was left is made again.
+    """Return the content of ``bed.json``; a bed with changed files is made again.
 
     The same spheres to the last bit, so that jobs that do so at the same time do no harm. Its
     packing is looked for in ``../../packing`` of its folder.

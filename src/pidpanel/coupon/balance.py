@@ -10,7 +10,7 @@ over all contacts c of spheres with spheres and with walls. Independently of the
     W + W_g = D_n + D_t + ΔE_kin + ΔE_Hertz
 
 with the work W of the inertial force and W_g of gravity. The residual is the error of the run: of
-its time step, of a wall that leaks, of a contact law that is not the one asked for. The energy in
+its time step, of a wall that leaks, of a wrong contact law. The energy in
 tangential springs is not listed separately; its change over a cycle is negligible.
 """
 
@@ -128,7 +128,7 @@ def _relative_velocity(contacts: Contacts, velocity: Array, spin: Array, arms: A
     """Velocity (n, 3) of the first surface against the second in each contact [m/s].
 
     ``arms`` (1 or 2, n, 3) go from the centre of each sphere to the contact; a wall has none and
-    stands still.
+    is at rest.
     """
     f = contacts.frame
     first, *second = (

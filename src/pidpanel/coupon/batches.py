@@ -51,7 +51,7 @@ class Batch:
 
     @property
     def content(self) -> dict[str, Any]:
-        """What a file says of it, for `read_cases`."""
+        """Content of its file, for `read_cases`."""
         return {"cases": [coding.encode(case) for case in self.cases]}
 
 
@@ -105,7 +105,7 @@ def batches_of(cases: Iterable[Case], job: float = math.inf) -> Iterator[Batch]:
     Parameters
     ----------
     job
-        Longest time of a job [s], `SHARE` of which is worth one then; a case that is long is alone.
+        Longest time of a job [s]; `SHARE` of it is worth a job, and a long case is alone.
     """
     worth = SHARE * job if job < math.inf else WORTH
     group: list[Case] = []

@@ -35,11 +35,11 @@ class Loosening:
     samples_per_cycle: int = 100
 
 
-# A start from the other side: so many times the acceleration of the drive, for so many cycles.
-# Beds of acrylic at r = 0.5, 100 Hz, 80 g come to other states from there than from rest.
+# A start from the other side: factor on the acceleration of the drive, and number of cycles. Beds
+# of acrylic at r = 0.5, 100 Hz, 80 g reach other states from there than from rest.
 HARD, HARD_CYCLES = 2.5, 20
 
-MOST_CELLS = 24  # most cells of which each has rows of its own: LIGGGHTS has 32 groups
+MOST_CELLS = 24  # most cells with rows of their own: LIGGGHTS has 32 groups
 
 LOOSENING = Loosening(drive=Tone(frequency=100.0, acceleration=10 * STANDARD_GRAVITY))
 

@@ -73,9 +73,9 @@ AGITATED = 80.0
 
 
 def deepening(layers: float, acceleration_g: float) -> float:
-    """How much more a deep bed is biased by long contacts than one at half fill [1].
+    """Return the bias of a deep bed by long contacts over that at half fill [1].
 
-    A bed of so many layers that is thrown as one body rebounds layer by layer. Excess of η over
+    A bed of many layers that is thrown as one body rebounds layer by layer. Excess of η over
     that of the material's own modulus, of 2 mm acrylic spheres in 25 mm (one or two packings), over
     the difference in t_c f: at r = 0.5 (6.25 layers), 20 g, 500 Hz 4.4; at r = 0.7, 20 g, 250 Hz 5;
     at r = 0.9 (11.25 layers), 20 g, 250 and 500 Hz 11 to 21, at 40 g 12. At 80 g (steel) and 120 g

@@ -194,9 +194,9 @@ def packed(means: Array, errors: Array, scatter: float) -> float:
 def combine(means: Array, errors: Array) -> tuple[float, float]:
     """Mean over seeds (n,) and its standard error, from within and between.
 
-    The error is the larger of what the runs say of themselves, √Σσ²/n, and what their scatter says,
-    s/√n. With two or three seeds the scatter alone is too uncertain (one or two degrees of
-    freedom); the runs alone miss that a packing stays what it is.
+    The error is the larger of the errors within the runs, √Σσ²/n, and that of their scatter, s/√n.
+    With two or three seeds the scatter alone is too uncertain (one or two degrees of freedom); the
+    runs alone miss the differences between packings.
     """
     n = len(means)
     within_seeds = float(np.sqrt(np.sum(np.square(errors)))) / n

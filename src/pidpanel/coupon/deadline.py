@@ -1,8 +1,8 @@
-"""How long this process may go on: a run that takes longer stops where another process resumes it.
+"""Time limit of this process: a run that takes longer stops where another process resumes it.
 
-On a cluster a job has so much time and no more. A run can stop where it leaves a restart
-(`runs.CHECKPOINT`), which is at the same cycles whether or not anything stops there, so that its
-numbers do not depend on how long its jobs were.
+On a cluster the time of a job is limited. A run can stop where it writes a restart
+(`runs.CHECKPOINT`). That is at the same cycles whether or not it stops there, so its results do not
+depend on the length of its jobs.
 """
 
 import contextlib

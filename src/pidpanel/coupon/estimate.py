@@ -1,4 +1,4 @@
-"""How long a sweep will take, before it starts: a count of steps times what a step costs."""
+"""Run time of a sweep, estimated before it starts: number of steps times cost of a step."""
 
 import math
 from collections.abc import Iterable
@@ -51,7 +51,7 @@ class StepCost:
     per_travel: float = 0.0  # for each sphere and diameter [s]
 
     def seconds(self, spheres: float, travel: float = 0.0) -> float:
-        """CPU time of a step of so many spheres that move ``travel`` diameters in it [s]."""
+        """Return the CPU time of a step with spheres that move ``travel`` diameters in it [s]."""
         return self.fixed + spheres * (self.per_sphere + self.per_travel * travel)
 
 

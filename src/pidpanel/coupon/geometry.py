@@ -123,8 +123,8 @@ def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Gene
     """Place spheres at random in a prism of a convex outline without overlap, (n, 3) [m].
 
     Random sequential addition, the largest first: positions are drawn uniformly over the part of
-    the cell that a centre can reach and kept when 1 % clear of all earlier ones. A `ValueError`
-    says that no room was found after three hundred tries per sphere.
+    the cell that a centre can reach and kept when 1 % clear of all earlier ones. Raises
+    `ValueError` if no room was found after three hundred tries per sphere.
     """
     normal, distance = _sides(outline)
     low, high = outline.min(axis=0), outline.max(axis=0)

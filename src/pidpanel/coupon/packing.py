@@ -18,7 +18,7 @@ from pidpanel.provenance.digests import json_digest
 # `bed.LOOSEN_VERSION` it increases when their results change (`tests/coupon/test_versions.py`).
 PLACEMENT_VERSION = 1
 
-# Of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`.
+# Version of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`.
 POUR_VERSION = 1
 
 

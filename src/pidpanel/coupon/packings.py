@@ -1,8 +1,8 @@
 """How far packings of one bed scatter, pooled over the cases of a sweep.
 
-Each seed is a packing of its own, and stays what it is however long it is shaken: two beds differ
-by 3 to 7 % where two long runs state 0.5 %. Two or three seeds of a case are too few to tell; those
-of all cases of a fill together are not. With c_ij the C_e of seed j of case i, e_ij its error and
+Each seed is a different packing, and remains so however long it is shaken: two beds differ by 3 to
+7 % where two long runs state 0.5 %. Two or three seeds of a case are too few for their scatter;
+those of all cases of a fill are enough. With c_ij the C_e of seed j of case i, e_ij its error and
 c_i the mean, the scatter s is that for which
 
     Σ_ij (c_ij − c_i)²/(e_ij² + s² c_i²) = Σ_i (n_i − 1)

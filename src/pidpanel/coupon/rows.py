@@ -1,4 +1,4 @@
-"""Rows of a run: read from its folder, and what they say of C_e and m_a.
+"""Rows of a run: read from its folder, with estimates of C_e and m_a.
 
 A run has a row a cycle, in the files of its legs. Nothing here enters a label: changed code judges
 the stored rows again.
@@ -27,7 +27,7 @@ DRIFT_LIMIT = 3.0
 
 
 class CellEstimate(NamedTuple):
-    """What the rows of one cell say."""
+    """Estimates from the rows of one cell."""
 
     # C_e in the second half of the rows, and its standard error [N s/m³]
     damping: float
@@ -95,7 +95,7 @@ def files_of_rows(run: Run) -> list[Callable[[int], str]]:
 
 
 def digest(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> str:
-    """Hash of the first rows of a run, and of those by cell, as they stand in its files."""
+    """Return the hash of the first rows of a run, and of those by cell, as in its files."""
     lines: list[str] = []
     for file_of in files_of_rows(run):
         run_lines: list[str] = []
@@ -137,7 +137,7 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
     The centre of mass is as far from floor and lid as half the height of the same mass without
     gaps. And a bed cannot give the shaker more than it had when the run began, at the speed ωW
     of the cells: the work up to any cycle is at least −(½ M (ωW)² + M g L), L the depth. A deck of
-    the user's own may see the spheres from elsewhere and is held to the last and to the signs.
+    the user's own may use another frame, so only the last and the signs are checked.
 
     Notes
     -----
@@ -237,5 +237,5 @@ def is_steady(estimate: cycles.Estimate, done: int) -> bool:
 
 
 def smallest_error(run: Run, mass: float) -> float:
-    """`FLOOR` of the inelastic bound of C_e [N s/m³]: less is never asked of an error."""
+    """Return `FLOOR` times the inelastic bound of C_e [N s/m³], the least required error."""
     return FLOOR * cycles.inelastic_bound(mass / run.packing.area, run.drive.frequency)

@@ -1,9 +1,9 @@
-"""Shake a run until it is as certain as asked: what happens in ``results/coupon/<case>/s<seed>``.
+"""Shake a run to its required accuracy, in ``results/coupon/<case>/s<seed>``.
 
-The folder holds the run as far as it has ever gone: the rows of its cycles, a restart at the last
-of them, and ``state.json``, which says what of the files counts. A target that asks for more
-continues from there; one that asks for less reads the rows it would have run itself. What is
-measured where a target is met, the energy balance, is kept for each; where it is missing, the run
+The folder holds all cycles of the run so far: their rows, a restart at the last of them, and
+``state.json`` with the valid contents of the files. A target that requires more continues from
+there; one that requires less reads the rows that it would have run itself. The energy balance is
+measured where a target is met, and kept for each target; where it is missing, the run
 is repeated to there. So a study gives the same numbers, to the last bit, whatever ran before.
 """
 
@@ -28,7 +28,7 @@ REPEAT_FOLDER = "again"  # folder below that of a run in which something of it i
 
 
 def last_file(cycles: int) -> str:
-    """Name of the file of the spheres after so many cycles, where a run met a target.
+    """Return the name of the file of the spheres after the cycles in which a run met a target.
 
     Its columns are `sphere_dump.POSITION_AND_VELOCITY`.
     """
@@ -105,7 +105,7 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
 
 
 def cycles_between_restarts(run: Run, spheres: int) -> int:
-    """Cycles that a run of so many spheres goes on before it leaves a restart, if it is to."""
+    """Return the cycles between two restarts of a run with given spheres."""
     step = ORDINARY_STEP[0] + ORDINARY_STEP[1] * spheres
     return max(1, int(CHECKPOINT / (step * run.steps_per_cycle)))
 
@@ -130,7 +130,7 @@ def _judged(run: Run, target: RunTarget, state: RunState, folder: Path) -> tuple
 
 
 def _end_at(state: RunState, done: int, folder: Path) -> End | None:
-    """What the run left after so many cycles; None if it is not there or of another version."""
+    """Return the end of the run after ``done`` cycles; None if missing or of another version."""
     if state.balance_version != window.BALANCE_VERSION:
         return None
     end = next((end for end in state.ends if end.cycles == done), None)
@@ -157,7 +157,7 @@ def _resumed(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Run
     state = RunState.read(folder)
     if state is None or state.run != run.identity:
         return None
-    # rows that a killed process wrote after its last restart do not count
+    # rows that a killed process wrote after its last restart are ignored
     for file_of in rows.files_of_rows(run):
         path = folder / file_of(len(state.legs))
         lines = rows.rows_text(path).splitlines(keepends=True)

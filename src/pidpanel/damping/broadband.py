@@ -1,8 +1,8 @@
 """C_e of tones, and errors of damping models, where a panel moves at all frequencies at once.
 
-C_e from single tones is read at the sine with the rms acceleration of the patch. Under sound low
-frequencies keep a bed loose, so it dissipates less at high ones, and its own force drives the
-panel. The errors are counted against coupled runs of 22 scenarios of the paper's panel with
+C_e from single tones is evaluated at the sine with the rms acceleration of the patch. Under sound
+low frequencies keep a bed loose, so it dissipates less at high ones, and its own force drives the
+panel. The errors are those against coupled runs of 22 scenarios of the paper's panel with
 acrylic and steel (`benchmarks/single_tones.py`, docs/damping_models.md).
 """
 

@@ -15,8 +15,7 @@ from pidpanel.damping.readings import DampingReading, DampingValues, Point
 
 COUPLED = "coupled"  # name of this damping model in a study
 
-# C_e of a band below this many of its standard errors is taken as so many: what is not resolved
-# must not feed the panel.
+# Lower limit of C_e of a band in its standard errors: unresolved damping must not feed the panel.
 FLOOR = 0.5
 
 # Columns of ``coupled/impedance.csv`` by the names of `CoupledDamping`.

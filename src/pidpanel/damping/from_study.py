@@ -1,4 +1,4 @@
-"""The damping of a study: its readings, and the files of the stage.
+"""The damping of a study: its models, and the files of the stage.
 
 The only module of the stage that knows what a study is.
 """
@@ -93,23 +93,23 @@ def read_table(
 
 
 def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingReading:
-    """Return the reading of the damping that a study names.
+    """Return the damping model that a study names.
 
     Parameters
     ----------
     name
         One of ``damping.readings``.
     study
-        Names the table of the reading ``table``, and says whether the particles have mass.
+        Study with the table of the model ``table`` and the choice of particles without mass.
     surface
-        ``damping/surface.nc``, for the reading ``dem``.
+        ``damping/surface.nc``, for the model ``dem``.
 
     Raises
     ------
     ColumnsError
         If the table cannot be read.
     DampingError
-        If a file is missing, or there is no such reading.
+        If a file is missing, or there is no such damping model.
     """
     reading = _reading_with_mass(name, study, surface)
     return reading if study.response.damper_mass else reading.without_mass()
@@ -249,7 +249,7 @@ def _constant(damper: Damper) -> ConstantDamper:
 def write_damping(study: Study, damper: str, cases: Path, output: Files) -> None:
     """Write the surface of the cases of a damper's coupon and the constants of the law.
 
-    A `DampingError` says that the cases make no surface.
+    Raises `DampingError` if the cases make no surface.
     """
     from pidpanel.damping import fit, surface_files
 

@@ -6,8 +6,8 @@ Kernel (Rasmussen and Williams 2006, Eq. 4.17), squared distance d² = Σ_j ((x_
 
 with m² a wide prior on the constant mean. Observations carry their own errors e_i and a common
 scatter t: y_i = f(x_i) + N(0, e_i² + t²). Lengths l_j, size s and scatter t are those of largest
-posterior probability under log-normal priors that are wide (a factor e, one standard deviation)
-against what data say, and that keep a fit of few points sane.
+posterior probability under log-normal priors that are wide compared with the data (a factor e, one
+standard deviation), but stabilise a fit of few points.
 """
 
 from dataclasses import dataclass, replace

@@ -97,7 +97,7 @@ class _Line:
         first, second = np.empty((2, n, self.log.shape[1]))
         inside = np.ones(n, dtype=np.bool_)
         for number in np.unique(np.concatenate([low, high])):
-            # a line of no weight is not asked
+            # a line without weight is not evaluated
             lower, upper = (low == number) & (weight < 1), (high == number) & (weight > 0)
             points = lower | upper
             values, line_inside = self.lines[number]([c[points] for c in coordinates])
@@ -204,7 +204,7 @@ def inner_axis(fill_fraction: Array, amplitude: Array, frequency: Array) -> int:
 def lone_rows(fill_fraction: Array, amplitude: Array, frequency: Array) -> Index:
     """Return the rows that are alone in their line, where others have more along its axis.
 
-    Such a row says nothing of what lies between it and other lines but at its own point.
+    Such a row has information at its own point only, not between it and other lines.
 
     Examples
     --------

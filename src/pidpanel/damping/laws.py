@@ -3,9 +3,9 @@
 C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω)                                              (Eq. 5)
 a₁ = r (−20 + 36.09 r − 25.2 r²) 10⁻⁴,  a₂ = 4.10 − 0.6 r,  a₃ = r (8.8 − 12.5 r) 10⁻⁴   (Eq. 6)
 
-*As printed* a₁ is negative for every 0 < r ≤ 1, so C_e is negative: the panel would be fed.
-*Corrected* means two changes, the only reading that gives physical damping: |a₁|, and the
-frequency in Hz in place of ω (in rad/s the modal damping comes out far beyond critical).
+*As printed* a₁ is negative for every 0 < r ≤ 1, so C_e is negative and feeds the panel.
+*Corrected* means two changes, the only ones that give physical damping: |a₁|, and the frequency
+in Hz instead of ω (in rad/s the modal damping is far above critical).
 Both laws are independent of amplitude and have no apparent mass.
 """
 

@@ -1,4 +1,4 @@
-"""The cases that a surface is made of: which count, and what they teach its processes."""
+"""Cases of a surface: their selection, and the processes trained on them."""
 
 from dataclasses import dataclass, replace
 
@@ -20,9 +20,9 @@ AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
 VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
 MASS, MASS_ERROR = "apparent_mass_kg_m2", "apparent_mass_error_kg_m2"
 PARTICLE_MASS = "particle_mass_per_area_kg_m2"
-CASE_COLUMNS = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]  # of a case that counts
+CASE_COLUMNS = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]  # columns of the cases used
 
-# Status of the rows that count; those that are not steady have errors that say so.
+# Status of the rows used; those that are not steady have enlarged errors.
 COUNTED = ("ok", "NotSteady")
 
 STROKE = 2  # column of `groups` with the stroke
@@ -33,9 +33,8 @@ STROKE = 2  # column of `groups` with the stroke
 PRESSED = 0.94
 
 # Shares of the loss of the inelastic body below which beds next to the jump ride and above which
-# they cross: those that ride dissipate 0.07 to 0.2 of it, those that cross 0.7 and more. The few
-# between (0.44 and 0.49, of 40 near the jump) go to and fro; they say where the jump is, and
-# nothing of its sides.
+# they cross. Riding beds dissipate 0.07 to 0.2 of it, crossing ones 0.7 and more. The few between
+# (0.44 and 0.49, of 40 near the jump) alternate; they locate the jump, but belong to neither side.
 UNDECIDED = (0.3, 0.6)
 
 # u of `jump.reach` below which beds ride, whatever they dissipate: that of the inelastic body
@@ -52,16 +51,16 @@ RIDING_RESTLESS = (0.06, 0.15)
 # ln(W/L) between.
 CROSSING_RESTLESS = (0.45, 0.33)
 
-# Of ln C_e/(r f), and of m_a/(r m₁), of beds that ride: what they are taken to differ by where the
-# cases do not say more (1.4 and 0.05 in the launch study).
+# Least standard deviation of ln C_e/(r f) and of m_a/(r m₁) of riding beds, used if the cases do
+# not give a larger one (1.4 and 0.05 in the launch study).
 LEAST_SPREAD, LEAST_MASS_SPREAD = 1.0, 0.05
 
 # Of the priors of what beds that cross differ by from the inelastic body, in ln C_e and in m_a
 # over m₁: 8 % where the gap above them is well known, up to a factor of two in nearly full cells.
 UNIT = 0.2
 
-# Refits of a process with less weight on outliers: at most so many, until no constant changes by a
-# larger share.
+# Refits of a process with less weight on outliers: largest number, and relative change of the
+# constants at which they end.
 REFITS, SETTLED = 20, 0.01
 
 # Of a quantity lengths, size and scatter (d + 2,) of the process of each side.
@@ -163,17 +162,17 @@ class TrainingData:
     # (n,) g_C and its error
     log_damping: Array
     log_error: Array
-    # (2, n) the error with which it teaches what beds that ride and cross do on average
+    # (2, n) their errors in the means of riding and of crossing beds
     side_error: Array
     # (n,) g_m and its error
     mass: Array
     mass_error: Array
     spread: Array | None = None  # (d,) that measures the lengths; None for that of the points
-    # (n,) cases that count less where others predict them badly; None for none
+    # (n,) cases with less weight because others predict them badly; None for none
     outliers: Flags | None = None
 
     def jump(self, lengths: Array | None = None) -> Jump | None:
-        """Return the jump that separates the cases; None where nothing is known of it."""
+        """Return the jump that separates the cases; None if there is none."""
         if not self.bed.jumps:
             return None
         points = np.delete(self.points, STROKE, axis=1)
@@ -290,12 +289,11 @@ def _side(share: Array, reached: Array) -> Array:
 
 
 def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
-    """Return the rows of a table that count, and m₁ [kg/m²], NaN where it is not known.
+    """Return the usable rows of a table, and m₁ [kg/m²], NaN if not known.
 
-    Rows count whose status is one of `COUNTED`, whose C_e exceeds its own error (a value that does
-    not has no logarithm to speak of) and whose Γ is above the onset; of very many those that are
-    spread over all of them (`thinned`). A `DampingError` says that a column is missing, a point is
-    duplicated or no row counts.
+    Usable rows have a status in `COUNTED`, C_e larger than its error (otherwise its logarithm is
+    meaningless) and Γ above the onset. Of very many rows a spread subset is taken (`thinned`).
+    Raises `DampingError` if a column is missing, a point is duplicated or no row is usable.
     """
     for column in (*AXES, VALUE):
         if column not in frame:

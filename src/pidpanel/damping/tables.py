@@ -66,7 +66,7 @@ def impedance_of(
 
 
 class TableReading(DampingReading):
-    """The rows of a table as a reading of the damping.
+    """Damping model from the rows of a table.
 
     Parameters
     ----------
@@ -139,8 +139,8 @@ class TableReading(DampingReading):
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between the values at two points of r and Γ.
 
-        A table does not say how its errors are correlated. They are taken to be fully so, over
-        the whole table; see `readings.correlated_covariance`.
+        A table does not state the correlation of its errors. Full correlation over the whole table
+        is assumed; see `readings.correlated_covariance`.
         """
         errors = (self._read(frequency, *point)[1] for point in (first, second))
         return correlated_covariance(*errors)
@@ -156,7 +156,7 @@ class TableReading(DampingReading):
 
 
 def _nodes(frequency: Array) -> Array:
-    """Return the frequencies of the rows, or equally spaced ones in their range if there are many."""
+    """Return the frequencies of the rows, or equally spaced ones if there are many."""
     unique = np.unique(frequency)
     if len(unique) <= MOST_NODES:
         return unique

@@ -1,4 +1,4 @@
-"""Cases spread evenly out of a great many, so that a surface of any sweep takes bounded time.
+"""Spread subset of very many cases, so that a surface of any sweep takes bounded time.
 
 A Gaussian process takes memory with the square and time with the cube of its cases. Of more than
 `MOST_CASES` those enter that are farthest from the ones before (Gonzalez, *Theoretical Computer

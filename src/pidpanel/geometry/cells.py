@@ -1,7 +1,7 @@
 """Shapes of the honeycomb cells: the one registry.
 
 The study offers the names, a packing's walls and area come from the outline, the report draws the
-same outline and says the word. The corners enter the label of a packing, the word does not.
+same outline and writes the name. The corners enter the label of a packing, the name does not.
 """
 
 import math

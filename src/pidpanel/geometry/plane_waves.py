@@ -14,7 +14,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 
-# Largest term of a plane wave's series left out at the largest wavenumber, as `degree` counts.
+# Largest omitted term of a plane wave's series at the largest wavenumber; see `degree`.
 TOLERANCE = 1e-5
 
 # The same at half of it: of a box that is short beside the waves this takes more terms.
@@ -28,7 +28,7 @@ gauss = np.polynomial.legendre.leggauss  # nodes and weights on [−1, 1]
 
 @dataclass(frozen=True)
 class CondensedFace:
-    """Gauss points of the box round a panel that stand for a finer quadrature under plane waves."""
+    """Gauss points of the box round a panel that replace a finer quadrature under plane waves."""
 
     position: Array  # (n_x n_y, 2) [m], Gauss points of the box, y fastest
     # (n_x n_y,) their weights [m²]; they sum to the area of the box, not of the panel

@@ -115,8 +115,8 @@ def signed_area(corners: ArrayLike) -> float:
 def rounded(points: Sequence[Position], radius: float) -> Array:
     """Return the corners (n, 2) [m] of a polygon, each cut by an arc of straight pieces.
 
-    The pieces' ends lie on the arc, which touches both edges. A `ValueError` says where two arcs
-    need more than the edge between them.
+    The pieces' ends lie on the arc, which touches both edges. Raises `ValueError` if two arcs need
+    more than the edge between them.
     """
     corners = np.asarray(points, dtype=float)
     if radius == 0:
@@ -155,7 +155,7 @@ def rounded(points: Sequence[Position], radius: float) -> Array:
 
 
 def check_distinct(points: Sequence[Position]) -> None:
-    """Refuse corners [m] of which one is given twice in a row.
+    """Refuse corners [m] with one given twice in a row.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Diameters of particles: what a study says, and what a packing draws.
+"""Diameters of particles: their distribution in a study, and samples for a packing.
 
 The code of this module enters the label of every packing and bed; see `pidpanel.coupon.packing`.
 """
@@ -24,7 +24,7 @@ class Sizes:
     large_share: float = 0.0
 
     def draw(self, count: int, rng: np.random.Generator) -> Array:
-        """Draw so many diameters, (count,) [m]."""
+        """Draw diameters, (count,) [m]."""
         low, high = self.smallest, self.largest
         if self.kind == "mono":
             return np.full(count, low)

@@ -49,7 +49,7 @@ PARAMETERS = ("restitution", "friction", "fill_fraction")
 
 @dataclass(frozen=True)
 class IdentificationResult:
-    """What a measurement says of the particles of a specimen."""
+    """Particles of a specimen identified from a measurement."""
 
     identification: Identification
     atlas: Atlas
@@ -225,7 +225,7 @@ def _level(test: Measured, gamma: Any, count: int) -> tuple[Any, Any]:
 
 
 def _fill_prior(identification: Identification, specimen: Specimen) -> FillPrior:
-    """Return what the file says of r: itself, or the mass of the particles."""
+    """Return the prior of r from the file: r itself, or the mass of the particles."""
     if identification.fill_fraction is not None:
         return FillPrior(*FILLS, identification.fill_fraction, identification.fill_fraction_error)
     if specimen.particle_mass is None:

@@ -1,7 +1,7 @@
 """C_e and m_a of the atlas for many particles at once, with their covariance over the tones.
 
-In place of the reading of one coupon (`damping.atlas.AtlasDamping`): particles differ in e, μ and r
-from row to row, and what the atlas does not know is common to neighbouring tones.
+It replaces the damping model of one coupon (`damping.atlas.AtlasDamping`): particles differ in e,
+μ and r from row to row, and errors of the atlas are common to neighbouring tones.
 """
 
 from dataclasses import dataclass

@@ -7,7 +7,7 @@ import numpy as np
 
 from pidpanel.solve.model import ModalBasis
 
-FACE_SHARE = 0.5  # share of the face sheets in the mass of a panel whose section does not tell it
+FACE_SHARE = 0.5  # share of the face sheets in the mass of a panel whose section does not state it
 
 
 def thicker_faces(modal: ModalBasis, share: float) -> ModalBasis:

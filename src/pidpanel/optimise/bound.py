@@ -1,6 +1,6 @@
-"""The most that further dampers can remove, by the sum of what each removes alone.
+"""Largest reduction by further dampers, bounded by the sum of their individual reductions.
 
-Of dampers on different groups of places, so many at most and within a mass M, the sum is bounded
+For a limited number of dampers on different groups of places with a total mass M, it is bounded
 for any price μ ≥ 0 of mass by Lagrange's relaxation:
 
     Σ gain ≤ μ M + Σ over the best groups of max over their dampers (gain − μ mass)₊.
@@ -14,7 +14,7 @@ PRICES = 12  # prices of mass that are tried, beside none
 
 
 def weights_of_points(points: int) -> Array:
-    """Return weights (k, n_points) whose means bound what counts from below.
+    """Return weights (k, n_points) whose means bound the objective from below.
 
     The largest of some values is at least any mean of them: each alone, pairs, and all.
     """

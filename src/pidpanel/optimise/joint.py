@@ -1,4 +1,4 @@
-"""The panel of a search under each excitation that counts, side by side."""
+"""The panel of a search under all its excitations."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class JointPanel:
 
     @property
     def points(self) -> int:
-        """Number of mean squares that count."""
+        """Number of mean squares of the objective."""
         return sum(part.points for part in self.parts)
 
     @cached_property

@@ -18,7 +18,7 @@ class PlacedPanel(ResponsePanel):
     """A panel whose patches are places, which elements need not follow; for rms values and PSDs."""
 
     place_area: float = 0.0  # of each place [m²]
-    # Whether curvatures at the points are looked at beside the deflection
+    # Whether curvatures at the points are computed in addition to the deflection
     with_strains: bool = False
 
     @cached_property

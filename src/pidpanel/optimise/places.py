@@ -104,7 +104,7 @@ def overlaps_of(
 ) -> tuple[sp.csr_array, list[sp.csr_array], Array]:
     """Return weights and D of each place on all elements, and how well the mesh follows it.
 
-    An element counts by its quadrature points (n, 2) within the place; the sum is scaled to the
+    An element is weighted by its quadrature points (n, 2) in the place; the sum is scaled to the
     area. Weights over the places are (n_places, n) [m²], 0 outside, D (n_free, n_free) [m²], and
     the relative errors of the areas before they are scaled (n_places,).
     """

@@ -29,7 +29,7 @@ def reductions(
     layouts: Sequence[Layout],
     panel_with: Callable[[float], JointPanel],
 ) -> Array:
-    """Return the reduction of what counts of each layout with each of `VARIANTS`.
+    """Return the reduction of the objective of each layout with each of `VARIANTS`.
 
     The damping is frozen at the motion of each damper alone in the variant.
 

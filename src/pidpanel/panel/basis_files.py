@@ -1,4 +1,4 @@
-"""Files of the panel's basis: NetCDF for the stages that follow, VTU to look at."""
+"""Files of the panel's basis: NetCDF for later stages, VTU for viewing."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,9 +12,9 @@ from pidpanel.arrays import described_variables, variable
 from pidpanel.panel.basis import PanelBasis
 
 VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
-# Of single precision: the 6e-8 by which each value errs are 1e-9 of an integral over the panel.
+# In single precision: errors of 6e-8 of each value are 1e-9 of an integral over the panel.
 SINGLE = {"shape_at_quadrature", "shape_at_vertices"}
-# Only looked at: 16 bits, of which the largest value of each shape takes all
+# Only for viewing: 16 bits, scaled to the largest value of each shape
 PACKED = {"curvature_at_vertices", "shear_at_vertices"}
 FULL = 2**15 - 1
 # NetCDF 3 holds big-endian numbers and 32-bit integers: the types to compute with, by kind

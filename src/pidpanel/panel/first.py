@@ -17,8 +17,8 @@ RIGID = 1e-3
 def first_frequencies(plate: PlateMatrices, count: int) -> tuple[int, Array]:
     """Return the number of rigid-body modes and the first natural frequencies above [Hz].
 
-    No check that none is missed; `modes.normal_modes` has it. Rigid-body modes count; a small mesh
-    may have fewer than ``count``.
+    There is no check for missed modes as in `modes.normal_modes`. Rigid-body modes are included; a
+    small mesh may have fewer than ``count``.
     """
     n_free = plate.stiffness.shape[0]
     shift = (2 * np.pi * SHIFT) ** 2

@@ -133,9 +133,9 @@ class FlatMesh:
     ) -> PanelMesh:
         """Return the mesh with its patches and points, which are positions of nodes [m].
 
-        A shape holds the triangles whose centre lies in it; text names a group of the file. A
-        `ValueError` says that a group is not there, elements do not follow a shape, or a point is
-        at no node.
+        A shape has the triangles whose centre lies in it; text names a group of the file. Raises
+        `ValueError` if a group is missing, elements do not follow a shape, or a point is at no
+        node.
         """
         centre = self.position[self.triangles].mean(axis=1)
         extent = float(np.ptp(self.position, axis=0).max())

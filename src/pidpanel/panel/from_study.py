@@ -195,8 +195,8 @@ class StudiedPanel:
     def check(self, frequency: float, damper_mass: Mapping[str, float] | None = None) -> None:
         """Refuse what cannot be meshed or assembled, or is too coarse for a frequency [Hz].
 
-        ``damper_mass`` has the heaviest damper of each patch by name [kg/m²]. A `ValueError` says
-        in one line what is wrong and what is allowed.
+        ``damper_mass`` has the heaviest damper of each patch by name [kg/m²]. Raises `ValueError`
+        with one line: what is wrong and what is allowed.
         """
         spec, mesh = self.panel.mesh, None
         check_names(self.patches, self.points)

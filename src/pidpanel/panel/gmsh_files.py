@@ -36,8 +36,8 @@ MEMORY_PER_BYTE = 100
 def read_gmsh(path: Path) -> FlatMesh:
     """Read a plane mesh of triangles and quadrilaterals of first order from a gmsh file.
 
-    Groups are the names of the physical surfaces, or their numbers where they have none. A
-    `ValueError` says in one line what is wrong and what is allowed.
+    Groups are the names of the physical surfaces, or their numbers if they have none. Raises
+    `ValueError` with one line: what is wrong and what is allowed.
     """
     check_size(path)
     data = path.read_bytes()

@@ -46,7 +46,7 @@ from pidpanel.panel.modes import (
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.progress import computed
 
-# Modes are kept up to this times the highest frequency asked for; residual vectors do the rest.
+# Modes are kept up to this times the highest frequency; residual vectors replace the rest.
 MODES_BEYOND = 2.0
 # A stiff panel may have no mode below that: it then responds as the first modes above, all but
 # statically.
@@ -54,7 +54,7 @@ LEAST_MODES = 12
 # A force of a patch is dropped where it is smaller than this share of the largest: far below the
 # tolerances of residual vectors.
 FORCES = 1e-8
-# Modes of the loaded panel are kept up to this times the highest frequency asked for.
+# Modes of the loaded panel are kept up to this times the highest frequency.
 LOADED_BEYOND = 1.5
 # A direction of these modes is dropped where the share of its elastic energy that the other
 # shapes leave is below the square of this.

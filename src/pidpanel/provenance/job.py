@@ -35,7 +35,7 @@ OF_THE_MACHINE = {
 # response of a wing, more of that of a large one. It stays with the process until that ends.
 MALLOPT = {-4: 0, -1: 256 << 20}
 
-# What an import says where there is no memory for its library.
+# Messages of an import without memory for its library.
 NOT_LOADED = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory")
 
 
@@ -123,10 +123,10 @@ def arguments_of(**groups: Mapping[str, Any]) -> list[str]:
 
 
 def run(main: Callable[[Job], None]) -> None:
-    """Run a script as a job of the workflow; a failure of ours ends it in one line.
+    """Run a script as a job of the workflow; known failures end it with one line.
 
-    An error whose class is defined in pidpanel says what is wrong, and so does one of the machine;
-    any other keeps its traceback. Files take their places when the script has ended, whole; the
+    An error of a class of pidpanel, or of the machine, is printed as one line; any other keeps its
+    traceback. Files take their places when the script has ended, whole; the
     record of the job is then written beside its request, if the rule has one.
     """
     if parent := os.environ.get(WORKFLOW_PROCESS):
@@ -175,7 +175,7 @@ def _run(main: Callable[[Job], None], arguments: Sequence[str]) -> None:
 
 
 def tell_of_memory() -> None:
-    """Let a process that has too little memory for its imports say so in one line."""
+    """Report too little memory for the imports of a process in one line."""
     previous_hook = sys.excepthook
 
     def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:

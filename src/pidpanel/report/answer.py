@@ -61,7 +61,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class StudyAnswer:
-    """The bare panel and all scenarios at one level in one reading."""
+    """The bare panel and all scenarios at one level with one damping model."""
 
     reading: str
     oaspl: float  # [dB]
@@ -111,7 +111,7 @@ class StudyAnswer:
 def are_apart(a: PointResponse, b: PointResponse) -> bool:
     """Return whether two reductions differ by more than their errors; never without errors.
 
-    The error of the damping model is common to both: it counts by its difference.
+    The error of the damping model is common to both, so only its difference is included.
 
     Examples
     --------
@@ -161,7 +161,7 @@ def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
 
 
 def main_reading(readings: Sequence[str]) -> str:
-    """Return the reading that answers: the first of `PREFERRED` that there is."""
+    """Return the damping model of the answer: the first of `PREFERRED` in the study."""
     return next((reading for reading in PREFERRED if reading in readings), readings[0])
 
 

@@ -3,7 +3,7 @@
 Each claim is a function of arrays that returns a `Finding`: whether it holds, and the evidence.
 A claim is decided only where the numbers are further apart than `SIGNIFICANCE` of their standard
 errors, and not at all where no errors are known. `verdicts` tests every claim that a study's
-scenarios allow, in each reading of the damping; `verdict_table` shows the verdicts.
+scenarios allow, for each damping model; `verdict_table` shows the verdicts.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def fill_is_most_effective(
     """Test whether one fill gives the lowest response at every point.
 
     The verdict follows the rms acceleration, which the lowest modes dominate; the evidence also
-    names the best fill by the mean reduction over third octaves, in which all bands count alike.
+    names the best fill by the mean reduction over third octaves, with equal weight for all bands.
     ``gained``: (n_fills, n_bands, n_points) [dB].
     """
     margins, errors, parts = [], [], []
@@ -197,7 +197,7 @@ def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
 def verdicts(
     study: Study, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
 ) -> list[Verdict]:
-    """Test every claim of the paper that the study's scenarios allow, in each reading."""
+    """Test every claim of the paper that the study's scenarios allow, for each damping model."""
     return [
         verdict
         for name in study.families
@@ -279,7 +279,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The finding on a claim in one reading."""
+    """The finding on a claim for one damping model."""
 
     claim: str
     reading: str
@@ -287,7 +287,7 @@ class Verdict:
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Fragment | None:
-    """Return the claims, each once with all its readings, and the verdicts; None for none."""
+    """Return the claims with the verdicts of all damping models; None without claims."""
     if not verdicts:
         return None
     by_claim: dict[str, list[Verdict]] = {}

@@ -119,7 +119,7 @@ class ColourTable:
 
 @dataclass(frozen=True)
 class Picture:
-    """An image with its caption, or what stands for it in the page."""
+    """An image with its caption, or its replacement in the page."""
 
     name: str  # anchor in the page and stem of the file
     drawn: bytes | Drawing

@@ -45,7 +45,7 @@ class CoupledResults:
 
     summary: pd.DataFrame  # ``coupled/summary.csv``
     impedance: pd.DataFrame  # ``coupled/impedance.csv``
-    verdict: pd.DataFrame | None = None  # ``coupled/verdict.csv``; None without another reading
+    verdict: pd.DataFrame | None = None  # ``coupled/verdict.csv``; None without another model
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class ProposalResults:
 
     @property
     def excitations(self) -> list[str]:
-        """What the search counts."""
+        """Excitations of the search."""
         return list(dict.fromkeys(self.summary["excitation"]))
 
 
@@ -154,7 +154,7 @@ class Inputs(PanelInputs):
 # Columns of ``response/summary.csv`` with errors.
 ERROR_COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read_at_error_g")
 
-PARTLY = BY_DAMPER  # readings in which patches are read as the study states them
+PARTLY = BY_DAMPER  # damping models by damper, in which patches may have stated values
 
 
 def read_by_point(path: Path) -> pd.DataFrame:

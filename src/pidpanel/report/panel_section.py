@@ -26,7 +26,7 @@ SEEN = np.array([[0.9439, -0.3303, 0.0], [0.2376, 0.6789, 0.6947]])
 # Height of a picture over the panel's diagonal; largest deflection over its least side.
 SPREAD, LIFT = 0.63, 0.1
 
-# Relative difference up to which a frequency counts as the printed one: Table 1 has two
+# Relative difference up to which a frequency agrees with the printed one: Table 1 has two
 # decimals (8e-5 of the lowest) and the panel is the paper's within that or it is not.
 PRINTED_ROUNDING = 2e-4
 

@@ -75,7 +75,7 @@ def _legend(figure: Figure, charts: Sequence[Chart]) -> None:
 def charts_figure(
     charts: Sequence[Chart], *, across: int = ACROSS, width: float = WIDTH, height: float = 4.4
 ) -> Figure:
-    """Draw charts in rows of so many, those of one unit on one scale, with one legend below."""
+    """Draw charts in rows, those of one unit on one scale, with one legend below."""
     across = min(across, len(charts))
     figure, grid = figure_of_axes(len(charts), across, height, 0.0, width)
     for number, (axes, chart) in enumerate(zip(grid, charts, strict=True)):
@@ -95,7 +95,7 @@ def charts_figure(
 def _decades(axes: Axes, curves: Sequence[Array]) -> None:
     """Make y a logarithmic axis that shows curves, but at most `DECADES` of them."""
     axes.set_yscale("log", nonpositive="mask")
-    axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over so many decades
+    axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over the decades
     axes.yaxis.set_major_locator(ticker.LogLocator(numticks=DECADES + 2))
     values = np.concatenate(curves)
     drawn = values[np.isfinite(values) & (values > 0)]
@@ -111,7 +111,7 @@ def chart_picture(name: str, charts: Sequence[Chart], caption: str = "", **size:
 def reduction_tables(
     centre: Array, rows: Sequence[str], gained: Mapping[tuple[str, str], Array], row_name: str
 ) -> list[ColourTable]:
-    """Return third-octave reductions (n_rows, n_bands) [dB] by (point, reading) as tables."""
+    """Return third-octave reductions (n_rows, n_bands) [dB] as tables by point and model."""
     limit = max(1.0, max(float(np.abs(values).max()) for values in gained.values()))
     colours, norm = mpl.colormaps["RdBu"], Normalize(-limit, limit)
     bands = [f"{row_name} / Hz", *map(nominal, centre)]

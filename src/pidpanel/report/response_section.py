@@ -66,7 +66,7 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> html.PageSect
 
 
 def stable_readings(inputs: Inputs, family: ComparedScenarios) -> list[str]:
-    """Return the readings in which every scenario of a family has a response."""
+    """Return the damping models with a response for every scenario of a family."""
     labels = [s.label for s in family.scenarios]
     psd = inputs.psd["acceleration_psd"].sel(scenario=labels)
     return [r for r in inputs.study.readings if bool(np.isfinite(psd.sel(reading=r)).all())]
@@ -105,7 +105,7 @@ def psd_curves(
 
 
 def reading_title(inputs: Inputs, family: ComparedScenarios, reading: str) -> str:
-    """Return the name of a reading over its figures, and in how many scenarios it fails."""
+    """Return the title of a damping model's figures, and in how many scenarios it fails."""
     if inputs.coupled is None or inputs.coupled.verdict is None:
         return READINGS[reading]
     table = inputs.coupled.verdict
@@ -131,7 +131,7 @@ def acceleration_note(inputs: Inputs, family: ComparedScenarios, reading: str) -
 def reductions_of(
     inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str]
 ) -> list[html.ColourTable]:
-    """Return third-octave reductions of a family, by point and reading."""
+    """Return third-octave reductions of a family, by point and damping model."""
     points = inputs.moving_points
     gained: dict[tuple[str, str], Array] = {}
     scenarios = family.scenarios
@@ -149,7 +149,7 @@ def reductions_of(
 def damping_block(
     inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str], notes: Mapping[str, str]
 ) -> html.Picture:
-    """Return C_e and m_a with which a family was computed, by reading."""
+    """Return C_e and m_a with which a family was computed, by damping model."""
     frequency, charts = inputs.psd["frequency"].to_numpy(), []
     for reading, title in titles.items():
         for quantity, unit, is_log in QUANTITIES:

@@ -13,7 +13,7 @@ from pidpanel.solve.bands import band_rms, third_octaves
 
 
 def moving_points(summary: pd.DataFrame, points: Sequence[str]) -> list[str]:
-    """Return the points that move; one on a support does not, and nothing can be said of it."""
+    """Return the points that move: all but those on supports."""
     fixed = set(summary.loc[summary["status"] == "held", "point"])
     return [point for point in points if point not in fixed]
 
@@ -87,7 +87,7 @@ def psd_curve(
     *,
     has_band: bool = False,
 ) -> PageCurve:
-    """Return the acceleration PSD [g²/Hz] of a reading, scenario and point as a curve."""
+    """Return the acceleration PSD [g²/Hz] of a damping model, scenario and point as a curve."""
     values = psd["acceleration_psd"].sel(place).to_numpy() / STANDARD_GRAVITY**2
     reading, scenario, point = (place[name] for name in ("reading", "scenario", "point"))
     inside = inside_of(psd, reading, scenario)

@@ -106,7 +106,7 @@ def set_as_typed(figure: Figure) -> None:
 
 
 class Drawing:
-    """A figure that is drawn when it is asked for."""
+    """A figure that is drawn when it is needed."""
 
     def __init__(self, draw: Callable[..., Figure], *values: Any, **options: Any) -> None:
         self._draw = partial(draw, *values, **options)

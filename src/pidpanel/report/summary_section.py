@@ -1,4 +1,4 @@
-"""All scenarios on the page, each with every point and reading."""
+"""All scenarios on the page, each with every point and damping model."""
 
 from itertools import product
 

@@ -49,7 +49,7 @@ class ResponseScenario:
     fillings: tuple[PatchFilling, ...]
     patch: str | None
     fill_fraction: float
-    is_coupled: bool = False  # whether coupled runs are wanted for it
+    is_coupled: bool = False  # whether it has coupled runs
     is_coarse: bool = False  # whether a sweep of its dampers is, see `Sweep.is_coarse`
 
     @property
@@ -135,7 +135,7 @@ def plan_cases(
     Parameters
     ----------
     dead_weight
-        Whether the same masses without damping are wanted too, once for each distinct set of
+        Whether to include the same masses without damping, once for each distinct set of
         patches, masses and level.
     """
     rows = [

@@ -1,6 +1,6 @@
 """Responses in the formats of other programs: Nastran TABRND1 and Universal File 58.
 
-Units are those of the PSD handed in; the formats carry none, so they stand in titles and comments.
+Units are those of the given PSD; the formats have none, so they are in titles and comments.
 """
 
 from collections.abc import Sequence

@@ -12,7 +12,7 @@ from pidpanel.damping.readings import DampingReading
 from pidpanel.response.dampers import PatchDamper
 from pidpanel.solve.layout import LayoutResponse
 
-# Distance beyond the data, in ln Γ or ln f, at which a line counts as fully extrapolated.
+# Distance beyond the data, in ln Γ or ln f, at which a line is fully extrapolated.
 FAR = math.log(2.0)
 
 # Changes of ln Γ that are tried to reach the data.

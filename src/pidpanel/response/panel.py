@@ -180,7 +180,7 @@ class ResponsePanel:
         rms_only
             Few lines and no strains, enough for rms accelerations within 1e-3.
         full
-            The full modal damping matrix, whatever the study wants.
+            The full modal damping matrix, also if the study requests the diagonal one.
         """
         cells = None if self.by_element else self.elements
         if cells is not None and not len(cells.patch):

@@ -197,7 +197,7 @@ def _check(
     lines: Array,
     force_at: ForceAt,
 ) -> tuple[BasisCheck, list[list[int]]]:
-    """Return the check of all that was solved, and of each case the rows that count for it."""
+    """Return the check of all solutions, and the rows of it that belong to each case."""
     rows: dict[Hashable, int] = {}
     answers: list[LayoutResponse] = []
 

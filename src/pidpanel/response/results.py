@@ -51,7 +51,7 @@ class Tabulation:
     refuses_outside: bool  # whether extrapolated damping is an error
     # Standard errors of coupled runs by scenario; None for a study without any
     coupled_errors: Mapping[str, uncertainty.StandardErrors] | None
-    coupled_accuracy: float  # wanted relative standard error of coupled runs [1]
+    coupled_accuracy: float  # required relative standard error of coupled runs [1]
 
 
 def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Files) -> None:
@@ -244,7 +244,7 @@ class _Rows:
 
 
 def _full_responses(checked: CheckedResponses) -> dict[tuple[str, str], PanelResponse]:
-    """Responses in which dampers couple the modes: they tell the error of the paper's form."""
+    """Return responses in which dampers couple the modes, for the error of the paper's form."""
     if not checked.panel.settings.is_diagonal:
         return {}
     steady = [
@@ -292,5 +292,5 @@ def _refuse_outside(frequency: Array, case: SolvedCase, response: LayoutResponse
 
 
 def write_csv(path: Path, frame: pd.DataFrame, digits: int = 6) -> None:
-    """Write a table with so many digits."""
+    """Write a table with numbers of ``digits`` digits."""
     frame.to_csv(path, index=False, float_format=f"%.{digits}g")

@@ -37,7 +37,7 @@ COARSE_SWEEP = "coarse sweep"
 KNOWN_TO = "known to"
 
 # Share of the change in mean square at lines where beds of the atlas may ride or cross their gap,
-# from which the page says so. The errors are calibrated there, so it is no doubt.
+# above which the page mentions it. The errors are calibrated there, so it is no doubt.
 BETWEEN_SHARE = 0.2
 MAY_CROSS = "beds may ride or cross their gap"
 

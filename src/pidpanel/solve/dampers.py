@@ -67,7 +67,7 @@ def attach_dampers(
     apparent_mass
         (n_patches, nf) m_a [kg/m²], of either sign.
     with_slope
-        Whether t is wanted.
+        Whether to return t.
 
     Raises
     ------

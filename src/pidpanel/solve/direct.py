@@ -25,9 +25,9 @@ from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.solve.motions import Motions, Reals
 from pidpanel.solve.moved import MatrixInput, air_at, matrices_at, product
 
-# In the search for Γ, shapes above so many times a line's frequency are left out there: rms of
-# patches that twenty dampers of 8 kg/m² on a panel of 4 kg/m² cover to 40 % within 6e-4 (3e-3 with
-# shapes to three times, 2e-4 to eight times).
+# In the search for Γ, shapes above this times a line's frequency are left out there. With twenty
+# dampers of 8 kg/m² on 40 % of a panel of 4 kg/m², rms values of patches are within 6e-4 (3e-3 with
+# shapes up to three times, 2e-4 up to eight times).
 SHAPES_TO = 5.0
 
 FEW_SHAPES_TO = 2.5  # the same where the search only draws near, on few lines

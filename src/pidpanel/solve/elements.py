@@ -6,8 +6,8 @@ The motion of the whole panel when a point is pulled, x = Z⁻¹ c, is solved on
     C = (2ζ/ω_c) K + Σ_i 2ζ m_i ω_i (1 − ω_i/ω_c) (M φ_i)(M φ_i)ᵀ/m_i²,
 
 with C the damping of the basis: ζ in every mode φ_i, and above the last mode, at ω_c, proportional
-to the stiffness. Z is symmetric, so x tells what any force does to the point. The error of
-the basis needs nothing else, so there is no excitation here and no PSD.
+to the stiffness. Z is symmetric, so x is the response of the point to any force. The error of the
+basis needs nothing else, so there is no excitation here and no PSD.
 
 The start is the answer x₀ of the basis; the rest is solved by minimal residuals (GCR: Eisenstat,
 Elman and Schultz 1983), preconditioned by the basis and, in what it leaves out, by K⁻¹. There
@@ -58,7 +58,7 @@ class ElementMotion:
 
 @dataclass(frozen=True)
 class Elements:
-    """The panel in all its elements, and the basis that stands for it."""
+    """The panel in all its elements, and the basis that represents it."""
 
     plate: StoredPlate
     overlap: Sequence[sp.csr_array]  # D of each patch, (n_free, n_free)

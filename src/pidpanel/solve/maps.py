@@ -1,6 +1,6 @@
 """Rms of motion, strain and stress all over the panel.
 
-What is wanted at hundreds of places is cheapest through the modal coordinates: with
+Results at hundreds of places are cheapest through the modal coordinates: with
 
     Σ_a = ∫ ω⁴ Re S_q df,    Σ_w = ∫ Re S_q df,
 

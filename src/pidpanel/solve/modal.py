@@ -161,7 +161,7 @@ def moved_panel(
     air_stiffness: MatrixInput | None,
     of_shapes: bool = False,
 ) -> MovedPanel:
-    """Return the panel on some lines, with the motions W of which the first may be the shapes."""
+    """Return the panel on some lines, with motions W, the first of which may be the shapes."""
     if air_stiffness is None:
         form = ShapesInVacuum if of_shapes else InVacuum
         return form(basis.dynamic_stiffness(frequency[lines]), observed)
@@ -204,7 +204,7 @@ def dense_stiffness(frequency: Array, basis: ModalBasis, air: Matrices | None) -
 
 
 def chunks_of_lines(count: int, shapes: int = 0) -> list[slice]:
-    """Return slices that cover so many lines, each of lines to be solved together."""
+    """Return slices that cover ``count`` lines, each of lines to be solved together."""
     fitting = int(CHUNK_BYTES / (8 * max(shapes, 1) ** 2))
     size = max(LEAST_LINES, min(LINES_AT_ONCE, fitting))
     return [slice(start, min(start + size, count)) for start in range(0, count, size)]

@@ -243,9 +243,9 @@ class PanelResponse:
 
     frequency: Array  # (nf,) [Hz]
     # (nf, n_points, m, m) one-sided cross-PSDs, E[a b*] per Hz, of the m motions at each point: the
-    # deflection w [m] first, then those that were asked for beside it (see `bare_panels`)
+    # deflection w [m] first, then further requested ones (see `bare_panels`)
     cross_psd: Complexes
-    # (n_patches, nf, n_points) t of `dampers.attach_dampers`; None unless asked for
+    # (n_patches, nf, n_points) t of `dampers.attach_dampers`; None unless requested
     slope: Complexes | None = None
 
     def scaled(self, factor: float) -> "PanelResponse":

@@ -41,7 +41,7 @@ class Motions(ABC):
 
     @abstractmethod
     def subsampled(self, step: int) -> Self:
-        """Return the same on every so many lines."""
+        """Return the same on every n-th line."""
 
     def prepare(self) -> None:  # noqa: B027 - in general nothing
         """Compute what all dampers share."""
@@ -59,7 +59,7 @@ class Motions(ABC):
         return chunks_of_lines(self.frequency.size, 2 * self.weight.shape[1])
 
     def _weight(self, lines: slice) -> Array:
-        """Return Δ (n_patches, r, r) of the motions u that count on some lines."""
+        """Return Δ (n_patches, r, r) of the motions u used on some lines."""
         return self.weight
 
     def acceleration_psd(self, damping: Array, mass: Array) -> Array:
@@ -117,7 +117,7 @@ class Motions(ABC):
         return total
 
     def _counts(self, lines: slice) -> Index:
-        """Return which of the motions u count on some lines."""
+        """Return which of the motions u are used on some lines."""
         return np.arange(self.weight.shape[1])
 
     def _stiffness(self, lines: slice, damping: Array, mass: Array) -> Complexes:
@@ -144,7 +144,7 @@ class ReducedMotions(Motions):
         self.weight = bare.coordinates.weight
 
     def subsampled(self, step: int) -> ReducedMotions:
-        """Return the same on every so many lines."""
+        """Return the same on every n-th line."""
         bare, some = self.bare, slice(None, None, step)
         coarse = replace(
             bare,

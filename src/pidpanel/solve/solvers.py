@@ -43,7 +43,7 @@ KEPT_BYTES = 400e6
 
 Loaded = tuple[int, ...]  # indices of the patches that carry dampers together
 
-# C_e and m_a (n_patches, nf) on some lines, and whether the slope is wanted → the response.
+# C_e and m_a (n_patches, nf) on some lines, and whether the slope is requested → the response.
 SolutionPath = Callable[[Array, Array, bool], PanelResponse]
 
 
@@ -54,13 +54,13 @@ def damper_key(patches: Loaded, equivalent_damping: Array, apparent_mass: Array)
 
 @dataclass(frozen=True)
 class Request:
-    """Dampers whose response is wanted."""
+    """Dampers whose response is requested."""
 
     patches: Loaded
     # (n_loads, nf) C_e [N s/m³] and m_a [kg/m²]
     equivalent_damping: Array
     apparent_mass: Array
-    with_slope: bool = False  # whether the derivatives of the PSDs are wanted too
+    with_slope: bool = False  # whether to compute the derivatives of the PSDs too
 
     @property
     def key(self) -> Hashable:

@@ -176,7 +176,7 @@ class BaseExcitation:
 
 
 def observed_motions(basis: PanelBasis, inertia: Inertia) -> Array:
-    """Return motions that are looked at, as rows over the shapes with the translation.
+    """Return observed motions, as rows over the shapes with the translation.
 
     Returns
     -------

@@ -17,7 +17,7 @@ class PanelQuadrature:
     position: Array  # (nq, 2) points in the plane of the panel [m]
     weight: Array  # (nq,) weights [m²]; they sum to the area
     shape: Array  # (nq, n) values of the n shapes φ [1] at the points
-    # Largest κ [rad/m] for which Σ w φ exp(iκ·x) stands for the integral: that of a condensed face
+    # Largest κ [rad/m] for which Σ w φ exp(iκ·x) represents the integral: that of a condensed face
     # (`pidpanel.geometry.plane_waves`); ∞ for values of the shapes at points of the mesh
     wavenumber: float = np.inf
     # (n, n) ∫ φ_i φ_j dA [m²]; from the points where it is not given. A condensed face needs it.
@@ -116,7 +116,7 @@ def _folded(load: Array) -> tuple[Array, Array]:
     half = (len(load) + 1) // 2
     even, odd = load + load[::-1], load - load[::-1]
     if len(load) % 2:
-        even[half - 1] /= 2  # the middle counts once
+        even[half - 1] /= 2  # the middle is counted once
     return even[-half:], odd[-half:]
 
 

@@ -249,7 +249,7 @@ def half_circle(k: float, diameter: float) -> Array:
 def transform(radial: Array, azimuth: Array, panel: PanelQuadrature) -> tuple[Array, Array]:
     """Return ∫ φ cos(κ n_α·x) dA and ∫ φ sin(κ n_α·x) dA, each (n_radial, n_azimuth, n) [m²].
 
-    x counts from the middle of the panel, so that both vary as slowly as they can with κ.
+    x is measured from the middle of the panel, so that both vary as slowly as possible with κ.
     """
     direction = np.stack([np.cos(azimuth), np.sin(azimuth)])
     along = (panel.position - panel.center) @ direction  # (nq, n_azimuth)

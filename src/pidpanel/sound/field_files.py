@@ -10,7 +10,7 @@ from pidpanel.sound.wavenumber_table import WavenumberTable
 
 MODAL_FORCE = "modal_force"  # G of the field that drives the panel [m⁴]
 
-# G of the diffuse field [m⁴], which tells the radiation, and V of the added mass [m³].
+# G of the diffuse field [m⁴], which gives the radiation, and V of the added mass [m³].
 DIFFUSE, ADDED_VOLUME = "diffuse_modal_force", "added_volume"
 
 KINDS = {

@@ -9,7 +9,7 @@ so that the air on one side adds iωR − ω²M_air to the dynamic stiffness of 
     R = ρ₀ω²/(2πc₀) G,    M_air,ij = (ρ₀/2π) ∬ φ_i φ_j cos(kR)/R dA dA′
 
 and G that of the diffuse field (`sound.field`), whatever field drives the panel. The baffle is an
-assumption: at the edges of a panel that stands free the air flows round, so that R of the lowest
+assumption: air flows round the edges of a free-standing panel, so that R of the lowest
 modes, and with it their radiation damping, is less than computed here.
 """
 

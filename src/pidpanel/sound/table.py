@@ -35,7 +35,7 @@ COLUMNS = {
 }
 
 
-# How a comment line `# band: …` may state the kind, which must be what the centres say.
+# Words of a comment line `# band: …` for the kind, which must agree with the centres.
 BAND_WORDS: dict[str, BandKind] = {"1/3 octave": "third octave", "1/1 octave": "octave"}
 
 

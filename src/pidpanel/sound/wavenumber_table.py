@@ -34,7 +34,7 @@ SLACK = 10.0  # times as much at lower wavenumbers of a band, where the pivots a
 # Of the largest mean square of a force: what the table knows of smaller ones is rounding.
 LEAST_FORCE = 1e-10
 
-BAND = 1.1  # ratio of wavenumbers for which the same shapes stand for all
+BAND = 1.1  # ratio of wavenumbers for which the same shapes represent all
 
 # Rows of G that are read together, so that they stay in the processor's own memory.
 ROWS_AT_ONCE = 16
@@ -90,18 +90,18 @@ class WavenumberTable:
     def factors_at(self, wavenumber: ArrayLike) -> Array | Complexes | None:
         """Return L (nf, n, r) with the matrix equal to L Lᴴ at the wavenumbers (nf,) [rad/m].
 
-        Sound of long waves pushes a panel in few ways: of 371 shapes of a wing of 2.1 m × 1.2 m
-        19 stand for all at 30 Hz, 130 at 470 Hz. Cholesky's method with pivots tells which, at the
-        highest wavenumber of a band P of shapes; the rest follows from them line by line,
+        Long waves excite few combinations of shapes: of 371 shapes of a wing of 2.1 m × 1.2 m 19
+        represent all at 30 Hz, 130 at 470 Hz. Cholesky's method with pivots selects the shapes P of
+        a band at its highest wavenumber; the others follow from them line by line,
 
             L Lᴴ = G_P (G_PP)⁻¹ G_Pᴴ,
 
-        and what is left, whose diagonal is not negative, is looked at on each line.
+        and the remainder, whose diagonal is not negative, is checked on each line.
 
         Returns
         -------
-        None where so many shapes are needed that the matrix is as cheap, or where more than
-        `SLACK` times the tolerance of the band of the mean square of a force would be left.
+        None if the number of shapes makes the matrix as cheap, or if the remainder would exceed
+        `SLACK` times the tolerance of the band for the mean square of a force.
         """
         k = self._checked(wavenumber)
         if not k.size or not k.max() > 0:
@@ -137,9 +137,9 @@ class WavenumberTable:
         return WavenumberTable(k_max, nodes, read(self.even), None if odd is None else read(odd))
 
     def _stand_for_all(self, band: int) -> tuple[Index, float]:
-        """Return the shapes (r,) whose forces tell those of all in a band, and how well.
+        """Return the shapes (r,) whose forces represent all in a band, and the accuracy.
 
-        An empty array where no tolerance holds.
+        The array is empty if no tolerance is met.
         """
         empty = np.zeros(0, dtype=np.int64), 0.0
         top = self.wavenumber_max / BAND**band

@@ -1,6 +1,6 @@
 """Tables of break points of an acceleration PSD in CSV files.
 
-The columns are `frequency_hz`, `acceleration_psd_g2_hz` and, where wanted, `slope_db_octave`, the
+The columns are `frequency_hz`, `acceleration_psd_g2_hz` and optionally `slope_db_octave`, the
 slope from a row to the next. A level may be left empty where a slope gives it.
 """
 

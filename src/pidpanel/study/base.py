@@ -30,7 +30,7 @@ class SectionModel(BaseModel):
     # docstrings of keys are for the schema, which reads them itself: pydantic does at each import
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    removed_keys: ClassVar[Mapping[str, str]] = {}  # keys of earlier versions, what to say of each
+    removed_keys: ClassVar[Mapping[str, str]] = {}  # keys of earlier versions, a message for each
 
     @model_validator(mode="wrap")
     @classmethod

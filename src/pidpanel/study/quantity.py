@@ -133,7 +133,7 @@ class Quantity:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        """Return the schema by which pydantic calls this quantity."""
+        """Return the schema of this quantity for pydantic."""
         return core_schema.no_info_before_validator_function(self, handler(source))
 
     def __get_pydantic_json_schema__(
@@ -153,7 +153,7 @@ def whole(low: int, high: int) -> Quantity:
 
 
 def text_hint(value: Any) -> str:
-    """Return what to say of a text that is nearly a number."""
+    """Return the hint for a text that is nearly a number."""
     if not isinstance(value, str):
         return ""
     if NUMBER.fullmatch(value):

@@ -77,4 +77,4 @@ class Severity(SectionModel):
     """Strengths of layers and core; without them, no failure index is computed."""
     limits: Mapping[Text, Annotated[Path, file_in()]] = {}
     """CSV table of the largest acceleration PSD allowed at a point, by its name: ``frequency_hz``,
-    ``acceleration_psd_g2_hz`` and, where wanted, ``slope_db_octave``."""
+    ``acceleration_psd_g2_hz`` and optionally ``slope_db_octave``."""

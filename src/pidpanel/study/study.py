@@ -1,4 +1,4 @@
-"""A whole study: its sections, dampers, readings and scenarios."""
+"""A whole study: its sections, dampers, damping models and scenarios."""
 
 import itertools
 from collections.abc import Iterator, Mapping
@@ -34,7 +34,7 @@ from pidpanel.study.scenarios import (
 from pidpanel.study.severity import Severity
 from pidpanel.study.sound import SPEED, Sound
 
-BARE = "bare"  # the only reading of a study without scenarios: there is nothing to read
+BARE = "bare"  # the only damping model of a study without scenarios
 
 
 class Study(CouponStudy):
@@ -117,7 +117,7 @@ class Study(CouponStudy):
 
     @property
     def used_dampers(self) -> tuple[str, ...]:
-        """Names of the dampers that are filled in with a reading of `BY_DAMPER`."""
+        """Names of the dampers used with a damping model of `BY_DAMPER`."""
         named = {filling.damper for filling in self.fillings}
         used = tuple(name for name in self.all_dampers if name in named)
         return used if set(BY_DAMPER) & set(self.readings) else ()
@@ -126,7 +126,7 @@ class Study(CouponStudy):
     def massless_dampers(self) -> dict[str | None, str]:
         """Dampers whose particles weigh nothing in the computation, and the key that changes it.
 
-        None stands for the table of all patches.
+        None means the table of all patches.
         """
         if not self.response.damper_mass:
             return {}
@@ -282,7 +282,7 @@ class Study(CouponStudy):
                     yield Mistake(keys, f"must be in the range of {way}.sweep, {low:g} to {high:g}")
         if filled.fill_fraction is not None and damper is not None and not needed:
             kind = self.all_dampers[damper].kind
-            if kind != "table":  # whose columns tell
+            if kind != "table":  # its columns decide
                 says = f"not allowed: the {kind} of {damper} does not depend on the fill fraction"
                 yield Mistake(("fill_fraction",), says)
 

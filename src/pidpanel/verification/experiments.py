@@ -1,7 +1,7 @@
 """Experiments that others made, computed from their stated inputs.
 
-Nothing is fitted: the inputs stand here, and the page (`validation_page`) shows measured, computed
-and difference, and what was not known. Numbers without a reference of their own are shown alone.
+Nothing is fitted: the inputs are listed here, and the page (`validation_page`) shows measured and
+computed values, differences and unknowns. Numbers without a reference are shown alone.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Decks of LIGGGHTS as text: templates rendered with values.
 
-What the values are is said where the things are: `bed.Run.deck_values`, `drive.Tone.deck_values`.
+For the values see `bed.Run.deck_values` and `drive.Tone.deck_values`.
 """
 
 import re

@@ -1,8 +1,8 @@
 """What LIGGGHTS wrote, read: cycle rows, log, dumps.
 
 Nothing is accepted silently. LIGGGHTS exits 0 after a SIGTERM and after too few insertions,
-writes a footer that claims all steps, and leaves cut rows behind a SIGKILL, so a run counts
-only when the marks, the rows and the atom counts agree.
+writes a footer that claims all steps, and leaves cut rows after a SIGKILL. So a run is accepted
+only if the marks, the rows and the atom counts agree.
 """
 
 import math
@@ -53,7 +53,7 @@ def read_cycles(
     cycles_before: int = 0,
     header: tuple[str, str] = CYCLES_HEADER,
 ) -> Array:
-    """Read the rows of a cycle file, SI: columns `CYCLE_COLUMNS`, or as many as the header says.
+    """Read the rows of a cycle file, SI: columns `CYCLE_COLUMNS`, or those of another header.
 
     The step column must be 1, 2, …, ``cycles`` times the steps of a cycle, after the cycles that
     an earlier process ran. The source is the name of the file for messages.

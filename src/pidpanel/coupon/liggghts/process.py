@@ -28,8 +28,8 @@ from pidpanel.coupon.liggghts import failures, output, sphere_dump
 
 COMMAND = "liggghts"
 
-# Silence after which LIGGGHTS counts as hung, besides that of its steps [s]. Reading the largest
-# deck takes a second.
+# Silence after which LIGGGHTS is taken as hung, in addition to that of its steps [s]. Reading the
+# largest deck takes a second.
 QUIET = 30.0
 
 # Longest time of a step, and of it for each sphere [s]: thirty times what they take on an
@@ -39,7 +39,7 @@ SLOWEST_STEP = 4.5e-4, 1.05e-5
 # Longest time of a deck and of the end [s], in which lines may come one by one.
 LONGEST_DECK, LONGEST_END = 86_400.0, 600.0
 
-MOST_LINES = 10_000_000  # lines after which a command counts as hung
+MOST_LINES = 10_000_000  # lines after which a command is taken as hung
 
 # Lines that are not read yet, after which LIGGGHTS waits, and characters of a line: what a
 # process that prints without end takes of the memory.
@@ -303,8 +303,8 @@ class Liggghts:
     ) -> Instant:
         """Send commands that run a number of steps, then evaluate an expression of LIGGGHTS.
 
-        A line comes at least every ``report`` steps; by default, as often as the deck says. How
-        many spheres a deck makes is not known, so it may take `LONGEST_DECK`.
+        A line comes at least every ``report`` steps; by default as often as the deck states. The
+        number of spheres that a deck makes is not known, so it may take `LONGEST_DECK`.
         """
         text = f'{commands.rstrip()}\nprint "MARK step $(step) atoms $(atoms) value $({value})"\n'
         self._deck.write(text)

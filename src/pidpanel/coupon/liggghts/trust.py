@@ -3,7 +3,7 @@
 A template can compute anything, and the commands of LIGGGHTS start programs and write files under
 many names. A list of what is harmless has to read a line exactly as LIGGGHTS does, and to know the
 files of every style; each gap is a program that starts. So nothing of such a deck is rendered or
-run before its user says that it may do anything (`TRUST`).
+run before its user allows it to do anything (`TRUST`).
 """
 
 import os
