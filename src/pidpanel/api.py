@@ -285,7 +285,7 @@ class Model:
 
     @property
     def _frequency_range(self) -> tuple[float, float]:
-        """Of the response, or of the sweep of a coupon alone [Hz]."""
+        """Frequency range of the response, or of the sweep of a coupon alone [Hz]."""
         if isinstance(self.study, Study):
             return self.study.response.frequency_hz
         frequencies = [f for c in self.study.coupons.values() for f in c.sweep.frequencies]

@@ -163,7 +163,7 @@ def faults_of_names(
 
 
 def are_numbers(header: Sequence[str]) -> bool:
-    """Whether there are numbers where names of columns should be."""
+    """Return whether there are numbers where names of columns should be."""
     return all(NUMBER.fullmatch(name) for name in header)
 
 

@@ -97,7 +97,7 @@ def base_errors(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Errors
     in_shapes = vectors.T @ everything
 
     def psds(of_point: Complexes, omega: float, s: Complexes, loads: Array) -> Array:
-        """(n_points,) of the absolute accelerations over that of the supports."""
+        """Return PSDs (n_points,) of the absolute accelerations over that of the supports."""
         force = loads[:, 1:] @ s / omega**2 - loads[:, 0]
         return np.asarray(np.abs(1 - omega**2 * (of_point.T @ force)) ** 2)
 

@@ -89,7 +89,7 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
 
 
 def is_running(results: Path) -> bool:
-    """Whether a process runs the workflow on a folder of results."""
+    """Return whether a process runs the workflow on a folder of results."""
     if not results.is_dir():
         return False
     lock = hold(results)

@@ -50,7 +50,7 @@ def write_estimate(
 
 
 def _patch_variables(estimate: ScenarioEstimate, beds: Sequence[SimulatedBed]) -> dict[str, Any]:
-    """Values by patch, and by band where there is one for each."""
+    """Return values by patch, and by patch and band."""
     rows = [
         {
             "impedance_frequency": (patch.impedance.frequency, "Hz"),
@@ -77,7 +77,7 @@ def _patch_variables(estimate: ScenarioEstimate, beds: Sequence[SimulatedBed]) -
 
 
 def _point_variables(estimate: ScenarioEstimate) -> dict[str, Any]:
-    """Values by point, and by line or band where there is one for each."""
+    """Return values by point, and by point and line or band."""
     lines, bands = "frequency point", "band point"
     return {
         "displacement_psd": variable(lines, estimate.psd, "m2 Hz-1"),

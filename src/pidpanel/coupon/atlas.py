@@ -108,7 +108,7 @@ def _check_groups(case: Case) -> None:
 
 
 def _direction(bed: Bed) -> Direction:
-    """Direction of gravity by its name in the groups."""
+    """Return the direction of gravity by its name in the groups."""
     size, along = bed.gravity / STANDARD_GRAVITY, bed.gravity_direction[2]
     if size == 0:
         return "none"

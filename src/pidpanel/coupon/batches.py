@@ -62,12 +62,12 @@ def read_cases(file: Path) -> list[Case]:
 
 
 def expected_cost(case: Case) -> float:
-    """CPU time of a case on an ordinary core [s]."""
+    """Return the CPU time of a case on an ordinary core [s]."""
     return sum(run_cost(run, case) for run in case.runs)
 
 
 def run_cost(run: Run, case: Case) -> float:
-    """CPU time of a run of a case on an ordinary core [s]."""
+    """Return the CPU time of a run of a case on an ordinary core [s]."""
     return run_steps(run, case) * STEP.seconds(spheres_in(run.packing, run.fill_fraction))
 
 
@@ -84,7 +84,7 @@ class Part(NamedTuple):
 
 
 def parts_of(case: Case, job: float) -> list[Part]:
-    """Parts of a case that is long where jobs last ``job`` [s] at the most; none of another."""
+    """Return the parts of a case that takes longer than a job of ``job`` [s]; none of others."""
     costs = [run_cost(run, case) for run in case.runs]
     if sum(costs) <= LONG * job:
         return []

@@ -58,12 +58,12 @@ class Bed:
     constants: Constants
 
     def stroke_per_gap(self, drive: Drive) -> float:
-        """W/L of a drive, L = (1 − r) depth the clear gap [1]; infinite without one."""
+        """Return W/L of a drive, L = (1 − r) depth the clear gap [1]; infinite without one."""
         gap = (1 - self.fill_fraction) * self.packing.depth
         return drive.amplitude / gap if gap > 0 else math.inf
 
     def deepening(self, drive: Drive) -> float:
-        """How much more it is biased by long contacts than at half fill [1]; 1 where it crosses.
+        """Return the bias by long contacts over that at half fill [1]; 1 if the bed crosses.
 
         See `contact.deepening`.
         """
@@ -111,12 +111,12 @@ class Run:
 
     @property
     def packing(self) -> Packing:
-        """Of the bed."""
+        """Packing of the bed."""
         return self.bed.packing
 
     @property
     def fill_fraction(self) -> float:
-        """Of the bed [1]."""
+        """Fill fraction of the bed [1]."""
         return self.bed.fill_fraction
 
     @property
@@ -131,16 +131,16 @@ class Run:
         return count if self.deck is None and 1 < count <= MOST_CELLS else 0
 
     def contact_time_at(self, youngs_modulus: float) -> float:
-        """Duration of a sphere's impact on a wall at the speed of the drive [s]."""
+        """Return the duration of a sphere's impact on a wall at the speed of the drive [s]."""
         return self.packing.smallest(youngs_modulus).wall_contact_time(self.drive.speed)
 
     def overlap_at(self, youngs_modulus: float) -> float:
-        """Deepest overlap of that impact over the radius [1]."""
+        """Return the deepest overlap of that impact over the radius [1]."""
         sphere = self.packing.smallest(youngs_modulus)
         return sphere.wall_overlap(self.drive.speed) / sphere.radius
 
     def deck_values(self, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
-        """Variables of the template for the run, or a leg of it from a restart."""
+        """Return the variables of the template for the run, or a leg of it from a restart."""
         values = {
             **self.constants.deck_values,
             "data_file": deck.START_FILE,
@@ -164,7 +164,7 @@ class Run:
         return values if restart is None else {**values, "restart_file": restart}
 
     def deck_text(self, leg: int = 1, restart: str | None = None) -> str:
-        """Deck of the run, or of a leg of it from a restart: ours, or the user's own.
+        """Return the deck of the run, or of a leg of it from a restart: built-in or user's own.
 
         Raises
         ------
@@ -177,7 +177,7 @@ class Run:
         return deck.render(template.name, values, template.parent)
 
     def deck_digest(self, restart: str | None = None) -> str:
-        """Hash of the deck of the run without comments: what its rows depend on.
+        """Return the hash of the deck of the run without comments: what its rows depend on.
 
         Runs that differ in their beds alone have one deck, which is rendered once in a process.
         """
@@ -222,7 +222,7 @@ def run_at(
     own_deck: str | None = None,
     start: Literal["rest", "hard"] = "rest",
 ) -> Run:
-    """A run of a bed, with a period of a whole number of steps and of samples.
+    """Return a run of a bed, with a period of a whole number of steps and of samples.
 
     ``time_step_rayleigh`` is the longest time step over the Rayleigh time of the smallest sphere
     [1].
@@ -234,7 +234,7 @@ def run_at(
 
 
 def loosening(bed: Bed) -> Run:
-    """The run that shakes a bed loose."""
+    """Return the run that shakes a bed loose."""
     return run_at(
         bed,
         LOOSENING.drive,

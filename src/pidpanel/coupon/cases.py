@@ -112,7 +112,7 @@ class Case:
         return contact.modulus_bias(soft, stiff, deep, stiff_depth, run.bed.deepening(run.drive))
 
     def folders(self, folder: Path) -> list[Path]:
-        """Folders of the runs below ``results/coupon``, one a seed."""
+        """Return the folders of the runs below ``results/coupon``, one per seed."""
         return [folder / self.label / f"s{run.packing.seed}" for run in self.runs]
 
     @property

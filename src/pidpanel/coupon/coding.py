@@ -21,7 +21,7 @@ Record = TypeVar("Record")
 
 
 def encode(record: Any) -> dict[str, Any]:
-    """A record as JSON holds it; `decode` is the inverse."""
+    """Return a record as values of JSON; `decode` is the inverse."""
     return asdict(record)
 
 
@@ -58,7 +58,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 def _plain(values: Any) -> str:
-    """JSON in which whole numbers are written as others are."""
+    """Return JSON with whole numbers written like others."""
     return json.dumps(json.loads(json.dumps(values), parse_int=float), sort_keys=True)
 
 

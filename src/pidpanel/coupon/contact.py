@@ -33,7 +33,7 @@ class ElasticSphere:
         return math.pi * self.radius * wave / (0.1631 * self.poissons_ratio + 0.8766)
 
     def wall_overlap(self, speed: float) -> float:
-        """Deepest overlap where it hits a wall of its own material head-on [m].
+        """Return the deepest overlap where it hits a wall of its own material head-on [m].
 
         ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)); Johnson, *Contact Mechanics* (1985),
         eq. 11.22.
@@ -43,12 +43,12 @@ class ElasticSphere:
         return (15 * mass * speed**2 / (16 * effective_modulus * math.sqrt(self.radius))) ** 0.4
 
     def wall_contact_time(self, speed: float) -> float:
-        """Duration of that impact [s]: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
+        """Return the duration of that impact [s]: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
         return HERTZ_DURATION * self.wall_overlap(speed) / speed
 
 
 def damping_ratio(restitution: float) -> float:
-    """Damping β of a contact that rebounds at e of its speed [1]: −ln e/√(π² + ln² e).
+    """Return the damping β of a contact that rebounds at e of its speed [1]: −ln e/√(π² + ln² e).
 
     Tsuji, Tanaka & Ishida, Powder Technology 71, 239 (1992), as in LIGGGHTS.
 
@@ -96,7 +96,7 @@ def modulus_bias(
     material_overlap: float = 0.0,
     deepening: float = 1.0,
 ) -> float:
-    """Share by which softened spheres dissipate too much [1]: 2.5 (t_c f − t_c0 f), 1.5 (δ − δ₀)/R.
+    """Return the bias of C_e by softened spheres [1]: 2.5 (t_c f − t_c0 f), 1.5 (δ − δ₀)/R.
 
     The larger of the two; the first times that of `deepening`, where the bed rides; the second
     where it crosses its gap (W/L from `CROSSING` on).
@@ -127,7 +127,7 @@ def softest_modulus(
     contact_time_per_period: float,
     overlap_per_radius: float,
 ) -> float:
-    """Softest modulus [Pa] whose contacts stay short and shallow at a drive's speed.
+    """Return the softest modulus [Pa] with short and shallow contacts at a drive's speed.
 
     A soft sphere allows a long time step but dissipates too much once its contacts last a
     noticeable part of a period: `modulus_bias`. Where no choice suffices the material's own modulus

@@ -139,7 +139,7 @@ def sphere(bead: Bead) -> contact.ElasticSphere:
 
 
 def bounces(groups: Groups) -> bool:
-    """Whether gravity throws a bed back as one body: soft contacts change where it lands."""
+    """Return whether gravity throws a bed back as one body: soft contacts change where it lands."""
     return groups.gamma < BOUNCING and groups.direction == "flat"
 
 

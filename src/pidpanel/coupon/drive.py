@@ -75,7 +75,7 @@ class Tone:
 
     @property
     def label(self) -> str:
-        """As part of the label of a case: ``f100Hz_a10g``."""
+        """Part of the label of a case: ``f100Hz_a10g``."""
         return f"f{self.frequency:g}Hz_a{self.gamma:.4g}g"
 
     @property
@@ -94,7 +94,7 @@ class Tone:
         }
 
     def acceleration_at(self, phase: Array) -> Array:
-        """Acceleration ω²W sin φ of the inertial force in the frame of the cells [m/s²].
+        """Return the acceleration ω²W sin φ of the inertial force in the frame of the cells [m/s²].
 
         The cells accelerate by −ω²W sin φ, so what is seen from them is driven the other way.
         """

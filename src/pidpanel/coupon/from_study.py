@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
 
 
 def cases_of(coupon: Coupon) -> tuple[Case, ...]:
-    """Every case of a coupon's sweep, in the order fill, frequency, amplitude, diameter.
+    """Return every case of a coupon's sweep, in the order fill, frequency, amplitude, diameter.
 
     The combinations of ``vary`` come outermost; those of a table of cases are in its order.
     """
@@ -34,7 +34,7 @@ def cases_of(coupon: Coupon) -> tuple[Case, ...]:
 
 
 def bed_of(coupon: Coupon, fill_fraction: float, *, cells: int, seed: int) -> Bed:
-    """A bed of a coupon with another number of cells, of the first of its diameters.
+    """Return a bed of a coupon with another number of cells, of the first of its diameters.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def bed_of(coupon: Coupon, fill_fraction: float, *, cells: int, seed: int) -> Be
 
 
 def cases_by_coupon(study: CouponStudy) -> dict[str, dict[str, Case]]:
-    """Every case of every coupon of a study: name of the damper → label of the case → case.
+    """Return every case of every coupon of a study: name of the damper → label of the case → case.
 
     A case of two coupons is one, run to the accuracy that satisfies both.
     """
@@ -62,12 +62,12 @@ def cases_by_coupon(study: CouponStudy) -> dict[str, dict[str, Case]]:
 
 
 def distinct_cases(study: CouponStudy) -> dict[str, tuple[Case, ...]]:
-    """Every case of a study once: name of the first damper that has it → cases."""
+    """Return every case of a study once: name of the first damper that has it → cases."""
     return distinct(cases_by_coupon(study))
 
 
 def distinct(by_coupon: Mapping[str, Mapping[str, Case]]) -> dict[str, tuple[Case, ...]]:
-    """Every case of `cases_by_coupon` once, as `distinct_cases` has them."""
+    """Return every case of `cases_by_coupon` once; see `distinct_cases`."""
     of_first: dict[str, str] = {}
     for name, cases in by_coupon.items():
         for label in cases:
@@ -101,7 +101,7 @@ def write_atlas(study: CouponStudy, table: Path, file: Path) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """A value as a table holds it."""
+    """Return a value for a table."""
     if isinstance(value, list | tuple):
         return " ".join(f"{item:g}" for item in value)
     return value.name if isinstance(value, Path) else value
@@ -125,7 +125,7 @@ def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
 
 
 def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str, Any]) -> Case:
-    """The case of a drive, a bed of every seed; those beyond ``accuracy.seeds`` are its reserve."""
+    """Return the case of a drive, a bed per seed; seeds over ``accuracy.seeds`` are its reserve."""
     accuracy = coupon.accuracy
     stroke = _stroke_of_crossing(beds[0], drive)
     state_cycles = accuracy.state_cycles if coupon.stiffness.crossing.holds_at(stroke) else 0
@@ -150,7 +150,7 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Drive, varied: Mapping[str
 
 
 def _stroke_of_crossing(bed: Bed, drive: Drive) -> float:
-    """W/L; 0 where the bed is not thrown up to the lid, and so rides whatever its stroke.
+    """Return W/L; 0 if the bed is not thrown up to the lid, and so rides at any stroke.
 
     With gravity g along the motion a bed thrown at ωW rises by (ωW)²/2g, which is less than L where
     a W/L < 2g (`jump.reach` of the surface).
@@ -161,12 +161,12 @@ def _stroke_of_crossing(bed: Bed, drive: Drive) -> float:
 
 
 def _start_of(coupon: Coupon, seed: int) -> Literal["rest", "hard"]:
-    """Where a bed that may have several states comes from: every other seed is shaken hard."""
+    """Return the start of a bed that may have several states: every other seed is shaken hard."""
     return "hard" if seed % 2 == 0 and coupon.deck is None else "rest"
 
 
 def _drives(coupon: Coupon) -> Iterator[Drive]:
-    """Every drive of the sweep that is not too fast, frequency by frequency."""
+    """Yield every drive of the sweep that is not too fast, frequency by frequency."""
     sweep = coupon.sweep
     fastest = sweep.max_velocity_m_s or math.inf
     for frequency in sweep.frequencies:
@@ -213,7 +213,7 @@ def _constants(
     stroke_per_gap: float = 0.0,
     deepening: float = 1.0,
 ) -> Constants:
-    """The constants with both moduli softened alike, as the drive, the gap and the bed allow.
+    """Return the constants with both moduli softened equally, within the limits of the drive.
 
     Left out, W/L is that of a bed that rides: so is a bed shaken loose, which is no result.
     """

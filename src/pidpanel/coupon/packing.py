@@ -23,7 +23,7 @@ POUR_VERSION = 1
 
 
 def identity_digest(*parts: Any) -> str:
-    """Hash of values as JSON holds them."""
+    """Return the hash of values of JSON."""
     return json_digest(parts)
 
 
@@ -55,7 +55,7 @@ class Constants:
         friction: float,
         rolling_friction: float = 0.0,
     ) -> "Constants":
-        """Constants of spheres and walls of one material."""
+        """Return the constants of spheres and walls of one material."""
         values = (youngs_modulus, poissons_ratio, restitution, friction, rolling_friction)
         return cls(*chain.from_iterable(zip(values, values, strict=True)))
 
@@ -118,12 +118,12 @@ class Packing:
 
     @cached_property
     def cell_area(self) -> float:
-        """Of one cell [m²]."""
+        """Area of one cell [m²]."""
         return geometry.polygon_area(self.outline)
 
     @property
     def area(self) -> float:
-        """Of all cells [m²]."""
+        """Area of all cells [m²]."""
         return self.count * self.cell_area
 
     @property
@@ -140,12 +140,12 @@ class Packing:
         return POURING.time_step_rayleigh * self.smallest(POURING.youngs_modulus).rayleigh_time
 
     def smallest(self, youngs_modulus: float) -> contact.ElasticSphere:
-        """The smallest sphere, with a modulus [Pa]."""
+        """Return the smallest sphere, with a modulus [Pa]."""
         radius = self.sizes.smallest / 2
         return contact.ElasticSphere(radius, self.density, youngs_modulus, self.poissons_ratio)
 
     def deck_text(self, *, drag: float, chunk_steps: int) -> str:
-        """Deck that pours the packing.
+        """Return the deck that pours the packing.
 
         Parameters
         ----------

@@ -161,13 +161,13 @@ def _write_table(file: Path, table: Array, header: str) -> None:
 
 
 def read_packing(folder: Path) -> tuple[Index, Array]:
-    """Cell of each sphere of a poured packing, (n,), and x, y, z and diameter, (n, 4) [m]."""
+    """Read the cell of each sphere of a packing, (n,), and x, y, z and diameter, (n, 4) [m]."""
     table = np.loadtxt(folder / PACKING_FILE, delimiter=",", skiprows=1, ndmin=2)
     return table[:, 0].astype(int), table[:, 1:]
 
 
 def read_bed(folder: Path) -> Array:
-    """Spheres of a loosened bed: x, y, z and diameter, (n, 4) [m]."""
+    """Read the spheres of a loosened bed: x, y, z and diameter, (n, 4) [m]."""
     return np.loadtxt(folder / BED_FILE, delimiter=",", skiprows=1, ndmin=2)
 
 

@@ -24,7 +24,7 @@ Files = Mapping[str, str]  # names of files of a folder, and the hash of the con
 
 
 def files_of(folder: Path, names: Iterable[str]) -> Files:
-    """Hashes of files of a folder; an empty one for a file that is not there."""
+    """Return the hashes of files of a folder; an empty one for a missing file."""
     return {name: content_digest(folder / name) for name in names}
 
 
@@ -170,7 +170,7 @@ class RunState:
 
     @property
     def cycles(self) -> int:
-        """Of all legs."""
+        """Cycles of all legs."""
         return sum(self.legs)
 
     def ended(self, end: End, balance_version: int) -> RunState:
@@ -185,6 +185,6 @@ class RunState:
 
     @staticmethod
     def read(folder: Path) -> RunState | None:
-        """State of a folder; None if it holds none."""
+        """Return the state of a folder; None if it has none."""
         path = folder / "state.json"
         return coding.read(RunState, path) if path.exists() else None

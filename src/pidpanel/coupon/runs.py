@@ -111,7 +111,7 @@ def cycles_between_restarts(run: Run, spheres: int) -> int:
 
 
 def _judged(run: Run, target: RunTarget, state: RunState, folder: Path) -> tuple[int, bool]:
-    """Cycles that a target takes, and whether its error is met in them.
+    """Return the cycles that a target takes, and whether its error is met in them.
 
     As far as rows are there: more cycles than the state has are still to be run.
     """
@@ -153,7 +153,7 @@ def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, f
 
 
 def _resumed(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> RunState | None:
-    """The state of a folder from which the run can continue."""
+    """Return the state of a folder from which the run can continue."""
     state = RunState.read(folder)
     if state is None or state.run != run.identity:
         return None
@@ -185,7 +185,7 @@ def _restore_start(run: Run, state: RunState, bed_folder: Path, folder: Path) ->
 
 
 def _begun(run: Run, bed_folder: Path, folder: Path) -> RunState:
-    """The state of a folder with what a run starts from."""
+    """Return the state of a folder with the start files of a run."""
     spheres = read_bed(bed_folder)
     write_start(folder, run.packing, spheres, bed_folder)
     mass = float(geometry.masses(spheres[:, 3], run.packing.density).sum())
@@ -194,7 +194,7 @@ def _begun(run: Run, bed_folder: Path, folder: Path) -> RunState:
 
 
 def _started(run: Run, state: RunState, folder: Path) -> Liggghts:
-    """LIGGGHTS at the last cycle of a state, about to begin a new leg."""
+    """Return LIGGGHTS at the last cycle of a state, ready for a new leg."""
     check_files(folder, state.files)
     leg = len(state.legs) + 1
     text = run.deck_text(leg, state.restart or None)

@@ -21,14 +21,14 @@ ERRORS = 4.0  # standard errors of their difference by which they differ [1]
 
 
 def are_apart(low: Array, low_error: Array, high: Array, high_error: Array) -> Flags:
-    """Whether values (n,) are of other states than lower ones (n,)."""
+    """Return whether values (n,) belong to other states than lower ones (n,)."""
     difference = high - low
     far = difference > MARGIN * np.abs(high + low) / 2
     return far & (difference > ERRORS * np.hypot(low_error, high_error))
 
 
 def states_of(means: Array, errors: Array) -> list[Index]:
-    """Indices of the values of each state, from the lowest state to the highest.
+    """Return the indices of the values of each state, from the lowest state to the highest.
 
     Neighbours in order of size that are not apart are of one state.
 

@@ -34,7 +34,7 @@ WINDOW = 2e-3  # shortest window of the energy balance [s]; one cycle where that
 
 
 def measure_balance(solver: Liggghts, run: Run, state: RunState, folder: Path) -> MeasuredBalance:
-    """Energy balance over some cycles after the last of a run; see `balance`."""
+    """Return the energy balance over some cycles after the last of a run; see `balance`."""
     solver.end_rows(by_cell=run.cells_listed > 0)
     for per_contact in FRAMES_PER_CONTACT:
         measured = _window(solver, run, state, folder, per_contact)
@@ -113,7 +113,7 @@ def _frame_stride(run: Run, window: int, per_contact: int) -> int:
 
 
 def _materials(run: Run) -> tuple[balance.ContactMaterial, balance.ContactMaterial]:
-    """Of sphere on sphere and of sphere on wall."""
+    """Return the contacts of sphere on sphere and of sphere on wall."""
     constants = run.constants
     sphere = constants.youngs_modulus, constants.poissons_ratio
     wall = constants.wall_youngs_modulus, constants.wall_poissons_ratio
@@ -125,7 +125,7 @@ def _materials(run: Run) -> tuple[balance.ContactMaterial, balance.ContactMateri
 
 
 def wall_planes(packing: Packing) -> Array:
-    """Plane of each triangle of `geometry.closed_cells`: unit normal into the cell, offset; (t, 4).
+    """Return the planes (t, 4) of `geometry.closed_cells`: unit normal into the cell, offset.
 
     n·x = offset on the plane [m].
     """

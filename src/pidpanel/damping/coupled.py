@@ -121,7 +121,7 @@ class CoupledDamping(DampingReading):
         return independent + self.common_error**2
 
     def _hats(self, frequency: Array) -> Array:
-        """(nf, n) piecewise linear functions of ln f, 1 at one node and 0 at the others."""
+        """Return (nf, n) piecewise linear functions of ln f, 1 at one node and 0 at the others."""
         x, nodes = np.log(frequency), np.log(self.frequency)
         return np.stack([np.interp(x, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
 

@@ -132,13 +132,13 @@ class GaussianProcess:
 
 
 def matern(square: Array) -> Array:
-    """(1 + √5 d + 5 d²/3) e^(−√5 d) of squared distances d²."""
+    """Return (1 + √5 d + 5 d²/3) e^(−√5 d) of squared distances d²."""
     a = np.sqrt(5 * square)
     return (1 + a + a**2 / 3) * np.exp(-a)
 
 
 def _squares(a: Array, b: Array) -> Array:
-    """|a − b|² (..., n, m): one product in place of a cube of differences."""
+    """Return |a − b|² (..., n, m): one product in place of a cube of differences."""
     square = (a**2).sum(-1)[..., :, None] + (b**2).sum(-1)[..., None, :]
     return np.maximum(square - 2 * a @ b.swapaxes(-1, -2), 0.0)
 
@@ -191,7 +191,7 @@ def fit(
     sd = np.array([*[PRIOR_SD_LENGTH] * len(axis), PRIOR_SD_SIZE, PRIOR_SD_SCATTER])
 
     def cost(logs: Array) -> tuple[float, Array]:
-        """−ln posterior and its gradient in ln l, ln s, ln t."""
+        """Return −ln posterior and its gradient in ln l, ln s, ln t."""
         scaled, size, scatter = x * np.exp(-logs[:-2]), np.exp(2 * logs[-2]), np.exp(2 * logs[-1])
         a = np.sqrt(5 * _squares(scaled, scaled))
         decay = np.exp(-a)

@@ -92,7 +92,7 @@ class _Line:
     def _from_lines(
         self, coordinates: Sequence[Array], low: Index, high: Index, weight: Array
     ) -> tuple[Array, Array, Flags]:
-        """Values (n, k) of the two lines beside each point, and whether it is within both."""
+        """Return values (n, k) of the two lines next to each point, and whether it is in both."""
         n = len(weight)
         first, second = np.empty((2, n, self.log.shape[1]))
         inside = np.ones(n, dtype=np.bool_)
@@ -109,7 +109,7 @@ class _Line:
 
 
 def _bracket(grid: Array, x: Array) -> tuple[Index, Array, Flags]:
-    """Number (n,) of the coordinate below each x, weight of the next one, and whether inside."""
+    """Return the index (n,) of the coordinate below each x, weight of the next one, and inside."""
     if len(grid) == 1:
         return np.zeros(x.shape, dtype=np.int64), np.zeros(x.shape), np.abs(x - grid) <= TOLERANCE
     low = np.clip(np.searchsorted(grid, x, "right") - 1, 0, len(grid) - 2)
@@ -121,7 +121,7 @@ def _bracket(grid: Array, x: Array) -> tuple[Index, Array, Flags]:
 
 
 def _interpolate(first: Array, second: Array, weight: Array, log: Flags) -> Array:
-    """Values between two, exact at both and where both are equal."""
+    """Return values between two, exact at both and where both are equal."""
     if not weight.any():  # as at a fill of the table
         return first
     ratio = np.divide(second, first, out=np.ones_like(first), where=log)
@@ -183,7 +183,7 @@ class Interpolator:
         return self._whole((fill_fraction, amplitude, frequency))
 
     def _line(self, rows: Array, values: Array, axes: tuple[int, ...]) -> _Line:
-        """Rows (n, 3) with values (n, k) of one fill as lines along the last of the axes."""
+        """Return rows (n, 3) with values (n, k) of one fill as lines along the last of the axes."""
         axis, *further = axes
         levels = np.unique(rows[:, axis])
         along = np.log(levels) if self._log else levels

@@ -31,7 +31,7 @@ def paper_constants(fill_fraction: float) -> tuple[float, float, float]:
 
 
 def equation_5(omega: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> Array:
-    """C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω) (Eq. 5); ω in the unit that a₁ and a₃ are stated for."""
+    """Return C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω) (Eq. 5); ω in the unit of the constants."""
     w = np.asarray(omega, float)
     return a1 / (2 * np.pi) * w ** (np.asarray(a2) - 1) * np.exp(-a3 * w)  # type: ignore[operator]
 

@@ -114,7 +114,7 @@ def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | No
 
 
 def atlas_point(atlas: AtlasDamping, fill: float, frequency: float, gamma: float) -> Array:
-    """C_e, m_a and their standard errors (4,) at a point; NaN outside the atlas."""
+    """Return C_e, m_a and their standard errors (4,) at a point; NaN outside the atlas."""
     f = np.array([frequency])
     values = atlas(f, fill, gamma)
     if not values.inside[0]:
@@ -125,6 +125,6 @@ def atlas_point(atlas: AtlasDamping, fill: float, frequency: float, gamma: float
 
 
 def _named(source: str, *values: Array) -> dict[str, Array]:
-    """C_e, its error, m_a and its error as columns of a source."""
+    """Return C_e, its error, m_a and its error as columns of a source."""
     names = (DAMPING_COLUMN, f"{DAMPING_COLUMN}_error", MASS_COLUMN, f"{MASS_COLUMN}_error")
     return {f"{source}_{name}": value for name, value in zip(names, values, strict=True)}

@@ -157,7 +157,7 @@ class DampingSurface(DampingReading):
                             self.simulated.contains(query))  # fmt: skip
 
     def _read(self, points: Array) -> tuple[Array, Array, Array]:
-        """g_C, its standard error and g_m at `groups` (n, 3)."""
+        """Return g_C, its standard error and g_m at `groups` (n, 3)."""
         damping, mass = self.mixtures(points)
         share = np.zeros(len(points)) if mass is None else mass.mean
         return damping.mean, np.sqrt(self.damping.variance(damping)), share
@@ -208,7 +208,7 @@ class DampingSurface(DampingReading):
         )
 
     def _row(self, fill: float, index: int) -> tuple[Array, Array, Array]:
-        """g_C, its standard error and g_m over ln f at one fill and one Γ of the grid."""
+        """Return g_C, its standard error and g_m over ln f at one fill and one Γ of the grid."""
         if (fill, index) not in self._rows:
             frequency = np.exp(self.log_frequency)
             fills = np.full(frequency.shape, np.clip(fill, self.low[0], self.high[0]))
@@ -296,5 +296,5 @@ class DampingSurface(DampingReading):
 
 
 def _points(*axes: ArrayLike) -> Array:
-    """(n, 3) r, f, Γ; each may be one value."""
+    """Return (n, 3) r, f, Γ; each may be one value."""
     return np.stack(np.broadcast_arrays(*axes), axis=1)

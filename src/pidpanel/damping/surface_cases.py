@@ -68,7 +68,7 @@ Constants = tuple[Array, Array | None]
 
 
 def onset(acceleration_g: ArrayLike, onset_g: ArrayLike) -> Array:
-    """h = 1 − (Γ₀/Γ)² above the onset, 0 below.
+    """Return h = 1 − (Γ₀/Γ)² above the onset, 0 below.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def onset(acceleration_g: ArrayLike, onset_g: ArrayLike) -> Array:
 
 
 def clear_gap(fill_fraction: Array) -> Array:
-    """Gap L above a bed over the depth of its cell, 1 − 0.94 r.
+    """Return the gap L above a bed over the depth of its cell, 1 − 0.94 r.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def clear_gap(fill_fraction: Array) -> Array:
 
 
 def groups(fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
-    """(n, 3) of r, ln Γ and ln(W/L) but for a constant."""
+    """Return (n, 3) r, ln Γ and ln(W/L) up to a constant."""
     gamma, gap = np.log(acceleration_g), np.log(clear_gap(fill_fraction))
     return np.stack([fill_fraction, gamma, gamma - 2 * np.log(frequency) - gap], axis=1)
 
@@ -113,19 +113,19 @@ class SurfaceBed:
         return bool(np.isfinite(self.depth).all() and np.isfinite(self.mass_per_fill))
 
     def points(self, fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
-        """Coordinates (n, 3) of the processes, `groups`."""
+        """Return coordinates (n, 3) of the processes, `groups`."""
         return groups(fill_fraction, frequency, acceleration_g)
 
     def log_stroke(self, points: Array) -> Array:
-        """ln(W/L) (n,) of `groups` (n, 3), with L = depth `clear_gap`."""
+        """Return ln(W/L) (n,) of `groups` (n, 3), with L = depth `clear_gap`."""
         return np.asarray(points[:, 2] + np.log(STANDARD_GRAVITY / (4 * np.pi**2 * self.depth)))
 
     def reached(self, points: Array) -> Array:
-        """u (n,) of `jump.reach` at `groups` (n, 3)."""
+        """Return u (n,) of `jump.reach` at `groups` (n, 3)."""
         return reach(self.log_stroke(points), points[:, 1], self.onset_g)
 
     def restless(self, points: Array) -> Array:
-        """Further scatter (2, n) of ln C_e of beds that ride and cross, at `groups` (n, 3)."""
+        """Return more scatter (2, n) of ln C_e of riding and crossing beds at `groups` (n, 3)."""
         result = np.zeros((2, len(points)))
         if self.jumps:
             stroke = self.log_stroke(points)
@@ -140,11 +140,11 @@ class SurfaceBed:
         return LEAST_SPREAD
 
     def riding(self, points: Array) -> Array | float:
-        """Trend of ln C_e/(r f h) of beds that ride at `groups` (n, 3), which processes add to."""
+        """Return the trend of ln C_e/(r f h) of riding beds at `groups` (n, 3)."""
         return 0.0
 
     def inelastic(self, points: Array) -> tuple[Array, Array]:
-        """ln 2m₁E and m₁μ (n,) at `groups` (n, 3), held beyond the largest L/W.
+        """Return ln 2m₁E and m₁μ (n,) at `groups` (n, 3), constant beyond the largest L/W.
 
         C_e = m₁ r ω E/π = 2 m₁ E r f.
         """
@@ -276,7 +276,7 @@ def training_data(cases: pd.DataFrame, bed: SurfaceBed) -> TrainingData:
 
 
 def _side(share: Array, reached: Array) -> Array:
-    """Side (n,) of cases by their share of the inelastic body's loss and u of `jump.reach`.
+    """Return the side (n,) of cases by their share of the inelastic loss and u of `jump.reach`.
 
     Below the least stroke with which that body meets both walls in every cycle beds ride, whatever
     they dissipate, and from `jump.WHOLE` on there is no between.
@@ -320,7 +320,7 @@ def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
 
 
 def _axes_of_one_scale(cases: pd.DataFrame) -> Array:
-    """(n, 3) r, ln f and ln Γ over how they spread."""
+    """Return (n, 3) r, ln f and ln Γ over their standard deviations."""
     fill, frequency, gamma = cases[list(AXES)].to_numpy(float).T
     points = np.stack([fill, np.log(frequency), np.log(gamma)], axis=1)
     return np.asarray(points / gaussian_process.spreads(points))

@@ -41,7 +41,7 @@ def to_dataset(surface: DampingSurface) -> xr.Dataset:
 
 
 def from_dataset(dataset: xr.Dataset) -> DampingSurface:
-    """Inverse of `to_dataset`."""
+    """Return the inverse of `to_dataset`."""
     cases = pd.DataFrame({name: dataset[f"case_{name}"].to_numpy() for name in CASE_UNITS})
     attrs = ("onset_g", "mass_per_fill_kg_m2", "depth_m")
     try:

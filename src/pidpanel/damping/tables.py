@@ -47,7 +47,7 @@ MOST_NODES = 40
 def impedance_of(
     columns: Mapping[str, Array], omega: Array, mass_per_area: Array | float
 ) -> tuple[Array, Array, Array, Array]:
-    """C_e and its standard error [N s/m³], m_a and its standard error [kg/m²], (n,) each.
+    """Return C_e and its standard error [N s/m³], m_a and its standard error [kg/m²], (n,) each.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ class TableReading(DampingReading):
         return DampingValues(values[:n], errors[:n] * values[:n], values[n:], inside)
 
     def _read(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, Array, Flags]:
-        """C_e, then m_a (2n,); standard errors of ln C_e, then m_a (2n,); inside (n,)."""
+        """Return C_e, then m_a (2n,); standard errors of ln C_e, then m_a (2n,); inside (n,)."""
         frequency = np.asarray(frequency, float)
         omega = 2 * np.pi * frequency
         fills = np.full(frequency.shape, fill if FILL in self._columns else 1.0)

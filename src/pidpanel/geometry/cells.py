@@ -29,7 +29,7 @@ class CellShape:
     round: bool = False  # whether it is in place of a circle, whose area it then has
 
     def outline(self, across_flats: float) -> Array:
-        """Corners of a cell round the origin, (corners, 2) [m], anticlockwise.
+        """Return the corners of a cell round the origin, (corners, 2) [m], anticlockwise.
 
         ``across_flats`` is the width between opposite sides, or the diameter of the circle [m], a
         polygon of 24 sides with its area, whose corners are 0.6 % of the radius outside it.

@@ -68,7 +68,7 @@ class Circle:
 
     @property
     def corners(self) -> Array:
-        """Of the regular polygon, (pieces, 2) [m]."""
+        """Corners of the regular polygon, (pieces, 2) [m]."""
         angle = 2 * np.pi / self.pieces * np.arange(self.pieces)
         return self.centre + self.radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
@@ -86,7 +86,7 @@ class Polygon:
 
     @property
     def corners(self) -> Array:
-        """With the arcs of rounded corners as straight pieces, (n, 2) [m]."""
+        """Corners, with the arcs of rounded ones as straight pieces, (n, 2) [m]."""
         return rounded(self.points, self.radius)
 
     def __str__(self) -> str:

@@ -97,7 +97,7 @@ def next_tones(
 def _conditional(
     atlas: Atlas, specimen: Specimen, measured: MeasuredDamping, particles: Array, further: Tones
 ) -> tuple[Array, Array]:
-    """Mean (b, n, k) and covariance (b, n, k, k) of ln C_e and m_a, given what was measured.
+    """Return mean (b, n, k) and covariance (b, n, k, k) of ln C_e and m_a after a measurement.
 
     k is 1 where no m_a was measured.
     """

@@ -35,7 +35,7 @@ class Places:
 
     @property
     def area(self) -> float:
-        """Of each place [m²]."""
+        """Area of each place [m²]."""
         return self.size[0] * self.size[1]
 
     @property

@@ -267,7 +267,7 @@ def acceleration_weight(frequency: Array) -> Array:
 
 
 def _force_factors(excitation: Excitation, frequency: Array) -> Complexes | Array:
-    """L (nf, n, k) with G = L Lᴴ."""
+    """Return L (nf, n, k) with G = L Lᴴ."""
     factors = excitation.factors(frequency)
     if factors is not None:
         return factors
@@ -277,7 +277,7 @@ def _force_factors(excitation: Excitation, frequency: Array) -> Complexes | Arra
 
 
 def _leading(factor: Array, energy: Array, rank: int) -> Array:
-    """E (n, rank) of U with D = U Uᵀ, the motions with the most energy; padded with none."""
+    """Return E (n, rank) of U with D = U Uᵀ, the motions with the most energy; padded with none."""
     _, vector = np.linalg.eigh(factor.T @ energy @ factor)
     columns = factor @ vector[:, ::-1][:, :rank]
     return np.pad(columns, ((0, 0), (0, rank - columns.shape[1])))

@@ -112,7 +112,7 @@ def values_of(plate: PlateMatrices, shapes: Shapes, points: Index) -> dict[str, 
 
 
 def _overlap_of(vectors: Array, overlap: sp.csr_array) -> Array:
-    """VᵀD V (n, n) of a patch."""
+    """Return VᵀD V (n, n) of a patch."""
     _, D, rows = on_patch(overlap, vectors)
     return rows.T @ (D @ rows)
 

@@ -319,7 +319,7 @@ class StudiedPanel:
 
     @property
     def _areas(self) -> dict[str, float]:
-        """Of the patches, and "" for that of the panel [m²]."""
+        """Areas of the patches, and that of the panel under "" [m²]."""
         areas = {name: abs(signed_area(shape.corners)) for name, shape in self.shapes.items()}
         holes = sum(abs(signed_area(hole.corners)) for hole in self._holes.values())
         return {**areas, "": abs(signed_area(self._outline.corners)) - holes}

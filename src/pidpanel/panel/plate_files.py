@@ -84,7 +84,7 @@ def read_plate(path: Path) -> StoredPlate:
 
 
 def _as_variables(name: str, matrix: sp.csr_array) -> dict[str, Any]:
-    """Compressed rows; an empty array has one entry that counts nothing, NetCDF 3 has no less."""
+    """Return compressed rows; an empty array has one unused entry, as NetCDF 3 needs one."""
     entries = f"{name}_entry"
     return {
         f"{name}_data": ((entries,), matrix.data, {"shape": np.array(matrix.shape, np.int32)}),

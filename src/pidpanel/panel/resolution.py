@@ -234,7 +234,7 @@ class ElementKind:
 
 
 def _rounded_down(size: float) -> float:
-    """Three digits that are allowed too."""
+    """Return a value rounded down to three digits."""
     unit = 10.0 ** (math.floor(math.log10(size)) - 2)
     return math.floor(size / unit) * unit
 

@@ -93,7 +93,7 @@ class SolidSection:
 
     @property
     def bending(self) -> Array:
-        """As of a thin plate [N m]."""
+        """Bending stiffness of a thin plate [N m]."""
         return self._thin.bending
 
     @property

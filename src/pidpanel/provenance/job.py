@@ -189,7 +189,7 @@ def tell_of_memory() -> None:
 
 
 def is_of_memory(error: BaseException) -> bool:
-    """Whether an error is one of too little memory, that of a library that is loaded too.
+    """Return whether an error means too little memory, also for loading a library.
 
     Examples
     --------

@@ -72,7 +72,7 @@ class Chart:
 
     @property
     def json(self) -> str:
-        """Return the chart as the script in the page reads it."""
+        """The chart for the script in the page."""
         drawn = [
             {
                 "label": curve.label,
@@ -136,12 +136,12 @@ class Picture:
 
     @property
     def image(self) -> bytes:
-        """Return the image."""
+        """The image."""
         return self.drawn if isinstance(self.drawn, bytes) else self.drawn.png
 
     @property
     def base64(self) -> str:
-        """Return the image as text for a ``data:`` address."""
+        """The image as text for a ``data:`` address."""
         return base64.b64encode(self.image).decode("ascii")
 
     @property
@@ -151,7 +151,7 @@ class Picture:
 
     @property
     def width(self) -> int | None:
-        """Return the width at which a PNG of `RESOLUTION` is shown [pixel]; None for no PNG."""
+        """Width at which a PNG of `RESOLUTION` is shown [pixel]; None for no PNG."""
         image = self.image
         if not image.startswith(b"\x89PNG") or len(image) < 24:
             return None
@@ -187,7 +187,7 @@ class PageSection:
 
     @property
     def pictures(self) -> list[Picture]:
-        """Return all pictures in order."""
+        """All pictures in order."""
         return list(pictures_of(self.blocks))
 
     def with_suffix(self, suffix: str) -> PageSection:
@@ -256,7 +256,7 @@ class Page:
 
     @property
     def pictures(self) -> list[Picture]:
-        """Return all pictures in order."""
+        """All pictures in order."""
         return [*pictures_of(self.first), *(p for s in self.sections for p in s.pictures)]
 
     @property

@@ -43,7 +43,7 @@ class Curve:
 
     @property
     def title(self) -> str:
-        """What it is the PSD of, in a line."""
+        """Quantity of the PSD in one line."""
         caution = f" (caution: {self.doubts})" if self.doubts else ""
         return f"{self.reading}, {self.scenario}, point {self.point}{caution}"
 
@@ -134,7 +134,7 @@ def _universal_head(title: str, position: Array) -> str:
 
 
 def third_octave_rows(frequency: Array, curves: Sequence[Curve]) -> pd.DataFrame:
-    """Rms and mean PSD of every curve in third octaves, with the reduction against bare."""
+    """Return rms and mean PSD of every curve in third octaves, with the reduction against bare."""
     center, edge = third_octaves(frequency[0], frequency[-1])
     width = np.diff(edge, axis=1)[:, 0]
     frames = []

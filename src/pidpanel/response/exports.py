@@ -78,7 +78,7 @@ def _damping_of(case: xr.Dataset) -> tuple[Array, Array]:
 
 
 def _psd_columns(dataset: xr.Dataset, frequency: Array, points: Sequence[str]) -> pd.DataFrame:
-    """PSDs of a scenario in the units that a person reads."""
+    """Return PSDs of a scenario in the units of reports."""
     columns = {"frequency_hz": frequency}
     for point in points:
         values = dataset.sel(point=point)
@@ -101,7 +101,7 @@ def modal_damping(
     models: Sequence[str],
     psd: xr.Dataset,
 ) -> tuple[Array, dict[str, Array]]:
-    """Damping ratio of every mode in every scenario that has a steady response."""
+    """Return the damping ratio of every mode in every scenario that has a steady response."""
     lines = psd["frequency"].to_numpy()
     natural, ratios = basis.natural_frequency, {}
     modes = np.flatnonzero(~basis.is_residual & (natural >= lines[0]) & (natural <= lines[-1]))

@@ -98,7 +98,7 @@ def between_regimes(
 def _distance_in_motion(
     model: DampingReading, frequency: Array, fill: float, gamma: float, inside: Flags
 ) -> Array:
-    """|Δ ln Γ| (nf,) to the data; inf where no Γ within a factor of 1000 reaches them."""
+    """Return |Δ ln Γ| (nf,) to the data; inf where no Γ within a factor of 1000 reaches them."""
     distance = np.where(inside, 0.0, np.inf)
     if not model.depends_on_acceleration:
         return distance
@@ -110,7 +110,7 @@ def _distance_in_motion(
 
 
 def _distance_in_frequency(frequency: Array, inside: Flags) -> Array:
-    """|Δ ln f| (nf,) to the nearest line within the data; inf without any."""
+    """Return |Δ ln f| (nf,) to the nearest line within the data; inf without any."""
     log_f = np.log(frequency)
     known = np.concatenate([[-np.inf], log_f[inside], [np.inf]])
     after = np.searchsorted(known, log_f)

@@ -24,7 +24,7 @@ def map_dataset(
     cells: Index,
     layers: Sequence[str],
 ) -> xr.Dataset:
-    """Rms maps of some scenarios over the vertices of the mesh."""
+    """Return rms maps of some scenarios over the vertices of the mesh."""
     variables = {}
     for name in next(iter(maps.values())):
         unit = UNITS.get(name, "Pa")

@@ -88,7 +88,7 @@ def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:
 def _dampers(
     panel: ResponsePanel, psd: xr.Dataset, reading: str, scenario: ResponseScenario
 ) -> tuple[Array, Array, float]:
-    """C_e and m_a (n_loads, nf) on the lines of the maps, and the factor of the excitation."""
+    """Return C_e and m_a (n_loads, nf) on the lines of maps, and the factor of the excitation."""
     lines, coarse = psd["frequency"].to_numpy(), panel.coarse_frequency
     if scenario.is_bare:
         none = np.zeros((0, coarse.size))

@@ -21,7 +21,7 @@ PATCH_COLUMNS = (
 def patch_rows(
     panel: ResponsePanel, case: SolvedCase, response: LayoutResponse
 ) -> list[dict[str, Any]]:
-    """Rows of ``layouts.csv`` of a case, a filled patch each."""
+    """Return rows of ``layouts.csv`` of a case, one for each filled patch."""
     area = panel.load_area(response)
     masses = case.masses(area)
     rows = []
@@ -56,7 +56,7 @@ def only_motion(
     response: LayoutResponse,
     scenarios: Sequence[ResponseScenario],
 ) -> tuple[float, float]:
-    """Γ at which the damping of the only patch is read, and of its motion; NaN for several.
+    """Return Γ of the damping of a single patch, and of its motion; NaN for several patches.
 
     Of the bare panel it is the motion of the patch that is filled first in the study.
     """

@@ -199,7 +199,7 @@ class _Rows:
     def _summary_columns(
         self, case: SolvedCase, response: LayoutResponse, error: uncertainty.StandardErrors | None
     ) -> dict[str, Any]:
-        """Rms values, their errors, masses and dead weight of a case."""
+        """Return rms values, their errors, masses and dead weight of a case."""
         panel = self._panel
         read_at, motion = only_motion(panel, case, response, self._tabulation.scenarios)
         values = tables.summary_columns(
@@ -218,7 +218,7 @@ class _Rows:
     def _strains(
         self, case: SolvedCase, response: PanelResponse, error: uncertainty.StandardErrors | None
     ) -> tuple[dict[str, Array], list[dict[str, Any]]]:
-        """PSDs of strain and stress in the layers, and the rows of the layers and of the core."""
+        """Return PSDs of strain and stress in the layers, and rows of layers and core."""
         model = broadband_error_of(case)
         parts = self._stress_psds(response)
         undamped = self._stress_psds(undamped_response(case)) if any(model) else {}
@@ -234,7 +234,7 @@ class _Rows:
         return {f"{name}_psd": np.moveaxis(psd[..., i], 0, 2) for i, name in names}, rows
 
     def _stress_psds(self, response: PanelResponse) -> dict[str, Array]:
-        """PSDs of strain and stress in each layer (nf, n_points, 7), and of stress in the core."""
+        """Return PSDs of strain and stress in each layer (nf, n_points, 7), and in the core."""
         psd = stress.layer_psd(response, self.layers)
         parts = {layer: psd[:, :, number] for number, layer in enumerate(self.layers.names)}
         core_stress = self._panel.basis.core_stress
@@ -262,7 +262,7 @@ def _full_responses(checked: CheckedResponses) -> dict[tuple[str, str], PanelRes
 def _stress_error(
     frequency: Array, response: PanelResponse, error: uncertainty.StandardErrors
 ) -> Array:
-    """Errors of ln PSD (nf, n_points) that add up over the lines as those of the acceleration.
+    """Return errors of ln PSD (nf, n_points), correlated over lines like the acceleration's.
 
     Shifted resonances raise some lines and lower others, so errors of lines cancel in part.
     """

@@ -28,7 +28,7 @@ def summary_columns(
     read_at_g: float,
     patch_motion_g: float,
 ) -> dict[str, Any]:
-    """Rms values of a scenario, of all points (n_points,) or one for all.
+    """Return rms values of a scenario, of all points (n_points,) or one for all.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def summary_columns(
 
 
 def error_columns(columns: Mapping[str, Any], errors: StandardErrors | None) -> dict[str, Any]:
-    """Standard errors of the values of `summary_columns`; NaN where there are none."""
+    """Return the standard errors of the values of `summary_columns`; NaN where there are none."""
     relative = np.nan if errors is None else errors.log_rms
     log_acceleration = np.nan if errors is None else errors.log_acceleration[0]
     return {
@@ -76,7 +76,7 @@ def error_columns(columns: Mapping[str, Any], errors: StandardErrors | None) -> 
 def dead_weight_columns(
     bare: LayoutResponse, dead: LayoutResponse | None, masses: Array, panel_mass: float
 ) -> dict[str, Any]:
-    """Columns of a scenario's mass, and of what the same mass does without damping."""
+    """Return columns of a scenario's mass, and of the effect of the same mass without damping."""
     total, of_bare = float(masses.sum()), bare.response.acceleration_rms
     treated = np.full(of_bare.shape, np.nan) if dead is None else dead.response.acceleration_rms
     if not len(masses):
@@ -139,7 +139,7 @@ def stress_rows(
     undamped_psd: Array | None = None,
     model: BroadbandError = EXACT,
 ) -> list[dict[str, Any]]:
-    """Rms and three sigma, a row per point and quantity.
+    """Return rows of rms and three sigma, one per point and quantity.
 
     The error is that of the damping [ln PSD], fully correlated over the lines, and that which the
     damping model has under broadband motion, from the stress without damping.

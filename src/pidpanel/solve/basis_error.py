@@ -136,7 +136,7 @@ def check_basis(
     elements.prepare()
 
     def at_line(line: int) -> tuple[Array, list[Array]]:
-        """Errors (n_scenarios,), and what the basis lacks."""
+        """Return errors (n_scenarios,), and what the basis lacks."""
         f, stiffness = float(frequency[line]), scenarios[:, :, line]
         motions = elements.motions(f, stiffness)
         error = errors(f, stiffness, motions)

@@ -87,11 +87,11 @@ class DirectPanel:
         return PanelResponse(self.frequency, cross_psd, slope)
 
     def _pulled(self, patch: int, motion: Complexes) -> Complexes:
-        """D_p times motions (nf, n, k)."""
+        """Return D_p times motions (nf, n, k)."""
         return self.patches.overlap[patch] @ motion
 
     def _receptance(self, lines: slice, stiffness: Complexes, *, again: bool) -> Receptance:
-        """H of the panel with the dampers, see `dampers.solution`."""
+        """Return H of the panel with the dampers, see `dampers.solution`."""
         air = air_at(self.air_stiffness, self.frequency, lines, self.patches.shapes)
         whole = dense_stiffness(self.frequency[lines], self.basis, air)
         whole += weighted_sum(stiffness, self.patches.overlap)
@@ -173,7 +173,7 @@ class DirectMotions(Motions):
         )  # H is symmetric
 
     def _receptance(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Matrices]:
-        """H and S_p G."""
+        """Return H and S_p G."""
         matrices = self._matrices(lines)
         whole = dense_stiffness(self.frequency[lines], matrices.basis, matrices.air)
         whole += weighted_sum(stiffness, matrices.weight)
@@ -200,5 +200,5 @@ class DirectMotions(Motions):
 
 
 def _of_shapes(matrix: Any, counts: Index) -> Any:
-    """Rows and columns of some shapes of (…, n, n)."""
+    """Return rows and columns of some shapes of (…, n, n)."""
     return matrix[..., counts[:, None], counts]

@@ -90,7 +90,7 @@ class Elements:
 
     @cached_property
     def _shift(self) -> float:
-        """Of that mass over M [rad²/s²]."""
+        """Shift of that mass over M [rad²/s²]."""
         lowest = self.basis.angular_frequency[~self.is_residual].min(initial=np.inf)
         elastic = self.basis.angular_frequency.max()
         return 0.0 if lowest > 1e-6 * elastic else float(1e-3 * elastic) ** 2
@@ -137,7 +137,7 @@ class Elements:
         return np.asarray(self.points[:, some] @ self.shapes[some])
 
     def _applied(self, omega: float, s: Complexes, x: Complexes, in_shapes: Complexes) -> Complexes:
-        """Z x with s (columns, n_patches), of x and what the shapes have of it."""
+        """Return Z x with s (columns, n_patches), from x and its part in the shapes."""
         cutoff = 2 * np.pi * self.cutoff
         result = _times(self.plate.stiffness, x)
         result *= 1 + 2j * self.damping_ratio * omega / cutoff
@@ -153,7 +153,7 @@ class Elements:
     def _on_shapes(
         self, omega: float, s: Complexes, x: Complexes, in_shapes: Complexes
     ) -> Complexes:
-        """VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and (M V/m)ᵀ x: 0 of the modes, so these damp nothing."""
+        """Return VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and (M V/m)ᵀ x, which is 0 for the modes."""
         result = in_shapes * self.basis.modal_mass[:, None]
         # with a mass that holds the panel, K x = r − `_shift` M x
         stiff = 1 + 2j * self.damping_ratio * omega / (2 * np.pi * self.cutoff)
@@ -164,7 +164,7 @@ class Elements:
         return result
 
     def _of_basis(self, frequency: float, stiffness: Complexes) -> list[tuple[Complexes, Index]]:
-        """VᵀZ V of each set of dampers, factorised."""
+        """Return VᵀZ V of each set of dampers, factorised."""
         bare = dense_stiffness(np.array([frequency]), self.basis, None)
         damped = bare + weighted_sum(stiffness.T, self._overlap_of_basis)
         return [la.lu_factor(matrix, overwrite_a=True) for matrix in damped]
@@ -226,17 +226,17 @@ class Elements:
         ]
 
     def _static(self, right: Complexes) -> Complexes:
-        """K⁻¹ right."""
+        """Return K⁻¹ right."""
         answer = self._factors.solve(_as_real(right))
         return np.ascontiguousarray(answer).view(np.complex128)
 
     def _size(self, residual: Complexes) -> Array:
-        """(columns,) of a residual, each coordinate over its own stiffness."""
+        """Return the size (columns,) of a residual, each coordinate over its own stiffness."""
         scale = 1 / self.plate.stiffness.diagonal()
         return np.sqrt(scale @ np.abs(residual) ** 2)
 
     def _direct(self, omega: float, stiffness: Complexes, right: Complexes) -> Complexes:
-        """Z⁻¹ right by factorisation, the damping of the modes by Woodbury's identity."""
+        """Return Z⁻¹ right by factorisation, the damping of the modes by Woodbury's identity."""
         cutoff = 2 * np.pi * self.cutoff
         K, M = self.plate.stiffness, self.plate.mass
         Z = K * (1 + 2j * self.damping_ratio * omega / cutoff) - omega**2 * M
@@ -261,7 +261,7 @@ def _factorised_solution(matrix: sp.csr_array, right: Complexes) -> Complexes:
 
 
 def _as_real(x: Complexes) -> Array:
-    """Columns of real and imaginary parts in turn, (n, 2k)."""
+    """Return columns of real and imaginary parts in turn, (n, 2k)."""
     return np.ascontiguousarray(x, dtype=np.complex128).view(np.float64)
 
 

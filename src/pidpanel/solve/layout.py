@@ -62,7 +62,7 @@ class DamperLayout:
 
     @property
     def search_key(self) -> Hashable:
-        """What the search for Γ depends on."""
+        """Key of all that the search for Γ depends on."""
         return tuple(self.loads), self.factor, self.stated_acceleration_g
 
     @property

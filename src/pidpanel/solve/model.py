@@ -219,7 +219,7 @@ def _checked_area(area: ArrayLike, shape: tuple[int, ...]) -> Array:
 
 
 def _factor(index: int, overlap: Array) -> Array:
-    """U (n, rank) of one D."""
+    """Return U (n, rank) of one D."""
     value, vector = np.linalg.eigh((overlap + overlap.T) / 2)
     if value[0] < -1e-10 * value[-1]:
         raise ResponseError(
@@ -231,7 +231,7 @@ def _factor(index: int, overlap: Array) -> Array:
 
 
 def _compressed(factor: Array) -> Array:
-    """U of D = factor factorᵀ with orthogonal columns."""
+    """Return U of D = factor factorᵀ with orthogonal columns."""
     left, value, _ = np.linalg.svd(factor, full_matrices=False)
     large = value**2 > 1e-15 * np.max(value, initial=0.0) ** 2
     return left[:, large] * value[large]

@@ -100,6 +100,6 @@ def flanks(frequency: Array, psd: Sequence[Array], damping_ratio: float, count: 
 
 
 def _peaks(psd: Array) -> Index:
-    """(n,) lines at which the mean over the points is larger than beside them, ends included."""
+    """Return the lines (n,) at which the mean over the points has a peak, including the ends."""
     mean = np.pad(np.sum(psd / np.maximum(psd.max(axis=0), 1e-300), axis=1), 1)
     return np.flatnonzero((mean[1:-1] > mean[:-2]) & (mean[1:-1] >= mean[2:]))

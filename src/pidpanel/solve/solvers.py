@@ -64,7 +64,7 @@ class Request:
 
     @property
     def key(self) -> Hashable:
-        """What the answer depends on."""
+        """Key of all that the response depends on."""
         return self.with_slope, damper_key(
             self.patches, self.equivalent_damping, self.apparent_mass
         )

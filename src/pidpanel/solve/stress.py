@@ -72,7 +72,7 @@ def distinct_layers(names: Sequence[str], strain: Array, stress: Array) -> Layer
 
 
 def layer_psd(response: PanelResponse, layers: Layers) -> Array:
-    """PSDs of strain and stress in every layer at every point.
+    """Return PSDs of strain and stress in every layer at every point.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def layer_psd(response: PanelResponse, layers: Layers) -> Array:
 
 
 def core_psd(response: PanelResponse, core_stress: Array) -> Array:
-    """PSDs of the shear stresses in the core.
+    """Return PSDs of the shear stresses in the core.
 
     Parameters
     ----------

@@ -136,7 +136,7 @@ def modal_force_at(sound: Sound, frequency: float, shapes: MovedFace) -> Array |
 
 
 def _constant_force(sound: Sound, shapes: MovedFace) -> Array:
-    """G of a field that is the same at every frequency."""
+    """Return G of a field that is the same at every frequency."""
     if sound.field == "uniform":
         return field.uniform_modal_force(PanelQuadrature.from_face(shapes))
     area = field.lumped_area(shapes.vertex_position, shapes.cells)

@@ -146,7 +146,7 @@ class BandSpectrum(Spectrum):
 
 
 def _level(mean_square: ArrayLike) -> Array:
-    """Levels of mean squares [Pa²], dB re 20 µPa."""
+    """Return levels of mean squares [Pa²], dB re 20 µPa."""
     return 10 * np.log10(np.asarray(mean_square) / REFERENCE_PRESSURE**2)
 
 

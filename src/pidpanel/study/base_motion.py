@@ -95,7 +95,7 @@ class BaseMotion(SectionModel):
 
     @property
     def parts(self) -> dict[str, bool]:
-        """Which parts the section has."""
+        """Parts that the section has."""
         return {name: getattr(self, name) is not None for name in ("random", "limits", "sine")}
 
     def mistakes(self) -> Iterator[Mistake]:

@@ -19,7 +19,7 @@ RESERVED = ("coupon", "verification")  # folders of the results that belong to a
 
 
 def is_name(name: str) -> bool:
-    """Whether a name suits a folder."""
+    """Return whether a name suits a folder."""
     return len(name) <= LONGEST_NAME and re.fullmatch(NAME, name) is not None
 
 

@@ -177,7 +177,7 @@ class Crossing(SectionModel):
     """Deepest overlap there, over the radius of a particle."""
 
     def holds_at(self, stroke_per_gap: float) -> bool:
-        """Whether W/L is in the range."""
+        """Return whether W/L is in the range."""
         start, stop = self.stroke_per_gap
         return start <= stroke_per_gap <= stop
 
@@ -212,7 +212,7 @@ class Stiffness(SectionModel):
     """Stricter limits where a bed may ride or cross its gap."""
 
     def limits(self, stroke_per_gap: float) -> tuple[float, float]:
-        """Longest contact over the period and deepest overlap over the radius that are allowed [1].
+        """Return the allowed contact time over the period and overlap over the radius [1].
 
         Parameters
         ----------

@@ -58,7 +58,7 @@ class Quantity:
 
     @property
     def allowed(self) -> str:
-        """What is allowed, in words."""
+        """Allowed values in words."""
         if self.high == math.inf:
             return f"must be {'at least' if self.low_itself else 'above'} {self.low:g}"
         if self.low_itself and self.high_itself:
@@ -67,7 +67,7 @@ class Quantity:
         return f"must be {low} and {'at most' if self.high_itself else 'below'} {self.high:g}"
 
     def holds(self, value: float) -> bool:
-        """Whether a value lies within the bounds."""
+        """Return whether a value lies within the bounds."""
         above_low = value >= self.low if self.low_itself else value > self.low
         return above_low and (value <= self.high if self.high_itself else value < self.high)
 

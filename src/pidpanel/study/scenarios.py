@@ -189,7 +189,7 @@ class Scenario(SectionModel):
 
     @property
     def layout_label(self) -> str:
-        """Its label without the sound level."""
+        """Label without the sound level."""
         return self.label.removesuffix(level_suffix(self.oaspl_db))
 
     @property

@@ -111,7 +111,7 @@ class Study(CouponStudy):
 
     @property
     def all_dampers(self) -> Mapping[str, Damper]:
-        """What patches can be filled with: the section ``coupon``, then those of ``dampers``."""
+        """All dampers: the section ``coupon``, then those of ``dampers``."""
         section = {SECTION: Damper.model_construct(coupon=self.coupon)} if self.coupon else {}
         return {**section, **self.dampers}
 

@@ -34,7 +34,7 @@ SOFTENED = (1.0, 100.0, 1000.0)  # moduli of the materials over those of the run
 
 
 def impact_rows(folder: Path) -> list[Row]:
-    """Tangential restitution and spin over the angle, at real and at softened moduli."""
+    """Compute tangential restitution and spin over the angle, at real and at softened moduli."""
     rows = []
     for softened in SOFTENED:
         moduli = "moduli of the materials" if softened == 1 else f"softened {softened:g} times"
@@ -48,7 +48,7 @@ def impact_rows(folder: Path) -> list[Row]:
 
 
 def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, float], Array]]:
-    """Quantity, unit, measured and computed values."""
+    """Return quantity, unit, measured and computed values of impacts."""
     constants = replace(
         ALUMINA_GLASS,
         youngs_modulus=ALUMINA_GLASS.youngs_modulus / softened,
@@ -94,7 +94,7 @@ SCALE = 100.0
 
 
 def lammps_rows(folder: Path) -> list[Row]:
-    """Distance, velocity and force of two spheres that collide."""
+    """Compute distance, velocity and force of two spheres that collide."""
     diameter, density, gap, speed, step = 4e-3, 2500.0, 1.6e-4, 1.0, 2e-7
     faster = math.sqrt(SCALE)
     spheres = [
@@ -132,7 +132,7 @@ OPEN_GAMMAS, MASS_GAMMAS = (8.0, 12.0, 20.0, 30.0), (1.5, 2.0, 2.5, 3.0)
 
 
 def open_bed_rows(folder: Path) -> list[Row]:
-    """Exponents of the loss factor and of the apparent mass over Γ, and the apparent mass."""
+    """Compute the exponents of loss factor and apparent mass over Γ, and the apparent mass."""
     bed = shaken.poured(folder / "pour")[: shaken.BED_SIZES[-1]]
     loss, mass = {}, {}
     for gamma in (*MASS_GAMMAS, *OPEN_GAMMAS):
@@ -161,7 +161,7 @@ BOX_GAPS = (2.5, 2.8, 3.1, 3.3, 3.5, 3.7, 4.0)  # L/A
 
 
 def box_rows(folder: Path) -> list[Row]:
-    """L/A at which the loss of a bed falls to three quarters of the largest."""
+    """Compute L/A at which the loss of a bed falls to three quarters of the largest."""
     settled = shaken.poured(folder / "pour")
     energy = [
         shaken.slug(folder / f"{gap:g}", settled, shaken.BED_SIZES[-1], gap, count=16)[1]
@@ -174,7 +174,7 @@ def box_rows(folder: Path) -> list[Row]:
 
 
 def falls_to(share: float, points: Sequence[float], values: Sequence[float]) -> float:
-    """First point behind the largest value where that share of it is met; NaN for none.
+    """Return the first point behind the largest value where that share of it is met; NaN for none.
 
     Examples
     --------
@@ -197,7 +197,7 @@ LONGEST_PERIOD, REPEATS = 8, 0.75
 
 
 def period_rows(folder: Path) -> list[Row]:
-    """The periods of a bed as Γ rises, in their order."""
+    """Compute the periods of a bed as Γ rises, in their order."""
     bed = shaken.poured(folder / "pour")[: shaken.BED_SIZES[-1]]
     periods = []
     for gamma in PERIOD_GAMMAS:
@@ -226,7 +226,7 @@ def period_rows(folder: Path) -> list[Row]:
 
 
 def period(energy: Array) -> int:
-    """Cycles after which the losses of cycles repeat; 0 for none up to `LONGEST_PERIOD`.
+    """Return the cycles after which the losses of cycles repeat; 0 for none up to `LONGEST_PERIOD`.
 
     The shortest that repeats nearly as well as the best, if that repeats clearly better than
     neighbours do.

@@ -29,23 +29,23 @@ def cells_file(leg: int) -> str:
 
 
 def contact_model(rolling: bool) -> str:
-    """LIGGGHTS' words for the contact law."""
+    """Return the words of LIGGGHTS for the contact law."""
     return "hertz tangential history" + (" rolling_friction cdt" if rolling else "")
 
 
 def lists_contacts(template: Path) -> bool:
-    """Whether a template can list the contacts of spheres with walls."""
+    """Return whether a template can list the contacts of spheres with walls."""
     return "compute touches" in template.read_text(encoding="utf-8")
 
 
 @cache
 def digest(name: str, folder: Path, values: tuple[tuple[str, Any], ...]) -> str:
-    """Hash of a deck without comments, rendered once in a process for the same values."""
+    """Return the hash of a deck without comments; equal values are rendered once per process."""
     return text_digest([without_comments(render(name, dict(values), folder))])
 
 
 def _number(value: Any) -> Any:
-    """Numbers as LIGGGHTS reads them back exactly; text as it is."""
+    """Return numbers as LIGGGHTS reads them back exactly; text as it is."""
     if isinstance(value, float):
         return f"{value:.15g}"
     return value
@@ -66,7 +66,7 @@ def _environment(folder: Path) -> jinja2.Environment:
 
 
 def render(name: str, values: Mapping[str, Any], folder: Path = TEMPLATES) -> str:
-    """Text of the deck ``templates/<name>`` with all its variables filled in.
+    """Return the text of the deck ``templates/<name>`` with all its variables filled in.
 
     Raises
     ------
@@ -81,7 +81,7 @@ _BLANKS = re.compile(r"""("[^"]*"|'[^']*')|\s+""")
 
 
 def without_comments(text: str) -> str:
-    r"""A deck as LIGGGHTS takes it: no comments, no blank lines, no indents, one space for several.
+    r"""Return a deck without comments, blank lines, indents and repeated spaces.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def without_comments(text: str) -> str:
 
 
 def undeclared(text: str, declared: Iterable[str]) -> list[str]:
-    """Variables that a template asks for and that are not among the ``declared`` ones.
+    """Return the variables of a template that are not among the ``declared`` ones.
 
     Raises
     ------

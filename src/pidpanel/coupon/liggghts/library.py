@@ -38,7 +38,7 @@ def load_library() -> CDLL:
 
 
 def commands(text: str) -> list[str]:
-    r"""Commands of a deck as the library takes them, one by one.
+    r"""Return the commands of a deck as the library takes them, one by one.
 
     Examples
     --------

@@ -40,7 +40,7 @@ CYCLES_HEADER = (
 
 
 def cells_header(cells: int) -> tuple[str, str]:
-    """First lines of the file of rows by cell: momentum times sin ωt and cos ωt of each."""
+    """Return the header of the file of rows by cell: momentum times sin ωt and cos ωt of each."""
     names = " ".join(f"v_p{cell}_sin v_p{cell}_cos" for cell in range(1, cells + 1))
     return "# Time-averaged data for fix cycle_cells", f"# TimeStep {names}"
 
@@ -153,7 +153,7 @@ def read_motion(content: bytes, source: str, *, spheres: int) -> SphereMotion:
 
 
 def contact_columns(compute: str, *, with_wall: bool, rolling: bool) -> str:
-    """Columns of the dump of a compute that lists contacts; `read_contacts` reads them.
+    """Return the columns of the dump of a compute that lists contacts; see `read_contacts`.
 
     ``pair/gran/local`` gives the two ids, ``wall/gran/local`` the mesh, the triangle and the id;
     then follow the force and, for rolling friction, the torque.
@@ -186,7 +186,7 @@ def read_contacts(
 
 
 def read_binary_dump(content: bytes, source: str, *, atoms: int, columns: int) -> Array:
-    """Frames of a ``dump custom <file>.bin`` sorted by id, (frames, atoms, columns).
+    """Return the frames of a ``dump custom <file>.bin`` sorted by id, (frames, atoms, columns).
 
     The first column is the id.
     """

@@ -234,7 +234,7 @@ class Liggghts:
         self._execute(f"velocity all set {x} {y} {z}")
 
     def instant(self) -> Instant:
-        """The step that the simulation has reached."""
+        """Return the step that the simulation has reached."""
         return self._execute("")
 
     def finish(self, last_step: int | None = None, spheres: int | None = None) -> None:
