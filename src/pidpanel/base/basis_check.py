@@ -39,8 +39,16 @@ def checked_panel(
 ) -> tuple[SupportedPanel, float]:
     """Return the panel in a basis that is good for all motions, and its largest error [1].
 
-    Parameters are those of `supports.supported_panel`. After `ATTEMPTS` bases the last is used as
-    it is, with its error.
+    After `ATTEMPTS` bases the last is used as it is, with its error.
+
+    Parameters
+    ----------
+    start, plate, further_shapes, highest, mass
+        Same as in `supports.supported_panel`.
+    shaken
+        Function that returns the panel under each motion of the supports.
+    scenarios, models
+        Layouts of dampers, and the damping models by name.
     """
     for attempt in range(ATTEMPTS):
         supported = supported_panel(start, plate, further_shapes, highest, mass)

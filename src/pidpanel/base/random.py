@@ -75,8 +75,18 @@ def random_cases(
 ) -> list[RandomCase]:
     """Return every scenario with every damping model.
 
-    The panel has the translation in its basis and is under a `BaseExcitation`. ``observed`` are the
-    motions of `supports.observed_motions`. Limits are in SI, by location: points, then interface.
+    Parameters
+    ----------
+    panel
+        Panel under a `BaseExcitation`, with the translation in its basis.
+    observed
+        (nw, n) rows of the motions of `supports.observed_motions`.
+    scenarios, models
+        Layouts of dampers, and the damping models by name.
+    limits
+        Limits in SI by location: points, then the interface; none for no notching.
+    coupled_errors
+        Standard errors of the coupled runs, by label of the scenario.
     """
     solver = panel.solver().with_lines(panel.frequency, observed)
     cases = []
@@ -94,7 +104,7 @@ def random_cases(
 
 
 def _of_points(errors: StandardErrors) -> StandardErrors:
-    """Return errors of points alone, that of the force not known."""
+    """Return errors of points only, with an unknown error of the force."""
     return replace(
         errors,
         log_psd=np.pad(errors.log_psd, ((0, 0), (0, 1)), constant_values=np.nan),
@@ -105,7 +115,7 @@ def _of_points(errors: StandardErrors) -> StandardErrors:
 def _with_notches(
     random: RandomCase, case: SolvedCase, solver: PanelSolver, limits: Sequence[Limit]
 ) -> RandomCase:
-    """Return the case with the input that keeps all limits at the motion it leads to."""
+    """Return the case with the input that meets all limits at its own motion."""
     frequency, response = random.frequency, random.stated
     if response is None:
         return random

@@ -20,9 +20,9 @@ GRID = 60  # Γ at which the damping of a load is taken; linear in ln Γ between
 # Largest Γ over the amplitude of the supports: dampers limit the highest motion
 RANGE = (1e-2, 1e3)
 
-TOLERANCE, STEPS = 1e-6, 60  # of ln Γ, and most steps to it on a line
+TOLERANCE, STEPS = 1e-6, 60  # tolerance of ln Γ, and most steps on a line
 
-# Of ln Γ, from where another motion is looked for when that of the line before has ended
+# Steps of ln Γ in the search for another motion when that of the line before has ended
 JUMPS = np.linspace(-2.5, 2.5, 11)
 
 

@@ -23,8 +23,8 @@ from pidpanel.study.requirements import DEPTH, WIDTH
 LOWEST, HIGHEST = 30.0, 2000.0  # of a response, where the spectrum goes that far [Hz]
 FILLS = (0.3, 0.5, 0.7, 0.9)
 
-# How often elements are made 0.8 times as long until the mesh resolves the waves, and then 0.48
-# times: resonances are too high by 1 %, then by 0.05 %, which is 0.2 dB beside one with ζ = 1 %.
+# Most reductions of the element size by 0.8 until the mesh resolves the waves, and the last one by
+# 0.48: resonances are 1 % and then 0.05 % too high, which is 0.2 dB next to one with ζ = 1 %.
 # Patches, whose elements follow their dampers, add about 0.4 dB.
 FINER, SHORTER, SHARP = 20, 0.8, 0.48
 

@@ -57,7 +57,7 @@ def integrated(
         try:
             piece = _limited(work, name, report)
         except RunStopped as error:
-            # what the machine did is over, what the run did comes again
+            # a failure of the machine is over, one of the run comes again
             print(f"{error}; tried again", file=sys.stderr)
             piece = _limited(work, name, report)
         done = replace(piece, rows=(*done.rows, *piece.rows))

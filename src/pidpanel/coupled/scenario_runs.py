@@ -49,7 +49,7 @@ class DrawnRun:
     integration: Integration
     start: Array
     beds: Sequence[StartedBed]
-    # Of its modal forces, as in `SettledRecord`
+    # Tones of its modal forces; see `SettledRecord`
     frequency: Array
     amplitude: Complexes
     first: int

@@ -35,8 +35,8 @@ from pidpanel.provenance.locks import exclusive_lock
 Product = TypeVar("Product")
 Outcome = TypeVar("Outcome", bound=records.PourOutcome | records.LoosenOutcome)
 
-# Of the algorithms that decide from its rows whether a run is steady, long enough or in several
-# states, and what its errors are. With another version every run is judged again from its rows.
+# Version of the algorithms that decide from its rows whether a run is steady, long enough or in
+# several states, and its errors. With another version every run is evaluated again from its rows.
 JUDGING_VERSION = 1
 
 
@@ -70,7 +70,7 @@ def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> records.LoosenOutcom
 
 
 def _lock(folder: Path) -> Path:
-    """Lock of who writes a folder, beside it."""
+    """Return the lock for writing a folder, next to it."""
     return folder.with_name(f".{folder.name}.lock")
 
 

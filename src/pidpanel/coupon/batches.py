@@ -28,7 +28,7 @@ SHARE = 0.25
 
 LONG = 0.3  # share of the longest time of a job from which a case is long [1]
 
-# Of an ordinary core: only which cases share a process depends on it, never a result.
+# Cost on an ordinary core. It decides which cases share a process; no result depends on it.
 STEP = StepCost(*ORDINARY_STEP)
 
 

@@ -13,8 +13,8 @@ from pidpanel.coupon.liggghts import deck, process, trust
 from pidpanel.coupon.packing import Constants, Packing, identity_digest
 from pidpanel.paths import TEMPLATES
 
-# Of the algorithm that shakes a bed loose and picks its spheres: `preparation.loosen`; see
-# `packing.PLACEMENT_VERSION`.
+# Version of the algorithm that shakes a bed loose and selects its spheres: `preparation.loosen`;
+# see `packing.PLACEMENT_VERSION`.
 LOOSEN_VERSION = 1
 
 
@@ -224,8 +224,16 @@ def run_at(
 ) -> Run:
     """Return a run of a bed, with a period of a whole number of steps and of samples.
 
-    ``time_step_rayleigh`` is the longest time step over the Rayleigh time of the smallest sphere
-    [1].
+    Parameters
+    ----------
+    bed, drive, constants
+        Bed, motion of its cells, and constants of the contacts.
+    time_step_rayleigh
+        Longest time step over the Rayleigh time of the smallest sphere [1].
+    samples_per_cycle
+        Number of samples of the momentum in a period.
+    own_deck, start
+        Template of the user instead of the built-in one; start from rest or from hard shaking.
     """
     longest = time_step_rayleigh * bed.packing.smallest(constants.youngs_modulus).rayleigh_time
     steps = samples_per_cycle * math.ceil(drive.period / longest / samples_per_cycle)

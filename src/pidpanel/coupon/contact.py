@@ -129,9 +129,20 @@ def softest_modulus(
 ) -> float:
     """Return the softest modulus [Pa] with short and shallow contacts at a drive's speed.
 
-    A soft sphere allows a long time step but dissipates too much once its contacts last a
-    noticeable part of a period: `modulus_bias`. Where no choice suffices the material's own modulus
-    is returned: it is the truth, however long its contacts.
+    A soft sphere allows a long time step but dissipates too much if its contacts last a noticeable
+    part of a period: `modulus_bias`. If no choice is stiff enough, the material's own modulus is
+    returned, however long its contacts.
+
+    Parameters
+    ----------
+    choices
+        Allowed moduli [Pa].
+    material
+        Sphere with its own modulus.
+    speed, frequency
+        Velocity amplitude [m/s] and frequency [Hz] of the drive.
+    contact_time_per_period, overlap_per_radius
+        Largest allowed ratios [1].
     """
     for modulus in sorted(choices):
         if modulus >= material.youngs_modulus:

@@ -32,10 +32,10 @@ PLAN = 3.0  # CPU time of Snakemake from its start to the first job, and of the 
 PER_RUN = 0.15  # CPU time of a run in that process [s]: its decks, its rows, its energy balance
 
 
-# Of a process with numpy and the lists of contacts of an energy balance [bytes].
+# Memory of a process with numpy and the lists of contacts of an energy balance [bytes].
 PROCESS_MEMORY = 300e6
 
-LIGGGHTS_MEMORY = 60e6, 2e4  # of LIGGGHTS, and of it for each sphere [bytes]
+LIGGGHTS_MEMORY = 60e6, 2e4  # memory of LIGGGHTS, and of each sphere in it [bytes]
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ from pidpanel.geometry.cells import SHAPES, ShapeName
 from pidpanel.geometry.sizes import Sizes
 from pidpanel.provenance.digests import json_digest
 
-# Of the algorithms that draw the spheres, scatter them over the cells, and write spheres and walls
-# for LIGGGHTS: `sizes`, `geometry`, `start_files`, `preparation.scattered`. Like `POUR_VERSION` and
-# `bed.LOOSEN_VERSION` it increases when their results change (`tests/coupon/test_versions.py`).
+# Version of the algorithms that draw the spheres, scatter them over the cells, and write spheres
+# and walls for LIGGGHTS: `sizes`, `geometry`, `start_files`, `preparation.scattered`. Like
+# `POUR_VERSION` and `bed.LOOSEN_VERSION` it increases when their results change
+# (`tests/coupon/test_versions.py`).
 PLACEMENT_VERSION = 1
 
 # Version of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`.
@@ -93,14 +94,14 @@ class Packing:
     """Cells with spheres, poured higher than the cells are deep."""
 
     shape: ShapeName  # of a cell: a key of `cells.SHAPES`
-    # Of a cell [m]
+    # Size of a cell [m]
     across_flats: float
     depth: float
     count: int
     diameter: float  # nominal diameter of the spheres [m]
     sizes: Sizes
     density: float  # [kg/m³]
-    # Of the pour [1]
+    # Constants of the pour [1]
     poissons_ratio: float
     friction: float
     wall_friction: float

@@ -130,7 +130,7 @@ class ShakeOutcome(Attempt):
 
     @property
     def shaken(self) -> Shaken:
-        """What was found.
+        """Results of the run.
 
         Raises
         ------
@@ -147,7 +147,7 @@ class End:
     """What a run left where it met a target."""
 
     cycles: int  # of the run so far
-    # Of the cycles that follow; None where the deck cannot list its contacts.
+    # Balance of the cycles that follow; None if the deck cannot list its contacts.
     balance: MeasuredBalance | None
     last_digest: str  # see `Shaken`
 

@@ -113,7 +113,7 @@ def _frame_stride(run: Run, window: int, per_contact: int) -> int:
 
 
 def _materials(run: Run) -> tuple[balance.ContactMaterial, balance.ContactMaterial]:
-    """Return the contacts of sphere on sphere and of sphere on wall."""
+    """Return the materials of contacts of sphere on sphere and of sphere on wall."""
     constants = run.constants
     sphere = constants.youngs_modulus, constants.poissons_ratio
     wall = constants.wall_youngs_modulus, constants.wall_poissons_ratio

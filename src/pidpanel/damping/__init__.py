@@ -9,7 +9,7 @@
 `tables`, `table_files`, `interpolation`
     Measured or foreign damping as CSV; mistakes are reported by line.
 `measured`
-    Measured points beside simulated cases and the atlas.
+    Measured points compared with simulated cases and the atlas.
 `constants`
     C_e and m_a as numbers, a loss factor.
 `laws`
@@ -19,5 +19,5 @@
 `inelastic`
     Closed forms of a perfectly inelastic slug.
 `from_study`
-    The readings that a study names, and the files of the stage: the one door for the study.
+    The models that a study names, and the files of the stage: the only module with the study.
 """

@@ -30,7 +30,7 @@ SINGLE_TONES = BroadbandError(0.4, 0.02)
 # C_e from single tones times `broadband_share`; what is left of the difference.
 CORRECTED_TONES = BroadbandError(0.25, 0.02)
 
-# Of `broadband_share`: exponent, and W/L from which on it is 1. Acrylic alone has 0.21, steel 0.16.
+# Constants of `broadband_share`: exponent (acrylic 0.21, steel 0.16), and W/L from which it is 1.
 RIDING_EXPONENT, RIDING_STROKE = 0.19, 0.1
 
 PAPER_LAW = BroadbandError(0.0, 0.2)  # the paper's law, which does not depend on the motion

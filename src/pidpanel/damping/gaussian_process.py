@@ -25,7 +25,7 @@ OUTLIER = 2.0  # standard errors from what the others predict, beyond which a va
 
 PRIOR_MEDIAN_SIZE, PRIOR_SD_SIZE = 1.5, 0.7
 PRIOR_MEDIAN_LENGTH, PRIOR_SD_LENGTH = 1.5, 1.0
-# Of s and t in standard deviations of the values, of l in those of the points; sd of the log.
+# Priors of s and t in standard deviations of the values, of l in those of the points, and of logs.
 PRIOR_MEDIAN_SCATTER, PRIOR_SD_SCATTER = 0.03, 1.5
 
 
@@ -41,8 +41,8 @@ class GaussianProcess:
     # s and t, in the unit of the values
     size: float
     scatter: float
-    # What the mean is expected to be and the unit of the priors; None for those of the values. With
-    # both there need not be a single value.
+    # Expected mean and unit of the priors; None for those of the values. With both, values are
+    # optional.
     centre: float | None = None
     unit: float | None = None
 

@@ -28,7 +28,7 @@ from pidpanel.arrays import Array, Flags, Index
 
 Interpolation = Literal["log", "linear"]
 
-# Of the step between two coordinates: what rounding may put beyond the last row or beside one.
+# Tolerance over the step between two coordinates, for rounding beyond the last row or next to one.
 TOLERANCE = 1e-9
 
 

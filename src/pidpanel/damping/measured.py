@@ -1,4 +1,4 @@
-"""C_e and m_a of a measured damper; beside its simulated cases and the atlas of particle beds."""
+"""C_e and m_a of a measured damper, compared with simulated cases and the atlas."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import GaussianProcess
 from pidpanel.damping.readings import NODE_STEP
 
-# Of r, ln Γ and ln W/L, over which noise is no longer common; of ln f that is `NODE_STEP`.
+# Distance in r, ln Γ and ln W/L over which noise is no longer common; in ln f it is `NODE_STEP`.
 GRAIN = np.array([0.2, 2 * NODE_STEP, 2 * NODE_STEP])
 
 

@@ -218,7 +218,7 @@ class DampingSurface(DampingReading):
 
     @property
     def nodes(self) -> Array:
-        """(n,) nodes of the covariance [Hz], even in ln f; between them it is nearly linear."""
+        """(n,) nodes of the covariance [Hz], uniform in ln f; between them it is nearly linear."""
         return np.exp(even_steps(np.log(self.low[1]), np.log(self.high[1]), NODE_STEP))
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:

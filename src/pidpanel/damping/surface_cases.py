@@ -41,9 +41,9 @@ UNDECIDED = (0.3, 0.6)
 # that just meets both walls in every cycle, less a tenth, to which the gap is known.
 LOWEST_REACH = np.log(0.9 / LONGEST_GAP)
 
-# Scatter of ln C_e next to the jump, on either side, beside that of packings: beds have several
-# motions there (every second or third cycle is not as the last), and 24 tones that differ by a few
-# per cent in f, r or Γ, by 0.2 to 0.3 rms.
+# Scatter of ln C_e next to the jump, on either side, in addition to that of packings. Beds have
+# several motions there (every second or third cycle differs from the last): 24 tones a few per
+# cent apart in f, r or Γ scatter by 0.2 to 0.3 rms.
 RESTLESS = 0.25
 
 RIDING_RESTLESS = (0.06, 0.15)
@@ -55,15 +55,15 @@ CROSSING_RESTLESS = (0.45, 0.33)
 # not give a larger one (1.4 and 0.05 in the launch study).
 LEAST_SPREAD, LEAST_MASS_SPREAD = 1.0, 0.05
 
-# Of the priors of what beds that cross differ by from the inelastic body, in ln C_e and in m_a
-# over m₁: 8 % where the gap above them is well known, up to a factor of two in nearly full cells.
+# Unit of the priors for the difference of crossing beds from the inelastic body, in ln C_e and in
+# m_a/m₁: 8 % if the gap above them is well known, up to a factor of two in nearly full cells.
 UNIT = 0.2
 
 # Refits of a process with less weight on outliers: largest number, and relative change of the
 # constants at which they end.
 REFITS, SETTLED = 20, 0.01
 
-# Of a quantity lengths, size and scatter (d + 2,) of the process of each side.
+# Lengths, size and scatter (d + 2,) of the process of each side of a quantity.
 Constants = tuple[Array, Array | None]
 
 

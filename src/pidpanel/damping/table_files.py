@@ -241,7 +241,7 @@ def gamma_per_unit(amplitude: str, omega: Array) -> Array:
 
 
 def quantities_of(columns: Mapping[str, Array]) -> tuple[str, str, str, str]:
-    """Return the names of C_e or what stands for it, and of m_a or its, each with its error."""
+    """Return the names of C_e or its substitute, and of m_a or its own, each with its error."""
     value = next(name for name in VALUES if name in columns)
     mass = IMAGINARY if value == REAL else MASS
     return value, ERRORS[value], mass, ERRORS[mass]

@@ -73,7 +73,7 @@ class TableReading(DampingReading):
     columns
         (n,) each, as `table_files.read_columns` returns them.
     with_mass
-        Whether m_a counts; see `without_mass`.
+        Whether m_a is included; see `without_mass`.
 
     Attributes
     ----------

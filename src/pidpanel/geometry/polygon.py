@@ -18,7 +18,7 @@ from pidpanel.arrays import Array, Index
 Position = tuple[float, float]
 
 PIECE_TURN = np.radians(7.5)
-# Of the extent of a panel: far above rounding, far below anything meant.
+# Tolerance over the extent of a panel: far above rounding, far below any detail.
 SLACK = 1e-9
 
 

@@ -237,7 +237,7 @@ def _fill_prior(identification: Identification, specimen: Specimen) -> FillPrior
 def _predictions(
     atlas: Atlas, specimen: Specimen, measured: MeasuredDamping, posterior: Posterior
 ) -> pd.DataFrame:
-    """Return measured values beside those of the atlas with the identified particles."""
+    """Return measured values and those of the atlas with the identified particles."""
     tones, n = measured.tones, len(measured.tones.frequency)
     particles = np.array([[posterior.estimate(axis).mean for axis in range(3)]])
     predicted = predict(atlas, specimen, particles, tones)

@@ -10,7 +10,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
 
-PRICES = 12  # prices of mass that are tried, beside none
+PRICES = 12  # prices of mass that are tried, besides 0
 
 
 def weights_of_points(points: int) -> Array:

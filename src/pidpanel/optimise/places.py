@@ -65,10 +65,19 @@ def places_on(
     spacing: tuple[float, float],
     obstacles: Iterable[BaseGeometry],
 ) -> Places:
-    """Return the places of a grid that lie on a panel and meet no obstacle; `NoPlace` without any.
+    """Return the places of a grid that lie on a panel and meet no obstacle.
 
-    The grid begins at the lower left corner of the rectangle about the panel. Size and spacing of
-    the places are along x and y [m]. Touching an obstacle along an edge is allowed.
+    The grid begins at the lower left corner of the rectangle about the panel. Raises `NoPlace` if
+    there is no such place.
+
+    Parameters
+    ----------
+    area
+        Area of the panel without its holes [m].
+    size, spacing
+        Size and spacing of the places along x and y [m].
+    obstacles
+        Areas without dampers, which places may touch along an edge [m].
     """
     x0, y0, x1, y1 = area.bounds
     counts = [

@@ -8,9 +8,9 @@ from pidpanel.arrays import Array
 from pidpanel.panel.eigen import factors
 from pidpanel.panel.matrices import PlateMatrices
 
-# Lanczos about this frequency below zero [Hz]: low beside any first mode, and no singular matrix.
+# Shift of Lanczos below zero [Hz]: lower than any first mode, and no singular matrix.
 SHIFT = 1.0
-# Of the highest of the frequencies: what is below is a rigid body's, all but zero.
+# Share of the highest frequency below which a mode is that of a rigid body, except for rounding.
 RIGID = 1e-3
 
 

@@ -204,7 +204,7 @@ def roughness(
 def jaggedness(mesh: PanelMesh, supports: Supports) -> float:
     """Return the largest ln(reach/radius) of the feet: how far their elements extend beyond [1].
 
-    Hinges are weighted by `HINGE_SHARE`; a polygon with twelve edges counts as round.
+    Hinges are weighted by `HINGE_SHARE`; a polygon with twelve edges is regarded as round.
     """
     reach = []
     for name, point in supports.points.items():

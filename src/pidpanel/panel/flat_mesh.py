@@ -23,7 +23,7 @@ from pidpanel.text_files import LARGEST
 
 # Patches of a foreign mesh are whole elements: their area may differ from the patch's by this.
 PATCH_AREA_TOLERANCE = 0.02
-# Of the extent: two nodes closer than this are one, a node further than this is off the plane.
+# Share of the extent: nodes closer than this are one, a node further than this is off the plane.
 CLOSE = 1e-7
 
 

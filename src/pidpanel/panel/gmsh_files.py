@@ -26,7 +26,7 @@ SECTION = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 NAME = re.compile(rb"^\$(?!End)[A-Z][A-Za-z]{3,}", re.MULTILINE)  # the beginning of any section
-# Of a section in text: the number of nodes or elements, from version 4 on after that of blocks.
+# Number of nodes or elements of a section in text, from version 4 on after that of blocks.
 HEADER = re.compile(rb"^\$(Nodes|Elements)[ \t]*\r?\n([0-9 \t]+)\r?$", re.MULTILINE)
 MEMORY = 1 << 30
 # Most memory that a file may take in gmsh [bytes], besides that of each of its bytes.

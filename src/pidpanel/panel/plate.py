@@ -17,9 +17,9 @@ from pidpanel.panel.layup import Section
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
 
-# Of the pressure on the deflection: 3 × 3 Gauss points on a quadrilateral, 7 points on a triangle.
+# Quadrature of pressure times deflection: 3 × 3 Gauss points on a quadrilateral, 7 on a triangle.
 LOAD_ORDER = 5
-# Of the extent of the panel: a position this far off it is on it.
+# Share of the extent of the panel: a position this far off it is on it.
 CLOSE = 1e-6
 NONE_FREE = "mesh: every vertex is on a support; the panel needs vertices that are free to move"
 

@@ -1,9 +1,9 @@
 """The longest element edge that a frequency allows, under dampers that weigh on the panel.
 
-An element that is not small beside a wave is too stiff: the wave has a frequency that is too high
+An element that is not much shorter than a wave is too stiff: the frequency of the wave is too high
 by a share that grows with the fourth power of edge over half-wave. Under a damper waves are
-shorter, with m″ + m_a in place of m″. Every resonance is then too high, and beside a sharp one
-PSDs are off by more than 0.5 dB long before they would be by 1 % in frequency.
+shorter, with m″ + m_a instead of m″. Every resonance is then too high, and next to a sharp one
+PSDs are wrong by more than 0.5 dB long before its frequency is by 1 %.
 """
 
 import math
@@ -38,13 +38,13 @@ EDGE_LAYER = {"sandwich triangles": (3, 13.0), "solid triangles": (2, 40.0)}
 # rim and radius: linear from 0.025 to 0.5 radii for hold-downs of 3 cm, one or three on 1.2 m × 0.9
 # m; less with 1 cm, and with hinges.
 FOOT_SHIFT = 9e-3
-# Of feet of whole elements in mesh files, over how far they reach, `fit.jaggedness`: at most, with
-# four hold-downs of 3, 4.5 and 6 cm on elements of 2.5 and 5 cm, where modes were up to 15 % too
-# high on thin plates and 11 % on others.
+# Largest frequency shift due to feet of whole elements in mesh files over `fit.jaggedness`, with
+# four hold-downs of 3, 4.5 and 6 cm on elements of 2.5 and 5 cm: modes were up to 15 % too high on
+# thin plates and 11 % on others.
 JAGGED_SHIFT = {"thin": 0.45, "shear": 0.32}
-# Of rectangles at each end of a supported part of an edge, over element size there and √area: four
-# ends of clamped parts on 1.2 m × 0.9 m, 6.7, 3.5 and 1.8 % with elements of 10, 5 and 2.5 cm; a
-# fifth of it where the parts are simply supported.
+# Frequency shift of rectangles per end of a supported part of an edge, over element size/√area.
+# Four ends of clamped parts on 1.2 m × 0.9 m: 6.7, 3.5 and 1.8 % with elements of 10, 5 and 2.5 cm;
+# a fifth of it if the parts are simply supported.
 END_SHIFT = 0.2
 
 # Error of the frequency there, and the power of the edge with which it grows; higher for Argyris

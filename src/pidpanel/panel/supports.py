@@ -35,9 +35,9 @@ class PointSupport:
 
     position: Position  # (x, y) [m], a vertex of the mesh
     kind: str  # "hinge" or "hold_down"
-    # Of a stiff foot [m]: within it the panel moves as a rigid body (in thin plates its rim is a
-    # little too stiff: 0.5 % in frequency for a foot of 0.1 m). 0 holds a mere point; the
-    # deflection of a panel with core shear there depends on the mesh, like a logarithm.
+    # Radius of a stiff foot [m]: within it the panel moves as a rigid body (in thin plates its rim
+    # is slightly too stiff: 0.5 % in frequency for a foot of 0.1 m). 0 is a point support, at which
+    # the deflection of a panel with core shear depends logarithmically on the mesh.
     radius: float = 0.0
 
     def vertex(self, mesh: PanelMesh, name: str) -> int:

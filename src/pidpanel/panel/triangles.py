@@ -14,8 +14,8 @@ from pidpanel.panel.supports import SMOOTH_TURN
 
 # Element edges grow by this times the distance from a re-entrant corner.
 GROWTH = 0.5
-# Of the element size, at re-entrant corners: 0.1 mm where elements measure 5 cm. The frequency of
-# a simply supported plate then errs by about 0.1 %, as (corner size)^(2/3).
+# Element size at re-entrant corners over that elsewhere: 0.1 mm for elements of 5 cm. The frequency
+# of a simply supported plate then errs by about 0.1 %, as (corner size)^(2/3).
 CORNER_SHARE = 2e-3
 FOOT_SHARE = 0.1  # size of elements at the rim of a foot over its radius
 EMPTY: Mapping[str, Any] = {}

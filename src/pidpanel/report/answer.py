@@ -18,10 +18,10 @@ from pidpanel.report.rms import moving_points
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records
 from pidpanel.response.trust import BETWEEN_SHARE, MAY_CROSS, doubts_in, largest
 
-# Standard errors of a difference beyond which it counts (95 % of a normal distribution).
+# Standard errors above which a difference is significant (95 % of a normal distribution).
 SIGNIFICANCE = 2.0
 
-ROWS = 5  # scenarios in the first table at most, beside the bare panel
+ROWS = 5  # most scenarios in the first table, besides the bare panel
 COLUMNS = 4  # points with a column of their own in that table, those of most motion
 
 # Readings of the damping, the one that answers first: what is measured before a law.

@@ -176,7 +176,7 @@ def outcome(shared: pd.DataFrame, first: Side, second: Side) -> str:
     return f"{names}, {len(shared)} rms accelerations: {', '.join(named)}."
 
 
-# Of the two studies, distinct for the common kinds of colour blindness.
+# Colours of the two studies, distinct for the common kinds of colour blindness.
 COLOURS = ("#0072B2", "#D55E00")
 
 

@@ -48,7 +48,7 @@ class PageCurve:
 
     @property
     def pixels(self) -> float:
-        """Width on a screen [pixel]; the bare panel is thin beside curves of several widths."""
+        """Width on a screen [pixel]; the bare panel is thin among curves of several widths."""
         if self.width is None:
             return 1.2
         return 1.0 if self.colour == BARE else PIXELS * self.width
@@ -261,7 +261,7 @@ class Page:
 
     @property
     def has_gap(self) -> bool:
-        """Whether there is room beside the last of the first pictures, two of which make a row."""
+        """Whether there is room next to the last of the first pictures, with two in a row."""
         return sum(not picture.is_broad for picture in pictures_of(self.first)) % 2 == 1
 
     @property

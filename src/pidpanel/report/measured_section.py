@@ -1,4 +1,4 @@
-"""Measured points on the page of a coupon: beside the simulated cases and the atlas."""
+"""Measured points on the page of a coupon, compared with simulated cases and the atlas."""
 
 from collections.abc import Mapping
 from itertools import combinations

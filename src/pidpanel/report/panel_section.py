@@ -32,7 +32,7 @@ PRINTED_ROUNDING = 2e-4
 
 
 def panel_section(basis: PanelBasis, modes: pd.DataFrame, printed: pd.DataFrame) -> PageSection:
-    """Return the modes, beside Table 1 where the panel is the paper's."""
+    """Return the modes, compared with Table 1 for the panel of the paper."""
     first = records(modes.head(MODES_SHOWN))
     titles = [_title(row) for row in first]
     values = {

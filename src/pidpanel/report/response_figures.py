@@ -35,7 +35,7 @@ WIDTHS = (0.9, 3.3, 0.6)
 def nested_width(index: int, count: int) -> float:
     """Return the width of a curve among several drawn one over the other, the widest first [pt].
 
-    Where curves coincide, each then shows beside the one over it, and none is hidden.
+    If curves coincide, each is then visible next to the one over it.
 
     Examples
     --------

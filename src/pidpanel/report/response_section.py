@@ -21,13 +21,13 @@ from pidpanel.solve.bands import reduction
 # Where C_e is read, by ``damping.level.kind``.
 READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated acceleration"}
 
-# Of a damper in ``response/psd.nc``: name, label, whether on a logarithmic axis.
+# Quantities of a damper in ``response/psd.nc``: name, label, whether on a logarithmic axis.
 QUANTITIES = (
     ("equivalent_damping", "$C_e$, N s/m³", True),
     ("apparent_mass", "apparent mass $m_a$, kg/m²", False),
 )
 
-# What the rows of reductions differ in.
+# Quantity in which the rows of reductions differ.
 ROW_NAMES = {"fill_fraction": "fill fraction r", "patch": "patch", "oaspl_db": "sound level, dB"}
 
 

@@ -88,7 +88,7 @@ def _claims(inputs: Inputs) -> Fragment | None:
 
 
 def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSection]:
-    """Return the parts of all coupons; with a law of the paper to draw beside its cases."""
+    """Return the parts of all coupons, with a law of the paper to draw with its cases."""
     sections = []
     for name in tracked(list(inputs.coupons), "coupons of the page"):
         coupon = inputs.coupons[name]

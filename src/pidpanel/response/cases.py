@@ -181,7 +181,7 @@ def heaviest_dampers(
 def resolving(panel: ResponsePanel, mass: Array) -> ResponsePanel:
     """Return the panel with lines for the resonances that the masses of its dampers make.
 
-    A mass that is light beside the panel leaves the lines as they are: of their eight to a
+    A mass that is light relative to the panel does not change the lines: of their eight to a
     bandwidth `ENOUGH_LINES` do.
     """
     low, high = panel.settings.frequency_range

@@ -25,7 +25,7 @@ class Extrapolation:
 
     # (nf,) 0 within the data, 1 from a factor of two beyond them in Γ or f, linear in ln between
     weight: Array
-    # What the data would have to cover, such as ``"acrylic to 61 g"``; empty within them
+    # Range that the data lack, such as ``"acrylic to 61 g"``; empty if they cover it
     missing: str
 
     def share_of_change(self, bare: Array, damped: Array, frequency: Array) -> Array:

@@ -127,9 +127,16 @@ def scenarios_of(study: Study) -> list[ResponseScenario]:
 def damping_models(
     study: Study, folder: Path | None, coupled: Path | None = None, *, is_broadband: bool = True
 ) -> DampingModels:
-    """Return the damping models of a study, for motion at all frequencies at once or for tones.
+    """Return the damping models of a study.
 
-    From the folders of the surfaces and of the coupled runs; None for a study without any.
+    Parameters
+    ----------
+    study
+        The study.
+    folder, coupled
+        Folders of the surfaces and of the coupled runs; None for a study without any.
+    is_broadband
+        Whether the motion has all frequencies at once, not single tones.
     """
     beds = {} if coupled is None else read_coupled(coupled / "impedance.csv")
 

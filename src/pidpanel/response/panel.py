@@ -232,9 +232,9 @@ class ResponsePanel:
 def widen(
     panel: ResponsePanel, plate: StoredPlate, further_shapes: Array, source: ExcitationSource
 ) -> ResponsePanel:
-    """Return the panel with a basis that has what another left out.
+    """Return the panel with a basis extended by the shapes that it lacks.
 
-    The excitation of the new shapes is computed here, since their choice follows from the response.
+    The excitation of the new shapes is computed here, since their choice depends on the response.
     """
     if not further_shapes.shape[1]:
         return replace(panel, elements=patch_elements(panel.basis, plate, plate.shapes))

@@ -119,7 +119,7 @@ def checked_responses(
 def mesh_shifts(
     panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
 ) -> dict[str, MeshShift]:
-    """Return what the mesh does by the labels of scenarios, each with its heaviest dampers."""
+    """Return frequency errors due to the mesh by scenario, each with its heaviest dampers."""
     f, basis = panel.frequency, panel.basis
     # a patch may have shorter elements than the panel
     sizes = element_sizes(basis.vertex_position, basis.cells)

@@ -39,12 +39,12 @@ class OutsideSimulatedRange(ResponseError):
 
 @dataclass(frozen=True)
 class Tabulation:
-    """Values of a study that its tables need beside the responses."""
+    """Values of a study that its tables need in addition to the responses."""
 
     attributes: Mapping[str, str]
     models: Sequence[str]
     scenarios: Sequence[ResponseScenario]
-    # Of the panel [kg] and [m]
+    # Mass and thickness of the panel [kg], [m]
     panel_mass: float
     thickness: float
     level: str

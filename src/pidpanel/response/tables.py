@@ -89,7 +89,7 @@ def dead_weight_columns(
     }
 
 
-# Of a case
+# Variables of a case
 PSD_VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
 
 

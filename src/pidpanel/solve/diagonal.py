@@ -5,8 +5,8 @@ The paper keeps only the diagonal of D and takes C_e(ω) through a Laplace trans
 
     H_i = 1/(m_i (ω_i² − ω² + 2iζ_i ω_i ω) + (iω C_e − ω² m_a) D_ii),
 
-though a patch couples all modes: beside a strong patch the full matrix differs by several dB above
-1 kHz. The modal forces stay correlated. The motion at which C_e is read is that of the full form.
+though a patch couples all modes: with a strong patch the full matrix differs by several dB above
+1 kHz. The modal forces stay correlated. C_e is evaluated at the motion of the full form.
 """
 
 from pidpanel.arrays import Complexes

@@ -1,4 +1,4 @@
-"""All elements beside the shapes of the basis: what the basis leaves out of a response.
+"""All elements compared with the shapes of the basis: the part of a response that it lacks.
 
 The motion of the whole panel when a point is pulled, x = Z⁻¹ c, is solved on all elements,
 

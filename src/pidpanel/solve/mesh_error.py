@@ -1,6 +1,6 @@
 """What the mesh does to a response: resonances that are too high.
 
-Elements that are not small beside a wave are too stiff, so that every resonance is too high by a
+Elements that are not much shorter than a wave are too stiff, so every resonance is too high by a
 small share ε, more of it where a mode moves a part of the panel that is heavy with dampers: the
 mean over the kinetic energy of the mode. To first order the PSD is then that of a panel whose
 frequencies are stretched by 1 + ε; the error of a line is the difference that the stretch makes.

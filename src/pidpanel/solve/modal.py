@@ -44,9 +44,9 @@ OVERLAP_CUTOFF = 1e-8
 # Frequency lines solved together, so that memory does not grow with the number of lines.
 LINES_AT_ONCE = 32
 
-# Of one real matrix of all shapes on the lines solved together.
+# Size of one real matrix of all shapes on the lines solved together [bytes].
 #
-# Three times as much takes no less time.
+# Three times as much is not faster.
 CHUNK_BYTES = 20e6
 
 LEAST_LINES = 8  # lines solved together at least: a table of G is read whole for them

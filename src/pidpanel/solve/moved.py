@@ -15,7 +15,7 @@ from pidpanel.solve.model import ResponseError
 MatrixInput = Matrices | Callable[[Array], Matrices]
 
 
-# Of two sets of motions (their columns) → leftᵀ Z₀⁻¹ G Z₀⁻ᴴ right, (nf, n_left, n_right).
+# Two sets of motions (slices of columns) → leftᵀ Z₀⁻¹ G Z₀⁻ᴴ right, (nf, n_left, n_right).
 Psd = Callable[[slice, slice], Complexes]
 
 

@@ -34,7 +34,7 @@ class ModalPanel:
     # (n_points, n), the deflection alone
     points: Array
     search_frequency: Array  # fewer lines, for the search for the motion [Hz]
-    # Of the air [N/m], see `modal.bare_panels`; None for a panel in vacuum
+    # Stiffness of the air [N/m], see `modal.bare_panels`; None for a panel in vacuum
     air_stiffness: MatrixInput | None = None
     # Cells whose motion is computed in addition to the mean of the patch; None for none
     cells: PatchElements | None = None

@@ -75,7 +75,7 @@ def least_damping_ratio(
 
 
 def flanks(frequency: Array, psd: Sequence[Array], damping_ratio: float, count: int) -> Array:
-    """Return lines beside peaks, half a bandwidth off, where a shifted resonance shows most.
+    """Return lines half a bandwidth off peaks, where a shifted resonance shows most.
 
     Parameters
     ----------

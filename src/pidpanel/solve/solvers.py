@@ -35,7 +35,7 @@ from pidpanel.solve.panel import ModalPanel
 SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3
 
 # Share of the shapes from which on several patches are solved directly: their low-rank update
-# multiplies two matrices of its width beside the solve, four times the cost of the solve alone.
+# multiplies two matrices of its width in addition, four times the cost of the solve alone.
 DIRECT_SHARE = 0.6
 
 # Most memory for the matrices of direct solves on the lines of a search.

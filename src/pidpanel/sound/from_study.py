@@ -152,9 +152,17 @@ def air_tables(
 ) -> dict[str, WavenumberTable]:
     """Tabulate the reaction of the air on one side of the panel to its motion.
 
-    `DIFFUSE` is G of the diffuse field [m⁴], which gives the radiation resistance whatever field
-    drives the panel; left out where that is the field of the study. `ADDED_VOLUME` is V of the
-    added mass [m³]; left out where the air has no mass (``response.air_mass``).
+    `DIFFUSE` is G of the diffuse field [m⁴], which gives the radiation resistance for any field;
+    it is left out if the field of the study is diffuse. `ADDED_VOLUME` is V of the added mass [m³].
+
+    Parameters
+    ----------
+    sound, shapes
+        Field of the study, and the shapes on the face of the panel.
+    modal_force
+        Tables of `modal_force_tables`, whose largest wavenumber is used.
+    air_mass
+        Whether the air has mass (``response.air_mass``).
     """
     k_max = modal_force[MODAL_FORCE].wavenumber_max
     face = PanelQuadrature.from_face(shapes, shapes.face_overlap)

@@ -25,13 +25,13 @@ SPARE_NODES = 14
 
 SPARE_UP_TO = 66.0  # kL up to which `SPARE_NODES` will do
 
-# What the factors of G leave out of the force on a shape, as a share of its mean square: the
-# least that the rounding of the table allows, for a wing of 4 m × 2.5 m to 2 kHz the first.
+# Relative error of the mean square of the force on a shape by the factors of G: the smallest that
+# the rounding of the table allows, for a wing of 4 m × 2.5 m up to 2 kHz the first.
 FACTOR_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7)
 
 SLACK = 10.0  # times as much at lower wavenumbers of a band, where the pivots are not the best ones
 
-# Of the largest mean square of a force: what the table knows of smaller ones is rounding.
+# Share of the largest mean square of a force below which the table is rounding.
 LEAST_FORCE = 1e-10
 
 BAND = 1.1  # ratio of wavenumbers for which the same shapes represent all
@@ -48,7 +48,7 @@ class FieldError(ValueError):
 
 @dataclass(frozen=True)
 class WavenumberTable:
-    """A matrix at Chebyshev nodes, to be read at any k up to `wavenumber_max`.
+    """A matrix at Chebyshev nodes, interpolated at any k up to `wavenumber_max`.
 
     The nodes are the positive ones of a Chebyshev rule on [−k_max, k_max].
     """

@@ -74,7 +74,7 @@ OVERALL = Quantity(60, 200, unit="level")
 Level = Annotated[float, OVERALL]  # overall sound pressure level [dB re 20 µPa]
 Coordinate = Annotated[float, Quantity(-100, 100, unit="metres")]  # x or y [m]
 Size = Annotated[float, Quantity(1e-4, 30, unit="metres")]  # of anything on a panel [m]
-# Of a solid [kg/m³]: expanded foam to osmium.
+# Density of a solid [kg/m³]: expanded foam to osmium.
 Density = Annotated[float, Quantity(5, 25000, unit="density")]
 
 

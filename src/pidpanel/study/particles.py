@@ -156,7 +156,7 @@ class Walls(SectionModel):
         return None if self.youngs_modulus_mpa is None else self.youngs_modulus_mpa * 1e6
 
 
-# Of a period or a radius [1].
+# Share of a period or a radius [1].
 Share = Annotated[float, Quantity(0, 0.5, low_itself=False, unit="percent")]
 Stroke = Annotated[float, Quantity(0, 100, low_itself=False)]  # W/L [1]
 

@@ -28,8 +28,7 @@ def level_of(pressure: float) -> float:
     return 20 * math.log10(pressure / 20e-6) if pressure > 0 else math.nan
 
 
-# What turns a value in a unit into the right one, by the name of the right one: a factor or a
-# function.
+# Conversion of a value in another unit, by the name of the required unit: a factor or a function.
 UNITS: Mapping[str, Mapping[str, float | Callable[[float], float]]]
 UNITS = {"": {}, "level": {"Pa": level_of}, **WORDS["units"]}
 

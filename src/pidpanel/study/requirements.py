@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from pidpanel.study.coupon import Coupon
     from pidpanel.study.study import Study
 
-# Of a record, 1/T apart, in the range of the response: their scatter is the error of C_e.
+# Lines of a record, 1/T apart, in the range of the response: their scatter is the error of C_e.
 FEWEST_LINES = 10
 
-# Of the lowest frequency in a record: both of its halves then resolve a third octave there.
+# Periods of the lowest frequency in a record: both halves then resolve a third octave there.
 FEWEST_PERIODS = 10
 
 

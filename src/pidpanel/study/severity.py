@@ -1,4 +1,4 @@
-"""The section ``severity`` of a study: what is read off the responses beside rms values."""
+"""The section ``severity`` of a study: results from the responses in addition to rms values."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

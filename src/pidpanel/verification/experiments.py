@@ -20,7 +20,7 @@ from pidpanel.paths import DATA
 from pidpanel.verification.coupon import contacts, shaken
 from pidpanel.verification.rows import COMPARISONS, Row, comparison
 
-# What was measured, and what was not known of each case.
+# Measured values, and unknowns of each case.
 PUBLISHED = yaml.safe_load((DATA / "reference" / "experiments.yaml").read_text(encoding="utf-8"))
 RESTITUTION, SPIN, COLLISION = (PUBLISHED[name] for name in ("restitution", "spin", "collision"))
 
@@ -255,5 +255,5 @@ CASES = {
     "periods": period_rows,
 }
 
-# What was not known of each, by the names of their cases.
+# Unknowns, by the names of their cases.
 UNKNOWN = {COMPARISONS[name]["case"]: PUBLISHED["unknown"][name] for name in CASES}

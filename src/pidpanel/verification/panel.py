@@ -101,7 +101,7 @@ def _orthotropic_frequencies(mesh: PanelMesh, turn: float) -> Array:
 
 
 def turned_rows(folder: Path) -> list[Row]:
-    """Return an orthotropic panel turned with its layup and ribbon beside the unturned one."""
+    """Compare an orthotropic panel rotated with its layup and ribbon with the original one."""
     outline = Polygon(tuple((float(x), float(y)) for x, y in CORNERS))
     mesh = mesh_triangles(folder / "panel.msh", outline, 0.08, {}, {})
     reference = _orthotropic_frequencies(mesh, 0.0)

@@ -209,7 +209,7 @@ HIGHEST = 1000.0
 
 
 def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> list[Row]:
-    """Return layouts of dampers in the basis of a study beside all elements."""
+    """Compare layouts of dampers in the basis of a study with all elements."""
     rows = []
     frequency = np.array(LINES)
     for name in names:
@@ -227,7 +227,7 @@ def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> list[R
 
 
 def power_rows(folder: Path) -> list[Row]:
-    """Return the power that panel and damper lose beside what the field puts in."""
+    """Compare the power lost in panel and damper with the power input of the field."""
     dampers = {"middle": STRONG}
     panel = damped_panel(folder, dampers, HIGHEST)
     frequency = np.array(LINES)

@@ -28,7 +28,7 @@ MOTION = (
 )
 
 
-# As LIGGGHTS writes numbers; Python takes more for one, such as 1_000.
+# Numbers as LIGGGHTS writes them; Python accepts more, such as 1_000.
 _NUMBER = re.compile(r"-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?")
 
 

@@ -110,7 +110,7 @@ class Liggghts:
         self._folder = folder
         self.log = folder / f"{name}.log"
         self._err = folder / f"{name}.err"
-        # a step of srun's without PMI is not wanted
+        # srun must not start a step of its own without PMI
         env = {k: v for k, v in os.environ.items() if k != "SLURM_STEP_ID"}
         env |= LONE_RANK | {"OMP_NUM_THREADS": "1"}
         self._deck = (folder / f"{name}.in").open("w", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Single contacts of LIGGGHTS beside closed forms: impacts, slides, rolls."""
+"""Single contacts of LIGGGHTS compared with closed forms: impacts, sliding, rolling."""
 
 import math
 from collections.abc import Sequence
