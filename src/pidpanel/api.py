@@ -71,7 +71,7 @@ class Model:
     study
         YAML file, name of a study that comes with pidpanel, or the same keys as a mapping.
     folder
-        Folder that holds the folder ``results``, and to which paths in a mapping are relative;
+        Folder with the folder ``results``, and to which paths in a mapping are relative;
         the working folder by default.
 
     Raises

@@ -25,7 +25,7 @@ def read_atlas(file: Path = TABLE_FILE) -> pd.DataFrame:
     Raises
     ------
     ValueError
-        With a line for each value that ``datapackage.json`` does not allow.
+        If values are not allowed by ``datapackage.json``, with a line for each.
     """
     texts = pd.read_csv(file, dtype=str, keep_default_na=False)
     if faults := list(faults_of(texts, fields())):

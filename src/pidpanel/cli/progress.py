@@ -48,7 +48,7 @@ class Cases:
 
 
 def cases_of(study: CouponStudy, folder: Path) -> Cases:
-    """Count the cases of a study by what ``results/coupon`` holds of them."""
+    """Count the cases of a study by their state in ``results/coupon``."""
     failures: Counter[str] = Counter()
     total = done = 0
     for cases in distinct_cases(study).values():

@@ -169,9 +169,9 @@ class Run:
         Raises
         ------
         jinja2.UndefinedError
-            For a variable of the user's template that `deck_values` does not hold.
+            If a variable of the user's template is not in `deck_values`.
         DeckRefused
-            For a deck of the user's own that is not trusted; see `trust`.
+            If a deck of the user's own is not trusted; see `trust`.
         """
         template, values = self._template, self.deck_values(leg, restart)
         return deck.render(template.name, values, template.parent)

@@ -102,7 +102,7 @@ class Case:
 
     @property
     def bias(self) -> float:
-        """Share by which softened contacts make C_e too large [1]; see `contact.modulus_bias`."""
+        """Relative bias of C_e by softened contacts [1]; see `contact.modulus_bias`."""
         run = self.point
         moduli = (run.constants.youngs_modulus, self.youngs_modulus)
         soft, stiff = (run.contact_time_at(modulus) * run.drive.frequency for modulus in moduli)

@@ -36,7 +36,7 @@ def decode(kind: type[Record], values: Any, source: str = "record") -> Record:
     Raises
     ------
     RecordUnreadable
-        With the source and the first key that is missing, unknown or of another type.
+        If a key is missing, unknown or of another type.
     """
     try:
         # strict JSON takes a list for a tuple and 1 for 1.0, and nothing else
@@ -79,8 +79,7 @@ def read(kind: type[Record], path: Path) -> Record:
     Raises
     ------
     RecordUnreadable
-        With the file and what is wrong in it, that it is not there, or that it is not as it was
-        written.
+        If the file is missing, was changed after it was written, or has other keys.
     """
     try:
         values = json.loads(path.read_text(encoding="utf-8"))

@@ -51,7 +51,7 @@ def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:
     Raises
     ------
     SolverFailure
-        Named after what went wrong.
+        If the run fails; the class is the reason.
     """
     state = RunState.read(folder)
     if state is None or state.run != run.identity or not state.restart or run.deck is not None:

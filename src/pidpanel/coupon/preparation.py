@@ -60,7 +60,7 @@ def pour(packing: Packing, folder: Path) -> Poured:
     UnderFilled
         If the bed is lower than the lid.
     SolverFailure
-        As LIGGGHTS has it.
+        If LIGGGHTS fails.
     """
     start = scattered(packing)
     chimneys = geometry.side_walls(packing.outline, packing.centres, start.height)
@@ -125,7 +125,7 @@ def loosen(bed: Bed, packing_folder: Path, folder: Path, full: int) -> Loosened:
     UnderFilled
         If the fill is less than one sphere a cell.
     SolverFailure
-        As LIGGGHTS has it.
+        If LIGGGHTS fails.
     """
     count = round(bed.fill_fraction * full)
     if count < 1:

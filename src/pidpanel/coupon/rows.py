@@ -43,7 +43,7 @@ def read_rows(
     Raises
     ------
     LogTruncated, NotFinite
-        With the file, the line and the offending text.
+        If rows are missing or not finite, with file, line and text.
     """
     file_of, header = deck.cycles_file, output.CYCLES_HEADER
     if by_cell:
@@ -74,9 +74,9 @@ def read_shaken(run: Run, folder: Path, shaken: Shaken) -> Array:
     Raises
     ------
     LogTruncated, NotFinite, Unphysical
-        With the file, the line and the offending text.
+        If rows are missing, not finite or impossible, with file, line and text.
     FileDamaged
-        If the rows are others than those that the outcome was made of.
+        If the rows differ from those of the outcome.
     """
     rows = read_rows(run, folder, shaken.legs, shaken.cycles)
     check_physics(run, rows, shaken.mass_kg, folder)

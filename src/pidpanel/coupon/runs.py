@@ -53,7 +53,7 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
     Raises
     ------
     SolverFailure
-        Named after what went wrong.
+        If the run fails; the class is the reason.
     """
     state = _resumed(run, target, bed_folder, folder) or _begun(run, bed_folder, folder)
     solver: Liggghts | None = None

@@ -244,7 +244,7 @@ def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: fl
 
 
 def check_coverage(table: Sequence[Row], coverage: float) -> None:
-    """Refuse a table of which too few cases are ok."""
+    """Refuse a table with too few cases that are ok."""
     bad = [row for row in table if row["status"] != OK]
     good = (len(table) - len(bad)) / len(table)
     if good < coverage:

@@ -79,8 +79,8 @@ def read_table(
     Raises
     ------
     ColumnsError
-        With a line for each fault of the file; or where the particles' mass is to be m_a, and the
-        table has none, or has m_a.
+        If the file has faults, with a line for each; or if m_a is to be the particles' mass, and
+        the table does not have it, or has m_a.
     """
     columns = read_columns(path, impedance=impedance)
     if apparent_mass == "particles":

@@ -14,7 +14,7 @@ and v = v₁ + w (v₂ − v₁) where a value is not positive: between two rows
 two is not, between two lines or two fills if any value of theirs is not. The rule is the same all
 along both, so that values have no jump. ``linear`` means linear in all of them.
 
-Beyond the first or last row of an axis values are held.
+Beyond the first or last row of an axis values are constant.
 """
 
 from __future__ import annotations

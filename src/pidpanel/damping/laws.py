@@ -42,7 +42,7 @@ def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
     Raises
     ------
     DampingError
-        Outside `FREQUENCY_RANGE` [Hz] and 0 < r ≤ 1.
+        If a value is outside `FREQUENCY_RANGE` [Hz] or 0 < r ≤ 1.
 
     Examples
     --------

@@ -94,7 +94,7 @@ def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | No
     -------
     DataFrame
         The points with columns ``simulated_…`` and ``atlas_…`` as those of ``measured_…``; NaN
-        where no case has the point, or the atlas does not hold.
+        where no case has the point, or outside the atlas.
     """
     good = cases[cases["status"].isin(COUNTED)]
     value_columns = [DAMPING_COLUMN, "equivalent_damping_error_n_s_m3", MASS_COLUMN,

@@ -146,7 +146,7 @@ class DampingSurface(DampingReading):
     ) -> DampingValues:
         """Return C_e and m_a at points (n,) of r, f [Hz] and Γ.
 
-        Beyond the lowest and highest r, f and Γ of the cases g_C and g_m are held; below the
+        Beyond the lowest and highest r, f and Γ of the cases g_C and g_m are constant; below the
         lowest Γ, h continues towards the onset. Inside is the convex hull of the cases in r, ln f
         and ln Γ.
         """
@@ -243,7 +243,7 @@ class DampingSurface(DampingReading):
         return result
 
     def _clip(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, float]:
-        """Return the groups of points held within the cases, and m_a per g_m there."""
+        """Return the groups of points limited to the cases, and m_a per g_m there."""
         if not self.depends_on_acceleration:
             gamma = float(self.low[2])
         query = _points(fill, frequency, gamma)

@@ -88,7 +88,7 @@ def read_columns(
     Raises
     ------
     ColumnsError
-        With all faults of the file, up to `MOST_FAULTS`.
+        If the file has faults; up to `MOST_FAULTS` are listed.
     """
     text = read_rows(path)
     allowed = IMPEDANCE if impedance else tuple(COLUMNS)

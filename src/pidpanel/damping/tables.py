@@ -113,7 +113,7 @@ class TableReading(DampingReading):
     ) -> DampingValues:
         """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`.
 
-        Beyond the rows values are held and not inside. A table of one amplitude holds for all, as
+        Beyond the rows values are constant and not inside. A table of one amplitude is for all, as
         does one without fills for every fill.
         """
         values, errors, inside = self._read(frequency, fill_fraction, acceleration_g)

@@ -25,7 +25,7 @@ PLACES = 24  # vertices that represent the panel, besides the response points
 
 @dataclass(frozen=True)
 class Objective:
-    """Groups of outputs, of which the largest is minimised; an output is a row with a weight."""
+    """Groups of outputs, the largest of which is minimised; an output is a row with a weight."""
 
     # (n_rows,) point of each row, and (n_rows, m) shares of the m motions there
     point: Index

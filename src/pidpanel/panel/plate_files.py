@@ -14,7 +14,7 @@ import xarray as xr
 from pidpanel.arrays import variable
 from pidpanel.panel.matrices import StoredPlate
 
-SYMMETRIC = ("stiffness", "mass")  # matrices of which the upper triangle is stored
+SYMMETRIC = ("stiffness", "mass")  # matrices stored by their upper triangle
 
 
 def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -> None:

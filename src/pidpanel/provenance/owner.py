@@ -1,4 +1,4 @@
-"""Whose results a folder holds: two studies of one name would overwrite each other's."""
+"""Owner of a results folder: two studies of one name would overwrite each other's results."""
 
 import os
 from pathlib import Path

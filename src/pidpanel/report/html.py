@@ -276,7 +276,7 @@ def render(page: Page, folder: Path = PAGES) -> str:
     Raises
     ------
     jinja2.UndefinedError
-        For a variable that a template needs and the page does not have.
+        If a template needs a variable that the page does not have.
     ValueError
         If two pictures or two sections have the same name.
     """

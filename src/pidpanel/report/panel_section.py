@@ -19,7 +19,7 @@ from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import WIDTH, triangles_of
 from pidpanel.report.text import records
 
-MODES_SHOWN = 9  # modes of which the shape is drawn
+MODES_SHOWN = 9  # modes whose shapes are drawn
 
 # Axes of a picture of a shape, to the right and up, of one who looks down on the panel.
 SEEN = np.array([[0.9439, -0.3303, 0.0], [0.2376, 0.6789, 0.6947]])

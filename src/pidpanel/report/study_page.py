@@ -102,7 +102,7 @@ def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSec
 
 
 def _sections(inputs: Inputs) -> list[PageSection]:
-    """Return the parts of the page in order, those left out of which there is nothing to show."""
+    """Return the parts of the page in order, without empty ones."""
     study, names = inputs.study, inputs.names
     points, frequency = list(study.panel.points), study.response.frequency_hz
     sound = study.acoustics

@@ -46,7 +46,7 @@ def map_dataset(
 
 
 def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
-    """Write a VTU file for each case and ``maps.pvd`` that holds them all as steps."""
+    """Write a VTU file for each case, and ``maps.pvd`` with all of them as steps."""
     folder.mkdir(exist_ok=True)
     position = np.pad(dataset["vertex_position"].to_numpy(), ((0, 0), (0, 1)))
     cells = dataset["cells"].to_numpy()

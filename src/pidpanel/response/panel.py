@@ -70,8 +70,8 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
     return PatchElements(Patches.of_rows(rows, area), patch)
 
 
-# (longest edge [m], frequency [Hz], added mass [kg/m²]) → share by which elements raise the
-# frequency [1].
+# (longest edge [m], frequency [Hz], added mass [kg/m²]) → relative frequency error due to the mesh
+# [1].
 ShiftOfWave = Callable[[float, float, float], float]
 
 

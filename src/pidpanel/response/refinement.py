@@ -37,7 +37,7 @@ from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.sharpness import LoadedModes, flanks, loaded_modes
 from pidpanel.solve.solvers import PanelSolver, damper_key
 
-ATTEMPTS = 4  # bases that are tried: each further one holds what the one before left out
+ATTEMPTS = 4  # bases that are tried: each further one has the shapes that the one before lacked
 
 # Largest shift of a resonance by the mesh over that of `resolution.ElementKind`: waves along
 # the edges of rectangles have 1.2 times that.

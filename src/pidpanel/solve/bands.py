@@ -31,7 +31,7 @@ def third_octaves(low: float, high: float) -> tuple[Array, Array]:
 
 
 def whole_third_octaves(low: float, high: float) -> tuple[Array, Array]:
-    """Return `third_octaves` of which the first begins at ``low`` and the last ends at ``high``.
+    """Return `third_octaves`; the first begins at ``low`` and the last ends at ``high``.
 
     The bands then hold all of a response: also what lies beyond the outer edges of those bands.
 

@@ -111,7 +111,7 @@ def frequency_grid(
     Raises
     ------
     GridError
-        Where the range is empty, or a value is not positive.
+        If the range is empty, or a value is not positive.
 
     Examples
     --------

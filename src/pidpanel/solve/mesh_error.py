@@ -32,7 +32,7 @@ class MeshShift:
     """What the mesh does to resonances."""
 
     waves: Array  # (nf,) relative error of the resonance nearest to a line due to waves [1]
-    points: Array  # (nf,) by which elements of half the size lower it due to single points [1]
+    points: Array  # (nf,) its decrease with elements of half the size due to single points [1]
     nearby: Array | float = 0.0  # (n_points,) relative change of the motion near such points [1]
 
 

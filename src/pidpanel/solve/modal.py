@@ -109,8 +109,7 @@ def bare_panels(
     Raises
     ------
     ResponseError
-        Where shapes disagree, a frequency is not positive or they do not rise, or a value is not
-        finite.
+        If shapes disagree, frequencies are not positive or do not rise, or a value is not finite.
     """
     frequency = checked_frequency(frequency)
     spectrum = checked_array("spectrum", spectrum, frequency.shape)

@@ -28,7 +28,7 @@ class ModalBasis:
     Raises
     ------
     ResponseError
-        Where shapes disagree or a value is not finite and positive, a frequency negative.
+        If shapes disagree, a value is not finite and positive, or a frequency is negative.
     """
 
     # (n,) f_i [Hz], positive; 0 of a rigid body's mode, which has no damping of its own
@@ -98,7 +98,7 @@ class Patches:
     Raises
     ------
     ResponseError
-        Where shapes disagree, D is not symmetric or has a negative eigenvalue.
+        If shapes disagree, D is not symmetric or has a negative eigenvalue.
     """
 
     def __init__(self, overlap: ArrayLike, area: ArrayLike) -> None:
@@ -130,7 +130,7 @@ class Patches:
         Raises
         ------
         ResponseError
-            Where shapes disagree or a value is not finite.
+            If shapes disagree or a value is not finite.
         """
         parts = np.asarray(rows, dtype=np.float64)
         if not np.all(np.isfinite(parts)):

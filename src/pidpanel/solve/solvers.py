@@ -181,7 +181,7 @@ class PanelSolver:
         Raises
         ------
         UnstableDamping
-            Where C_e is negative.
+            If C_e is negative.
         """
         distinct = {request.key: request for request in requests}
         answers = dict(zip(distinct, self._responses(list(distinct.values())), strict=True))

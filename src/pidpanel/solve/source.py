@@ -144,7 +144,7 @@ def interpolated_load(frequency: Array, nodes: Array, load: Array) -> Callable[[
     Parameters
     ----------
     frequency, nodes
-        (nf,) and (k,) rising [Hz]; values are held beyond the nodes.
+        (nf,) and (k,) rising [Hz]; values are constant beyond the nodes.
     load
         (k, n, n) at the nodes.
     """

@@ -26,7 +26,7 @@ def read_spectrum(path: str | Path) -> Spectrum:
     Raises
     ------
     ColumnsError
-        With all faults of the file.
+        If the file has faults; all are listed.
     """
     text = read_rows(Path(path))
     if not any(name.lower().startswith("psd") for name in text.header):

@@ -166,7 +166,7 @@ def pressure_psd(
     Raises
     ------
     SpectrumError
-        Where a frequency lies outside the table: nothing is extrapolated.
+        If a frequency is outside the table: nothing is extrapolated.
 
     Examples
     --------

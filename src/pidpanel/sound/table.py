@@ -48,10 +48,10 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
     Raises
     ------
     ColumnsError
-        With all faults of the file: where it is missing or not text, columns have other names, a
-        value is not a number, a level is outside `LEVEL_RANGE`, a centre is not a preferred one; if
-        there are none of these, where centres are unsorted, double or leave a gap, there are fewer
-        than two bands, or a comment states another kind.
+        If the file has faults; all are listed: a missing file, no text, other columns, values that
+        are no numbers, levels outside `LEVEL_RANGE`, centres that are not preferred ones. Without
+        these, centres that are unsorted, double or leave a gap, fewer than two bands, or a comment
+        that states another kind.
     """
     table = numbers(read_rows(Path(path)), COLUMNS)
     table.faults.hints.update(_overall_hints(table.text))

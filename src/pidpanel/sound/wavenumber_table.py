@@ -77,7 +77,7 @@ class WavenumberTable:
         Raises
         ------
         FieldError
-            Where a wavenumber is above k_max: polynomials must not be extrapolated.
+            If a wavenumber is above k_max: polynomials must not be extrapolated.
         """
         k = self._checked(wavenumber)
         weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)

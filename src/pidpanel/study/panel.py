@@ -205,7 +205,7 @@ class Panel(SectionModel):
         Raises
         ------
         ColumnsError
-            With all faults of its file.
+            If its file has faults; all are listed.
         """
         return damping_ratio_of(self.damping_ratio)
 

@@ -156,7 +156,7 @@ def read_rows(path: Path) -> list[Row]:
     Raises
     ------
     ValueError
-        With the file and its columns, if they are others.
+        If the file has other columns; they are listed.
     """
     table = pd.read_csv(path, dtype=str, keep_default_na=False)
     if list(table) != [*COLUMNS, "error"]:

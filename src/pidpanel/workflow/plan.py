@@ -89,7 +89,7 @@ class Plan:
         Raises
         ------
         StudyError, OwnerError
-            In a line for each: what is wrong with the study, the machine or the results.
+            If the study, the machine or the results have faults, with a line for each.
         """
         file = study_file(config, files)
         study = checked_study(file)

@@ -71,7 +71,7 @@ def render(name: str, values: Mapping[str, Any], folder: Path = TEMPLATES) -> st
     Raises
     ------
     jinja2.UndefinedError
-        For a variable that the template names and ``values`` does not hold.
+        If a variable of the template is not in ``values``.
     """
     return _environment(folder).get_template(name).render(values)
 
@@ -99,7 +99,7 @@ def undeclared(text: str, declared: Iterable[str]) -> list[str]:
     Raises
     ------
     jinja2.TemplateSyntaxError
-        With the line.
+        If the template has a syntax error, with its line.
     """
     tree = jinja2.Environment().parse(text)
     return sorted(jinja2.meta.find_undeclared_variables(tree) - set(declared))

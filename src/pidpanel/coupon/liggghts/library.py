@@ -24,7 +24,7 @@ def load_library() -> CDLL:
     Raises
     ------
     SolverMissing
-        With the package that brings it.
+        If the library is not installed, with its package.
     """
     os.environ.update(LONE_RANK)
     try:
@@ -68,7 +68,7 @@ class Spheres:
     Raises
     ------
     ParticlesLost
-        If LIGGGHTS holds other spheres than ``cell``, or in another order.
+        If LIGGGHTS has other spheres than ``cell``, or in another order.
     """
 
     # (n, 3) of the spheres; the force includes gravity [m/s], [N]

@@ -61,7 +61,7 @@ def read_cycles(
     Raises
     ------
     LogTruncated, NotFinite
-        With the file, the line and the offending text.
+        If rows are missing or not finite, with file, line and text.
     """
     rows: list[list[float]] = []
     if text and not text.endswith("\n"):

@@ -86,7 +86,7 @@ def check_installed() -> str:
     Raises
     ------
     SolverMissing
-        With the command that installs it.
+        If LIGGGHTS is not installed, with the command that installs it.
     """
     path = shutil.which(COMMAND)
     if path is None:
