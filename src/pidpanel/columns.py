@@ -38,7 +38,7 @@ class ColumnsError(ValueError):
 
 
 class Allowed(NamedTuple):
-    """What the numbers of a column may be."""
+    """Allowed numbers of a column."""
 
     low: float = -np.inf
     low_itself: bool = True
@@ -62,7 +62,7 @@ class Allowed(NamedTuple):
 
 
 class LineFaults:
-    """What is wrong in which line of a file."""
+    """Faults of a file by line."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -28,7 +28,7 @@ def call(args: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class Draft:
-    """What is known of a study, by the options of the command."""
+    """Values of a study from the options of the command."""
 
     title: str = ""
     size: tuple[float, float] = (1.5, 1.0)  # [m]

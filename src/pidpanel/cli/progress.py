@@ -1,4 +1,4 @@
-"""How far a run has come: its cases, its stages, the jobs that failed."""
+"""Progress of a run: its cases, its stages, failed jobs."""
 
 import json
 import re
@@ -29,7 +29,7 @@ _LOG = re.compile(r"^ +log: (.*?)(?: \(check log file.*)?$")
 
 @dataclass(frozen=True)
 class Cases:
-    """How many cases of a study ended how."""
+    """Numbers of cases of a study by outcome."""
 
     total: int
     done: int  # whose runs have all ended

@@ -28,7 +28,7 @@ class RunError(RuntimeError):
 
 
 class MachineError(RuntimeError):
-    """What of the machine is missing: LIGGGHTS, a folder that can be written, space on the disk."""
+    """A missing part of the machine: LIGGGHTS, a writable folder, space on the disk."""
 
 
 def command(study: Path, folder: Path, options: Sequence[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""What the runs of a study need of it, as data."""
+"""Data of a study for its runs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

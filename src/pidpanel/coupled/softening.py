@@ -1,4 +1,4 @@
-"""How soft the contacts of a coupled run may be, and what that costs in accuracy.
+"""Softest contacts of a coupled run, and their cost in accuracy.
 
 A softer sphere allows a longer time step. Two things go wrong with it:
 

@@ -38,7 +38,7 @@ from pidpanel.coupon.packing import identity_digest
 
 @dataclass(frozen=True)
 class RunTarget:
-    """How long a run lasts. Not part of what a run is: it continues where it stopped."""
+    """Length of a run. It is not part of a run's identity: a run continues where it stopped."""
 
     relative_error: float  # of C_e [1]
     min_cycles: int

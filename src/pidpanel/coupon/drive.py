@@ -1,4 +1,4 @@
-"""How a coupon is shaken.
+"""Motion of a coupon.
 
 A drive is known by its values alone: a frozen dataclass of numbers, which goes to JSON and back as
 it is. All that the coupon asks of a drive is below; a second drive answers the same, has a `kind`

@@ -73,7 +73,7 @@ class Constants:
 
 @dataclass(frozen=True)
 class Pouring:
-    """How a packing is poured."""
+    """Settings for pouring a packing."""
 
     # [Pa]; softness in the pour only sets how deep a sphere at rest sinks in: 2 µm at the bottom of
     # 25 mm of acrylic, and what that releases when it is shaken stiffer is 1e-3 of m g d

@@ -1,4 +1,4 @@
-"""How far packings of one bed scatter, pooled over the cases of a sweep.
+"""Scatter between packings of one bed, pooled over the cases of a sweep.
 
 Each seed is a different packing, and remains so however long it is shaken: two beds differ by 3 to
 7 % where two long runs state 0.5 %. Two or three seeds of a case are too few for their scatter;

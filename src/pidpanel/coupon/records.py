@@ -1,4 +1,4 @@
-"""What the steps of a coupon leave behind, as records; `coding` takes them to JSON and back.
+"""Results of the steps of a coupon, as records; `coding` converts them to JSON and back.
 
 `packing.json` is a `PourOutcome`, `bed.json` a `LoosenOutcome`, `<case>/s<seed>/<target>.json` a
 `ShakeOutcome`; `<case>/s<seed>/state.json` is the `RunState` of a run.
@@ -86,7 +86,7 @@ def check_same(left: Packing | Bed | Run, expected: Packing | Bed | Run, file: P
 
 @dataclass(frozen=True)
 class Attempt:
-    """How a step ended."""
+    """Outcome of a step."""
 
     status: str  # `OK`, or the name of a failure of `liggghts.failures`
     message: str
@@ -97,7 +97,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class PourOutcome(Attempt):
-    """What became of a packing; ``found`` is None after a failure."""
+    """Outcome of a packing; ``found`` is None after a failure."""
 
     packing: Packing
     found: Poured | None
@@ -106,7 +106,7 @@ class PourOutcome(Attempt):
 
 @dataclass(frozen=True)
 class LoosenOutcome(Attempt):
-    """What became of a bed; ``found`` is None after a failure."""
+    """Outcome of a bed; ``found`` is None after a failure."""
 
     bed: Bed
     found: Loosened | None
@@ -115,7 +115,7 @@ class LoosenOutcome(Attempt):
 
 @dataclass(frozen=True)
 class ShakeOutcome(Attempt):
-    """What became of a run; ``found`` is None after a failure."""
+    """Outcome of a run; ``found`` is None after a failure."""
 
     run: Run
     target: RunTarget
@@ -144,7 +144,7 @@ class ShakeOutcome(Attempt):
 
 @dataclass(frozen=True)
 class End:
-    """What a run left where it met a target."""
+    """End of a run where it met a target."""
 
     cycles: int  # of the run so far
     # Balance of the cycles that follow; None if the deck cannot list its contacts.

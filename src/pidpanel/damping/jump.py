@@ -1,4 +1,4 @@
-"""Where a bed begins to cross the gap as one body: on which side of the jump a motion lies.
+"""The jump at which a bed begins to cross the gap as one body, and the side of a motion.
 
 A bed rides on the floor, thrown up and caught, or crosses the gap and meets both ends in every
 cycle; where the two meet, C_e jumps by up to ten. The jump is at the stroke over gap

@@ -32,7 +32,7 @@ GRAIN = np.array([0.2, 2 * NODE_STEP, 2 * NODE_STEP])
 
 @dataclass(frozen=True)
 class Mixture:
-    """What is known of a function at some points."""
+    """Values of a function at some points, with errors."""
 
     points: Array  # (n, 3) r, ln Γ, ln W/L
     # (n,) p, ā, d

@@ -1,4 +1,4 @@
-"""Where simulated cases lie: their convex hull in r, ln f and ln Γ."""
+"""Range of simulated cases: their convex hull in r, ln f and ln Γ."""
 
 import numpy as np
 from scipy.spatial import ConvexHull

@@ -98,7 +98,7 @@ def groups(fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Arr
 
 @dataclass(frozen=True)
 class SurfaceBed:
-    """What all cases of a surface have in common: Γ₀, m₁ [kg/m²], depth [m]; NaN where unknown.
+    """Common properties of the cases of a surface: Γ₀, m₁ [kg/m²], depth [m]; NaN if unknown.
 
     Γ₀ and depth are arrays (n,) where cases of several beds make one surface (`atlas`).
     """
@@ -154,7 +154,7 @@ class SurfaceBed:
 
 @dataclass(frozen=True)
 class TrainingData:
-    """What the cases teach: points, values and sides."""
+    """Training data from the cases: points, values and sides."""
 
     bed: SurfaceBed
     points: Array  # (n, 3) `groups` of the cases

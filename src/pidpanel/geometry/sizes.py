@@ -12,7 +12,7 @@ from pidpanel.arrays import Array
 
 @dataclass(frozen=True)
 class Sizes:
-    """How the diameters of the spheres are distributed by number."""
+    """Distribution of the diameters of the spheres by number."""
 
     # ``mono``, ``normal``, ``uniform`` or ``binary``. ``normal`` has its mean in the middle and its
     # standard deviation a quarter of the range, at whose ends it is cut.

@@ -24,7 +24,7 @@ BLOCK = 800  # points that are predicted at once; their kernels fit in the cache
 
 @dataclass(frozen=True)
 class Specimen:
-    """What is known of the damper: its cell and particles, but for e, μ and r."""
+    """Known properties of the damper: cell and particles, without e, μ and r."""
 
     # across flats of the cell, its depth, and the diameter of the particles [m]
     width: float

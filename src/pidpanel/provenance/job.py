@@ -66,7 +66,7 @@ class Files:
 
 @dataclass(frozen=True)
 class Job:
-    """What a script of the workflow is called with."""
+    """Arguments of a script of the workflow."""
 
     # Files, by the names that the rule gives them
     input: Files

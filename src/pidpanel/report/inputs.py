@@ -21,7 +21,7 @@ from pidpanel.report.rms import moving_points
 
 @dataclass(frozen=True)
 class CouponResults:
-    """What the coupon stage left."""
+    """Results of the coupon stage."""
 
     cases: pd.DataFrame  # ``coupon/cases.csv``
     words: str = ""  # particles, cell, gravity, requested accuracy
@@ -33,7 +33,7 @@ class CouponResults:
 
 @dataclass(frozen=True)
 class DampingResults:
-    """What the damping stage left."""
+    """Results of the damping stage."""
 
     surface: DampingSurface  # ``damping/surface.nc``
     law: pd.DataFrame  # ``damping/law.csv``
@@ -41,7 +41,7 @@ class DampingResults:
 
 @dataclass(frozen=True)
 class CoupledResults:
-    """What the runs of panel and particles together left; points as text."""
+    """Results of the coupled runs; points as text."""
 
     summary: pd.DataFrame  # ``coupled/summary.csv``
     impedance: pd.DataFrame  # ``coupled/impedance.csv``
@@ -59,7 +59,7 @@ class AtlasResults:
 
 @dataclass(frozen=True)
 class ProposalResults:
-    """What the optimise stage left; points as text."""
+    """Results of the optimise stage; points as text."""
 
     layouts: pd.DataFrame  # ``optimise/layouts.csv``
     front: pd.DataFrame  # ``optimise/front.csv``
@@ -77,7 +77,7 @@ class ProposalResults:
 
 @dataclass(frozen=True)
 class SeverityResults:
-    """What the severity stage left."""
+    """Results of the severity stage."""
 
     oscillators: pd.DataFrame  # ``severity/oscillators.csv``
     peaks: pd.DataFrame  # ``severity/peaks.csv``
@@ -91,7 +91,7 @@ class SeverityResults:
 
 @dataclass(frozen=True)
 class MeasurementResults:
-    """What the measurement stage left."""
+    """Results of the measurement stage."""
 
     measured: pd.DataFrame  # ``measurement/measured.csv``
     differences: pd.DataFrame  # ``measurement/differences.csv``
@@ -99,7 +99,7 @@ class MeasurementResults:
 
 @dataclass(frozen=True)
 class BaseResults:
-    """What the base stage left; None for a motion or limits that the study does not have."""
+    """Results of the base stage; None for a motion or limits that the study does not have."""
 
     modes: pd.DataFrame  # ``base/modes.csv``
     summary: pd.DataFrame | None  # ``base/summary.csv``
@@ -111,7 +111,7 @@ class BaseResults:
 
 @dataclass(frozen=True, kw_only=True)
 class PanelInputs:
-    """What the page of a study with a panel is made from, under sound or on a shaker."""
+    """Inputs of the page of a study with a panel, under sound or on a shaker."""
 
     study: Study
     stamp: Mapping[str, str]  # of the results

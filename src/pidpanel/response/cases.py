@@ -87,7 +87,7 @@ class SolvedCase:
 
 @dataclass(frozen=True)
 class CasePlan:
-    """What is to be solved."""
+    """Cases to be solved."""
 
     # Scenario, name of the model and dampers of every case
     rows: Sequence[tuple[ResponseScenario, str, tuple[PatchDamper, ...]]]

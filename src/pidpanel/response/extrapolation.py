@@ -1,4 +1,4 @@
-"""How much of a scenario's change depends on damping beyond its data, and how far beyond."""
+"""Share of a scenario's change that depends on extrapolated damping, and distance to the data."""
 
 import math
 from collections.abc import Sequence

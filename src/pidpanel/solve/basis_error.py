@@ -1,4 +1,4 @@
-"""What the shapes of the basis miss of a response, and a basis that misses less.
+"""Error of a response due to the basis, and a better basis.
 
 At a few lines of every scenario the same panel is solved on all elements (`elements`), under the
 same excitation; the error of the basis is the largest difference of the PSD of a point, relative to

@@ -49,7 +49,7 @@ COLUMNS_AT_ONCE = 24  # columns solved together, so that memory stays at some do
 
 @dataclass(frozen=True)
 class ElementMotion:
-    """What a pull at each point does to a panel with dampers."""
+    """Response of a panel with dampers to a force at each point."""
 
     of_basis: Complexes  # (n, n_points) the answer of the basis for each point, in its shapes [m/N]
     whole: Complexes  # (n_free, n_points) x of all elements

@@ -1,4 +1,4 @@
-"""What the mesh does to a response: resonances that are too high.
+"""Error of a response due to the mesh: resonances that are too high.
 
 Elements that are not much shorter than a wave are too stiff, so every resonance is too high by a
 small share ε, more of it where a mode moves a part of the panel that is heavy with dampers: the
@@ -29,7 +29,7 @@ POINT_AMPLITUDE = 2.0
 
 @dataclass(frozen=True)
 class MeshShift:
-    """What the mesh does to resonances."""
+    """Errors of resonances due to the mesh."""
 
     waves: Array  # (nf,) relative error of the resonance nearest to a line due to waves [1]
     points: Array  # (nf,) its decrease with elements of half the size due to single points [1]

@@ -1,4 +1,4 @@
-"""What the response is computed from and what comes out: arrays with their checks."""
+"""Inputs and results of the response: arrays with their checks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

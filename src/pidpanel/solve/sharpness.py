@@ -1,4 +1,4 @@
-"""How sharp the resonances of a loaded panel are, and the lines on their flanks.
+"""Sharpness of the resonances of a loaded panel, and the lines on their flanks.
 
 A mass that does not damp lowers the damping ratio of what it loads: with m″ + m_a in place of m″
 all over the panel that of a mode is ζ/√(1 + m_a/m″).

@@ -29,7 +29,7 @@ TABLE_MASS = 1e8
 
 @dataclass(frozen=True)
 class Inertia:
-    """What the shapes of a panel have in common with a translation.
+    """Coupling of the shapes of a panel with a translation.
 
     Attributes
     ----------

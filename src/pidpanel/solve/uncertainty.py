@@ -64,7 +64,7 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class StandardErrors:
-    """Of the logarithms of what a scenario answers."""
+    """Standard errors of the logarithms of a scenario's responses."""
 
     log_psd: Array  # (nf, n_points) of ln S_a
     log_rms: Array  # (n_points,) of ln of the rms acceleration: its relative standard error

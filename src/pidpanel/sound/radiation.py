@@ -1,4 +1,4 @@
-"""What the air does to the panel that moves it: radiation damping and added mass.
+"""Effect of the air on the panel: radiation damping and added mass.
 
 The pressure on a baffled plate that moves at the velocity v (Rayleigh's integral) is
 

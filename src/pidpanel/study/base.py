@@ -1,4 +1,4 @@
-"""What all sections of a study are made of: the model, its mistakes, ranges of numbers, files."""
+"""Base of all sections of a study: the model, its mistakes, ranges of numbers, files."""
 
 import stat
 from collections.abc import Iterator, Mapping

@@ -26,7 +26,7 @@ MOST_NAMES = 1000  # under one key; what reads them takes a time that grows with
 
 
 class Mistake(NamedTuple):
-    """What is wrong at a key."""
+    """A mistake at a key."""
 
     keys: Keys  # way from the model that speaks; empty for the whole model
     says: str  # what is wrong or allowed, without the key and its value

@@ -86,7 +86,7 @@ class Particles(SectionModel):
     diameter_mm: Diameter = 2.0
     """Diameter [mm]; the mean one of a distribution, the first one of a binary mixture."""
     distribution: Distribution = Mono()
-    """How diameters differ from particle to particle."""
+    """Distribution of the diameters of particles."""
     density_kg_m3: Annotated[float, Quantity(10, 25000, unit="density")] = 1190.0
     """Density of the material [kg/m³]."""
     shell_mm: Spread | None = None

@@ -1,4 +1,4 @@
-"""What the sections of a study require of each other, and the atlas of a coupon (docs/atlas.md)."""
+"""Requirements between the sections of a study, and of the atlas of a coupon (docs/atlas.md)."""
 
 from __future__ import annotations
 

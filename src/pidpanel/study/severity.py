@@ -55,9 +55,9 @@ class Strengths(SectionModel):
     """Strengths that 3σ stresses at the points are compared with."""
 
     layers: PlyStrength | None = None
-    """Of all layers but the core."""
+    """Strength of all layers but the core."""
     core: CoreStrength | None = None
-    """Of the core of a sandwich."""
+    """Strength of the core of a sandwich."""
 
     def mistakes(self) -> Iterator[Mistake]:
         if self.layers is None and self.core is None:

@@ -44,7 +44,7 @@ class Study(CouponStudy):
     """Dampers that can fill patches, by name. The section ``coupon`` is also a damper, ``coupon``.
     A damper that is in no scenario is not simulated."""
     damping: Damping = Damping()
-    """Where C_e and m_a come from."""
+    """Damping models of C_e and m_a."""
     panel: Panel
     """The panel."""
     base: BaseMotion | None = None

@@ -1,1 +1,1 @@
-"""What Snakemake runs: the study, its LIGGGHTS runs, the requests of its jobs."""
+"""Inputs of Snakemake: the study, its LIGGGHTS runs, the requests of its jobs."""

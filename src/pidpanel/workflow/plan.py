@@ -1,4 +1,4 @@
-"""What the workflow runs: a study, its LIGGGHTS runs, and the requests of its jobs."""
+"""Plan of the workflow: a study, its LIGGGHTS runs, and the requests of its jobs."""
 
 from __future__ import annotations
 

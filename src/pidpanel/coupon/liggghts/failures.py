@@ -54,7 +54,7 @@ class NotSteady(SolverFailure):
 
 
 class EnergyNotClosed(SolverFailure):
-    """What the contacts dissipate is not what the shaker put in."""
+    """The loss of the contacts differs from the work of the shaker."""
 
 
 class LossesApart(SolverFailure):

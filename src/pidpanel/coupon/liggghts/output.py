@@ -1,4 +1,4 @@
-"""What LIGGGHTS wrote, read: cycle rows, log, dumps.
+"""Readers for the output of LIGGGHTS: cycle rows, log, dumps.
 
 Nothing is accepted silently. LIGGGHTS exits 0 after a SIGTERM and after too few insertions,
 writes a footer that claims all steps, and leaves cut rows after a SIGKILL. So a run is accepted
@@ -136,7 +136,7 @@ _BINARY_HEADER = np.dtype(
 
 
 class SphereMotion(NamedTuple):
-    """How every sphere moves in each frame."""
+    """Motion of every sphere in each frame."""
 
     # (frames, spheres, 3) [m], [m/s], [rad/s], [N], [N m]
     position: Array

@@ -73,7 +73,7 @@ class Instant(NamedTuple):
 
 
 class ContactFiles(NamedTuple):
-    """What `Liggghts.list_contacts` writes."""
+    """Output of `Liggghts.list_contacts`."""
 
     motion: Path
     pairs: Path
