@@ -34,7 +34,7 @@ from pidpanel.damping.atlas_files import read_atlas, read_rows
 from pidpanel.damping.atlas_fit import fit_constants
 from pidpanel.damping.readings import DampingReading
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.panel.plate_files import read_plate
+from pidpanel.panel.files import read_plate
 from pidpanel.paths import ATLAS_CASES, DATA, WORKFLOW
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
@@ -129,7 +129,7 @@ def responses(
         ]  # fmt: skip
         checked = checked_responses(
             panel, read_plate(files["plate.nc"]), scenarios,
-            DampingModels(("stated",), {}, dict(models)), StudySound(model.study),
+            DampingModels(("stated",), {}, {"stated": dict(models)}), StudySound(model.study),
         )  # fmt: skip
     return [_rms(case, checked.panel.frequency) for case in checked.cases]
 

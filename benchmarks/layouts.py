@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
@@ -30,7 +31,7 @@ from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.solvers import PanelSolver
-from pidpanel.sound.field import PanelQuadrature, tabulate_diffuse, wavenumber
+from pidpanel.sound.field import tabulate_diffuse, wavenumber
 
 LINES, MODES, SPEED = 2000, 90, 343.0
 POINTS = {"326": (0.75, 0.50), "189": (0.10, 0.30), "318": (0.35, 0.50)}

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
-from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.modes import normal_modes
+from pidpanel.panel.section import Core, Material, Ply, SandwichSection
 from pidpanel.panel.shapes import residual_vectors
 from pidpanel.panel.triangles import mesh_triangles
 

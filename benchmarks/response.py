@@ -18,6 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
@@ -27,7 +28,6 @@ from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import tabulate_diffuse, wavenumber
 
 LINES, MODES, SCENARIOS = 2000, 70, 12

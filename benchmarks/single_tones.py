@@ -7,7 +7,7 @@ the damping model gives the damper, against the same mass without damping: their
 
     python benchmarks/single_tones.py [folder] [runs]
 
-About half an hour on two cores after `coupled_scenarios.py`. The table of docs/damping_models.md
+About half an hour on two cores after `coupled_scenarios.py`. The table of docs/theory/damping.md
 is printed.
 """
 

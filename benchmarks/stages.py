@@ -27,6 +27,7 @@ from pidpanel.constants import LIGGGHTS_VERSION
 from pidpanel.coupon import attempts
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.damping.gaussian_process import fit
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
@@ -37,7 +38,6 @@ from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import tabulate_diffuse, wavenumber
 from pidpanel.study.coupon import Coupon
 

@@ -20,17 +20,16 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse.linalg as spla
 
-from pidpanel.panel.basis import basis_of
-from pidpanel.panel.basis_files import write_basis
+from pidpanel.geometry.plane_waves import PanelQuadrature
+from pidpanel.panel.basis import basis_of, face_wavenumber, with_condensed_face
 from pidpanel.panel.eigen import eigenpairs, factors
-from pidpanel.panel.face import face_wavenumber, with_condensed_face
+from pidpanel.panel.files import write_basis
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import count_modes_below, normalise
 from pidpanel.panel.shapes import Shapes, residual_vectors
 from pidpanel.paths import PROJECT
-from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import half_circle, tabulate_diffuse, transform
+from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.wavenumber_table import node_count
 from pidpanel.study import load_study
 

@@ -10,10 +10,10 @@ import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
 import snakemake_logger_plugin_pidpanel as plugin
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.progress import CORES, computed, time_left, tracked
-from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import tabulate_diffuse
+from pidpanel.sound.radiation import tabulate_added_mass
 
 
 def test_the_time_left_is_that_of_the_rest_at_the_pace_so_far():

@@ -32,7 +32,7 @@ from pidpanel.damping.from_study import (
     surface_of,
 )
 from pidpanel.damping.readings import DampingReading
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance.digests import stamp
@@ -45,7 +45,10 @@ from pidpanel.workflow.rules import RESPONSE
 
 __all__ = ["Model", "ResultsError", "StudyError"]
 
-PANEL_FILES = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
+PANEL_FILES = {
+    "modes": "modes.nc", "table": "modes.csv", "shapes": "modes.vtu", "mesh": "mesh.msh",
+    "section": "section.csv", "plate": "plate.nc",
+}  # fmt: skip
 SOUND_FILES = {"spectrum": "spectrum.csv", "modal_force": "modal_force.nc"}
 
 FILLS = (0.1, 0.3, 0.5, 0.7, 0.9)
@@ -309,14 +312,14 @@ class Model:
             names = ("panel/modes.nc", "response/psd.nc", "response/summary.csv")
             return {Path(name).name: self._result(name) for name in names}
         self._own = tempfile.TemporaryDirectory(prefix="pidpanel_")
-        files = {name: Path(self._own.name) / name for name in PANEL_FILES}
-        write_panel(study, *files.values())
+        files = {name: Path(self._own.name) / name for name in PANEL_FILES.values()}
+        write_panel(study, Files({name: [files[file]] for name, file in PANEL_FILES.items()}))
         return files
 
     def _respond(self) -> None:
         study, files = self._with_panel(), self._stages
         folder = files["modes.nc"].parent
-        names = {"modes": "modes.nc", "plate": "plate.nc", "section": "section.csv", **SOUND_FILES}
+        names = {**PANEL_FILES, **SOUND_FILES}
         if study.response.radiation != "none":
             names["air"] = "air.nc"
         upstream, outputs = (

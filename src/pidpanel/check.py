@@ -235,7 +235,7 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
 
 
 def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
-    from pidpanel.sound.psd_table import read_spectrum
+    from pidpanel.sound.table import read_spectrum
 
     spectrum = yield from read_at(("sound", "spectrum"), lambda: read_spectrum(sound.spectrum))
     if spectrum is None:

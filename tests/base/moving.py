@@ -6,13 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 
 from pidpanel.base.from_study import write_base
-from pidpanel.base.sine import interface_force
-from pidpanel.base.transfer import Transfer
+from pidpanel.base.sine import Transfer, interface_force
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.attachments import with_attachments
-from pidpanel.panel.basis import basis_of
-from pidpanel.panel.face import with_condensed_face
+from pidpanel.panel.basis import basis_of, with_condensed_face
 from pidpanel.panel.from_study import write_panel
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
@@ -89,9 +87,8 @@ def run_stages(study, folder):
     panel, base = folder / "panel", folder / "base"
     panel.mkdir()
     base.mkdir()
-    names = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
-    write_panel(study, *(panel / name for name in names))
     read = files(within(panel, PANEL))
+    write_panel(study, read)
     output = {
         "modes_table": "modes.csv", "summary": "summary.csv", "psd": "psd.nc",
         "psd_table": "psd.csv",

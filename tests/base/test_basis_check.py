@@ -15,7 +15,6 @@ from pidpanel.response.refinement import ATTEMPTS
 from pidpanel.solve.basis_error import (
     ALLOWED,
     check_basis,
-    cutoff_frequency,
     point_vertices,
 )
 from pidpanel.solve.dampers import patch_stiffness
@@ -47,7 +46,7 @@ def dense_gains(panel, frequency, damping, mass, kept):
     plate, supported, w = panel.plate, panel.supported, 2 * np.pi * frequency
     K, M = plate.stiffness.toarray(), plate.mass.toarray()
     square, vector = la.eigh(K, M)
-    omega, cutoff = np.sqrt(square), 2 * np.pi * cutoff_frequency(HIGHEST)
+    omega, cutoff = np.sqrt(square), 2 * np.pi * 2 * HIGHEST
     ratio = np.where(omega < cutoff, RATIO, RATIO * omega / cutoff)
     D, s = plate.patch_overlap["PID-1"].toarray(), 1j * w * damping - w**2 * mass
     Z = K - w**2 * M + 1j * w * M @ vector @ np.diag(2 * ratio * omega) @ vector.T @ M + s * D

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.base.notching import Limit, notched
+from pidpanel.base.random import Limit, notched
 
 FREQUENCY = np.linspace(10.0, 500.0, 4000)
 STATED = np.full(FREQUENCY.shape, 0.5)

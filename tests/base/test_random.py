@@ -8,8 +8,7 @@ import pytest
 from moving import APPARENT, DAMPING, WHITE, solved
 
 from pidpanel.base import random
-from pidpanel.base.notching import Limit
-from pidpanel.base.random import force_slopes, interface_force_psd
+from pidpanel.base.random import Limit, force_slopes, interface_force_psd
 from pidpanel.damping.broadband import BroadbandError
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import SolvedCase

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from moving import solved, transfer_of
 
-from pidpanel.base.sine import _Damping, _other_motion, interface_force, sweep
-from pidpanel.base.transfer import Transfer
+from pidpanel.base.sine import Transfer, _Damping, _other_motion, interface_force, sweep
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import Load
 

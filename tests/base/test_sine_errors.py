@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from moving import solved, transfer_of
 
-from pidpanel.base.sine import sweep
-from pidpanel.base.sine_errors import damping_errors, sweep_errors
+from pidpanel.base.sine import damping_errors, sweep, sweep_errors
 from pidpanel.damping.readings import DampingValues
 from pidpanel.response.dampers import PatchDamper
 

@@ -13,8 +13,8 @@ from pidpanel.coupon.from_study import bed_of
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import basis_of
+from pidpanel.panel.files import read_plate, write_plate
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.plate_files import read_plate, write_plate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pidpanel.coupon import balance, geometry, window
+from pidpanel.coupon import balance, contact, geometry, window
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.study.coupon import Coupon
@@ -17,7 +17,7 @@ RADIUS, MASS = 1e-3, 5e-6
 
 def elastic(modulus, friction):
     """A material whose tangential forces have no viscous part."""
-    return balance.ContactMaterial(modulus, 0.0, friction, 0.0)
+    return contact.ContactMaterial(modulus, 0.0, friction, 0.0)
 
 
 STEEL = elastic(2.85e7, 0.3)
@@ -151,9 +151,9 @@ def test_work_and_weight_are_what_a_free_sphere_gains():
 
 
 def test_the_effective_modulus_of_two_materials_is_that_of_springs_in_series():
-    alike = balance.contact_material((2e9, 0.0), (2e9, 0.0), 0.3, 0.5)
+    alike = contact.contact_material((2e9, 0.0), (2e9, 0.0), 0.3, 0.5)
     assert alike.effective_modulus == pytest.approx(1e9)
-    unlike = balance.contact_material((2e9, 0.5), (1e20, 0.3), 0.3, 0.5)
+    unlike = contact.contact_material((2e9, 0.5), (1e20, 0.3), 0.3, 0.5)
     assert unlike.effective_modulus == pytest.approx(2e9 / 0.75)
 
 
@@ -341,7 +341,7 @@ def test_a_force_that_pulls_rubs_as_one_that_pushes():
 def test_two_unlike_materials_are_springs_in_series():
     # 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂: the softer decides, its Poisson's ratio counts
     # red: 1 - n**2 → 1 + n**2 in `contact_material`
-    found = balance.contact_material((3e9, 0.3), (5e7, 0.4), 0.3, 0.5)
+    found = contact.contact_material((3e9, 0.3), (5e7, 0.4), 0.3, 0.5)
     assert 1 / found.effective_modulus == pytest.approx(0.91 / 3e9 + 0.84 / 5e7)
 
 
@@ -372,7 +372,7 @@ def test_an_oblique_impact_loses_what_its_energy_says_whether_it_sticks_or_slide
     # μ|F_n|, then slides.
     # red: `slides` all True or all False; `earlier_viscous` → `viscous` in `_acting`
     radius, mass, step = 1e-3, 5e-6, 2e-7
-    material = balance.ContactMaterial(2 * MODULUS, MODULUS, 0.7, 0.3)
+    material = contact.ContactMaterial(2 * MODULUS, MODULUS, 0.7, 0.3)
     place, velocity, spin = np.array([0, 0, radius + 1e-9]), np.array([0.2, 0, -0.2]), np.zeros(3)
     up, stretch = np.array([0.0, 0, 1]), np.zeros(3)
     force, torque = np.zeros(3), np.zeros(3)
@@ -439,5 +439,5 @@ def test_the_effective_shear_modulus_is_that_of_mindlin():
     # 1/G* = (2 − ν)/G for each, G = E/(2(1 + ν)); red: (1 + ν) in the denominator
     moduli, ratios = (3.0e9, 7.0e10), (0.35, 0.2)
     compliance = sum((2 - n) / (e / (2 * (1 + n))) for e, n in zip(moduli, ratios, strict=True))
-    material = balance.contact_material(*zip(moduli, ratios, strict=True), 0.3, 0.5)
+    material = contact.contact_material(*zip(moduli, ratios, strict=True), 0.3, 0.5)
     assert material.effective_shear_modulus == pytest.approx(1 / compliance)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.report.from_study import write_study_page
 from pidpanel.response.from_study import write_export, write_maps, write_response
@@ -220,12 +220,11 @@ def carried_out(study, file: Path, folder: Path, *, page: bool) -> Path:
     """Do what the workflow does, and return the table of the responses."""
     for stage in ("panel", "sound", "response"):
         (folder / stage).mkdir(parents=True, exist_ok=True)
-    panel = [folder / "panel" / name for name in
-             ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")]  # fmt: skip
-    write_panel(study, *panel)
+    panel = files(within(folder / "panel", PANEL))
+    write_panel(study, panel)
     radiates = study.response.radiation != "none"
     sound = within(folder / "sound", SOUND | ({"air": "air.nc"} if radiates else {}))
-    write_sound(study, read_basis(panel[0]), files(sound))
+    write_sound(study, read_basis(panel.modes), files(sound))
     upstream = within(folder / "panel", PANEL) | sound
     response = within(folder / "response", RESPONSE)
     write_response(study, files(upstream), files(response), None, None)

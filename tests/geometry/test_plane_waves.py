@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.geometry.plane_waves import condensed, degree, gauss, lagrange
+from pidpanel.geometry.plane_waves import PanelQuadrature, condensed, degree, gauss, lagrange
 
 KAPPA = 30.0
 
@@ -33,10 +33,10 @@ def test_condensed_points_answer_to_every_wave_as_all_of_them_do(sides, corner, 
     # red: TOLERANCE = 1e-2 or degree(…) - 4 in `condensed`; whole_weight → 1 in `lagrange`;
     # place == (column, row) → (row, column)
     position, weight, values = points(3, sides, corner)
-    few = condensed(position, weight, values, KAPPA)
+    few = condensed(PanelQuadrature(position, weight, values), KAPPA)
     size = weight @ np.abs(values)
     apart = waves(position, weight, values, share * KAPPA) - waves(
-        few.position, few.weight, few.values, share * KAPPA
+        few.position, few.weight, few.shape, share * KAPPA
     )
     assert np.max(np.abs(apart) / size) < error
 
@@ -45,10 +45,10 @@ def test_the_points_are_gauss_points_of_the_box_whose_weights_sum_to_its_area():
     # as many as the degree of a wave across either side; red: edge / 2 → edge in `degree(…)` of
     # `whole`; / 4 left out of the weights
     position, weight, values = points(4, (2.0, 1.0))
-    few = condensed(position, weight, values, KAPPA)
+    few = condensed(PanelQuadrature(position, weight, values), KAPPA)
     assert len(few.weight) == degree(KAPPA) * degree(KAPPA / 2)
     assert few.weight.sum() == pytest.approx(2.0, rel=1e-13)
-    assert few.values.shape == (len(few.weight), 3)
+    assert few.shape.shape == (len(few.weight), 3)
     x = np.unique(few.position[:, 0].round(12))
     np.testing.assert_allclose(x, 1 + gauss(degree(KAPPA))[0], atol=1e-11)
 
@@ -59,8 +59,8 @@ def test_the_boxes_in_which_points_are_gathered_change_nothing(monkeypatch):
     found = []
     for size in (2.0, 100.0):
         monkeypatch.setattr("pidpanel.geometry.plane_waves.WAVES_IN_A_BOX", size)
-        few = condensed(position, weight, values, KAPPA)
-        found.append(waves(few.position, few.weight, few.values, KAPPA / 2))
+        few = condensed(PanelQuadrature(position, weight, values), KAPPA)
+        found.append(waves(few.position, few.weight, few.shape, KAPPA / 2))
     scale = np.max(weight @ np.abs(values))
     np.testing.assert_allclose(found[0], found[1], atol=1e-11 * scale)
 

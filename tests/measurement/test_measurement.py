@@ -9,7 +9,7 @@ from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.measurement.differences import band_differences, common_range
 from pidpanel.measurement.files import MeasuredPsd, read_measured
-from pidpanel.response.export import Curve, write_uff58
+from pidpanel.response.exports import Curve, write_uff58
 
 FREQUENCY = np.geomspace(20.0, 400.0, 300)
 PSD = 2.0 + np.cos(FREQUENCY / 9)

@@ -84,15 +84,15 @@ OTHERS = {
     "coupon": "atlas attempts batches bed cases coding deadline estimate film finished from_study judgement legs "
     "packing preparation records runs summary window",
     "damping": "atlas_files from_study surface_files table_files",
-    "panel": "basis_files first plate_files flat_mesh gmsh_files from_study matrices mesh nastran tables",
+    "panel": "files flat_mesh gmsh_files from_study matrices mesh nastran tables",
     "sound": "field_files from_study",
     "coupled": "beds checkpoints estimate_files from_study pieces process record_files scenario",
     "base": "from_study tables",
     "severity": "from_study tables",
-    "optimise": "excited finalists from_study options placed",
+    "optimise": "excited from_study options",
     "measurement": "files from_study",
     "identify": "from_study",
-    "response": "export exports from_study map_files nastran psd_files refinement results trust",
+    "response": "exports from_study psd_files refinement results trust",
 }
 """Modules that read, write, run, check or put together what those with formulas compute."""
 

@@ -5,11 +5,10 @@ import itertools
 import numpy as np
 import shapely
 
-from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.objectives import accelerations
 from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.places import places_on
-from pidpanel.optimise.reduced import ReducedPanel
+from pidpanel.optimise.reduced import JointPanel, ReducedPanel
 from pidpanel.optimise.search import Problem
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis, Patches

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.optimise.alternatives import damped_by_layer, thicker_faces
+from pidpanel.optimise.variants import damped_by_layer, thicker_faces
 from pidpanel.solve.model import ModalBasis
 
 MODES = ModalBasis([50.0, 80.0], [1.0, 1.5], 0.01)

@@ -7,7 +7,7 @@ import yaml
 
 from pidpanel.base.from_study import write_base
 from pidpanel.optimise.from_study import write_proposal
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.sound.from_study import write_sound
 from pidpanel.study import load_study
@@ -35,8 +35,7 @@ def run(folder, study, **more):
     study.write_text(yaml.safe_dump(more))
     loaded, panel = load_study(study), folder / "panel"
     panel.mkdir(exist_ok=True)
-    files = ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")
-    write_panel(loaded, *(panel / name for name in files))
+    write_panel(loaded, files(within(panel, PANEL)))
     return loaded, panel
 
 

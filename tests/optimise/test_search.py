@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from random_panels import RandomPanel, exhaustive, problems
 
-from pidpanel.optimise.bound import PriceOfMass, weights_of_points
 from pidpanel.optimise.search import (
+    PriceOfMass,
     Problem,
     Proof,
     Sampling,
@@ -16,6 +16,7 @@ from pidpanel.optimise.search import (
     branch_and_bound,
     greedy,
     sample_property,
+    weights_of_points,
 )
 
 PANELS = 20

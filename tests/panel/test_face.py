@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pidpanel.panel.face import face_wavenumber, with_condensed_face
-from pidpanel.sound.face import PanelQuadrature
+from pidpanel.geometry.plane_waves import PanelQuadrature
+from pidpanel.panel.basis import face_wavenumber, with_condensed_face
 from pidpanel.sound.field import diffuse_modal_force
 
 

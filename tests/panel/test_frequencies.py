@@ -8,12 +8,11 @@ from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel import mindlin
 from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.modes import count_modes_below, normal_modes
 from pidpanel.panel.navier import shear_plate_frequency, thin_plate_frequency
-from pidpanel.panel.section import SolidSection, ThinSection
+from pidpanel.panel.section import Core, Material, Ply, SandwichSection, SolidSection, ThinSection
 from pidpanel.panel.shapes import residual_vectors
 from pidpanel.panel.supports import EdgeSupport, PointSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
+from pidpanel.panel.section import Core, Material, Ply, SandwichSection
 
 # the sandwich of the closed forms: 0.3 mm isotropic faces on a 24.4 mm core
 FACE = Ply(Material.isotropic(60e9, 0.3, 1600.0), 0.3e-3)

@@ -7,9 +7,9 @@ import xarray as xr
 
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel import shapes as shapes_module
+from pidpanel.panel.files import read_plate, write_plate
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import loaded_modes
-from pidpanel.panel.plate_files import read_plate, write_plate
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate

@@ -3,6 +3,7 @@
 import resource
 import struct
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import gmsh
@@ -13,11 +14,11 @@ from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel import from_study
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.gmsh_files import read_gmsh
-from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mesh import gmsh_session
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.nastran import read_nastran
+from pidpanel.panel.section import Core, Material, Ply, SandwichSection
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.paths import STUDIES
 from pidpanel.study import load_study
@@ -84,7 +85,8 @@ def test_a_mesh_comes_back_from_nastran_with_its_frequencies(tmp_path, original,
     _, mesh, expected = original
     path = tmp_path / "panel.bdf"
     path.write_text(as_deck(mesh, style))
-    flat = read_nastran(path).scaled(1e-3)
+    flat = read_nastran(path)
+    flat = replace(flat, position=1e-3 * flat.position)
     again = flat.panel_mesh(
         {"group": "2", "shape": PATCH}, {"P": flat.at_node(1 + mesh.point_vertices["P"])}
     )

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.panel.mesh import read_mesh
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.panel.section import ThinSection

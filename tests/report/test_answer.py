@@ -250,7 +250,7 @@ def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, mon
 
 
 def test_coupled_runs_answer_as_any_reading_does(coupled, coupled_study):
-    # red: "coupled" not the first of PREFERRED; without " in one time integration"
+    # red: "coupled" not the first of DAMPING_MODELS; without " in one time integration"
     assert answer.main_reading(("paper_corrected", "dem", "coupled")) == "coupled"
     found = answer_of(coupled_study, coupled.summary)
     assert found.is_coupled and found.candidates[0].name == "A, r = 0.5"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.report.maps_section import _exceeded_by, map_figure, maps_section, patch_edges
-from pidpanel.response.map_files import UNITS, map_dataset
+from pidpanel.response.mapping import UNITS, map_dataset
 from tests.page_reader import blocks_of
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pidpanel.response.bushes import write_bushes
 from pidpanel.response.from_study import read_response_panel, write_export
+from pidpanel.response.nastran import write_bushes
 from pidpanel.response.psd_files import read_psd
 from pidpanel.study import load_study
 from tests.jobs import RESPONSE, call, make_panel, make_sound, within

@@ -201,7 +201,9 @@ def two_patches(first, second):
     settings = SimpleNamespace(stated_acceleration_g=None)
     basis = SimpleNamespace(patch_names=["a", "b"])
     panel = SimpleNamespace(basis=basis, carriers=np.array([0, 1]), settings=settings)
-    return plan_cases(panel, [scenario], DampingModels(["stated"], {}, {"d": first, "e": second}))
+    return plan_cases(
+        panel, [scenario], DampingModels(["stated"], {}, {"stated": {"d": first, "e": second}})
+    )
 
 
 def test_one_unknown_mass_leaves_no_dead_weight_and_one_uncertain_damper_has_slopes():
@@ -219,7 +221,7 @@ def test_coupled_runs_are_read_where_there_are_some_and_stated_dampers_elsewhere
     # red: either of both; the bed of another scenario
     bed, stated, common = Model(1.0, float), Model(2.0, float), Model(3.0, float)
     models = DampingModels(
-        ["coupled", "stated", "dem"], {"dem": common}, {"d": stated}, {("s", "b"): bed}
+        ["coupled", "stated", "dem"], {"dem": common}, {"stated": {"d": stated}}, {("s", "b"): bed}
     )
     of_b, of_a = PatchFilling("b", "d", 0.5), PatchFilling("a", "d", None)
     found = [

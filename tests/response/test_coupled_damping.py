@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.damping.coupled import CoupledDamping, read_coupled
-from pidpanel.response.coupled_errors import read_errors
+from pidpanel.response.model_error import read_errors
 
 NODES = np.array([100.0, 400.0])
 BED = CoupledDamping(

@@ -7,7 +7,7 @@ import pytest
 import pyuff
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.response.export import Curve, third_octave_rows, write_tabrnd1, write_uff58
+from pidpanel.response.exports import Curve, third_octave_rows, write_tabrnd1, write_uff58
 
 POSITION = np.array([[0.75, 0.5], [0.1, 0.3]])
 FREQUENCY = np.geomspace(50.0, 200.0, 101)

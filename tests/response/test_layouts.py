@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.response.exports import modal_damping
 from pidpanel.response.from_study import scenarios_of, write_response
 from pidpanel.response.psd_files import read_psd

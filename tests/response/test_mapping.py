@@ -1,13 +1,15 @@
 """What maps over the panel take from the PSDs: errors of their points, dampers on fewer lines."""
 
+import xml.etree.ElementTree as ET
 from types import SimpleNamespace
 
+import meshio
 import numpy as np
 import pytest
 import xarray as xr
 
 from pidpanel.response import mapping
-from pidpanel.response.mapping import _dampers, _error_of_points
+from pidpanel.response.mapping import UNITS, _dampers, _error_of_points, map_dataset, write_paraview
 
 KEY = ("stated", "s")
 
@@ -114,3 +116,25 @@ def test_maps_are_of_every_scenario_and_model_with_the_force_of_its_own_particle
     np.testing.assert_allclose(values["displacement_rms"], [[3, 6, 9, 12]] * 3)
     np.testing.assert_allclose(values["core_shear_xz_rms"], 3 * 2 * 0.1)
     assert not values["core_shear_yz_rms"].any() and (values["relative_error"] == 0.1).all()
+
+
+def test_paraview_finds_every_case_with_units_in_the_names(tmp_path):
+    # red: values.sel(layer=layer) → values.isel(layer=0)
+    vertices = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    cells = np.array([[0, 1, 2, 3]])
+    maps = {name: np.arange(4.0) for name in ("acceleration", "displacement")}
+    maps |= {name: np.arange(8.0).reshape(2, 4) for name in UNITS if name not in maps}
+    found = {("dem", "bare"): maps, ("dem", "PID-1_r0.5"): maps}
+    path = tmp_path / "maps.nc"
+    map_dataset(found, [0.1] * len(found), vertices, cells, ["top", "bottom"]).to_netcdf(
+        path, engine="scipy"
+    )
+    with xr.open_dataset(path, engine="scipy") as dataset:
+        assert dataset["acceleration_rms"].attrs["units"] == "m s-2"
+        write_paraview(tmp_path / "maps", dataset.load())
+    root = ET.parse(tmp_path / "maps" / "maps.pvd").getroot()
+    files = [entry.attrib["file"] for entry in root.iter("DataSet")]
+    assert files == ["dem_bare.vtu", "dem_PID-1_r0.5.vtu"]
+    mesh = meshio.read(tmp_path / "maps" / files[1])
+    np.testing.assert_array_equal(mesh.point_data["von_mises_rms_Pa_bottom"], np.arange(4.0, 8.0))
+    np.testing.assert_array_equal(mesh.point_data["acceleration_rms_m_s-2"], np.arange(4.0))

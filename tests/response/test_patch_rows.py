@@ -8,7 +8,7 @@ import pytest
 from pidpanel.response.cases import SolvedCase
 from pidpanel.response.dampers import PatchFilling
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.response.patch_rows import damping_on_patches, only_motion, patch_rows
+from pidpanel.response.tables import damping_on_patches, only_motion, patch_rows
 
 AREA = np.array([1.0, 3.0, 2.0])
 PATCH = np.array([1, 1, 0])

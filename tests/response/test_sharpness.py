@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.response import refinement
 from pidpanel.response.from_study import write_response
@@ -110,10 +110,9 @@ def test_the_lines_resolve_what_the_mass_of_a_damper_sharpens(mass, ratio, tmp_p
     monkeypatch.setattr(refinement, "check_basis", spied)
     (tmp_path / "s.yaml").write_text(STUDY.replace("MASS", str(mass)))
     study = load_study(tmp_path / "s.yaml")
-    panel = [tmp_path / name for name in
-             ("modes.nc", "modes.csv", "modes.vtu", "mesh.msh", "section.csv", "plate.nc")]  # fmt: skip
-    write_panel(study, *panel)
-    write_sound(study, read_basis(panel[0]), files(within(tmp_path, SOUND)))
+    panel = files(within(tmp_path, PANEL))
+    write_panel(study, panel)
+    write_sound(study, read_basis(panel.modes), files(within(tmp_path, SOUND)))
     output = files(within(tmp_path, RESPONSE))
     write_response(study, files(within(tmp_path, PANEL | SOUND)), output, None, None)
     with xr.open_dataset(output.psd, engine="scipy") as psd:

@@ -9,6 +9,12 @@ from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.solvers import PanelSolver
 
 
+def air_resistance(frequency, diffuse, sides=1):
+    """R = sides ρ₀ω²/(2πc₀) G of air of 1.2 kg/m³ and 343 m/s."""
+    omega = 2 * np.pi * frequency[:, None, None]
+    return sides * 1.2 * omega**2 / (2 * np.pi * 343.0) * diffuse
+
+
 def white(frequency):
     return np.ones(frequency.size)
 

@@ -9,8 +9,7 @@ import scipy.sparse as sp
 
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel.basis import basis_of
-from pidpanel.panel.face import with_condensed_face
+from pidpanel.panel.basis import basis_of, with_condensed_face
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
@@ -18,14 +17,13 @@ from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.basis_error import (
     basis_shapes,
     check_basis,
-    damping_ratios,
     lines_to_try,
+    modal_basis,
     pressure_errors,
     principal,
     refined,
 )
 from pidpanel.solve.dampers import patch_stiffness
-from pidpanel.solve.model import ModalBasis
 
 ZETA, HIGHEST = DampingRatio((0.01,)), 400.0
 CUTOFF = 2 * HIGHEST
@@ -93,8 +91,7 @@ def dense_psd(plate, frequency, damping, mass, zeta=ZETA, wavenumbers=((0.0, 0.0
 
 def reduced_psd(basis, frequency, damping, mass, zeta=ZETA, wavenumbers=((0.0, 0.0),)):
     w = 2 * np.pi * frequency
-    ratio = damping_ratios(basis, zeta, CUTOFF)
-    modal = ModalBasis(basis.natural_frequency, basis.modal_mass, ratio)
+    modal = modal_basis(basis, zeta, HIGHEST)
     s = 1j * w * damping - w**2 * mass
     Z = np.diag(modal.dynamic_stiffness(np.array([frequency]))[0]) + s * basis.patch_overlap[0]
     phase = np.exp(-1j * np.array(wavenumbers) @ basis.quadrature_position.T)

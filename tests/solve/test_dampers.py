@@ -3,7 +3,7 @@
 import numpy as np
 
 from pidpanel.solve import dampers
-from pidpanel.solve.diagonal import DiagonalPanel
+from pidpanel.solve.direct import DiagonalPanel
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, Patches
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from solving import air_resistance
 
 from pidpanel.solve import stress
 from pidpanel.solve.dampers import attach_dampers
@@ -9,7 +10,6 @@ from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.maps import layer_maps, modal_covariances, rms_map
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
-from pidpanel.sound.radiation import air_resistance
 
 RNG = np.random.default_rng(9)
 TURNED = RNG.normal(size=(2, 3, 3))
@@ -23,7 +23,7 @@ def test_a_map_holds_at_its_points_what_the_response_there_has(panel, lines):
     # the same lines and trapezoids; what is left are the eigenvalues of D that maps drop, 5e-4
     # red: omega4 → omega4**0.5; factor * left out; weight / 2 → weight; VON_MISES → its diagonal
     omega = 2 * np.pi * lines.frequency[:, None, None]
-    resistance = air_resistance(lines.frequency, lines.modal_force, 1.2, 343.0)
+    resistance = air_resistance(lines.frequency, lines.modal_force)
     motion = np.random.default_rng(5).standard_normal((3, 6, len(panel.modes)))
     motion[:, 0] = panel.points
     sound = (lines.spectrum, lines.modal_force, 1j * omega * resistance)

@@ -8,14 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy
+from solving import air_resistance
 
 from pidpanel.solve.dampers import attach_dampers
-from pidpanel.solve.diagonal import DiagonalPanel
+from pidpanel.solve.direct import DiagonalPanel
 from pidpanel.solve.lines import frequency_grid, root_mean_square
 from pidpanel.solve.modal import bare_panels, chunks_of_lines, patch_motions_in_vacuum
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError, UnstableDamping
 from pidpanel.solve.motions import ReducedMotions
-from pidpanel.sound.radiation import air_resistance
+from pidpanel.sound.radiation import Air
+from pidpanel.sound.wavenumber_table import constant_table
 
 EXACT = 1e-14
 """Share of the eigenvalues of D that is dropped where the algebra itself is judged."""
@@ -156,7 +158,7 @@ def test_a_hermitian_force_and_a_radiating_panel_are_the_dense_solve(panel, line
     # red: x.conj() → x in the complex branch of `_congruence`; stiffness += air → -= air in `dense_stiffness`
     phase = np.exp(1j * np.arange(len(panel.modes)) ** 2)
     wave = replace(lines, modal_force=np.outer(phase, phase.conj()) * 1e-3)
-    resistance = air_resistance(lines.frequency, lines.modal_force, 1.2, 343.0, 2)
+    resistance = air_resistance(lines.frequency, lines.modal_force, 2)
     omega = 2 * np.pi * lines.frequency[:, None, None]
     bare = bare_of(panel, wave, air_stiffness=1j * omega * resistance)
     response = attach_dampers(bare, lines.equivalent_damping, lines.apparent_mass)
@@ -478,21 +480,24 @@ def test_what_has_no_response_is_refused_by_name(panel, lines):
 
 def test_a_face_far_above_coincidence_radiates_rho_c():
     # G → (2π/k²) ∫φ² dA there, so that R → ρ₀c₀ ∫φ² dA, the impedance of a plane wave; algebra
-    # red: 2 * np.pi * speed_of_sound → 4 * np.pi * speed_of_sound in `air_resistance`
+    # red: 2 * np.pi * self.speed_of_sound → 4 * np.pi * self.speed_of_sound in `Air`
     frequency = np.array([5000.0])
     k = 2 * np.pi * frequency / 343.0
-    one = air_resistance(frequency, (2 * np.pi / k**2 * 0.375)[:, None, None], 1.2, 343.0)
-    assert one[0, 0, 0] == pytest.approx(1.2 * 343.0 * 0.375, rel=1e-12)
-    two = air_resistance(frequency, (2 * np.pi / k**2 * 0.375)[:, None, None], 1.2, 343.0, 2)
-    assert two[0, 0, 0] == pytest.approx(2 * one[0, 0, 0], rel=1e-12)
+    diffuse = constant_table(float(k[0]), 2 * np.pi / k[:, None] ** 2 * 0.375)
+    for sides in (1, 2):
+        stiffness = Air(1.2, 343.0, sides, diffuse, None)(frequency)[0, 0, 0]
+        resistance = sides * 1.2 * 343.0 * 0.375
+        assert stiffness.imag == pytest.approx(2 * np.pi * 5000.0 * resistance, rel=1e-12)
+        assert stiffness.real == 0
 
 
 def test_radiation_from_one_side_damps_the_first_mode_by_2_6_percent(panel):
     # ζ = R/(2mω), m = 1.5 kg, air of 1.2 kg/m³; two figures are given
-    # red: density * omega**2 → density * omega in `air_resistance`
+    # red: omega**2 → omega in `Air`
     frequency = panel.basis.natural_frequency[:1]
-    resistance = air_resistance(frequency, panel.modal_force(frequency), 1.2, 343.0)
-    zeta = resistance[0, 0, 0] / (2 * 1.5 * 2 * np.pi * frequency[0])
+    diffuse = constant_table(2 * np.pi * frequency[0] / 343.0, panel.modal_force(frequency)[0])
+    stiffness = Air(1.2, 343.0, 1, diffuse, None)(frequency)[0, 0, 0]
+    zeta = stiffness.imag / (2 * 1.5 * (2 * np.pi * frequency[0]) ** 2)
     assert zeta == pytest.approx(0.026, abs=0.0005)
 
 

@@ -4,9 +4,9 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from solving import air_resistance
 
 from pidpanel.solve.power import power_balance
-from pidpanel.sound.radiation import air_resistance
 
 
 def balance_of(panel, lines, radiation=True, **changes):
@@ -22,7 +22,7 @@ def balance_of(panel, lines, radiation=True, **changes):
     }
     if radiation:
         omega = 2 * np.pi * lines.frequency[:, None, None]
-        resistance = air_resistance(lines.frequency, lines.modal_force, 1.2, 343.0)
+        resistance = air_resistance(lines.frequency, lines.modal_force)
         added_mass = 0.1 * lines.modal_force  # any symmetric matrix: mass takes no power
         arguments["air_stiffness"] = 1j * omega * resistance - omega**2 * added_mass
     return power_balance(**(arguments | changes))

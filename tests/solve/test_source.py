@@ -1,5 +1,7 @@
 """The particles' own force on the panel: its modal forces, and a panel that only it moves."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import scipy.integrate
@@ -27,8 +29,10 @@ def elements(panel, count):
     corner = np.array([i * (count + 1) + j for i in range(2 * count) for j in range(count)])
     quads = corner[:, None] + np.array([0, count + 1, count + 2, 1])
     inside = position[quads].mean(axis=1)[:, 0] > 0.65
-    area = np.full(len(quads), (SIDE / count) ** 2)
-    return elements_of_patch(panel.shape(position), position, quads, area, inside)
+    face = SimpleNamespace(
+        vertex_position=position, cells=quads, shape_at_vertices=panel.shape(position)
+    )
+    return elements_of_patch(face, inside)
 
 
 def exact(panel):

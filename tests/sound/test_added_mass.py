@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from pidpanel.sound.added_mass import _rest, tabulate_added_mass
+from pidpanel.sound.radiation import _rest, tabulate_added_mass
 from pidpanel.sound.wavenumber_table import FieldError
 from pidpanel.verification.sound import SIDES, sine_panel
 

@@ -1,11 +1,12 @@
 """Added mass of shapes that reach far in wavenumber, held to integrals over the distance."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from pidpanel.geometry.plane_waves import condensed
-from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.face import PanelQuadrature
+from pidpanel.geometry.plane_waves import PanelQuadrature, condensed
+from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.wavenumber_table import FieldError
 
 SQUARE = 2 / (3 * np.pi) * (1 - np.sqrt(2) + 3 * np.log(1 + np.sqrt(2)))
@@ -25,8 +26,7 @@ def rectangle(sides, elements, order=3):
 
 def serving(panel, reach):
     """The panel condensed for waves up to a wavenumber."""
-    few = condensed(panel.position, panel.weight, panel.shape, reach)
-    return PanelQuadrature(few.position, few.weight, few.values, reach, panel.product_integral)
+    return replace(condensed(panel, reach), overlap=panel.product_integral)
 
 
 @pytest.fixture(scope="module")

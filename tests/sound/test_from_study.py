@@ -5,12 +5,12 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.geometry.plane_waves import PanelQuadrature
+from pidpanel.panel.files import read_basis
 from pidpanel.sound import field
-from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
 from pidpanel.sound.from_study import spectrum_of
+from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.wavenumber_table import FieldError
 from pidpanel.study.sound import Sound
 from tests.jobs import make_panel, make_sound
@@ -75,7 +75,7 @@ def face_of(path):
     ],
 )
 def test_spectrum_is_the_tables_shifted_or_at_the_stated_level(tmp_path, keys, oaspl):
-    # red: .shifted(sound.shift_db) left out; at_oaspl(sound.oaspl_db) → shifted(sound.oaspl_db)
+    # red: .shifted(sound.shift_db) left out; - spectrum.oaspl left out
     (tmp_path / "bands.csv").write_text(BANDS)
     spectrum = spectrum_of(Sound(spectrum=tmp_path / "bands.csv", **keys))
     assert spectrum.oaspl == pytest.approx(oaspl, abs=1e-12)
@@ -112,7 +112,7 @@ FIELDS = {
 
 @pytest.mark.parametrize("keys", FIELDS)
 def test_modal_force_is_that_of_the_field_up_to_the_highest_frequency(run, basis, keys):
-    # red: any two cases of `modal_force_tables` exchanged; frequency_hz[1] → [0] in the script
+    # red: any two cases of `modal_force_table` exchanged; frequency_hz[1] → [0] in the script
     folder = run(f"{keys}, speed_m_s: 340")
     table = read_table(folder / "modal_force.nc", MODAL_FORCE)
     for k in (0.4 * K_MAX, K_MAX):

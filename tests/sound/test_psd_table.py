@@ -8,9 +8,9 @@ from scipy.integrate import quad
 import pidpanel
 from pidpanel.columns import ColumnsError
 from pidpanel.paths import DATA
-from pidpanel.sound.excitation import SoundExcitation
-from pidpanel.sound.psd_table import read_spectrum
+from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.spectrum import REFERENCE_PRESSURE, Spectrum, SpectrumError, pressure_psd
+from pidpanel.sound.table import read_spectrum
 from pidpanel.spectra.break_points import BreakPoints
 
 BANDS = DATA / "spl" / "smc_s_016_2014_min_third.csv"

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import tabulate_diffuse
 from pidpanel.sound.radiation import Air
 from pidpanel.sound.wavenumber_table import constant_table
@@ -60,7 +60,7 @@ def test_one_side_of_a_rigid_piston_has_the_low_frequency_impedance_of_a_baffled
 
 
 def test_two_wetted_sides_are_twice_one():
-    # red: self.wetted_sides left out of `mass`; or not handed to `air_resistance`
+    # red: self.wetted_sides left out of `mass`
     frequency = np.array([5.0, 40.0, 100.0])
     one, two = air(1)(frequency), air(2)(frequency)
     np.testing.assert_allclose(two.real, 2 * one.real, rtol=1e-14)

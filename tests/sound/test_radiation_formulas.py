@@ -8,7 +8,7 @@ from scipy.special import j1, struve
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.sound.radiation import Air, air_resistance
+from pidpanel.sound.radiation import Air
 from pidpanel.sound.wavenumber_table import WavenumberTable, chebyshev_nodes
 
 DENSITY, SPEED, RADIUS = 1.2, 343.0, 0.5
@@ -81,9 +81,3 @@ def test_air_lowers_and_widens_the_resonance_of_a_disc_on_a_spring(tables):
     expected = np.abs(stiffness + 2j * omega * piston(frequency)) ** -2
     np.testing.assert_allclose(found, expected, rtol=1e-7)
     assert frequency[np.argmax(found)] < 140.0
-
-
-def test_by_default_one_side_radiates():
-    # R = ρ₀ω²/(2πc₀) G
-    resistance = air_resistance(np.array([50.0]), np.ones((1, 1, 1)), 1.2, 340.0)
-    assert resistance.item() == pytest.approx(1.2 * (100 * np.pi) ** 2 / (2 * np.pi * 340))

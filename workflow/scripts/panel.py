@@ -1,7 +1,6 @@
 """Mesh and modes of the panel of a study: modes, mesh, section and matrices."""
 
-import pidpanel.panel.basis_files
-import pidpanel.panel.plate_files
+import pidpanel.panel.files
 import pidpanel.panel.tables  # noqa: F401 - a fork of many does not import them again
 from pidpanel.panel.from_study import write_panel
 from pidpanel.provenance.job import Job, run
@@ -10,9 +9,7 @@ from pidpanel.study import load_study
 
 def main(job: Job) -> None:
     """From the study alone."""
-    made = job.output
-    paths = (made.modes, made.table, made.shapes, made.mesh, made.section, made.plate)
-    write_panel(load_study(job.study), *paths)
+    write_panel(load_study(job.study), job.output)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """The sound of a study: its spectrum, modal forces and, where it counts, the air."""
 
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.provenance.job import Job, run
 from pidpanel.sound.from_study import write_sound
 from pidpanel.study import load_study

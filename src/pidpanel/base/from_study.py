@@ -11,21 +11,24 @@ import xarray as xr
 from pidpanel.arrays import Array, Complexes
 from pidpanel.base import tables
 from pidpanel.base.basis_check import checked_panel
-from pidpanel.base.notching import Limit
-from pidpanel.base.random import random_cases
-from pidpanel.base.sine import SineSweep, interface_force, sweep
-from pidpanel.base.sine_errors import damping_errors, sweep_errors
-from pidpanel.base.transfer import Transfer
+from pidpanel.base.random import Limit, random_cases
+from pidpanel.base.sine import (
+    SineSweep,
+    Transfer,
+    damping_errors,
+    interface_force,
+    sweep,
+    sweep_errors,
+)
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.plate_files import read_plate
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolving
-from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import damping_models, read_panel_mass
+from pidpanel.response.model_error import read_errors
 from pidpanel.response.panel import ResponsePanel, Settings, ShiftOfWave
 from pidpanel.response.refinement import mesh_shifts
 from pidpanel.response.results import write_csv
@@ -65,9 +68,9 @@ class Shaker:
             replace(self.settings, frequency_range=(low, high)),
             with_translation(supported.basis, inertia),
             BaseExcitation.of_inertia(level, inertia),
-            mass_per_area=self.mass_per_area,
-            shift_of_wave=self.shift_of_wave,
-            change_near_points=self.change_near_points,
+            self.mass_per_area,
+            self.shift_of_wave,
+            self.change_near_points,
         )
 
     def panel_with(
@@ -229,7 +232,7 @@ def _sweeps(
     force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
     shifts = mesh_shifts(panel, scenarios, models)
     of_tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
-    parts = []
+    results = {}
     for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:
         if model not in of_tones:
             continue
@@ -250,11 +253,10 @@ def _sweeps(
             values["mesh_error"] = mesh_error(
                 panel.frequency, square, np.ones(len(square)), shift, over_largest=True
             ).line
-            place = {"reading": model, "scenario": scenario.label, "direction": direction}
-            names = panel.basis.point_names
-            parts.append(tables.case_dataset(panel.frequency, names, values, place))
+            results[model, scenario.label, direction] = values
     labels = [scenario.label for scenario in scenarios]
-    return tables.merged(parts, reading=of_tones, scenario=labels, direction=tables.DIRECTIONS)
+    place = {"reading": of_tones, "scenario": labels, "direction": tables.DIRECTIONS}
+    return tables.curves_dataset(results, panel.frequency, panel.basis.point_names, **place)
 
 
 def _sweep(

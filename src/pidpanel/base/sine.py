@@ -2,18 +2,99 @@
 
 The Γ of each patch follows the sweep from line to line. Where several motions reproduce themselves,
 a sweep up and a sweep down stay on different ones until theirs ends.
+
+For standard errors the sweep is repeated with ln C_e and with m_a of each source of damping changed
+by their errors, up and down. Half the differences of ln of the amplitudes add up by the correlation
+of C_e and m_a, and in square over the sources, which err independently. The motion of the patches
+follows.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes
-from pidpanel.base.transfer import Transfer
-from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.arrays import Array, Complexes, Flags
+from pidpanel.response.dampers import PatchDamper
+from pidpanel.solve.dampers import patch_stiffness, weighted_sum
 from pidpanel.solve.layout import Load
+from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.search import Map, NotConverged, approach, find_motions, iterate
+
+CUTOFF = 1e-8  # eigenvalues of D below this share of the largest are dropped
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """Motions per acceleration of the supports, on some lines."""
+
+    frequency: Array  # (nf,) [Hz]
+    weight: Array  # (n_patches, r, r) Δ of the motions u that the patches feel
+    area: Array  # (n_patches,) [m²]
+    # (nf, nw, r) of the observed motions w and, from row nw − r, of u [m/N]
+    receptance: Complexes
+    # (nf, nw) the same motions without dampers, per acceleration of the supports [s²]
+    free: Complexes
+
+    @classmethod
+    def of_panel(
+        cls, frequency: Array, basis: ModalBasis, patches: Patches, force: Array, observed: Array
+    ) -> Transfer:
+        """Return the transfer of a basis with the translation.
+
+        Parameters
+        ----------
+        patches
+            Patches with dampers.
+        force
+            (n + 1,) force of `BaseExcitation`.
+        observed
+            (nw, n + 1) rows of the observed motions.
+        """
+        coordinates = patches.coordinates(CUTOFF)
+        rows = np.concatenate([observed, coordinates.columns.T])
+        moved = 1 / basis.dynamic_stiffness(frequency)
+        return cls(
+            frequency,
+            coordinates.weight,
+            patches.area,
+            (rows * moved[:, None]) @ coordinates.columns,
+            (moved * force) @ rows.T,
+        )
+
+    @property
+    def width(self) -> int:
+        """Number r of motions that the patches feel."""
+        return self.receptance.shape[2]
+
+    def motions(self, lines: slice, stiffness: Complexes) -> Complexes:
+        """Return w and u (nf, nw) per acceleration [s²] with dampers s (n_patches, nf) [N/m³]."""
+        free = self.free[lines]
+        if not self.width:
+            return free
+        _, force = self._patch_motions(lines, stiffness)
+        return free - (self.receptance[lines] @ force)[..., 0]
+
+    def _patch_motions(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Complexes]:
+        """Return u and the forces of the dampers on them (nf, r, 1)."""
+        pull = weighted_sum(stiffness, self.weight)
+        loop = self.receptance[lines, -self.width :] @ pull
+        loop[:, range(self.width), range(self.width)] += 1
+        u = np.linalg.solve(loop, self.free[lines, -self.width :, None])
+        return u, pull @ u
+
+    def patch_acceleration(self, lines: slice, stiffness: Complexes) -> Array:
+        """Return the rms over each patch of |acceleration| (nf, n_patches) over that of the base.
+
+        Parameters are those of `motions`.
+        """
+        u = self._patch_motions(lines, stiffness)[0][..., 0]
+        square = np.einsum("fi,pij,fj->fp", u.conj(), self.weight, u).real / self.area
+        return (2 * np.pi * self.frequency[lines, None]) ** 2 * np.sqrt(square)
+
 
 GRID = 60  # Γ at which the damping of a load is taken; linear in ln Γ between them
 
@@ -136,3 +217,76 @@ def interface_force(
     for patch, s in zip(patches, stiffness, strict=True):
         force = force + s * motion[:, 1 + patch]
     return force
+
+
+Amplitudes = Mapping[str, Array]  # (nf, …) by name
+
+
+class DampingErrors(NamedTuple):
+    """(nf,) standard errors of ln C_e and of m_a [kg/m²], and their correlation."""
+
+    log_damping: Array
+    mass: Array
+    correlation: Array
+
+
+def damping_errors(damper: PatchDamper, frequency: Array, gamma: Array) -> DampingErrors | None:
+    """Return the errors of a damper at the Γ (nf,) of each line; None without any."""
+    nodes = damper.model.nodes
+    if nodes is None:
+        return None
+    at_nodes = np.interp(nodes, frequency, gamma)
+    covariance = np.array(
+        [
+            damper.model.covariance(np.array([node]), damper.fill_fraction, float(value))
+            for node, value in zip(nodes, at_nodes, strict=True)
+        ]
+    )
+    error = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    both = error.prod(axis=1)
+    correlation = np.divide(covariance[:, 0, 1], both, out=np.zeros_like(both), where=both > 0)
+    at_lines = (np.interp(frequency, nodes, row) for row in (*error.T, correlation))
+    return DampingErrors(*at_lines)
+
+
+def sweep_errors(
+    dampers: Sequence[PatchDamper],
+    errors: Sequence[DampingErrors | None],
+    amplitudes: Callable[[Sequence[Load]], Amplitudes],
+) -> dict[str, Array]:
+    """Return the standard errors of ln of the amplitudes of a sweep; none where none are known.
+
+    Those of the dampers are on the lines of the sweep; ``amplitudes`` takes their loads.
+    """
+    variance: dict[str, Array] = {}
+    pairs = list(zip(dampers, errors, strict=True))
+    for source in dict.fromkeys(damper.source for damper, error in pairs if error is not None):
+        of_source = [
+            (damper, error if damper.source == source else None) for damper, error in pairs
+        ]
+        correlation = next(error.correlation for _, error in of_source if error is not None)
+        by_damping, by_mass = (
+            [
+                amplitudes([_changed(damper.load, error, *change) for damper, error in of_source])
+                for change in changes
+            ]
+            for changes in (((1, 0), (-1, 0)), ((0, 1), (0, -1)))
+        )
+        for name in by_damping[0]:
+            a, b = (np.log(up[name] / down[name]) / 2 for up, down in (by_damping, by_mass))
+            both = 2 * correlation.reshape(-1, *[1] * (a.ndim - 1)) * a * b
+            variance[name] = variance.get(name, 0.0) + a**2 + b**2 + both
+    return {name: np.sqrt(np.maximum(square, 0.0)) for name, square in variance.items()}
+
+
+def _changed(load: Load, error: DampingErrors | None, damping: int, mass: int) -> Load:
+    """Return a load with ln C_e and m_a changed by numbers of standard errors."""
+    if error is None:
+        return load
+
+    def values(frequency: Array, gamma: float) -> tuple[Array, Array, Flags]:
+        stated, apparent_mass, inside = load.damping(frequency, gamma)
+        factor = np.exp(damping * error.log_damping)
+        return factor * stated, apparent_mass + mass * error.mass, inside
+
+    return replace(load, damping=values)

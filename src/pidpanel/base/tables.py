@@ -2,16 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.arrays import Array, described_variables, variable
-from pidpanel.base.notching import Limit
-from pidpanel.base.random import RandomCase
+from pidpanel.arrays import Array, described_variables
+from pidpanel.base.random import Limit, RandomCase
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.response.tables import cases_dataset
 from pidpanel.solve.mesh_error import MeshShift, mesh_error
 from pidpanel.solve.supports import Inertia
 from pidpanel.solve.uncertainty import StandardErrors
@@ -39,26 +40,16 @@ def mode_rows(basis: PanelBasis, inertia: Inertia) -> pd.DataFrame:
     )
 
 
-def case_dataset(
+def curves_dataset(
+    cases: Mapping[Any, Mapping[str, Array | float]],
     frequency: Array,
     points: Sequence[str],
-    values: Mapping[str, Array | float],
-    place: Mapping[str, str],
+    **place: Sequence[str],
 ) -> xr.Dataset:
-    """Return the results of one case at its place among all, by names of `VARIABLES`."""
-    variables = {}
-    for name, value in values.items():
-        dims, unit, long_name = VARIABLES[name]
-        variables[name] = variable(dims, value, unit, long_name)
-    axis = variable("frequency", frequency, "Hz", "frequency")
-    dataset = xr.Dataset(variables, coords={"frequency": axis, "point": list(points)})
-    return dataset.expand_dims({name: [value] for name, value in place.items()})
-
-
-def merged(parts: Sequence[xr.Dataset], **order: Sequence[str]) -> xr.Dataset:
-    """Return all cases in the order of their coordinates; NaN where there is none."""
-    together = xr.merge(parts, join="outer", compat="no_conflicts")
-    return together.reindex({name: list(values) for name, values in order.items()})
+    """Return the results of all cases, by names of `VARIABLES`; NaN where there are none."""
+    variables = {name: VARIABLES[name] for values in cases.values() for name in values}
+    axes = {"frequency": frequency, "point": points, **place}
+    return cases_dataset(cases, variables, axes, place=tuple(place))
 
 
 def random_dataset(
@@ -72,7 +63,7 @@ def random_dataset(
 
     ``shifts`` are those of `response.refinement.mesh_shifts`.
     """
-    parts = []
+    results: dict[tuple[str, str, str], dict[str, Array | float]] = {}
     for case in cases:
         none = np.full((len(case.frequency), len(points) + 1), np.nan)
         unknown = StandardErrors(none, none[0], none[0])
@@ -82,7 +73,7 @@ def random_dataset(
             shift = shifts[case.scenario.label]
             mesh = mesh_error(case.frequency, part.absolute, part.input, shift, over_largest=True)
             errors = part.errors or unknown
-            values: dict[str, Array | float] = {
+            results[case.model, case.scenario.label, name] = {
                 "input_psd": part.input,
                 "absolute_acceleration_psd": part.absolute,
                 "relative_displacement_psd": part.relative,
@@ -96,9 +87,8 @@ def random_dataset(
                 "force_log_error": errors.log_psd[:, -1],
                 "force_log_rms_error": float(errors.log_rms[-1]),
             }
-            place = {"reading": case.model, "scenario": case.scenario.label, "input": name}
-            parts.append(case_dataset(case.frequency, points, values, place))
-    return merged(parts, reading=models, scenario=labels, input=INPUTS)
+    place = {"reading": models, "scenario": labels, "input": INPUTS}
+    return curves_dataset(results, cases[0].frequency, points, **place)
 
 
 def summary_rows(curves: xr.Dataset) -> pd.DataFrame:

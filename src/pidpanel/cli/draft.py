@@ -14,7 +14,7 @@ from pidpanel.columns import read_rows
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
-from pidpanel.sound.psd_table import read_spectrum
+from pidpanel.sound.table import read_spectrum
 from pidpanel.study import StudyError, load_study
 from pidpanel.study.base import found_file
 from pidpanel.study.dampers import is_massless_table

@@ -87,8 +87,8 @@ def summary(study: CouponStudy) -> str:
 
 def solve(panel: Panel) -> PanelEstimate:
     """Mesh a panel and find its first natural frequencies, on a coarser mesh if it is large."""
-    from pidpanel.panel.first import first_frequencies
     from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.panel.modes import first_frequencies
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "panel.msh"
@@ -265,8 +265,8 @@ def _mass_per_area(study: Study, filling: Filling) -> float:
 def _of_sound(study: Study) -> str:
     """Return the levels of a study: overall, in its range, and as tabulated."""
     from pidpanel.sound.from_study import spectrum_of
-    from pidpanel.sound.psd_table import read_spectrum
     from pidpanel.sound.spectrum import REFERENCE_PRESSURE
+    from pidpanel.sound.table import read_spectrum
 
     sound, (low, high) = study.acoustics, study.response.frequency_hz
     spectrum = spectrum_of(sound)

@@ -11,7 +11,7 @@ from pidpanel.atlas.groups import Direction
 from pidpanel.constants import LIGGGHTS_VERSION, STANDARD_GRAVITY
 from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.cases import Case
-from pidpanel.coupon.packing import Constants
+from pidpanel.coupon.contact import Constants
 
 # Statuses of the cases used. A run that is not steady has an error as large as its drift. The
 # energy balance misses losses of strongly damped contacts with friction (docs/atlas.md); the

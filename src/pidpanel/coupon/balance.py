@@ -14,13 +14,12 @@ its time step, of a wall that leaks, of a wrong contact law. The energy in
 tangential springs is not listed separately; its change over a cycle is negligible.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.coupon import contact
+from pidpanel.coupon.contact import ContactMaterial, contact_forces
 
 
 @dataclass(frozen=True)
@@ -50,16 +49,6 @@ class SphereFrames:
     # (frames, k, 3) half a step before [m/s], [rad/s]: those that the damping of the step saw
     earlier_velocity: Array
     earlier_spin: Array
-
-
-@dataclass(frozen=True)
-class ContactMaterial:
-    """One kind of contact: E* and G* [Pa], μ, and β of `contact.damping` [1]."""
-
-    effective_modulus: float
-    effective_shear_modulus: float
-    friction: float
-    damping: float
 
 
 @dataclass(frozen=True)
@@ -93,28 +82,6 @@ class EnergyBalance:
         return self.dissipated - supplied
 
 
-def contact_material(
-    first: tuple[float, float], second: tuple[float, float], friction: float, restitution: float
-) -> ContactMaterial:
-    """Return the contact of two materials with moduli [Pa] and Poisson's ratios.
-
-    1/E* = Σ (1 − ν²)/E, 1/G* = Σ 2(2 − ν)(1 + ν)/E.
-
-    Examples
-    --------
-    >>> material = contact_material((2e9, 0.0), (2e9, 0.0), 0.3, 0.8)
-    >>> round(material.effective_modulus), round(material.effective_shear_modulus)
-    (1000000000, 250000000)
-    """
-    sides = (first, second)
-    return ContactMaterial(
-        1 / sum((1 - n**2) / e for e, n in sides),
-        1 / sum(2 * (2 - n) * (1 + n) / e for e, n in sides),
-        friction,
-        contact.damping_ratio(restitution),
-    )
-
-
 # LIGGGHTS lists forces with six digits.
 ROUNDING = 1e-5
 
@@ -139,7 +106,10 @@ def _relative_velocity(contacts: Contacts, velocity: Array, spin: Array, arms: A
 
 
 def contact_losses(
-    contacts: Contacts, spheres: SphereFrames, material: ContactMaterial, planes: Array | None
+    contacts: Contacts,
+    spheres: SphereFrames,
+    material: ContactMaterial,
+    planes: Array | None,
 ) -> tuple[Array, Array, Array, Array]:
     """Return the power lost in each contact: normal, tangential, rolling [W]; 2/5 F δ [J].
 
@@ -174,13 +144,8 @@ def contact_losses(
     earlier_slip = earlier - earlier_speed[:, None] * normal
 
     depth = np.maximum(overlap, 0.0)
-    contact_radius = np.sqrt(depth / sum(1 / radius for radius in radii))
-    hertz = 4 / 3 * material.effective_modulus * contact_radius * depth
-    inertia = contact_radius / sum(1 / mass for mass in masses)
-    viscous, sideways_viscous = (
-        2 * math.sqrt(5 / 6) * material.damping * np.sqrt(stiffness * inertia)
-        for stiffness in (2 * material.effective_modulus, 8 * material.effective_shear_modulus)
-    )
+    curvature, mobility = (np.sum(1 / np.array(part), axis=0) for part in (radii, masses))
+    hertz, viscous, sideways_viscous = contact_forces(material, depth, curvature, mobility)
     along = _dot(contacts.force, normal)
     sideways = contacts.force - along[:, None] * normal
     limit = material.friction * np.abs(along + viscous * (speed - earlier_speed))

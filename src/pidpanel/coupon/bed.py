@@ -8,9 +8,10 @@ from typing import Any, Literal
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import coding, contact, geometry
+from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.drive import Drive, Tone
 from pidpanel.coupon.liggghts import deck, process, trust
-from pidpanel.coupon.packing import Constants, Packing, identity_digest
+from pidpanel.coupon.packing import Packing, identity_digest
 from pidpanel.paths import TEMPLATES
 
 # Version of the algorithm that shakes a bed loose and selects its spheres: `preparation.loosen`;

@@ -1,9 +1,66 @@
-"""Closed forms of one elastic contact: how stiff, how long, how deep."""
+"""The contact law, Hertz and Mindlin with damping: LIGGGHTS' words, constants and closed forms.
+
+``templates/contacts.j2`` states the constants in decks.
+"""
 
 import math
 from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Any
 
+import numpy as np
+
+from pidpanel.arrays import Array
 from pidpanel.atlas.groups import HERTZ_DURATION
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Constants of the contacts of spheres with spheres and with walls: moduli [Pa], others [1].
+
+    The moduli are those of a run, which may be softer than the material
+    (`contact.softest_modulus`).
+    """
+
+    youngs_modulus: float
+    wall_youngs_modulus: float
+    poissons_ratio: float
+    wall_poissons_ratio: float
+    restitution: float
+    wall_restitution: float
+    friction: float
+    wall_friction: float
+    rolling_friction: float
+    wall_rolling_friction: float
+
+    @classmethod
+    def alike(
+        cls,
+        youngs_modulus: float,
+        poissons_ratio: float,
+        restitution: float,
+        friction: float,
+        rolling_friction: float = 0.0,
+    ) -> "Constants":
+        """Return the constants of spheres and walls of one material."""
+        values = (youngs_modulus, poissons_ratio, restitution, friction, rolling_friction)
+        return cls(*chain.from_iterable(zip(values, values, strict=True)))
+
+    @property
+    def has_rolling_friction(self) -> bool:
+        """Whether anything resists rolling."""
+        return bool(self.rolling_friction or self.wall_rolling_friction)
+
+    @property
+    def contact_model(self) -> str:
+        """Return the words of LIGGGHTS for the contact law."""
+        words = "hertz tangential history"
+        return words + " rolling_friction cdt" if self.has_rolling_friction else words
+
+    @property
+    def deck_values(self) -> dict[str, Any]:
+        """Variables of ``templates/contacts.j2`` in SI."""
+        return {**vars(self), "contact_model": self.contact_model}
 
 
 @dataclass(frozen=True)
@@ -59,6 +116,60 @@ def damping_ratio(restitution: float) -> float:
     """
     log = -math.log(restitution)
     return log / math.hypot(math.pi, log)
+
+
+@dataclass(frozen=True)
+class ContactMaterial:
+    """One kind of contact: E* and G* [Pa], μ, and β of `damping_ratio` [1]."""
+
+    effective_modulus: float
+    effective_shear_modulus: float
+    friction: float
+    damping: float
+
+
+def contact_material(
+    first: tuple[float, float], second: tuple[float, float], friction: float, restitution: float
+) -> ContactMaterial:
+    """Return the contact of two materials with moduli [Pa] and Poisson's ratios.
+
+    1/E* = Σ (1 − ν²)/E, 1/G* = Σ 2(2 − ν)(1 + ν)/E.
+
+    Examples
+    --------
+    >>> material = contact_material((2e9, 0.0), (2e9, 0.0), 0.3, 0.8)
+    >>> round(material.effective_modulus), round(material.effective_shear_modulus)
+    (1000000000, 250000000)
+    """
+    sides = (first, second)
+    return ContactMaterial(
+        1 / sum((1 - n**2) / e for e, n in sides),
+        1 / sum(2 * (2 - n) * (1 + n) / e for e, n in sides),
+        friction,
+        damping_ratio(restitution),
+    )
+
+
+def contact_forces(
+    material: ContactMaterial, depth: Array, curvature: Array, mobility: Array
+) -> tuple[Array, Array, Array]:
+    """Return elastic forces [N], and viscous ones over the speed along and across [N s/m].
+
+    F = 4/3 E* √(R* δ) δ, and 2 √(5/6) β √(S m*) with S_n = 2 E* √(R* δ), S_t = 8 G* √(R* δ).
+
+    Parameters
+    ----------
+    depth, curvature, mobility
+        (n,) overlaps δ [m], 1/R* [1/m] and 1/m* [1/kg], sums over both sides of a contact.
+    """
+    contact_radius = np.sqrt(depth / curvature)
+    inertia = contact_radius / mobility
+    elastic = 4 / 3 * material.effective_modulus * contact_radius * depth
+    along, across = (
+        2 * math.sqrt(5 / 6) * material.damping * np.sqrt(stiffness * inertia)
+        for stiffness in (2 * material.effective_modulus, 8 * material.effective_shear_modulus)
+    )
+    return elastic, along, across
 
 
 CROSSING = 0.1  # stroke over clear gap W/L from which a bed can cross its gap [1]; below, it rides

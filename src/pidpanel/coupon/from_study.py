@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 from pidpanel.coupon import contact, summary
 from pidpanel.coupon.bed import LOOSENING, Bed, run_at
 from pidpanel.coupon.cases import Case, RunTarget
+from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.drive import Drive, Tone
-from pidpanel.coupon.packing import Constants, Packing
+from pidpanel.coupon.packing import Packing
 from pidpanel.paths import SECTION
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it

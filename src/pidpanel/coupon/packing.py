@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
 from typing import Any
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import coding, contact, geometry
+from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.liggghts import deck, process
 from pidpanel.geometry.cells import SHAPES, ShapeName
 from pidpanel.geometry.sizes import Sizes
@@ -26,49 +26,6 @@ POUR_VERSION = 1
 def identity_digest(*parts: Any) -> str:
     """Return the hash of values of JSON."""
     return json_digest(parts)
-
-
-@dataclass(frozen=True)
-class Constants:
-    """Constants of the contacts of spheres with spheres and with walls: moduli [Pa], others [1].
-
-    The moduli are those of a run, which may be softer than the material
-    (`contact.softest_modulus`).
-    """
-
-    youngs_modulus: float
-    wall_youngs_modulus: float
-    poissons_ratio: float
-    wall_poissons_ratio: float
-    restitution: float
-    wall_restitution: float
-    friction: float
-    wall_friction: float
-    rolling_friction: float
-    wall_rolling_friction: float
-
-    @classmethod
-    def alike(
-        cls,
-        youngs_modulus: float,
-        poissons_ratio: float,
-        restitution: float,
-        friction: float,
-        rolling_friction: float = 0.0,
-    ) -> "Constants":
-        """Return the constants of spheres and walls of one material."""
-        values = (youngs_modulus, poissons_ratio, restitution, friction, rolling_friction)
-        return cls(*chain.from_iterable(zip(values, values, strict=True)))
-
-    @property
-    def has_rolling_friction(self) -> bool:
-        """Whether anything resists rolling."""
-        return bool(self.rolling_friction or self.wall_rolling_friction)
-
-    @property
-    def deck_values(self) -> dict[str, Any]:
-        """Variables of ``templates/contacts.j2`` in SI."""
-        return {**vars(self), "contact_model": deck.contact_model(self.has_rolling_friction)}
 
 
 @dataclass(frozen=True)

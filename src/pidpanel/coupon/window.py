@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon import balance, cycles, geometry, rows
+from pidpanel.coupon import balance, contact, cycles, geometry, rows
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.failures import LogTruncated
@@ -112,12 +112,12 @@ def _frame_stride(run: Run, window: int, per_contact: int) -> int:
     return stride
 
 
-def _materials(run: Run) -> tuple[balance.ContactMaterial, balance.ContactMaterial]:
+def _materials(run: Run) -> tuple[contact.ContactMaterial, contact.ContactMaterial]:
     """Return the materials of contacts of sphere on sphere and of sphere on wall."""
     constants = run.constants
     sphere = constants.youngs_modulus, constants.poissons_ratio
     wall = constants.wall_youngs_modulus, constants.wall_poissons_ratio
-    material = balance.contact_material
+    material = contact.contact_material
     return (
         material(sphere, sphere, constants.friction, constants.restitution),
         material(sphere, wall, constants.wall_friction, constants.wall_restitution),

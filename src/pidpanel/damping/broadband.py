@@ -3,7 +3,7 @@
 C_e from single tones is evaluated at the sine with the rms acceleration of the patch. Under sound
 low frequencies keep a bed loose, so it dissipates less at high ones, and its own force drives the
 panel. The errors are those against coupled runs of 22 scenarios of the paper's panel with
-acrylic and steel (`benchmarks/single_tones.py`, docs/damping_models.md).
+acrylic and steel (`benchmarks/single_tones.py`, docs/theory/damping.md).
 """
 
 from typing import NamedTuple
@@ -40,7 +40,7 @@ def broadband_share(stroke_per_gap: Array) -> Array:
     """Return C_e under sound over that of the tone with the same rms acceleration and W/L [1].
 
     (W/0.1L)^0.19 below W/L = 0.1: there a tone moves the bed little, while low frequencies of the
-    sound keep it loose. Set on 22 coupled scenarios, counted on six more (docs/damping_models.md).
+    sound keep it loose. Set on 22 coupled scenarios, counted on six more (docs/theory/damping.md).
 
     Examples
     --------

@@ -5,6 +5,7 @@ The only module of the stage that knows what a study is.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ import numpy as np
 
 from pidpanel.atlas.groups import Bead
 from pidpanel.columns import ColumnsError
+from pidpanel.constants import ATLAS
 from pidpanel.damping.constants import ConstantDamper
 from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import PaperLaw
@@ -163,6 +165,34 @@ def reading_of_damper(
     if surface is None:
         raise DampingError("a coupon without its damping/surface.nc")
     return _surface_after(prior, surface, damper.coupon)
+
+
+def models_by_damper(
+    study: Study, surface: Callable[[str], Path | None], *, is_broadband: bool
+) -> dict[str, dict[str, DampingReading]]:
+    """Return the models of single dampers, by the names of the model and of the damper.
+
+    Parameters
+    ----------
+    surface
+        Function of the name of a damper: its ``surface.nc``, if it has one.
+    is_broadband
+        Whether the motion is random; else it is a tone.
+    """
+    prior = study.damping.prior
+    models: dict[str, dict[str, DampingReading]] = {
+        "stated": {
+            name: reading_of_damper(study.all_dampers[name], surface(name), prior)
+            for name in study.stated_dampers
+        },
+        ATLAS: {**readings_from_atlas(study, is_broadband=is_broadband)},
+    }
+    if study.response.damper_mass:
+        return models
+    return {
+        name: {damper: model.without_mass() for damper, model in dampers.items()}
+        for name, dampers in models.items()
+    }
 
 
 def readings_from_atlas(study: Study, *, is_broadband: bool) -> dict[str, AtlasDamping]:

@@ -8,7 +8,8 @@ the transpose of interpolation: Σ_q w_q φ_q f(x_q) = Σ_J c_J f(x_J) with c_J 
 for every polynomial f up to that degree.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -24,18 +25,6 @@ HALF_TOLERANCE = 1e-10
 WAVES_IN_A_BOX = 2.0
 
 gauss = np.polynomial.legendre.leggauss  # nodes and weights on [−1, 1]
-
-
-@dataclass(frozen=True)
-class CondensedFace:
-    """Gauss points of the box round a panel that replace a finer quadrature under plane waves."""
-
-    position: Array  # (n_x n_y, 2) [m], Gauss points of the box, y fastest
-    # (n_x n_y,) their weights [m²]; they sum to the area of the box, not of the panel
-    weight: Array
-    # (n_x n_y, n) such that Σ weight · values · exp(iκ·position) is that of the finer quadrature.
-    # They are not the values of the shapes there: beyond the outline too they are not zero.
-    values: Array
 
 
 @dataclass(frozen=True)
@@ -63,44 +52,81 @@ class WettedFace(MovedFace):
     face_overlap: Array  # (n, n) ∫ φ_i φ_j dA over the face [m²]
 
 
-def condensed(
-    position: Array, weight: Array, values: Array, wavenumber_max: float
-) -> CondensedFace:
+@dataclass(frozen=True)
+class PanelQuadrature:
+    """Shapes of a panel at the points of a quadrature over its face."""
+
+    position: Array  # (nq, 2) points in the plane of the panel [m]
+    weight: Array  # (nq,) weights [m²]; they sum to the area
+    shape: Array  # (nq, n) values of the n shapes φ [1] at the points
+    # Largest κ [rad/m] for which Σ w φ exp(iκ·x) stands for the integral; ∞ for points of the mesh.
+    # Those of a condensed face are not the values there: beyond the outline too they are not zero,
+    # and the weights sum to the area of the box.
+    wavenumber: float = np.inf
+    # (n, n) ∫ φ_i φ_j dA [m²]; from the points where it is not given. A condensed face needs it.
+    overlap: Array | None = None
+
+    @classmethod
+    def from_face(cls, face: MovedFace, overlap: Array | None = None) -> "PanelQuadrature":
+        """Return the quadrature of a face, with ∫ φ_i φ_j dA [m²] where it is known."""
+        points, values = face.quadrature_position, face.shape_at_quadrature
+        return cls(points, face.quadrature_weight, values, face.quadrature_wavenumber, overlap)
+
+    @property
+    def center(self) -> Array:
+        """(2,) middle of the box round the panel [m]."""
+        return (self.position.min(axis=0) + self.position.max(axis=0)) / 2
+
+    @property
+    def diameter(self) -> float:
+        """L [m], diameter of a circle round the box's middle that holds all points."""
+        return float(2 * np.max(np.linalg.norm(self.position - self.center, axis=1)))
+
+    @cached_property
+    def product_integral(self) -> Array:
+        """(n, n) ∫ φ_i φ_j dA [m²]."""
+        if self.overlap is not None:
+            return self.overlap
+        root = np.sqrt(self.weight)[:, None] * self.shape
+        return root.T @ root
+
+    def of_shapes(self, chosen: Index) -> "PanelQuadrature":
+        """Return the panel with these shapes alone."""
+        return replace(self, shape=self.shape[:, chosen], overlap=None)
+
+
+def condensed(panel: PanelQuadrature, wavenumber_max: float) -> PanelQuadrature:
     """Return a quadrature on Gauss points of the box that serves every plane wave to κ_max.
 
     Points are gathered in small boxes first, and then all at once.
 
     Parameters
     ----------
-    position
-        (nq, 2) points [m].
-    weight
-        (nq,) weights [m²].
-    values
-        (nq, n) values of n shapes at the points.
     wavenumber_max
         κ_max [rad/m]: sums with exp(iκ·x) agree within 1e-6 Σ w|φ| up to κ_max, within 1e-10 up to
         half of it.
 
     Returns
     -------
-    CondensedFace
+    PanelQuadrature
+        Quadrature of (n_x n_y) points, y fastest.
 
     Examples
     --------
     A thousand points of 1 m × 0.5 m, under a wave of 2 m along the longer side:
 
     >>> x = np.random.default_rng(0).uniform(size=(1000, 2)) * [1.0, 0.5]
-    >>> few = condensed(x, np.full(1000, 0.0005), x[:, :1], 2 * np.pi)
+    >>> few = condensed(PanelQuadrature(x, np.full(1000, 0.0005), x[:, :1]), 2 * np.pi)
     >>> len(few.weight)
     143
-    >>> found = (few.weight * np.exp(1j * np.pi * few.position[:, 0])) @ few.values
+    >>> found = (few.weight * np.exp(1j * np.pi * few.position[:, 0])) @ few.shape
     >>> expected = np.full(1000, 0.0005) * np.exp(1j * np.pi * x[:, 0]) @ x[:, :1]
     >>> bool(np.abs(found - expected)[0] < 1e-10)
     True
     """
+    position = panel.position
     low, high = position.min(axis=0), position.max(axis=0)
-    load = weight[:, None] * values
+    load = panel.weight[:, None] * panel.shape
     side = np.maximum(high - low, 1e-9)
     boxes = np.ceil(side * wavenumber_max / (2 * np.pi * WAVES_IN_A_BOX)).astype(int)
     step = side / boxes
@@ -140,10 +166,12 @@ def condensed(
         for start, edge, (node, _) in zip(low, side, whole, strict=True)
     )
     weights = np.outer(whole[0][1], whole[1][1]).ravel() * side.prod() / 4
-    return CondensedFace(
+    return PanelQuadrature(
         position=np.stack([g.ravel() for g in np.meshgrid(x, y, indexing="ij")], axis=1),
         weight=weights,
-        values=total.reshape(-1, count) / weights[:, None],
+        shape=total.reshape(-1, count) / weights[:, None],
+        wavenumber=wavenumber_max,
+        overlap=panel.overlap,
     )
 
 

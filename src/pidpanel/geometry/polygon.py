@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from pidpanel.arrays import Array, Index
+from pidpanel.arrays import Array
 
 Position = tuple[float, float]
 
@@ -119,12 +119,10 @@ def rounded(points: Sequence[Position], radius: float) -> Array:
     more than the edge between them.
     """
     corners = np.asarray(points, dtype=float)
-    if radius == 0:
-        return corners
+    if radius == 0 or abs(signed_area(corners)) <= 1e-12 * np.ptp(corners, axis=0).max() ** 2:
+        return corners  # `check_simple` refuses what has no area
     step = np.roll(corners, -1, axis=0) - corners
     length = np.linalg.norm(step, axis=1)
-    if abs(signed_area(corners)) <= 1e-12 * np.ptp(corners, axis=0).max() ** 2:
-        return corners  # which `check_simple` refuses
     along = step / length[:, None]
     previous = np.roll(along, 1, axis=0)
     cross = previous[:, 0] * along[:, 1] - previous[:, 1] * along[:, 0]
@@ -192,22 +190,6 @@ def check_simple(name: str, shape: Shape) -> None:
             raise ValueError(f"{name} touches itself at {show(corners[corner])}")
 
 
-def location(points: ArrayLike, corners: ArrayLike, slack: float) -> Index:
-    """Return whether points (n, 2) [m] lie inside a polygon (1), on its edge (0) or outside (-1).
-
-    A point within ``slack`` [m] of the edge lies on it.
-
-    Examples
-    --------
-    >>> location([(0.5, 0.5), (1, 0.5), (2, 0.5)], [(0, 0), (1, 0), (1, 1), (0, 1)], 1e-9)
-    array([ 1,  0, -1])
-    """
-    positions, polygon = shapely.points(np.asarray(points, dtype=float)), shapely.Polygon(corners)
-    shapely.prepare(polygon)
-    on_edge = shapely.distance(polygon.exterior, positions) <= slack
-    return np.where(on_edge, 0, np.where(shapely.contains(polygon, positions), 1, -1))
-
-
 def overlap(first: ArrayLike, second: ArrayLike, slack: float) -> bool:
     """Return whether two simple polygons overlap by more than a depth of `slack` [m].
 
@@ -266,10 +248,10 @@ def check_panel(
                     " not overlap holes"
                 )
     for name, point in points.items():
-        if location([point], around, slack)[0] < 0:
+        if shapely.distance(shapely.Polygon(around), shapely.Point(point)) > slack:
             raise ValueError(f"point {name!r} = {show(point)} leaves the panel; {allowed}")
         for hole_name, hole in holes.items():
-            if location([point], hole.corners, slack)[0] > 0:
+            if shapely.Polygon(hole.corners).buffer(-slack).contains(shapely.Point(point)):
                 raise ValueError(
                     f"point {name!r} = {show(point)} lies in hole {hole_name!r}; points must lie"
                     " on the panel"

@@ -1,7 +1,7 @@
 """The panel of a study under each excitation of a search, with dampers on places.
 
-Each plate has the places as its patches. Layouts are confirmed in a basis that is checked with
-them.
+Each plate has the places as its patches. The best layouts are confirmed at their consistent motion,
+in a basis that is checked with them.
 """
 
 from collections.abc import Sequence
@@ -9,19 +9,55 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pidpanel.arrays import Array
 from pidpanel.base.basis_check import checked_panel
 from pidpanel.base.from_study import Shaker
-from pidpanel.optimise.finalists import Finalist, finalist, static_shapes
-from pidpanel.optimise.placed import PlacedPanel, place_basis, place_panel
-from pidpanel.optimise.places import Places
+from pidpanel.optimise.places import PlacedPanel, Places, place_basis, place_panel
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
-from pidpanel.response.cases import ResponseScenario, plan_cases
+from pidpanel.panel.shapes import residual_vectors
+from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases, steady
 from pidpanel.response.dampers import DampingModels
+from pidpanel.response.model_error import model_error_of, with_model_error
 from pidpanel.response.panel import ExcitationSource, ResponsePanel, widen
 from pidpanel.response.refinement import checked_responses
+from pidpanel.response.results import standard_errors
 from pidpanel.solve.basis_error import basis_shapes
+from pidpanel.solve.model import PanelResponse
 from pidpanel.solve.supports import SupportedPanel, supported_panel
+
+# Share of the largest static response to a patch below which a direction is left out
+STATIC_TOLERANCE = 1e-2
+
+
+@dataclass(frozen=True)
+class Finalist:
+    """A layout at its consistent motion."""
+
+    # With the dampers, without them, and with their mass alone
+    response: PanelResponse
+    bare: PanelResponse
+    dead_weight: PanelResponse
+    # (n_points,) standard error of ln of the rms acceleration; 0 where none is known
+    log_rms_error: Array
+    acceleration_g: Array  # (n_loads,) Γ of each patch; NaN for a damper that does not depend on it
+    basis_error: float  # largest relative error of a PSD [1]
+
+
+def static_shapes(basis: PanelBasis, plate: StoredPlate) -> Array:
+    """Return the static response (n_free, k) to the patches."""
+    modes = plate.shapes[:, ~basis.is_residual].astype(np.float64)
+    return residual_vectors(plate, modes, STATIC_TOLERANCE)[1]
+
+
+def finalist(case: SolvedCase, basis_error: float) -> Finalist:
+    """Return a layout from its case."""
+    response = steady(case.response)
+    errors = with_model_error(standard_errors(case, response), model_error_of(case, response))
+    after, bare = response.response, case.bare.response
+    dead = bare if case.dead_weight is None else case.dead_weight.response
+    log_rms = np.zeros(after.acceleration_rms.shape) if errors is None else errors.log_rms
+    return Finalist(after, bare, dead, log_rms, response.acceleration_g, basis_error)
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,7 @@ from pidpanel.arrays import Array, Flags, Index
 from pidpanel.base.from_study import shakers_of
 from pidpanel.damping.from_study import reading_from_atlas, reading_of_damper
 from pidpanel.damping.readings import DampingReading
-from pidpanel.optimise.alternatives import damped_by_layer, thicker_faces
 from pidpanel.optimise.excited import Excited, OnShaker, UnderSound
-from pidpanel.optimise.joint import JointPanel
 from pidpanel.optimise.objectives import (
     Objective,
     accelerations,
@@ -23,16 +21,22 @@ from pidpanel.optimise.objectives import (
     stresses,
 )
 from pidpanel.optimise.options import FilledDamper, frozen_options
-from pidpanel.optimise.placed import PlacedPanel, place_name, place_plate, with_points
-from pidpanel.optimise.places import NoPlace, Places, places_on
+from pidpanel.optimise.places import (
+    NoPlace,
+    PlacedPanel,
+    Places,
+    place_name,
+    place_plate,
+    places_on,
+    with_points,
+)
 from pidpanel.optimise.proposal import EXCITATIONS, Proposals, layouts_to_confirm, search_table
-from pidpanel.optimise.reduced import ReducedPanel
+from pidpanel.optimise.reduced import JointPanel, ReducedPanel
 from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_property
-from pidpanel.optimise.variants import reductions
+from pidpanel.optimise.variants import damped_by_layer, reductions, thicker_faces
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import of_damper
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
@@ -151,7 +155,8 @@ def _reduced(
     """Return the panel of a search with some modes, and the outputs of its objective."""
     settings, excitation = panel.settings, panel.excitation
     if isinstance(excitation, BaseExcitation):
-        excitation = excitation.on_masses(modal.modal_mass / panel.modal.modal_mass)
+        ratio = modal.modal_mass / panel.modal.modal_mass  # forces of inertia go with the masses
+        excitation = replace(excitation, force=ratio * excitation.force)
     lines = frequency_grid(
         *settings.frequency_range,
         settings.damping_ratio.least(*settings.frequency_range),
@@ -167,7 +172,7 @@ def _reduced(
 def _alternatives(
     study: Study, panels: Sequence[PlacedPanel], objective: Objective
 ) -> Callable[[float], tuple[float, float]]:
-    """Return what a mass [kg] on the panel itself reduces [dB]; see `alternatives`."""
+    """Return what a mass [kg] on the panel itself reduces [dB]; see `variants`."""
     layer, area = section_of(study).damping_layer, StudiedPanel(study.panel).area.area
 
     def value(panel: PlacedPanel, modal: ModalBasis) -> float:
@@ -267,7 +272,7 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     layouts = layouts_to_confirm(problem, proof.layout)
     used = np.unique([problem.options.place[option] for layout in layouts for option in layout])
     scenarios = [_scenario(problem, fillings, *each) for each in enumerate(layouts)]
-    stated = DampingModels(("stated",), {}, models)
+    stated = DampingModels(("stated",), {}, {"stated": models})
     few_places = places.subset(used)
     with_few, _ = place_plate(plate, few_places, used.tolist())
     finalists = {

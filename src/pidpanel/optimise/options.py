@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.optimise.joint import JointPanel
-from pidpanel.optimise.reduced import ReducedPanel
+from pidpanel.optimise.reduced import JointPanel, ReducedPanel
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import DampingOfMotion, sine_accelerations_g
 

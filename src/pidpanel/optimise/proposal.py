@@ -8,7 +8,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.optimise.finalists import Finalist
+from pidpanel.optimise.excited import Finalist
 from pidpanel.optimise.objectives import Objective
 from pidpanel.optimise.options import FilledDamper
 from pidpanel.optimise.search import Layout, Problem, Proof, Sampling, greedy

@@ -6,6 +6,7 @@ most energy. With the dampers of a layout T on, motions and PSDs of all others a
     R' = R − A R_T·,    S' = S − A Yᴴ − Y Aᴴ,    A = R_·T s (I + R_TT s)⁻¹,    Y = S_·T − A S_TT/2,
 
 and a further damper costs a solve of a few motions a line: all additions to T are had at once.
+Under several excitations such panels stand side by side (`JointPanel`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -49,10 +51,6 @@ class Outputs(NamedTuple):
         """Return (…, n_groups) from the PSDs (nf, …, n_rows) of the rows."""
         rows = np.einsum("f...o,fo->...o", psd[..., self.row], self.weight)
         return np.asarray(rows @ self.groups)
-
-    def on(self, lines: slice) -> Outputs:
-        """Return the same on some of the lines."""
-        return self._replace(weight=self.weight[lines])
 
 
 class ReducedPanel:
@@ -167,7 +165,7 @@ class ReducedPanel:
             if columns is not None:
                 R, S = (values[lines] for values in columns)
                 state = self._loaded(state, R, S, motions, repeated[:, lines].T)
-            outputs = self._outputs.on(lines)
+            outputs = self._outputs._replace(weight=self._outputs.weight[lines])
             return _added(state, further, added[:, lines].T, self.weight[lines], outputs)
 
         count = self.frequency.size
@@ -281,3 +279,57 @@ def _leading(factor: Array, energy: Array, rank: int) -> Array:
     _, vector = np.linalg.eigh(factor.T @ energy @ factor)
     columns = factor @ vector[:, ::-1][:, :rank]
     return np.pad(columns, ((0, 0), (0, rank - columns.shape[1])))
+
+
+@dataclass(frozen=True)
+class JointPanel:
+    """A panel under one excitation or several.
+
+    The stiffness s of a damper has a column for each line of all parts: its damping follows the
+    motion under each excitation. Of several parts mean squares are shares of the largest of the
+    bare panel under the same excitation. The largest share is then that of the smallest reduction.
+    """
+
+    parts: tuple[ReducedPanel, ...]  # the panel under each excitation, with the same places
+
+    @cached_property
+    def frequency(self) -> Array:
+        """(nf,) lines of all parts [Hz]."""
+        return np.concatenate([part.frequency for part in self.parts])
+
+    @property
+    def area(self) -> Array:
+        """(n_places,) [m²]."""
+        return self.parts[0].area
+
+    @property
+    def points(self) -> int:
+        """Number of mean squares of the objective."""
+        return sum(part.points for part in self.parts)
+
+    @cached_property
+    def _scale(self) -> list[float]:
+        if len(self.parts) == 1:
+            return [1.0]
+        return [1 / float(part.bare.max()) for part in self.parts]
+
+    @cached_property
+    def bare(self) -> Array:
+        """(n_points,) mean squares without dampers."""
+        scaled = zip(self.parts, self._scale, strict=True)
+        return np.concatenate([scale * part.bare for part, scale in scaled])
+
+    def mean_square(
+        self, places: Sequence[int], stiffness: Complexes, further: Index, added: Complexes
+    ) -> Array:
+        """Return mean squares (n_options, n_points) of a layout with each of further dampers.
+
+        Parameters are those of `ReducedPanel.additions`, on the lines of all parts.
+        """
+        edges = np.cumsum([part.frequency.size for part in self.parts])[:-1]
+        on_parts = (np.split(values, edges, axis=1) for values in (stiffness, added))
+        squares = [
+            scale * part.additions(places, s, further, s_added).mean_square
+            for part, scale, s, s_added in zip(self.parts, self._scale, *on_parts, strict=True)
+        ]
+        return np.concatenate(squares, axis=1)

@@ -11,7 +11,7 @@ the waves and how heavy the patches can be.
     Meshes from other programs: checks, gmsh files, Nastran bulk data.
 `mesh`
     The mesh that all of them lead to, and its gmsh file.
-`section`, `layup`
+`section`
     Mass and stiffness per unit width: thin and solid plates, sandwiches from their plies.
 `supports`, `attachments`
     Edges, hinges and hold-downs; springs and masses.
@@ -21,10 +21,8 @@ the waves and how heavy the patches can be.
     Modes and further shapes that dampers need; their values where they are needed.
 `eigen`
     Many eigenpairs of large sparse matrices.
-`face`
-    The face as its sound needs it, condensed for plane waves.
 `navier`, `resolution`
     Closed forms for rectangles; how fine a mesh must be.
-`basis_files`, `plate_files`, `tables`
+`files`, `tables`
     Files of the basis and of the plate's matrices; tables of modes and section.
 """

@@ -1,18 +1,28 @@
-"""The basis of a panel: its shapes with their values wherever the stages downstream need them."""
+"""The basis of a panel: its shapes with their values wherever the stages downstream need them.
 
-from dataclasses import dataclass
-from typing import Any
+Its face is condensed by `pidpanel.geometry.plane_waves`, as the sound needs it.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.geometry.plane_mesh import cell_areas
-from pidpanel.geometry.plane_waves import WettedFace
+from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature, WettedFace, condensed
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.shapes import Shapes, on_patch
+
+# Largest wavenumber of the face over the larger of those of the sound and of the shapes.
+#
+# The air's mass needs what shapes have beyond their own wavenumber (`pidpanel.sound.radiation`).
+REACH = 2.0
+
+Face = TypeVar("Face", bound=MovedFace)
 
 
 @dataclass(frozen=True)
@@ -120,3 +130,25 @@ def _overlap_of(vectors: Array, overlap: sp.csr_array) -> Array:
 def patch_areas(basis: PanelBasis) -> Array:
     """Return the area of each patch [m²], (n_patches,)."""
     return basis.cell_in_patch @ cell_areas(basis.vertex_position, basis.cells)
+
+
+def face_wavenumber(basis: PanelBasis, sound: float) -> float:
+    """Return the wavenumber to which the face of a panel has to be known [rad/m].
+
+    The modes of a plate are N = κ² A/4π up to the wavenumber κ of its bending (Weyl's law),
+    whatever its stiffness.
+    """
+    modes, area = np.sum(~basis.is_residual), basis.quadrature_weight.sum()
+    return REACH * max(sound, float(np.sqrt(4 * np.pi * modes / area)))
+
+
+def with_condensed_face(moved: Face, wavenumber: float) -> Face:
+    """Return a basis, or other motions of a face, condensed for waves to a wavenumber [rad/m]."""
+    face = condensed(PanelQuadrature.from_face(moved), wavenumber)
+    return replace(
+        moved,
+        quadrature_position=face.position,
+        quadrature_weight=face.weight,
+        shape_at_quadrature=face.shape,
+        quadrature_wavenumber=wavenumber,
+    )

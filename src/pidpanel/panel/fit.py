@@ -11,11 +11,10 @@ from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Circle, Position, Shape, show, signed_area
 from pidpanel.panel.attachments import Attachment
-from pidpanel.panel.layup import Section
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import NONE_FREE
 from pidpanel.panel.reactions import added_compliance, change_nearby, foot_logarithm
-from pidpanel.panel.section import ThinSection
+from pidpanel.panel.section import Section, ThinSection
 from pidpanel.panel.supports import PointSupport, Supports, boundary_loops, held_vertices
 
 # Tolerance of positions over the extent of the panel, the same as for vertices at supports.

@@ -11,13 +11,14 @@ from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
+import shapely
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from pidpanel.arrays import Array, Index
 from pidpanel.columns import ColumnsError
 from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths
-from pidpanel.geometry.polygon import Position, Shape, location, show, signed_area
+from pidpanel.geometry.polygon import Position, Shape, show, signed_area
 from pidpanel.panel.mesh import PanelMesh, check_patch_areas
 from pidpanel.text_files import LARGEST
 
@@ -98,10 +99,6 @@ class FlatMesh:
         _check_one_piece(path, np.asarray(element)[origin], cells)
         return cls(path, numbers, position[:, :2], cells, group[origin].astype(str))
 
-    def scaled(self, unit: float) -> "FlatMesh":
-        """Return the mesh in metres, where the unit of length of the file is `unit` [m]."""
-        return replace(self, position=self.position * unit)
-
     def refined(self) -> "FlatMesh":
         """Return the mesh with each triangle divided in four; new nodes have further numbers."""
         a, b, c = self.triangles.T
@@ -149,7 +146,7 @@ class FlatMesh:
                         f"patch {name!r}: {self.path} has no group {patch}; it has {groups}"
                     )
             else:
-                members = location(centre, patch.corners, 0.0) > 0
+                members = shapely.contains_xy(shapely.Polygon(patch.corners), centre)
             patch_cells[name] = np.flatnonzero(members)
         point_vertices = {}
         for name, point in points.items():

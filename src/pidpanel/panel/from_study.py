@@ -1,7 +1,7 @@
 """The panel of a study: the one place in `panel` that reads the section ``panel``."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -12,10 +12,10 @@ from shapely.geometry.base import BaseGeometry
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
-from pidpanel.panel import fit, layup, supports
+from pidpanel.panel import fit, supports
+from pidpanel.panel import section as sections
 from pidpanel.panel.attachments import Attachment, with_attachments
-from pidpanel.panel.basis import basis_of
-from pidpanel.panel.face import face_wavenumber, with_condensed_face
+from pidpanel.panel.basis import basis_of, face_wavenumber, with_condensed_face
 from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
@@ -24,11 +24,11 @@ from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.resolution import ElementKind, Region, element_sizes
-from pidpanel.panel.section import SolidSection, ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles, rim_size
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.job import Files
 from pidpanel.study import Study
 from pidpanel.study.dampers import damper_masses, resolved_masses
 from pidpanel.study.panel import EXTENT, MOST_ELEMENTS, Panel
@@ -39,11 +39,11 @@ from pidpanel.study.supports import Node
 ELEMENTS_ACROSS = 2
 
 
-def _material(spec: MaterialInput) -> layup.Material:
+def _material(spec: MaterialInput) -> sections.Material:
     E, nu = spec.youngs_modulus, spec.poissons_ratio
     if E is not None and nu is not None:
-        return layup.Material.isotropic(E, nu, spec.density_kg_m3)
-    return layup.Material(*spec.orthotropic_moduli, spec.nu12 or 0.0, spec.density_kg_m3)
+        return sections.Material.isotropic(E, nu, spec.density_kg_m3)
+    return sections.Material(*spec.orthotropic_moduli, spec.nu12 or 0.0, spec.density_kg_m3)
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class StudiedPanel:
             return None
         is_gmsh = spec.file.suffix == ".msh"
         mesh = read_gmsh(spec.file) if is_gmsh else read_nastran(spec.file, spec.ignore)
-        mesh = mesh.scaled(spec.unit_m)
+        mesh = replace(mesh, position=mesh.position * spec.unit_m)
         extent = float(np.ptp(mesh.position, axis=0).max())
         if says := EXTENT.refuses(extent):
             raise ValueError(
@@ -77,23 +77,23 @@ class StudiedPanel:
         return mesh
 
     @cached_property
-    def section(self) -> layup.Section:
+    def section(self) -> sections.Section:
         """The section of the whole panel, in SI units."""
         spec = self.panel.section
         if spec.kind == "thin":
             D, mass = spec.bending_stiffness_n_m, spec.mass_per_area_kg_m2
-            return ThinSection(D, mass, spec.poissons_ratio, spec.thickness)
+            return sections.ThinSection(D, mass, spec.poissons_ratio, spec.thickness)
         if spec.kind == "solid":
-            return SolidSection(
+            return sections.SolidSection(
                 spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3, spec.thickness
             )
         materials = {name: _material(material) for name, material in spec.materials.items()}
         top, bottom = (
-            tuple(layup.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
+            tuple(sections.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
             for plies in (spec.plies("top"), spec.plies("bottom"))
         )
-        core = layup.Core(*spec.core.properties, spec.core.thickness, spec.core.ribbon)
-        return layup.SandwichSection(top, bottom, core, spec.extra_mass_per_area_kg_m2)
+        core = sections.Core(*spec.core.properties, spec.core.thickness, spec.core.ribbon)
+        return sections.SandwichSection(top, bottom, core, spec.extra_mass_per_area_kg_m2)
 
     @cached_property
     def patches(self) -> dict[str, Shape | str]:
@@ -273,7 +273,7 @@ class StudiedPanel:
 
     def plate(self, mesh: PanelMesh) -> AssembledPlate:
         """Assemble the supported plate with its springs and masses."""
-        if isinstance(self.section, ThinSection):
+        if isinstance(self.section, sections.ThinSection):
             plate = assemble_thin_plate(mesh, self.section, self.supports)
         else:
             plate = assemble_shear_plate(mesh, self.section, self.supports)
@@ -363,16 +363,13 @@ class StudiedPanel:
         return self.foreign.at_node(grid)
 
 
-def write_panel(
-    study: Study,
-    modes_nc: Path,
-    modes_csv: Path,
-    modes_vtu: Path,
-    mesh_msh: Path,
-    section_csv: Path,
-    plate_nc: Path,
-) -> None:
+def write_panel(study: Study, output: Files) -> None:
     """Mesh the panel of a study, find its modes, and write the files of the stage.
+
+    Parameters
+    ----------
+    output
+        modes, table, shapes, mesh, section and plate.
 
     Raises
     ------
@@ -381,20 +378,19 @@ def write_panel(
     """
     # pandas and xarray take half a second, and a check needs neither
     from pidpanel.panel import tables
-    from pidpanel.panel.basis_files import write_basis, write_shapes
-    from pidpanel.panel.plate_files import write_plate
+    from pidpanel.panel.files import write_basis, write_plate, write_shapes
 
     panel, highest = StudiedPanel(study.panel), study.response.frequency_hz[1]
-    mesh = panel.mesh(mesh_msh, panel.patch_sizes(highest, resolved_masses(study)))
+    mesh = panel.mesh(output.mesh, panel.patch_sizes(highest, resolved_masses(study)))
     plate = panel.plate(mesh)
     shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=damper_masses(study))
     basis = basis_of(mesh, plate, shapes)
-    write_plate(plate_nc, plate.with_shapes(shapes.vectors), stamp(study))
+    write_plate(output.plate, plate.with_shapes(shapes.vectors), stamp(study))
     sound = 2 * np.pi * highest / study.wave_speed
     condensed = with_condensed_face(basis, face_wavenumber(basis, sound))
-    write_basis(modes_nc, condensed, stamp(study))
-    write_shapes(modes_vtu, basis)
+    write_basis(output.modes, condensed, stamp(study))
+    write_shapes(output.shapes, basis)
     modes = tables.mode_table(basis, panel.navier_size, panel.section)
-    modes.to_csv(modes_csv, index=False, float_format="%.8g")
+    modes.to_csv(output.table, index=False, float_format="%.8g")
     section = tables.section_table(panel.section, float(basis.quadrature_weight.sum()))
-    section.to_csv(section_csv, index=False, float_format="%.8g")
+    section.to_csv(output.section, index=False, float_format="%.8g")

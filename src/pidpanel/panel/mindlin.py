@@ -31,7 +31,6 @@ from skfem import (
 from skfem.helpers import dot, grad
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.layup import ShearSection
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import (
     AssembledPlate,
@@ -43,7 +42,7 @@ from pidpanel.panel.plate import (
     vertex_values,
 )
 from pidpanel.panel.reactions import held_reactions
-from pidpanel.panel.section import SolidSection
+from pidpanel.panel.section import ShearSection, SolidSection
 from pidpanel.panel.supports import Block, Supports, free_coordinates, held_vertices, null_space
 
 LAGRANGE = {2: ElementTriP2, 3: ElementTriP3, 4: ElementTriP4}

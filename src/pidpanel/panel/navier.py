@@ -10,8 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.layup import ShearSection
-from pidpanel.panel.section import ThinSection
+from pidpanel.panel.section import ShearSection, ThinSection
 
 
 def thin_plate_frequency(
@@ -28,7 +27,7 @@ def thin_plate_frequency(
     >>> thin_plate_frequency([1, 2], [1, 1], (1.5, 1.0), ThinSection(3273.07, 4.0)).round(2)
     array([ 64.9 , 124.81])
     """
-    k2 = wave_number_squared(m, n, size)
+    k2 = (np.asarray(m) * np.pi / size[0]) ** 2 + (np.asarray(n) * np.pi / size[1]) ** 2
     return np.sqrt(section.bending_stiffness * k2**2 / section.mass_per_area) / (2 * np.pi)
 
 
@@ -70,11 +69,6 @@ def is_aligned(section: ShearSection) -> bool:
     """Return whether bending does not couple to twist, nor one shear to the other."""
     D, S = section.bending, section.shear
     return bool(np.abs(D[:2, 2]).max() < 1e-9 * D.max() and abs(S[0, 1]) < 1e-9 * S.max())
-
-
-def wave_number_squared(m: ArrayLike, n: ArrayLike, size: tuple[float, float]) -> Array:
-    """Return k² = (mπ/a)² + (nπ/b)² [1/m²]; parameters as in `thin_plate_frequency`."""
-    return (np.asarray(m) * np.pi / size[0]) ** 2 + (np.asarray(n) * np.pi / size[1]) ** 2
 
 
 def sine_shapes(m: ArrayLike, n: ArrayLike, size: tuple[float, float], position: Array) -> Array:

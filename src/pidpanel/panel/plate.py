@@ -13,9 +13,9 @@ import scipy.sparse as sp
 from skfem import BilinearForm, CellBasis, Element, Mesh
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.layup import Section
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.section import Section
 
 # Quadrature of pressure times deflection: 3 × 3 Gauss points on a quadrilateral, 7 on a triangle.
 LOAD_ORDER = 5

@@ -13,9 +13,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.layup import Section
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.section import ThinSection
+from pidpanel.panel.section import Section, ThinSection
 from pidpanel.panel.supports import PointSupport
 
 FOOT_OF_ELEMENTS = 0.1  # radius of the foot that elements act like, over their size
@@ -78,11 +77,10 @@ def share_of_turn(mesh: PanelMesh, place: Array) -> float:
         return 1.0
     count = mesh.cells.shape[1]
     before, after = (
-        mesh.vertices[mesh.cells[cell, (corner + step) % count]] - place for step in (-1, 1)
+        (mesh.vertices[mesh.cells[cell, (corner + step) % count]] - place) @ [1, 1j]
+        for step in (-1, 1)
     )
-    cosine = np.sum(before * after, axis=1)
-    cosine /= np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
-    return float(np.arccos(cosine).sum() / (2 * np.pi))
+    return float(np.abs(np.angle(after / before)).sum() / (2 * np.pi))
 
 
 def held_reactions(

@@ -14,8 +14,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_mesh import edge_lengths
-from pidpanel.panel.layup import Section
-from pidpanel.panel.section import ThinSection
+from pidpanel.panel.section import Section, ThinSection
 
 # Longest element edge over half a wave up to which the frequency of a mode errs by at most
 # 1 %; measured on a simply supported rectangle (thin; Argyris elements would allow 2, 0.1 %) and

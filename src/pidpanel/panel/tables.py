@@ -5,8 +5,7 @@ import pandas as pd
 
 from pidpanel.panel import navier
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.layup import SandwichSection, Section
-from pidpanel.panel.section import ThinSection
+from pidpanel.panel.section import SandwichSection, Section, ThinSection
 
 
 def mode_table(

@@ -81,15 +81,12 @@ def mesh_triangles(
 
         whole = sorted({tag for dim, tag in pieces[0] if dim == 2})
         gmsh.model.addPhysicalGroup(2, whole, name=PANEL_GROUP)
-        pieces_of = iter(pieces[1:])
-        surfaces = {}
-        for name in patches:
-            surfaces[name] = sorted({tag for _, tag in next(pieces_of)})
-            gmsh.model.addPhysicalGroup(2, surfaces[name], name=name)
-        for _ in imprints:
-            next(pieces_of)
-        for name in points:
-            gmsh.model.addPhysicalGroup(0, sorted({tag for _, tag in next(pieces_of)}), name=name)
+        tags = [sorted({tag for _, tag in parts}) for parts in pieces[1:]]
+        surfaces = dict(zip(patches, tags, strict=False))
+        for name, surface in surfaces.items():
+            gmsh.model.addPhysicalGroup(2, surface, name=name)
+        for name, vertex in zip(points, tags[len(patches) + len(imprints) :], strict=False):
+            gmsh.model.addPhysicalGroup(0, vertex, name=name)
         gmsh.option.setNumber("Mesh.MeshSizeMax", element_size)
         fields = [
             _size_on(surfaces[name], size, element_size) for name, size in patch_sizes.items()
@@ -116,10 +113,9 @@ def reentrant_corners(shapes: Iterable[Shape]) -> Array:
         # the panel to the left of the edges: counter-clockwise outline, clockwise holes
         if (signed_area(corners) > 0) == (number > 0):
             corners = corners[::-1]
-        outgoing = np.roll(corners, -1, axis=0) - corners
-        incoming = np.roll(outgoing, 1, axis=0)
-        cross = incoming[:, 0] * outgoing[:, 1] - incoming[:, 1] * outgoing[:, 0]
-        turn = np.arctan2(cross, np.sum(incoming * outgoing, axis=1))
+        place = corners @ [1, 1j]
+        step = np.roll(place, -1) - place
+        turn = np.angle(step / np.roll(step, 1))
         corner_sets.append(corners[turn < -SMOOTH_TURN])
     return np.concatenate(corner_sets)
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import pandas as pd
 
+from pidpanel.constants import DAMPING_MODELS
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.report.names import SAME_LEVEL, Scenario, Study, main_level
 from pidpanel.report.rms import moving_points
@@ -23,11 +24,6 @@ SIGNIFICANCE = 2.0
 
 ROWS = 5  # most scenarios in the first table, besides the bare panel
 COLUMNS = 4  # points with a column of their own in that table, those of most motion
-
-# Readings of the damping, the one that answers first: what is measured before a law.
-PREFERRED = (
-    "coupled", "stated", "dem", "table", "atlas", "paper_corrected", "paper_printed", "bare",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -161,8 +157,8 @@ def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
 
 
 def main_reading(readings: Sequence[str]) -> str:
-    """Return the damping model of the answer: the first of `PREFERRED` in the study."""
-    return next((reading for reading in PREFERRED if reading in readings), readings[0])
+    """Return the damping model of the answer: the first of `DAMPING_MODELS` in the study."""
+    return next((reading for reading in DAMPING_MODELS if reading in readings), readings[0])
 
 
 def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:

@@ -11,7 +11,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.report import html, text
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.inputs import read_by_point, read_dataset, without_errors

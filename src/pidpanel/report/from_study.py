@@ -8,7 +8,7 @@ from pidpanel.coupon.from_study import cases_by_coupon
 from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.damping.from_study import measured_beside, readings_from_atlas
 from pidpanel.geometry.cells import SHAPES
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.report import inputs

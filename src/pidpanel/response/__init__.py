@@ -6,10 +6,10 @@
     The panel in its sound; dampers with their models; all scenarios solved.
 `refinement`
     A basis that is wide enough for every scenario.
-`results`, `patch_rows`, `tables`, `trust`, `psd_files`
+`results`, `tables`, `trust`, `psd_files`
     PSDs and tables.
-`mapping`, `map_files`, `exports`, `export`, `nastran`, `tabdmp1`
+`mapping`, `exports`, `nastran`
     Maps; files for other programs.
-`coupled_errors`
-    Standard errors of coupled runs.
+`model_error`
+    Errors of damping models and of coupled runs.
 """

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.constants import ATLAS, BY_DAMPER
+from pidpanel.constants import BY_DAMPER
 from pidpanel.damping.coupled import COUPLED, CoupledDamping
 from pidpanel.damping.readings import DampingReading
 from pidpanel.paths import SECTION
@@ -75,21 +75,18 @@ class DampingModels:
         Names of all models of the study in order.
     common
         Models that hold for every patch, by name.
-    stated
-        Models of the dampers for ``stated``, by the name of the damper.
+    by_damper
+        Models of single dampers, by the names of the model and of the damper. A damper without the
+        model has that of ``stated``.
     coupled
-        Results of coupled runs by scenario and patch, for ``coupled``; patches without are read as
-        ``stated`` there.
-    atlas
-        Models of the coupons for ``atlas``, by the name of the damper; other dampers are read as
-        ``stated`` there.
+        Results of coupled runs by scenario and patch, for ``coupled``; other patches have the model
+        ``stated``.
     """
 
     names: Sequence[str]
     common: Mapping[str, DampingReading]
-    stated: Mapping[str, DampingReading]
+    by_damper: Mapping[str, Mapping[str, DampingReading]]
     coupled: Mapping[tuple[str, str], CoupledDamping] = field(default_factory=dict)
-    atlas: Mapping[str, DampingReading] = field(default_factory=dict)
 
     def damper(
         self, name: str, scenario: str, filling: PatchFilling, patch: int, carrier: int
@@ -104,8 +101,8 @@ class DampingModels:
             return PatchDamper(patch, carrier, source, bed, fill, bed)
         if name in BY_DAMPER:
             damper = str(filling.damper)
-            coupons = self.atlas if name == ATLAS else {}
-            model = coupons[damper] if damper in coupons else self.stated[damper]
+            models = {**self.by_damper["stated"], **self.by_damper.get(name, {})}
+            model = models[damper]
             return PatchDamper(patch, carrier, damper, model, fill)
         source = SECTION if name == "dem" else name
         return PatchDamper(patch, carrier, source, self.common[name], fill)

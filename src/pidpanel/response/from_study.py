@@ -10,32 +10,31 @@ import pandas as pd
 
 from pidpanel.constants import BY_DAMPER
 from pidpanel.damping.coupled import read_coupled
-from pidpanel.damping.from_study import reading_of, reading_of_damper, readings_from_atlas
+from pidpanel.damping.from_study import models_by_damper, reading_of
 from pidpanel.damping.readings import DampingReading
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.basis_files import read_basis
+from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.plate_files import read_plate
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
-from pidpanel.response.coupled_errors import read_errors
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.exports import write_exports
 from pidpanel.response.mapping import write_rms_maps
+from pidpanel.response.model_error import read_errors
 from pidpanel.response.panel import ResponsePanel, Settings, widen
 from pidpanel.response.psd_files import read_psd
 from pidpanel.response.refinement import checked_responses, read_further_shapes
 from pidpanel.response.results import Tabulation, write_tables
 from pidpanel.solve.excitation import Matrices
-from pidpanel.sound.excitation import SoundExcitation
+from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import (
     air_tables,
     excitation_of,
     modal_force_at,
-    modal_force_tables,
+    modal_force_table,
     read_air,
     spectrum_of,
 )
@@ -53,12 +52,13 @@ class StudySound:
     def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[SoundExcitation, Air | None]:
         """Return the excitation of a basis, and the air on it where there is some."""
         study = self.study
-        force = modal_force_tables(study.acoustics, study.response.frequency_hz[1], basis)
-        excitation = excitation_of(study.acoustics, force[MODAL_FORCE])
+        force = modal_force_table(study.acoustics, study.response.frequency_hz[1], basis)
+        excitation = excitation_of(study.acoustics, force)
         if air is None:
             return excitation, None
-        tables = air_tables(study.acoustics, basis, force, air_mass=study.response.air_mass)
-        return excitation, air.with_tables({**force, **tables})
+        k_max, air_mass = force.wavenumber_max, study.response.air_mass
+        tables = air_tables(study.acoustics, basis, k_max, air_mass=air_mass)
+        return excitation, air.with_tables({MODAL_FORCE: force, **tables})
 
     def force_at(self, frequency: float, basis: PanelBasis) -> Matrices:
         """Return G (n, n) [m⁴] of a basis at a frequency [Hz]."""
@@ -92,10 +92,10 @@ def read_response_panel(study: Study, files: Files, radiation: Radiation) -> Res
         ),
         basis,
         excitation,
+        panel.section.mass_per_area,
+        panel.shift_of_wave,
+        panel.change_near_points(study.response.frequency_hz[1]),
         read_air(study, radiation, table, files.get("air")),
-        mass_per_area=panel.section.mass_per_area,
-        shift_of_wave=panel.shift_of_wave,
-        change_near_points=panel.change_near_points(study.response.frequency_hz[1]),
     )
 
 
@@ -150,16 +150,10 @@ def damping_models(
         for name in study.damping.readings or ("dem",)
         if name in study.readings and name not in BY_DAMPER
     }
-    stated = {
-        name: reading_of_damper(study.all_dampers[name], surface(name), study.damping.prior)
-        for name in study.stated_dampers
-    }
-    atlas = readings_from_atlas(study, is_broadband=is_broadband)
     if not study.response.damper_mass:
-        atlas = {name: model.without_mass() for name, model in atlas.items()}
-        stated = {name: model.without_mass() for name, model in stated.items()}
         beds = {key: model.without_mass() for key, model in beds.items()}
-    return DampingModels(study.readings, common, stated, beds, atlas)
+    by_damper = models_by_damper(study, surface, is_broadband=is_broadband)
+    return DampingModels(study.readings, common, by_damper, beds)
 
 
 def write_response(

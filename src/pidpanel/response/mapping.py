@@ -1,20 +1,83 @@
-"""Rms values over the whole panel for some scenarios."""
+"""Rms values over the whole panel for some scenarios: NetCDF, and VTU and one PVD for ParaView."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
+import meshio
 import numpy as np
 import xarray as xr
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index, variable
 from pidpanel.damping.coupled import COUPLED, CoupledDamping
 from pidpanel.provenance.job import Files
 from pidpanel.response.cases import ResponseScenario
-from pidpanel.response.map_files import CORE_STRESSES, map_dataset, write_paraview
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.psd_files import is_steady
 from pidpanel.solve import stress
 from pidpanel.solve.excitation import Excitation, Superposition
 from pidpanel.solve.maps import layer_maps, modal_covariances, rms_map
+
+# Unit of each map; strains and stresses have one for each layer.
+UNITS = {"acceleration": "m s-2", "displacement": "m", **stress.QUANTITIES}
+
+
+def map_dataset(
+    maps: Mapping[tuple[str, str], Mapping[str, Array]],
+    relative_error: Sequence[float],
+    vertex_position: Array,
+    cells: Index,
+    layers: Sequence[str],
+) -> xr.Dataset:
+    """Return rms maps of some scenarios over the vertices of the mesh."""
+    variables = {}
+    for name in next(iter(maps.values())):
+        unit = UNITS.get(name, "Pa")
+        values = np.array([maps[name] for maps in maps.values()])
+        dims = "case layer vertex" if values.ndim == 3 else "case vertex"
+        variables[f"{name}_rms"] = variable(dims, values, unit, f"rms of {name}")
+    errors = np.array(relative_error, dtype=np.float64)
+    meaning = "largest standard error of the points' g rms"
+    variables["relative_error"] = variable("case", errors, "1", meaning)
+    position = variable("vertex axis", vertex_position, "m", "vertices of the mesh")
+    variables["vertex_position"] = position
+    variables["cells"] = variable("cell corner", cells, "1", "vertex numbers")
+    coordinates = {
+        "reading": ("case", [reading for reading, _ in maps]),
+        "scenario": ("case", [label for _, label in maps]),
+        "layer": list(layers),
+    }
+    return xr.Dataset(variables, coordinates)
+
+
+def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
+    """Write a VTU file for each case, and ``maps.pvd`` with all of them as steps."""
+    folder.mkdir(exist_ok=True)
+    position = np.pad(dataset["vertex_position"].to_numpy(), ((0, 0), (0, 1)))
+    cells = dataset["cells"].to_numpy()
+    kind = {4: "quad", 3: "triangle"}[cells.shape[1]]
+    entries = []
+    for step in range(dataset.sizes["case"]):
+        case = dataset.isel(case=step)
+        data = {}
+        for name in [str(name) for name in dataset.data_vars if str(name).endswith("_rms")]:
+            values = case[name]
+            unit = values.attrs["units"].replace(" ", "_")
+            if "layer" not in values.dims:
+                data[f"{name}_{unit}"] = values.to_numpy()
+                continue
+            for layer in case["layer"].to_numpy():
+                key = f"{name}_{unit}_{layer}".replace(" ", "_")
+                data[key] = values.sel(layer=layer).to_numpy()
+        name = f"{case['reading'].item()}_{case['scenario'].item()}.vtu"
+        meshio.Mesh(position, [(kind, cells)], point_data=data).write(folder / name)
+        entries.append(f'<DataSet timestep="{step}" part="0" file={quoteattr(name)}/>')
+    (folder / "maps.pvd").write_text(
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'
+        + "\n".join(entries)
+        + "\n</Collection>\n</VTKFile>\n",
+        encoding="utf-8",
+    )
 
 
 def write_rms_maps(
@@ -63,7 +126,7 @@ def write_rms_maps(
                 shear = np.swapaxes(basis.core_stress @ basis.shear_at_vertices, 0, 1)
                 maps[model, scenario.label] |= {
                     name: rms_map(covariance.displacement, motion)
-                    for name, motion in zip(CORE_STRESSES, shear, strict=True)
+                    for name, motion in zip(stress.CORE_STRESSES, shear, strict=True)
                 }
     errors = [_error_of_points(psd, *key) for key in maps]
     dataset = map_dataset(maps, errors, basis.vertex_position, basis.cells, layers.names)

@@ -1,6 +1,10 @@
-"""Errors of damping models under broadband motion, in what the response answers."""
+"""Errors of damping models under broadband motion, and of coupled runs, in the response."""
+
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT, BroadbandError
@@ -53,8 +57,27 @@ def with_model_error(
     """Return both errors together, which are independent."""
     if errors is None or model is None:
         return errors or model
-    log_psd, log_rms = (
-        np.hypot(errors.log_psd, model.log_psd),
-        np.hypot(errors.log_rms, model.log_rms),
-    )
+    log_psd = np.hypot(errors.log_psd, model.log_psd)
+    log_rms = np.hypot(errors.log_rms, model.log_rms)
     return StandardErrors(log_psd, log_rms, errors.log_acceleration)
+
+
+def read_errors(folder: Path, frequency: Array, points: Sequence[str]) -> dict[str, StandardErrors]:
+    """Return the errors of the coupled runs in a folder at the points, by scenario."""
+    files = (folder / "summary.csv", folder / "psd.csv")
+    summary, psd = (pd.read_csv(path, dtype={"point": str}) for path in files)
+    errors = {}
+    for scenario, rows in summary.groupby("scenario", sort=False):
+        at_points = rows.set_index("point").loc[list(points)]
+        lines = psd[psd["scenario"] == scenario]
+        by_point = [lines[lines["point"] == point] for point in points]
+        log_psd = [
+            np.interp(np.log(frequency), np.log(table["frequency_hz"]), table["error_db"])
+            for table in by_point
+        ]
+        errors[str(scenario)] = StandardErrors(
+            np.log(10) / 10 * np.stack(log_psd, axis=1),
+            (at_points["g_rms_error"] / at_points["g_rms"]).to_numpy(float),
+            np.array([np.nan]),
+        )
+    return errors

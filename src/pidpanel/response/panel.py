@@ -8,10 +8,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pidpanel.arrays import Array, Flags, Index
+from pidpanel.arrays import Array, Index
 from pidpanel.damping.coupled import CoupledDamping
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.basis_error import basis_shapes, modal_basis, refined
@@ -19,7 +18,7 @@ from pidpanel.solve.excitation import Excitation, Matrices
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.solve.panel import ModalPanel, PatchElements, deflection_at_points, fixed_points
+from pidpanel.solve.panel import ModalPanel, PatchElements, deflection_at_points
 from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.source import ParticleForce, elements_of_patch, own_force_load
 from pidpanel.sound.radiation import Air
@@ -75,11 +74,6 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
 ShiftOfWave = Callable[[float, float, float], float]
 
 
-def no_shift(longest_edge: float, frequency: float, added_mass: float) -> float:
-    """Return the shift of a mesh that makes none."""
-    return 0.0
-
-
 @dataclass(frozen=True)
 class ResponsePanel:
     """A panel under its excitation."""
@@ -87,14 +81,14 @@ class ResponsePanel:
     settings: Settings
     basis: PanelBasis  # modes and residual vectors of the panel
     excitation: Excitation  # at the level of the study
+    mass_per_area: float  # of the panel, without dampers [kg/m²]
+    shift_of_wave: ShiftOfWave  # relative frequency error of a wave due to the mesh
+    change_near_points: Array | float  # (n_points,) see `StudiedPanel`
     air: Air | None = None  # the air that the panel moves; None where it is left out
     # Elements of the patches; None if they are not used
     elements: PatchElements | None = None
     # Least damping ratio of the resonances that the lines must resolve; None for the bare panel's
     least_damping_ratio: float | None = None
-    mass_per_area: float = 1.0  # of the panel, without dampers [kg/m²]
-    shift_of_wave: ShiftOfWave = no_shift  # relative frequency error of a wave due to the mesh
-    change_near_points: Array | float = 0.0  # (n_points,) see `StudiedPanel`
 
     @cached_property
     def modal(self) -> ModalBasis:
@@ -134,11 +128,6 @@ class ResponsePanel:
     def patches(self) -> Patches:
         """All patches of the panel."""
         return Patches(self.basis.patch_overlap, self.patch_area)
-
-    @cached_property
-    def fixed_points(self) -> Flags:
-        """(n_points,) which points do not move."""
-        return fixed_points(self.basis)
 
     @cached_property
     def deflection_at_points(self) -> Array:
@@ -212,16 +201,9 @@ class ResponsePanel:
         """Return the own force of the particles on the modes, from coupled runs by patch."""
         basis = self.basis
         nodes = np.geomspace(*self.settings.frequency_range, OWN_FORCE_NODES)
-        area = cell_areas(basis.vertex_position, basis.cells)
         total = np.zeros((len(nodes), *basis.patch_overlap.shape[1:]))
         for patch, bed in beds.items():
-            parts = elements_of_patch(
-                basis.shape_at_vertices,
-                basis.vertex_position,
-                basis.cells,
-                area,
-                basis.cell_in_patch[patch],
-            )
+            parts = elements_of_patch(basis, basis.cell_in_patch[patch])
             psd, coherence = bed.own_force(nodes)
             independent = bed.cell_area * basis.patch_overlap[patch]
             load = own_force_load(parts, independent, nodes, coherence, bed.own_length)

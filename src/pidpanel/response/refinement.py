@@ -99,17 +99,13 @@ def checked_responses(
         check, of_case = _check(panel, wider, plate, further_shapes, tried, lines, source.force_at)
         if not check.missing_shapes.shape[1] or attempt == ATTEMPTS - 1:
             break
-        print(
-            f"the basis misses up to {check.error.max():.1%} of a PSD; it is widened",
-            file=sys.stderr,
-        )
+        error = check.error.max()
+        print(f"the basis misses up to {error:.1%} of a PSD; it is widened", file=sys.stderr)
         further_shapes = np.hstack([further_shapes, check.missing_shapes])
     worst = np.array([check.largest[rows].max() if rows else np.nan for rows in of_case])
-    if np.nanmax(worst, initial=0.0) > ALLOWED:
-        print(
-            f"the basis misses up to {np.nanmax(worst):.1%} of a PSD, more than {ALLOWED:.1%}",
-            file=sys.stderr,
-        )
+    if (error := np.nanmax(worst, initial=0.0)) > ALLOWED:
+        says = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
+        print(says, file=sys.stderr)
     solver = checked.with_lines(wider.frequency, wider.motion_at_points)
     cases = plan.solve(solver)
     errors = _mesh_errors(wider, cases, mesh_shifts(wider, scenarios, models))
@@ -129,12 +125,7 @@ def mesh_shifts(
         mass = heaviest_dampers(panel, [scenario], models)
         modes = loaded_modes(panel.modal, basis.patch_overlap, mass, panel.mass_per_area)
         up_to = modes.frequency <= 2 * f[-1]
-        modes = LoadedModes(
-            modes.frequency[up_to],
-            modes.damping_ratio[up_to],
-            modes.share[:, up_to],
-            modes.shape[:, up_to],
-        )
+        modes = LoadedModes(*(values[..., up_to] for values in modes))
         of_wave = [
             [panel.shift_of_wave(edge, one, extra) for one in modes.frequency.tolist()]
             for edge, extra in zip(edges, (0.0, *mass.tolist()), strict=True)

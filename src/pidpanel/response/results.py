@@ -21,13 +21,14 @@ from pidpanel.response.model_error import (
     undamped_response,
     with_model_error,
 )
-from pidpanel.response.patch_rows import PATCH_COLUMNS, damping_on_patches, only_motion, patch_rows
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
+from pidpanel.response.tables import PATCH_COLUMNS, damping_on_patches, only_motion, patch_rows
 from pidpanel.response.trust import judged
 from pidpanel.solve import stress, uncertainty
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.mesh_error import MeshError
 from pidpanel.solve.model import PanelResponse, ResponseError, UnstableDamping
+from pidpanel.solve.panel import fixed_points
 from pidpanel.solve.solvers import Request
 
 CORE = "core"  # name of the core among the layers of ``stress.csv``
@@ -167,7 +168,7 @@ class _Rows:
             "data_missing": beyond.missing,
             "between_share": between.share_of_change(bare, damped, panel.frequency),
         }
-        self._add_summary(case, np.where(panel.fixed_points, "held", "ok"), columns)
+        self._add_summary(case, np.where(fixed_points(panel.basis), "held", "ok"), columns)
         self.layouts += [{**_names(case), **row} for row in patch_rows(panel, case, response)]
         self.psds[key] = {
             "acceleration_psd": damped,

@@ -1,4 +1,4 @@
-"""Responses as tables: one row per scenario and point, and a dataset of the PSDs."""
+"""Responses as tables: a row per scenario and point, or patch, and a dataset of the PSDs."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,6 +11,8 @@ from pidpanel.arrays import Array, described_variables, variable
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.broadband import EXACT, BroadbandError
 from pidpanel.response import model_error
+from pidpanel.response.cases import ResponseScenario, SolvedCase
+from pidpanel.response.panel import ResponsePanel
 from pidpanel.solve.bands import reduction
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import root_mean_square
@@ -94,33 +96,36 @@ PSD_VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
 
 
 def cases_dataset(
-    cases: Mapping[tuple[str, str], Mapping[str, Array]],
+    cases: Mapping[Any, Mapping[str, Array | float]],
     variables: Mapping[str, tuple[str, str, str]],
     coordinates: Mapping[str, Any],
     dtype: type = np.float64,
+    place: Sequence[str] = ("reading", "scenario"),
 ) -> xr.Dataset:
     """Return variables of all cases, NaN where a case has none.
 
     Parameters
     ----------
     cases
-        Values by name for each damping model and scenario.
+        Values by name of each case, by its place.
     variables
         Dimensions of a case, unit and long name of each.
     coordinates
-        Coordinates of ``reading``, ``scenario`` and all dimensions.
+        Coordinates of the axes of ``place`` and all dimensions.
+    place
+        Axes along which the cases lie.
     """
-    readings, labels = list(coordinates["reading"]), list(coordinates["scenario"])
+    axes = [list(coordinates[name]) for name in place]
     data = {}
     for name, (dims, units, long_name) in variables.items():
         shape = tuple(len(coordinates[dim]) for dim in dims.split())
         if not all(shape):  # a NetCDF 3 file has no dimension of length 0
             continue
-        table: Array = np.full((len(readings), len(labels), *shape), np.nan, dtype)
-        for (reading, label), values in cases.items():
+        table: Array = np.full((*map(len, axes), *shape), np.nan, dtype)
+        for key, values in cases.items():
             if name in values:
-                table[readings.index(reading), labels.index(label)] = values[name]
-        data[name] = variable(f"reading scenario {dims}", table, units, long_name)
+                table[tuple(map(list.index, axes, key))] = values[name]
+        data[name] = variable(f"{' '.join(place)} {dims}", table, units, long_name)
     axis = variable("frequency", coordinates["frequency"], "Hz", "frequency")
     lists = {name: list(values) for name, values in coordinates.items() if len(values)}
     return xr.Dataset(data, {**lists, "frequency": axis})
@@ -166,12 +171,89 @@ def stress_rows(
 
 def stress_variables(quantities: Mapping[str, str]) -> dict[str, tuple[str, str, str]]:
     """Return dimensions, unit and long name of the PSDs of strain and stress with these units."""
-    dims = "frequency point layer"
+    units = {"1": "Hz-1", "Pa": "Pa2 Hz-1"}
     return {
-        f"{name}_psd": (
-            dims,
-            "Hz-1" if unit == "1" else f"{unit}2 Hz-1",
-            f"one-sided PSD of {name}",
-        )
+        f"{name}_psd": ("frequency point layer", units[unit], f"one-sided PSD of {name}")
         for name, unit in quantities.items()
     }
+
+
+# Columns of ``layouts.csv``.
+PATCH_COLUMNS = (
+    "reading", "scenario", "patch", "damper", "fill_fraction", "area_m2", "mass_kg",
+    "damping_read_at_g", "patch_motion_g", "bare_patch_motion_g", "lowest_element_motion_g",
+    "highest_element_motion_g", "outside_run_points_share",
+)  # fmt: skip
+
+
+def patch_rows(
+    panel: ResponsePanel, case: SolvedCase, response: LayoutResponse
+) -> list[dict[str, Any]]:
+    """Return rows of ``layouts.csv`` of a case, one for each filled patch."""
+    area = panel.load_area(response)
+    masses = case.masses(area)
+    rows = []
+    for filling in case.scenario.fillings:
+        patch = panel.basis.patch_names.index(filling.patch)
+        loads = np.array([damper.patch == patch for damper in case.dampers])
+        share = area[loads] / area[loads].sum()
+        elements = response.cell_acceleration_g[loads]
+        if panel.by_element:
+            elements = response.patch_acceleration_g[loads]
+        rows.append(
+            {
+                "patch": filling.patch,
+                "damper": case.dampers[int(loads.argmax())].source,
+                "fill_fraction": filling.fill_fraction,
+                "area_m2": area[loads].sum(),
+                "mass_kg": masses[loads].sum(),
+                "damping_read_at_g": np.sqrt(share @ response.acceleration_g[loads] ** 2),
+                "patch_motion_g": np.sqrt(share @ response.patch_acceleration_g[loads] ** 2),
+                "bare_patch_motion_g": panel.bare_motion_g(case.bare, patch),
+                "lowest_element_motion_g": elements.min(),
+                "highest_element_motion_g": elements.max(),
+                "outside_run_points_share": 1 - response.inside[loads].all(axis=0).mean(),
+            }
+        )
+    return rows
+
+
+def only_motion(
+    panel: ResponsePanel,
+    case: SolvedCase,
+    response: LayoutResponse,
+    scenarios: Sequence[ResponseScenario],
+) -> tuple[float, float]:
+    """Return Γ of the damping of a single patch, and of its motion; NaN for several patches.
+
+    Of the bare panel it is the motion of the patch that is filled first in the study.
+    """
+    rows = patch_rows(panel, case, response)
+    if len(rows) == 1:
+        return rows[0]["damping_read_at_g"], rows[0]["patch_motion_g"]
+    first = next((scenario.patches[0] for scenario in scenarios if scenario.patches), None)
+    if rows or first is None:
+        return np.nan, np.nan
+    return np.nan, panel.bare_motion_g(case.bare, panel.basis.patch_names.index(first))
+
+
+def damping_on_patches(
+    panel: ResponsePanel, case: SolvedCase, response: LayoutResponse
+) -> dict[str, Array]:
+    """Return the damping of a response by patch of the panel, means over area of its loads.
+
+    C_e, m_a and whether they are within the range of their data (n_patches, nf), by names of
+    `tables.PSD_VARIABLES`; 0 where a patch is not filled.
+    """
+    count = len(panel.basis.patch_names)
+    damping, mass = np.zeros((2, count, panel.frequency.size))
+    inside = np.ones((count, panel.frequency.size))
+    area = panel.load_area(response)
+    patches = np.array([damper.patch for damper in case.dampers], dtype=np.int64)
+    for patch in dict.fromkeys(patches.tolist()):
+        loads = patches == patch
+        share = area[loads] / area[loads].sum()
+        damping[patch] = share @ response.equivalent_damping[loads]
+        mass[patch] = share @ response.apparent_mass[loads]
+        inside[patch] = response.inside[loads].all(axis=0)
+    return {"equivalent_damping": damping, "apparent_mass": mass, "inside": inside}

@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from pidpanel.constants import ATLAS
+from pidpanel.constants import ATLAS, DAMPING_MODELS
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS
@@ -50,21 +50,11 @@ LARGEST_ERROR = 0.25
 
 BETWEEN = "; "  # between the doubts of a scenario
 
-# Source of the damping, by damping model; `STATED` for dampers with stated values.
-SOURCES: dict[str, str] = {
-    COUPLED: "coupled runs of this study",
-    "dem": "simulated coupons under single tones",
-    "table": "table",
-    ATLAS: "atlas of particle beds",
-    "paper_corrected": "law of the paper, corrected",
-    "paper_printed": "law of the paper as printed",
-}
-
 TRUST = ["trusted", "doubts", "damping_source"]  # columns of `judged`
 
 SWEPT = ("dem", "stated")  # damping models of a sweep
 
-STATED, NONE = "as stated for each damper", "none"
+NONE = "none"  # source of the damping of the bare panel
 
 
 def judged(
@@ -107,7 +97,7 @@ def judged(
 
 def source_of(reading: str, scenario: ResponseScenario) -> str:
     """Return where the damping of a scenario comes from."""
-    return NONE if scenario.is_bare else SOURCES.get(reading, STATED)
+    return NONE if scenario.is_bare else DAMPING_MODELS[reading].source
 
 
 def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "") -> list[str]:

@@ -13,7 +13,6 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array
-from pidpanel.response.map_files import CORE_STRESSES
 from pidpanel.severity.fatigue import FatigueLine, dirlik_damage_rate, narrow_band_damage_rate
 from pidpanel.severity.moments import peak_factor, spectral_moment, zero_crossing_rate
 from pidpanel.severity.strength import (
@@ -23,6 +22,7 @@ from pidpanel.severity.strength import (
     tsai_wu_index,
 )
 from pidpanel.solve.bands import band_rms, third_octaves
+from pidpanel.solve.stress import CORE_STRESSES
 from pidpanel.spectra.break_points import BreakPoints
 
 STRESSES = ("stress_xx", "stress_yy", "stress_xy", "von_mises")

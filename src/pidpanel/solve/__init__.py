@@ -4,8 +4,8 @@
     Checked inputs; the bare panel in modal coordinates, line by line.
 `excitation`, `panel`
     What drives a panel; a panel with patches and points.
-`dampers`, `direct`, `diagonal`
-    Dampers attached by low-rank updates, in all shapes, in the paper's diagonal form.
+`dampers`, `direct`
+    Dampers attached by low-rank updates; in all shapes, also in the paper's diagonal form.
 `layout`, `solvers`
     `layouts`, the one entry: any number of layouts on a panel under an excitation.
 `search`, `motions`

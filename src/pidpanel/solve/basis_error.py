@@ -15,8 +15,7 @@ import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.panel.basis import PanelBasis, values_of
-from pidpanel.panel.face import with_condensed_face
+from pidpanel.panel.basis import PanelBasis, values_of, with_condensed_face
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import MODES_BEYOND, Shapes
 from pidpanel.progress import computed, tracked
@@ -81,27 +80,18 @@ def lines_to_try(
     return low + (high - low) * share
 
 
-def cutoff_frequency(highest: float) -> float:
-    """Return f_c [Hz]: above it the damping of the bare panel is proportional to its stiffness."""
-    return MODES_BEYOND * highest
+def modal_basis(basis: PanelBasis, damping_ratio: DampingRatio, highest: float) -> ModalBasis:
+    """Return the shapes of the bare panel with damping, for responses up to ``highest`` [Hz].
 
-
-def damping_ratios(basis: PanelBasis, damping_ratio: DampingRatio, cutoff: float) -> Array:
-    """Return ζ of every shape: that of the panel in modes, ζ(f_c) f/f_c in residual vectors.
-
-    A residual vector has no damping ratio of its own, being no mode. With a damping proportional
-    to the stiffness above f_c the answer does not depend on how the shapes above are chosen.
+    ζ is that of the panel in modes, and ζ(f_c) f/f_c in residual vectors, which have none of their
+    own, with f_c `MODES_BEYOND` times the highest frequency. With a damping proportional to the
+    stiffness above f_c the answer does not depend on how the shapes above are chosen.
     """
+    cutoff = MODES_BEYOND * highest
     ratio = damping_ratio.at(cutoff) * (basis.natural_frequency / cutoff)
     modes = ~basis.is_residual
     ratio[modes] = damping_ratio.of_modes(basis.natural_frequency[modes])
-    return ratio
-
-
-def modal_basis(basis: PanelBasis, damping_ratio: DampingRatio, highest: float) -> ModalBasis:
-    """Return the shapes of the bare panel with damping, for responses up to ``highest`` [Hz]."""
-    ratios = damping_ratios(basis, damping_ratio, cutoff_frequency(highest))
-    return ModalBasis(basis.natural_frequency, basis.modal_mass, ratios)
+    return ModalBasis(basis.natural_frequency, basis.modal_mass, ratio)
 
 
 def check_basis(
@@ -129,7 +119,7 @@ def check_basis(
     scenarios
         (n_scenarios, n_patches, nf) s of the dampers [N/m³]; 0 where a patch has none.
     """
-    cutoff = cutoff_frequency(highest)
+    cutoff = MODES_BEYOND * highest
     overlap, modal = list(plate.patch_overlap.values()), modal_basis(basis, damping_ratio, highest)
     points, ratio = sp.csr_array(plate.at_vertices[point_vertices(basis)]), damping_ratio.at(cutoff)
     elements = Elements(plate, overlap, shapes, modal, basis.is_residual, ratio, cutoff, points)

@@ -5,7 +5,7 @@ dampers together at u with −S u, S = Σ_p s_p Δ_p (Woodbury's identity):
 
     u = (I + R_uu S)⁻¹ u₀,      w = w₀ − B u₀,      B = R_wu S (I + R_uu S)⁻¹.
 
-The paper keeps only the diagonal of D (`diagonal`); here the matrix is full.
+The paper keeps only the diagonal of D (`direct`); here the matrix is full.
 """
 
 from collections.abc import Callable, Iterator

@@ -6,6 +6,14 @@ nothing is gained by the bare panel's solution, and
     H = (Z₀ + Σ_p s_p D_p)⁻¹,      S_w = cᵀ H (S_p G) Hᴴ c
 
 is used unchanged: x = H c for the motions c at the points, since H is symmetric.
+
+The paper keeps only the diagonal of D, so that its modes stay uncoupled, and takes C_e(ω) through a
+Laplace transform as a constant (Eq. 9-15); here C_e is that of each line,
+
+    H_i = 1/(m_i (ω_i² − ω² + 2iζ_i ω_i ω) + (iω C_e − ω² m_a) D_ii),
+
+though a patch couples all modes: with a strong patch the full matrix differs by several dB above
+1 kHz. The modal forces stay correlated. C_e is evaluated at the motion of the full form.
 """
 
 from __future__ import annotations
@@ -202,3 +210,15 @@ class DirectMotions(Motions):
 def _of_shapes(matrix: Any, counts: Index) -> Any:
     """Return rows and columns of some shapes of (…, n, n)."""
     return matrix[..., counts[:, None], counts]
+
+
+class DiagonalPanel(DirectPanel):
+    """The paper's panel with uncoupled modes, in vacuum; as `DirectPanel`."""
+
+    def _pulled(self, patch: int, motion: Complexes) -> Complexes:
+        return self.patches.diagonal[patch][:, None] * motion
+
+    def _receptance(self, lines: slice, stiffness: Complexes, *, again: bool) -> Receptance:
+        added = stiffness.T @ self.patches.diagonal
+        transfer = 1 / (self.basis.dynamic_stiffness(self.frequency[lines]) + added)
+        return lambda force: transfer[:, :, None] * force

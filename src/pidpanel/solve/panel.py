@@ -38,7 +38,7 @@ class ModalPanel:
     air_stiffness: MatrixInput | None = None
     # Cells whose motion is computed in addition to the mean of the patch; None for none
     cells: PatchElements | None = None
-    # Whether the dampers leave the modes uncoupled, as in the paper (`diagonal`)
+    # Whether the dampers leave the modes uncoupled, as in the paper (`direct.DiagonalPanel`)
     is_diagonal: bool = False
 
     def __post_init__(self) -> None:

@@ -4,8 +4,9 @@ A mass that does not damp lowers the damping ratio of what it loads: with m″ +
 all over the panel that of a mode is ζ/√(1 + m_a/m″).
 """
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -14,8 +15,7 @@ from pidpanel.arrays import Array, Index
 from pidpanel.solve.model import ModalBasis
 
 
-@dataclass(frozen=True)
-class LoadedModes:
+class LoadedModes(NamedTuple):
     """Modes of a panel with masses on its patches."""
 
     frequency: Array  # (n,) [Hz], ascending
@@ -88,14 +88,12 @@ def flanks(frequency: Array, psd: Sequence[Array], damping_ratio: float, count: 
     """
     lines: list[float] = []
     peaks = [frequency[_peaks(values)][::-1].tolist() for values in psd]
-    for turn in range(max(map(len, peaks), default=0)):
-        for of_scenario in peaks:
-            peak = of_scenario[turn : turn + 1]
-            line = [f * (1 + (1 if f * (1 + damping_ratio) < frequency[-1] else -1) * damping_ratio)
-                    for f in peak]  # fmt: skip
-            lines += [
-                f for f in line if all(abs(f / values - 1) > damping_ratio for values in lines)
-            ]
+    for peak in itertools.chain(*itertools.zip_longest(*peaks)):
+        if peak is not None:
+            side = 1 if peak * (1 + damping_ratio) < frequency[-1] else -1
+            line = peak * (1 + side * damping_ratio)
+            if all(abs(line / earlier - 1) > damping_ratio for earlier in lines):
+                lines.append(line)
     return np.array(lines[:count])
 
 

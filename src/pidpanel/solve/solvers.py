@@ -17,8 +17,7 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.progress import computed, tracked
 from pidpanel.solve.dampers import attach_dampers
-from pidpanel.solve.diagonal import DiagonalPanel
-from pidpanel.solve.direct import DirectMotions, DirectPanel
+from pidpanel.solve.direct import DiagonalPanel, DirectMotions, DirectPanel
 from pidpanel.solve.excitation import Excitation
 from pidpanel.solve.lines import root_mean_square
 from pidpanel.solve.modal import (

@@ -14,7 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pidpanel.arrays import Array, Flags, Index
+from pidpanel.arrays import Array, Flags
+from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.geometry.plane_waves import MovedFace
 
 
 @dataclass(frozen=True)
@@ -80,26 +82,19 @@ class ParticleForce:
         return None
 
 
-def elements_of_patch(
-    shape_at_vertices: Array, position: Array, cells: Index, cell_area: Array, inside: Flags
-) -> PatchParts:
+def elements_of_patch(face: MovedFace, inside: Flags) -> PatchParts:
     """Return the elements of a patch as its parts, with the mean of the shapes at their corners.
 
     With six elements to a wavelength that is within 10 % (h²k²/12), with twelve within 3 %.
 
     Parameters
     ----------
-    shape_at_vertices, position
-        (n_vertices, n) [1] and (n_vertices, 2) [m].
-    cells, cell_area
-        (n_cells, k) vertices and (n_cells,) area [m²] of each element.
     inside
-        (n_cells,) whether it is part of the patch.
+        (n_cells,) whether an element is part of the patch.
     """
-    corners = cells[inside]
-    return PatchParts(
-        shape_at_vertices[corners].mean(axis=1), cell_area[inside], position[corners].mean(axis=1)
-    )
+    corners, position = face.cells[inside], face.vertex_position
+    shape, middle = (values[corners].mean(axis=1) for values in (face.shape_at_vertices, position))
+    return PatchParts(shape, cell_areas(position, corners), middle)
 
 
 def mean_coherence(side: Array | float, length: Array | float) -> Array:

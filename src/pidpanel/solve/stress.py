@@ -31,7 +31,9 @@ QUANTITIES = {
     **dict.fromkeys(("stress_xx", "stress_yy", "stress_xy", "von_mises"), "Pa"),
 }
 
-CORE_QUANTITIES = {"core_shear_xz": "Pa", "core_shear_yz": "Pa"}  # what `core_psd` returns
+# What `core_psd` returns
+CORE_STRESSES = ("core_shear_xz", "core_shear_yz")
+CORE_QUANTITIES = dict.fromkeys(CORE_STRESSES, "Pa")
 
 
 @dataclass(frozen=True)

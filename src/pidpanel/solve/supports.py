@@ -158,10 +158,6 @@ class BaseExcitation:
         """Return the excitation of a basis `with_translation`."""
         return cls(level, np.append(-inertia.participation, TABLE_MASS * inertia.mass))
 
-    def on_masses(self, ratio: Array) -> BaseExcitation:
-        """Return the excitation of a panel with other modal masses, (n + 1,) times these."""
-        return replace(self, force=ratio * self.force)
-
     def spectrum(self, frequency: Array) -> Array:
         """Return S (nf,) [(m/s²)²/Hz]."""
         return self.level(frequency)

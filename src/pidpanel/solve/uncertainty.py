@@ -139,10 +139,8 @@ def _motion(
     solver: PanelSolver, loads: Sequence[Load], response: LayoutResponse, nodes: Array
 ) -> tuple[Array, Array]:
     """Return J (n_loads, n_loads) and q (k, n_loads), changes of ln Γ_out."""
-    motions, lines = (
-        solver.motions(tuple(load.patch for load in loads)),
-        solver.panel.search_frequency,
-    )
+    motions = solver.motions(tuple(load.patch for load in loads))
+    lines = solver.panel.search_frequency
     gamma = response.acceleration_g
     value, mass, _ = read_dampers(loads, lines, gamma)
     psd = motions.acceleration_psd(value, mass).T  # (nf, patch that moves)

@@ -10,8 +10,8 @@ Nothing here depends on dampers; mode shapes enter as arrays of values at quadra
     The coherence of the sound over the panel as the modal force matrix G, so that the cross-PSD of
     the modal forces is S_p(f) G(k).
 `face`
-    Shapes at quadrature points; the face folded by parity under plane waves.
-`added_mass`, `radiation`
+    The face of a panel under plane waves, folded by parity.
+`radiation`
     The mass of the air that moves with the panel; its dynamic stiffness.
 `wavenumber_table`
     Matrices tabulated over the wavenumber and interpolated.

@@ -1,55 +1,12 @@
-"""The face of a panel under plane waves: shapes at quadrature points, and folded by parity."""
+"""The face of a panel under plane waves, folded by parity."""
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
-from pidpanel.arrays import Array, Index
-from pidpanel.geometry.plane_waves import MovedFace, condensed
+from pidpanel.arrays import Array
+from pidpanel.geometry.plane_waves import PanelQuadrature, condensed
 from pidpanel.sound.wavenumber_table import FieldError, spare_nodes
-
-
-@dataclass(frozen=True)
-class PanelQuadrature:
-    """Shapes of a panel at the points of a quadrature over its face."""
-
-    position: Array  # (nq, 2) points in the plane of the panel [m]
-    weight: Array  # (nq,) weights [m²]; they sum to the area
-    shape: Array  # (nq, n) values of the n shapes φ [1] at the points
-    # Largest κ [rad/m] for which Σ w φ exp(iκ·x) represents the integral: that of a condensed face
-    # (`pidpanel.geometry.plane_waves`); ∞ for values of the shapes at points of the mesh
-    wavenumber: float = np.inf
-    # (n, n) ∫ φ_i φ_j dA [m²]; from the points where it is not given. A condensed face needs it.
-    overlap: Array | None = None
-
-    @classmethod
-    def from_face(cls, face: MovedFace, overlap: Array | None = None) -> "PanelQuadrature":
-        """Return the quadrature of a face, with ∫ φ_i φ_j dA [m²] where it is known."""
-        points, values = face.quadrature_position, face.shape_at_quadrature
-        return cls(points, face.quadrature_weight, values, face.quadrature_wavenumber, overlap)
-
-    @property
-    def center(self) -> Array:
-        """(2,) middle of the box round the panel [m]."""
-        return (self.position.min(axis=0) + self.position.max(axis=0)) / 2
-
-    @property
-    def diameter(self) -> float:
-        """L [m], diameter of a circle round the box's middle that holds all points."""
-        return float(2 * np.max(np.linalg.norm(self.position - self.center, axis=1)))
-
-    @cached_property
-    def product_integral(self) -> Array:
-        """(n, n) ∫ φ_i φ_j dA [m²]."""
-        if self.overlap is not None:
-            return self.overlap
-        root = np.sqrt(self.weight)[:, None] * self.shape
-        return root.T @ root
-
-    def of_shapes(self, chosen: Index) -> "PanelQuadrature":
-        """Return the panel with these shapes alone."""
-        return replace(self, shape=self.shape[:, chosen], overlap=None)
 
 
 @dataclass(frozen=True)
@@ -72,14 +29,13 @@ class FoldedFace:
             raise FieldError(
                 f"shapes are known to {panel.wavenumber:g} rad/m, {wavenumber_max:g} are needed"
             )
-        face = condensed(panel.position, panel.weight, panel.shape, wavenumber_max)
-        return cls.from_grid(face.position, face.weight[:, None] * face.values)
+        return cls.from_grid(condensed(panel, wavenumber_max))
 
     @classmethod
-    def from_grid(cls, position: Array, load: Array) -> "FoldedFace":
-        """Fold a load (nq, n) on points that are a grid already, as those of a condensed face."""
-        x, y = (np.unique(axis) for axis in position.T)
-        load = load.reshape(x.size, y.size, -1)
+    def from_grid(cls, panel: PanelQuadrature) -> "FoldedFace":
+        """Fold a face whose points are a grid already, as those of a condensed one."""
+        x, y = (np.unique(axis) for axis in panel.position.T)
+        load = (panel.weight[:, None] * panel.shape).reshape(x.size, y.size, -1)
         even, odd = _folded(load)
         parts = [
             part.swapaxes(0, 1) for half in (even, odd) for part in _folded(half.swapaxes(0, 1))

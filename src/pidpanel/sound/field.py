@@ -21,13 +21,17 @@ it to the Gauss points of the box round the panel (`pidpanel.geometry.plane_wave
 waves are products and their means over direction cost a quarter.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.progress import tracked
-from pidpanel.sound.face import FoldedFace, PanelQuadrature
+from pidpanel.sound.face import FoldedFace
+from pidpanel.sound.spectrum import PressureReference, Spectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import (
     FieldError,
     WavenumberTable,
@@ -51,10 +55,6 @@ PLANE_WAVE_MARGIN = 2.0
 FACE_ERROR = 2e-10
 
 SHAPES_CHECKED = 48  # shapes, spread over all, on which a table is compared with the direct sum
-
-
-class TableNotResolved(FieldError):
-    """The interpolated modal force is further from the direct one than the tolerance."""
 
 
 def wavenumber(frequency: ArrayLike, speed_of_sound: float) -> Array:
@@ -83,7 +83,9 @@ def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Array:
     azimuth = half_circle(wavenumber, panel.diameter)
     radial = wavenumber * np.sqrt(1 - cosine**2)
     even, odd = transform(radial, azimuth, panel)
-    return sum_of_plane_waves(even, odd, cosine_weight)
+    root_weight = np.sqrt(cosine_weight / azimuth.size)[:, None, None]
+    parts = np.concatenate([root_weight * even, root_weight * odd]).reshape(-1, even.shape[2])
+    return parts.T @ parts
 
 
 def diffuse_modal_force_on_grid(wavenumber: float, panel: PanelQuadrature) -> Array:
@@ -91,7 +93,7 @@ def diffuse_modal_force_on_grid(wavenumber: float, panel: PanelQuadrature) -> Ar
 
     By parity a quarter of the waves over a quarter of the points is enough: G = ∫₀¹ Ā(ks) dμ.
     """
-    face = FoldedFace.from_grid(panel.position, panel.weight[:, None] * panel.shape)
+    face = FoldedFace.from_grid(panel)
     cosine, weight = _half_gauss(wavenumber, panel.diameter)
     force = np.zeros((panel.shape.shape[1],) * 2)
     for mu, share in zip(cosine, weight, strict=True):
@@ -111,11 +113,10 @@ def tabulate_diffuse(
 
     Raises
     ------
-    TableNotResolved
-        If the table misses `diffuse_modal_force` at k_max or at mid-range by more than
-        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), or by more than the error of the face.
     FieldError
-        If the face is not condensed for twice k_max.
+        Where the table misses `diffuse_modal_force` at k_max or at mid-range by more than
+        `TABLE_TOLERANCE` √(max_k G_ii · max_k G_jj), or by more than what is known of the face; or
+        where the face is not condensed for twice k_max.
     """
     k_max = float(wavenumber_max)
     diameter = panel.diameter
@@ -227,7 +228,7 @@ def _check_table(
     allowance = np.outer(largest, face_error)
     error = float(np.max(miss / (np.outer(largest, largest) + allowance + allowance.T)))
     if error > TABLE_TOLERANCE:
-        raise TableNotResolved(
+        raise FieldError(
             f"{table.wavenumber.size} nodes in k leave a relative error of {error:.1e} at "
             f"k = {k:g} rad/m; at most {TABLE_TOLERANCE:g} is allowed, use more nodes"
         )
@@ -267,9 +268,29 @@ def transform(radial: Array, azimuth: Array, panel: PanelQuadrature) -> tuple[Ar
     return even.reshape(shape), odd.reshape(shape)
 
 
-def sum_of_plane_waves(even: Array, odd: Array, cosine_weight: Array) -> Array:
-    """Return Σ_μ w_μ (1/n_α) Σ_α Re(B Bᴴ) with B = even + i odd, (n, n)."""
-    n_azimuth, n = even.shape[1:]
-    root_weight = np.sqrt(cosine_weight / n_azimuth)[:, None, None]
-    parts = np.concatenate([root_weight * even, root_weight * odd]).reshape(-1, n)
-    return parts.T @ parts
+@dataclass(frozen=True)
+class SoundExcitation:
+    """A diffuse, plane, progressive, uniform or uncorrelated sound field.
+
+    Implements `solve.excitation.Excitation`: S is the PSD of the pressure on the face [Pa²/Hz], G
+    the modal force of the field [m⁴].
+    """
+
+    pressure: Spectrum
+    table: WavenumberTable  # G over wavenumber, which depends on the field (`sound.field`)
+    speed: float  # speed of sound [m/s]
+    # See `spectrum.pressure_psd`
+    reference: PressureReference = "surface"
+    loaded_sides: int = 1
+
+    def spectrum(self, frequency: Array) -> Array:
+        """Return S (nf,) [Pa²/Hz] at the frequencies (nf,) [Hz]."""
+        return pressure_psd(self.pressure, frequency, self.reference, self.loaded_sides)
+
+    def __call__(self, frequency: Array) -> Array | Complexes:
+        """Return G (nf, n, n) [m⁴]."""
+        return self.table.matrix(wavenumber(frequency, self.speed))
+
+    def factors(self, frequency: Array) -> Array | Complexes | None:
+        """Return L (nf, n, r) [m²] with G = L Lᴴ; None where r is not small."""
+        return self.table.factors_at(wavenumber(frequency, self.speed))

@@ -6,7 +6,6 @@ The panel enters as arrays: `WettedFace`.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,17 +13,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.geometry.plane_waves import MovedFace, WettedFace
+from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature, WettedFace
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.sound import field
-from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.excitation import SoundExcitation
-from pidpanel.sound.face import PanelQuadrature
+from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table, write_tables
-from pidpanel.sound.psd_table import read_spectrum
-from pidpanel.sound.radiation import Air
+from pidpanel.sound.radiation import Air, tabulate_added_mass
 from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
+from pidpanel.sound.table import read_spectrum
 from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
 from pidpanel.study import Study
 from pidpanel.study.response import Radiation
@@ -39,13 +36,18 @@ WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 def spectrum_of(sound: Sound) -> Spectrum:
     """Return the spectrum of a study, at ``oaspl_db`` or ``shift_db`` higher.
 
+    The overall level is that of the whole table, also outside the range where a response is
+    computed.
+
     Raises
     ------
     SpectrumError
         If the table cannot be read (`read_spectrum`).
     """
     spectrum = read_spectrum(sound.spectrum).shifted(sound.shift_db)
-    return spectrum if sound.oaspl_db is None else spectrum.at_oaspl(sound.oaspl_db)
+    if sound.oaspl_db is None:
+        return spectrum
+    return spectrum.shifted(sound.oaspl_db - spectrum.oaspl)
 
 
 def band_table(sound: Sound) -> pd.DataFrame:
@@ -78,7 +80,7 @@ def band_table(sound: Sound) -> pd.DataFrame:
 
 
 def excitation_of(sound: Sound, table: WavenumberTable) -> SoundExcitation:
-    """Return the sound of a study on a panel, with the table of `modal_force_tables`."""
+    """Return the sound of a study on a panel of which `modal_force_table` made the table."""
     return SoundExcitation(
         spectrum_of(sound), table, sound.speed_m_s, sound.pressure_reference, sound.loaded_sides
     )
@@ -99,28 +101,23 @@ def read_air(
     return Air(sound.air_density_kg_m3, sound.speed_m_s, sides, diffuse, volume)
 
 
-def modal_force_tables(
-    sound: Sound, frequency_max: float, shapes: MovedFace
-) -> dict[str, WavenumberTable]:
+def modal_force_table(sound: Sound, frequency_max: float, shapes: MovedFace) -> WavenumberTable:
     """Tabulate G [m⁴] of the field of a study over the wavenumber, up to a frequency [Hz]."""
-    k_max, face = (
-        float(field.wavenumber(frequency_max, sound.speed_m_s)),
-        PanelQuadrature.from_face(shapes),
-    )
+    k_max = float(field.wavenumber(frequency_max, sound.speed_m_s))
+    face = PanelQuadrature.from_face(shapes)
     match sound.field:
         case "diffuse":
-            table = field.tabulate_diffuse(k_max, face)
+            return field.tabulate_diffuse(k_max, face)
         case "plane_wave" | "progressive_wave":
-            table = field.tabulate_plane_wave(k_max, sound.incidence, sound.azimuth, face)
+            return field.tabulate_plane_wave(k_max, sound.incidence, sound.azimuth, face)
         case "uncorrelated" | "uniform":
-            table = constant_table(k_max, _constant_force(sound, shapes))
-    return {MODAL_FORCE: table}
+            return constant_table(k_max, _constant_force(sound, shapes))
 
 
 def modal_force_at(sound: Sound, frequency: float, shapes: MovedFace) -> Array | Complexes:
     """Return G (n, n) [m⁴] of the field of a study at one frequency [Hz], without a table.
 
-    Parameters are those of `modal_force_tables`.
+    Parameters are those of `modal_force_table`.
     """
     k, face = field.wavenumber(frequency, sound.speed_m_s), PanelQuadrature.from_face(shapes)
     match sound.field:
@@ -144,27 +141,14 @@ def _constant_force(sound: Sound, shapes: MovedFace) -> Array:
 
 
 def air_tables(
-    sound: Sound,
-    shapes: WettedFace,
-    modal_force: Mapping[str, WavenumberTable],
-    *,
-    air_mass: bool = True,
+    sound: Sound, shapes: WettedFace, k_max: float, *, air_mass: bool
 ) -> dict[str, WavenumberTable]:
-    """Tabulate the reaction of the air on one side of the panel to its motion.
+    """Tabulate the reaction of the air on one side of the panel to its motion, up to k_max [rad/m].
 
-    `DIFFUSE` is G of the diffuse field [m⁴], which gives the radiation resistance for any field;
-    it is left out if the field of the study is diffuse. `ADDED_VOLUME` is V of the added mass [m³].
-
-    Parameters
-    ----------
-    sound, shapes
-        Field of the study, and the shapes on the face of the panel.
-    modal_force
-        Tables of `modal_force_tables`, whose largest wavenumber is used.
-    air_mass
-        Whether the air has mass (``response.air_mass``).
+    `DIFFUSE` is G of the diffuse field [m⁴], which gives the radiation resistance whatever field
+    drives the panel; left out where that is the field of the study. `ADDED_VOLUME` is V of the
+    added mass [m³]; left out where the air has no mass (``response.air_mass``).
     """
-    k_max = modal_force[MODAL_FORCE].wavenumber_max
     face = PanelQuadrature.from_face(shapes, shapes.face_overlap)
     tables = {}
     if sound.field != "diffuse":
@@ -185,14 +169,16 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
     Raises
     ------
     ValueError
-        If `modal_force_tables` or `air_tables` raises it.
+        If `modal_force_table` or `air_tables` raises it.
     """
     band_table(study.acoustics).to_csv(output.spectrum, index=False, float_format="%.7g")
-    force = modal_force_tables(study.acoustics, study.response.frequency_hz[1], shapes)
-    _tell("modal force", force[MODAL_FORCE])
-    write_tables(output.modal_force, force, {**stamp(study), "field": study.acoustics.field})
+    force = modal_force_table(study.acoustics, study.response.frequency_hz[1], shapes)
+    _tell("modal force", force)
+    attributes = {**stamp(study), "field": study.acoustics.field}
+    write_tables(output.modal_force, {MODAL_FORCE: force}, attributes)
     if (air_nc := output.get("air")) is not None:
-        air = air_tables(study.acoustics, shapes, force, air_mass=study.response.air_mass)
+        k_max, air_mass = force.wavenumber_max, study.response.air_mass
+        air = air_tables(study.acoustics, shapes, k_max, air_mass=air_mass)
         for name, table in air.items():
             _tell(name.replace("_", " "), table)
         write_tables(air_nc, air, stamp(study))

@@ -69,14 +69,6 @@ class Spectrum:
         """Return S_p at the overall level `oaspl` [dB re 20 µPa] over S_p of the table [1]."""
         return float(10 ** ((oaspl - self.oaspl) / 10))
 
-    def at_oaspl(self, oaspl: float) -> Self:
-        """Return the same shape at the overall level `oaspl` [dB re 20 µPa].
-
-        The overall level is that of the whole table, also outside the range where a response is
-        computed.
-        """
-        return self.shifted(oaspl - self.oaspl)
-
     def shifted(self, decibels: float) -> Self:
         """Return the same spectrum, higher everywhere by `decibels` [dB]."""
         psd = self.points.psd * 10 ** (decibels / 10)

@@ -1,8 +1,9 @@
-"""Tables of band levels in CSV files.
+"""Tables of band levels and of pressure PSDs in CSV files.
 
 A table has comment lines that begin with `#` (title, source), a line with the names of the columns
-`center_hz` and `spl_db`, and one line per band. Refusals name the file, the line, the value and
-what is allowed.
+`center_hz` and `spl_db`, and one line per band. A table of a PSD has the columns ``frequency_hz``
+and ``psd_pa2_hz``, straight between the rows on logarithmic axes. Two rows at one frequency are a
+step. Refusals name the file, the line, the value and what is allowed.
 """
 
 import re
@@ -13,7 +14,8 @@ import numpy as np
 
 from pidpanel.arrays import Index
 from pidpanel.columns import Allowed, TableRows, UserTable, numbers, read_rows
-from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum
+from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum, Spectrum
+from pidpanel.spectra.break_points import BreakPoints
 from pidpanel.spectra.third_octaves import center_frequency
 
 # Relative distance allowed between a stated centre and the exact one.
@@ -29,11 +31,16 @@ LEVEL_RANGE = (-100.0, 200.0)
 # Levels of neighbouring bands of a launcher or a chamber differ by less [dB].
 LARGEST_STEP_DB = 40.0
 
-COLUMNS = {
+BAND_COLUMNS = {
     "center_hz": Allowed(0.0, low_itself=False),
     "spl_db": Allowed(LEVEL_RANGE[0], high=LEVEL_RANGE[1], hint="in Pa?"),
 }
 
+PSD_COLUMNS = {
+    "frequency_hz": Allowed(0.0, low_itself=False),
+    # 200 dB in a band of 1 Hz
+    "psd_pa2_hz": Allowed(0.0, low_itself=False, high=4e10),
+}
 
 # Words of a comment line `# band: …` for the kind, which must agree with the centres.
 BAND_WORDS: dict[str, BandKind] = {"1/3 octave": "third octave", "1/1 octave": "octave"}
@@ -53,7 +60,7 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
         these, centres that are unsorted, double or leave a gap, fewer than two bands, or a comment
         that states another kind.
     """
-    table = numbers(read_rows(Path(path)), COLUMNS)
+    table = numbers(read_rows(Path(path)), BAND_COLUMNS)
     table.faults.hints.update(_overall_hints(table.text))
     band_number = _band_numbers(table)
     bands = f"{len(table.lines) or 'no'} band{'s' * (not table.lines)}"
@@ -132,3 +139,36 @@ def _band_kind(table: UserTable, band_number: Index) -> BandKind:
         says = "center_hz = {center_hz:g} is not an octave centre "
         table.note(is_first, says + "(31.5, 63, 125, 250, 500, 1000 … Hz)")
     return kind
+
+
+def read_spectrum(path: str | Path) -> Spectrum:
+    """Read a CSV table of band levels or of a pressure PSD, with its comments as the source.
+
+    Raises
+    ------
+    ColumnsError
+        If the file has faults; all are listed.
+    """
+    text = read_rows(Path(path))
+    if not any(name.lower().startswith("psd") for name in text.header):
+        return read_spl_table(path)
+    table = numbers(text, PSD_COLUMNS)
+    table.refuse(fewest=2, too_few=f"must have at least 2 rows, not {len(table.lines)}")
+    _note_order(table)
+    table.refuse()
+    return Spectrum(BreakPoints(*(table[name] for name in PSD_COLUMNS)), text.source)
+
+
+def _note_order(table: UserTable) -> None:
+    """Note rows that fall, and steps that are none."""
+    rise = np.diff(table["frequency_hz"], prepend=-np.inf)
+    table.note(rise < 0, "frequency_hz = {frequency_hz:g} follows a higher one")
+    is_step = rise == 0
+    at_end = is_step.copy()
+    at_end[2:-1] = False
+    of_three = is_step & ~at_end & np.append(is_step[1:], False)
+    for wrong, step in (
+        (at_end, "a step at an end"),
+        (of_three, "more than two rows at one frequency"),
+    ):
+        table.note(wrong, f"frequency_hz = {{frequency_hz:g}}: {step} is not allowed")

@@ -9,12 +9,10 @@ import numpy as np
 import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.base.sine import interface_force
-from pidpanel.base.transfer import Transfer
+from pidpanel.base.sine import Transfer, interface_force
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel.basis import basis_of
-from pidpanel.panel.face import with_condensed_face
+from pidpanel.panel.basis import basis_of, with_condensed_face
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes

@@ -15,7 +15,7 @@ import yaml
 
 from pidpanel.arrays import Array
 from pidpanel.coupon import contact
-from pidpanel.coupon.packing import Constants
+from pidpanel.coupon.contact import Constants
 from pidpanel.paths import DATA
 from pidpanel.verification.coupon import contacts, shaken
 from pidpanel.verification.rows import COMPARISONS, Row, comparison

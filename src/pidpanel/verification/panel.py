@@ -10,12 +10,11 @@ import yaml
 from pidpanel.arrays import Array
 from pidpanel.geometry.polygon import Circle, Polygon
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.layup import Core, Material, Ply, SandwichSection
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.panel.section import SolidSection, ThinSection
+from pidpanel.panel.section import Core, Material, Ply, SandwichSection, SolidSection, ThinSection
 from pidpanel.panel.supports import EdgeSupport, Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles

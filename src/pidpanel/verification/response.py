@@ -10,6 +10,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import PanelBasis, basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
@@ -24,7 +25,6 @@ from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.solve.power import power_balance
-from pidpanel.sound.face import PanelQuadrature
 from pidpanel.sound.field import diffuse_modal_force, uniform_modal_force, wavenumber
 from pidpanel.verification.rows import Row, comparison
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.sound.added_mass import tabulate_added_mass
-from pidpanel.sound.face import PanelQuadrature
+from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.sound.field import diffuse_modal_force, wavenumber
+from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.verification.rows import Row, comparison
 
 SIDES = (1.5, 1.0)

@@ -28,11 +28,6 @@ def cells_file(leg: int) -> str:
     return f"cells_{leg}.txt"
 
 
-def contact_model(rolling: bool) -> str:
-    """Return the words of LIGGGHTS for the contact law."""
-    return "hertz tangential history" + (" rolling_friction cdt" if rolling else "")
-
-
 def lists_contacts(template: Path) -> bool:
     """Return whether a template can list the contacts of spheres with walls."""
     return "compute touches" in template.read_text(encoding="utf-8")

@@ -10,9 +10,9 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact
+from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.liggghts import deck, sphere_dump
 from pidpanel.coupon.liggghts.process import Liggghts
-from pidpanel.coupon.packing import Constants
 from pidpanel.verification.rows import Row, comparison
 
 POISSONS_RATIO = 0.35

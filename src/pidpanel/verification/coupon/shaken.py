@@ -15,9 +15,10 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import cycles, geometry, preparation, rows
 from pidpanel.coupon.bed import Bed, Run, run_at
+from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.liggghts.process import Liggghts
-from pidpanel.coupon.packing import Constants, Packing
+from pidpanel.coupon.packing import Packing
 from pidpanel.damping import inelastic
 from pidpanel.geometry.sizes import Sizes
 from pidpanel.verification.coupon.contacts import DENSITY, alike

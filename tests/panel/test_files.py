@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from pidpanel.geometry.polygon import Polygon
-from pidpanel.panel.basis_files import PACKED, SINGLE, read_basis, write_basis, write_shapes
+from pidpanel.panel.files import PACKED, SINGLE, read_basis, write_basis, write_shapes
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
