@@ -66,7 +66,7 @@ class ResultsError(RuntimeError):
 class Model:
     """A study, and what can be computed from it.
 
-    Without LIGGGHTS, everything is computed here when it is first asked for. What depends on
+    Without LIGGGHTS, everything is computed here when it is first needed. What depends on
     simulated particles is read from ``results/<study>`` once `run` has computed it.
 
     Parameters
@@ -74,7 +74,7 @@ class Model:
     study
         YAML file, name of a study that comes with pidpanel, or the same keys as a mapping.
     folder
-        Folder that holds the folder ``results``, and to which paths in a mapping are relative;
+        Folder with the folder ``results``, and to which paths in a mapping are relative;
         the working folder by default.
 
     Raises
@@ -108,7 +108,7 @@ class Model:
         Parameters
         ----------
         values
-            By the keys of a study joined with dots. Runs with LIGGGHTS need another ``name``.
+            New values by keys joined with dots. Runs with LIGGGHTS need another ``name``.
 
         Examples
         --------
@@ -140,12 +140,12 @@ class Model:
         targets
             Files in `results`, such as ``coupon/cases.csv``; all by default.
         jobs
-            To run at the same time.
+            Number of parallel jobs.
 
         Raises
         ------
         ResultsError
-            With what Snakemake said, if the run fails.
+            If the run fails, with the message of Snakemake.
         """
         file = self._file
         if file is None:
@@ -173,9 +173,9 @@ class Model:
         Parameters
         ----------
         source
-            Name of a damper, or of a reading of the study; its only one by default.
+            Name of a damper or damping model of the study; its only one by default.
         fill_fraction, frequency_hz, acceleration_g
-            Where to read them: r, f [Hz], Γ.
+            Values of r, f [Hz] and Γ.
 
         Returns
         -------
@@ -188,7 +188,7 @@ class Model:
         ResultsError
             If it depends on LIGGGHTS and the study was not run.
         DampingError
-            Where the damper has no answer.
+            If the damper has no damping there.
         """
         fills, gammas = np.atleast_1d(fill_fraction), np.atleast_1d(acceleration_g)
         if frequency_hz is None:
@@ -244,7 +244,7 @@ class Model:
         )
 
     def response(self) -> xr.Dataset:
-        """Return PSDs and rms values of every scenario in every reading at every point.
+        """Return PSDs and rms values of every scenario and damping model at every point.
 
         Raises
         ------
@@ -278,7 +278,7 @@ class Model:
 
     @property
     def _frequency_range(self) -> tuple[float, float]:
-        """Of the response, or of the sweep of a coupon alone [Hz]."""
+        """Frequency range of the response, or of the sweep of a coupon alone [Hz]."""
         if isinstance(self.study, Study):
             return self.study.response.frequency_hz
         frequencies = [f for c in self.study.coupons.values() for f in c.sweep.frequencies]

@@ -26,7 +26,7 @@ def variable(dims: str, values: ArrayLike, units: str, long_name: str = "") -> x
     dims
         Names of the dimensions, with blanks between them.
     units
-        As in ``N s m-3``; ``1`` for numbers.
+        Unit such as ``N s m-3``; ``1`` for numbers.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def variable(dims: str, values: ArrayLike, units: str, long_name: str = "") -> x
 
 
 def described_variables(file: Path) -> dict[str, tuple[str, str, str]]:
-    """Return dimensions, unit and long name of variables, from a table beside the code."""
+    """Return dimensions, unit and long name of variables, from a table next to the code."""
     with file.open(encoding="utf-8", newline="") as stream:
         _, *rows = csv.reader(stream)
     return {name: (dims, unit, long_name) for name, dims, unit, long_name in rows}

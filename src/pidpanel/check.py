@@ -1,4 +1,4 @@
-"""What can be known to be wrong before anything runs."""
+"""Checks of a study before anything runs."""
 
 import itertools
 import math

@@ -38,12 +38,12 @@ class ColumnsError(ValueError):
 
 
 class Allowed(NamedTuple):
-    """What the numbers of a column may be."""
+    """Allowed numbers of a column."""
 
     low: float = -np.inf
     low_itself: bool = True
     high: float = np.inf
-    hint: str = ""  # said of what is above ``high``
+    hint: str = ""  # hint for values above ``high``
     may_be_missing: bool = False  # of the whole column
     may_be_empty: bool = False  # of cells, which are NaN then
 
@@ -62,11 +62,11 @@ class Allowed(NamedTuple):
 
 
 class LineFaults:
-    """What is wrong in which line of a file."""
+    """Faults of a file by line."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.hints: dict[int, str] = {}  # said after the faults of a line
+        self.hints: dict[int, str] = {}  # hints after the faults of a line
         self._alike: dict[str, list[tuple[int, str]]] = {}
 
     def __bool__(self) -> bool:
@@ -145,7 +145,7 @@ def faults_of_names(
 ) -> Iterator[str]:
     """Yield the names of columns that are unknown or given twice; all of them if they are numbers.
 
-    ``elsewhere`` has what is said of columns of other tables.
+    ``elsewhere`` has messages for columns of other tables.
 
     Examples
     --------
@@ -163,7 +163,7 @@ def faults_of_names(
 
 
 def are_numbers(header: Sequence[str]) -> bool:
-    """Whether there are numbers where names of columns should be."""
+    """Return whether there are numbers where names of columns should be."""
     return all(NUMBER.fullmatch(name) for name in header)
 
 
@@ -178,7 +178,7 @@ def nearest(name: str, allowed: Sequence[str]) -> str:
 
 
 def _unknown(name: str, place: int, allowed: Sequence[str]) -> str:
-    """Return what to say of a column that is not known."""
+    """Return the message for an unknown column."""
     if not name:
         return f"column {place + 1} has no name"
     near = nearest(name, allowed)
@@ -229,7 +229,7 @@ def numbers(
     Parameters
     ----------
     columns
-        What each column may be.
+        Allowed values of each column.
     of_header
         Faults of the header; by default names that are unknown or given twice; if there are none,
         columns that are missing.
@@ -254,7 +254,7 @@ def numbers(
         rows.append([float(cell) if NUMBER.fullmatch(cell) else np.nan for cell in cells])
         for name, cell, value in zip(header, cells, rows[-1], strict=True):
             if name in columns and (says := _fault_of_cell(cell, value, columns[name])):
-                # one line stands for all mistakes of a kind
+                # one line represents all mistakes of a kind
                 faults.add(line, f"{name} = {says}", f"{name}: {says.rpartition(': ')[2]}")
     array = np.array(rows).reshape(len(lines), len(header))
     return UserTable(text, lines, dict(zip(header, array.T, strict=True)), faults)

@@ -75,7 +75,7 @@ def read_damping_ratio(path: Path) -> DampingRatio:
     Raises
     ------
     ColumnsError
-        With all faults of the file.
+        If the file has faults; all are listed.
     """
     table = numbers(read_rows(path), COLUMNS)
     table.refuse(fewest=1, too_few="no rows; at least one is needed")

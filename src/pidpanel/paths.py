@@ -1,4 +1,4 @@
-"""Where the project keeps its own files."""
+"""Paths of the project's own files."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Long work in pieces: on the cores of a stage, and in its log how far it has come."""
+"""Long computations in parallel, with progress in the log."""
 
 import multiprocessing
 import os
@@ -16,16 +16,16 @@ from pidpanel.provenance.locks import end_with
 T = TypeVar("T")
 Result = TypeVar("Result")
 
-# Variable with the number of cores of a stage. No result depends on it.
+# Environment variable with the number of cores of a stage. No result depends on it.
 CORES = "PIDPANEL_CORES"
 
 SECONDS_BETWEEN_LINES = 20.0  # shortest time between two lines of a log [s]
 
-END_OF_LOG = 4096  # bytes of a log that are looked at
+END_OF_LOG = 4096  # bytes read at the end of a log
 
 
 def time_left(elapsed: float, done: int, total: int) -> timedelta:
-    """Return the time that the rest takes at the mean pace so far, in whole seconds.
+    """Return the remaining time at the mean pace so far, in whole seconds.
 
     Examples
     --------
@@ -36,14 +36,14 @@ def time_left(elapsed: float, done: int, total: int) -> timedelta:
 
 
 def tracked(items: Sequence[T], noun: str) -> Iterator[T]:
-    """Yield items, and print to stderr how many are done where they take long.
+    """Yield items, and print progress to stderr if it takes long.
 
     Parameters
     ----------
     items
-        To be worked on, of about equal cost.
+        Items of about equal cost.
     noun
-        Their name in the plural.
+        Name of the items in the plural.
     """
     start = last = time.monotonic()
     for done, item in enumerate(items):
@@ -56,7 +56,7 @@ def tracked(items: Sequence[T], noun: str) -> Iterator[T]:
 
 
 def last_line(log: Path) -> str:
-    """Return the last line of a log that is not empty; none of a log that is not there."""
+    """Return the last line of a log that is not empty; an empty text if there is no log."""
     try:
         with log.open("rb") as file:
             file.seek(max(0, log.stat().st_size - END_OF_LOG))
@@ -67,14 +67,14 @@ def last_line(log: Path) -> str:
 
 
 def computed(function: Callable[[T], Result], items: Sequence[T]) -> Iterator[Result]:
-    """Yield the function of each item, computed in forks where the stage has several cores.
+    """Yield the function of each item, computed in forks if the stage has several cores.
 
     Parameters
     ----------
     function
-        What it changes stays in its fork; what it returns is pickled.
+        Function of an item. It runs in a fork: side effects are lost, the result is pickled.
     items
-        Of about equal cost, numbers or slices.
+        Numbers or slices of about equal cost.
 
     Examples
     --------

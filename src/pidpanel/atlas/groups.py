@@ -51,13 +51,13 @@ class Bead:
 
 
 def stroke(groups: Groups, bead: Bead) -> float:
-    """Displacement amplitude W [m]."""
+    """Return the displacement amplitude W [m]."""
     gap = (1 - groups.fill_fraction) * groups.depth * bead.diameter
     return groups.stroke_per_gap * gap
 
 
 def angular_frequency(groups: Groups, bead: Bead) -> float:
-    """ω = √(Γg/W) [rad/s].
+    """Return ω = √(Γg/W) [rad/s].
 
     Examples
     --------
@@ -69,12 +69,12 @@ def angular_frequency(groups: Groups, bead: Bead) -> float:
 
 
 def frequency(groups: Groups, bead: Bead) -> float:
-    """Frequency of the drive [Hz]."""
+    """Return the frequency of the drive [Hz]."""
     return angular_frequency(groups, bead) / (2 * math.pi)
 
 
 def speed(groups: Groups, bead: Bead) -> float:
-    """Velocity amplitude ωW [m/s]."""
+    """Return the velocity amplitude ωW [m/s]."""
     return angular_frequency(groups, bead) * stroke(groups, bead)
 
 

@@ -1,4 +1,4 @@
-"""The published table of cases, and what ``datapackage.json`` says of its columns."""
+"""The published table of cases, and the columns in ``datapackage.json``."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -25,7 +25,7 @@ def read_atlas(file: Path = TABLE_FILE) -> pd.DataFrame:
     Raises
     ------
     ValueError
-        With a line for each value that ``datapackage.json`` does not allow.
+        If values are not allowed by ``datapackage.json``, with a line for each.
     """
     texts = pd.read_csv(file, dtype=str, keep_default_na=False)
     if faults := list(faults_of(texts, fields())):

@@ -39,8 +39,16 @@ def checked_panel(
 ) -> tuple[SupportedPanel, float]:
     """Return the panel in a basis that is good for all motions, and its largest error [1].
 
-    Parameters are those of `supports.supported_panel`. After `ATTEMPTS` bases the last is taken as
-    it is; its error says so.
+    After `ATTEMPTS` bases the last is used as it is, with its error.
+
+    Parameters
+    ----------
+    start, plate, further_shapes, highest, mass
+        Same as in `supports.supported_panel`.
+    shaken
+        Function that returns the panel under each motion of the supports.
+    scenarios, models
+        Layouts of dampers, and the damping models by name.
     """
     for attempt in range(ATTEMPTS):
         supported = supported_panel(start, plate, further_shapes, highest, mass)
@@ -97,7 +105,7 @@ def base_errors(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Errors
     in_shapes = vectors.T @ everything
 
     def psds(of_point: Complexes, omega: float, s: Complexes, loads: Array) -> Array:
-        """(n_points,) of the absolute accelerations over that of the supports."""
+        """Return PSDs (n_points,) of the absolute accelerations over that of the supports."""
         force = loads[:, 1:] @ s / omega**2 - loads[:, 0]
         return np.asarray(np.abs(1 - omega**2 * (of_point.T @ force)) ** 2)
 

@@ -56,8 +56,8 @@ class Shaker:
     settings: Settings  # of the panel; its frequencies are those of the spectrum
     spectrum: BreakPoints  # [g²/Hz]
     mass_per_area: float  # of the panel, without dampers [kg/m²]
-    shift_of_wave: ShiftOfWave  # as of `ResponsePanel`
-    change_near_points: Array | float  # likewise
+    shift_of_wave: ShiftOfWave  # see `ResponsePanel`
+    change_near_points: Array | float  # (n_points,) see `StudiedPanel`
 
     def panel(self, supported: SupportedPanel) -> ResponsePanel:
         """Return a panel under the motion."""

@@ -1,4 +1,4 @@
-"""Random motion of the supports: responses of all scenarios, with the notches that limits ask."""
+"""Random motion of the supports: responses of all scenarios, notched to meet limits."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -27,48 +27,50 @@ from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.supports import BaseExcitation
 from pidpanel.solve.uncertainty import FurtherPsd, StandardErrors
 
-ROUNDS = 12  # most rounds of notching: less input is less motion, and that is other damping
+ROUNDS = 12  # most rounds of notching: damping changes with the motion
 
 STEP = 1e-3  # of ln C_e, and of m_a [kg/m²], in the slopes of the force
 
-SETTLED = 2e-3  # change of the notched input from round to round that ends them, of ln S
+SETTLED = 2e-3  # change of ln S of the notched input between rounds at which notching ends
 
-HALVINGS = 80  # of the range of a cap on a PSD: it is then exact to rounding
+HALVINGS = 80  # bisections for a cap on a PSD: it is then exact to rounding
 
-CAP_ROUNDS = 50  # most rounds over limits of overall values, each of which depends on the others
+CAP_ROUNDS = 50  # most rounds over limits of overall values, which depend on each other
 
 
 @dataclass(frozen=True)
 class Limit:
     """A limit of a PSD or of an overall value, in units of one location."""
 
-    location: int  # index of the location among those whose gains are given
+    location: int  # index of the location among the given gains
     reason: str  # the limit in words, such as "point 326: 0.5 g²/Hz"
     value: float  # largest PSD, or largest rms value
-    is_rms: bool = False  # whether it is that of the overall value
+    is_rms: bool = False  # whether the limit is on the overall value
 
 
 @dataclass(frozen=True)
 class NotchedInput:
-    """A random input and why it is lower than stated."""
+    """A notched random input and the reasons for its notches."""
 
-    psd: Array  # (nf,) of the input, at most that stated
-    reason: Index  # (nf,) index of the limit that holds; −1 where there is no notch
+    psd: Array  # (nf,) PSD of the input, at most that stated
+    reason: Index  # (nf,) index of the limit that applies; −1 where there is no notch
 
 
 def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) -> NotchedInput:
-    """Return the input that keeps all limits.
+    """Return the input reduced until all limits are met.
 
-    A limit of a PSD c allows an input of c/|H|². One of an overall value becomes the highest cap on
-    the PSD there under which the overall value is kept, given all other limits: the highest peaks
+    A limit c of a PSD allows an input of c/|H|². A limit of an overall value becomes the highest
+    cap on the PSD at that location with which it is met, given all other limits: the highest peaks
     are lowered.
 
     Parameters
     ----------
     frequency, psd
-        (nf,) [Hz] and the stated input.
+        (nf,) frequencies [Hz] and stated input.
     gain
         (n_locations, nf) |H|² of each location.
+    limits
+        Limits in the unit of each location.
     """
     caps = np.array([np.inf if limit.is_rms else limit.value for limit in limits])
     gains = gain[[limit.location for limit in limits]]
@@ -86,7 +88,7 @@ def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) 
 
 
 def _cap(frequency: Array, psd: Array, rms: float) -> float:
-    """Return the cap c with ∫ min(S, c) df = rms²; infinite where the rms value is kept."""
+    """Return the cap c with ∫ min(S, c) df = rms²; infinite if the rms value is met without."""
     if np.trapezoid(psd, frequency) <= rms**2:
         return np.inf
     low, high = 0.0, float(psd.max())
@@ -109,7 +111,7 @@ class RandomResponse:
     absolute: Array
     relative: Array
     force: Array  # (nf,) PSD of the force of all supports on panel and particles [N²/Hz]
-    # Standard errors of the absolute accelerations at the points, then of the force; None where the
+    # Standard errors of the absolute accelerations at the points, then of the force; None if the
     # damping has none
     errors: StandardErrors | None
     outside_share: float  # share of the lines on which damping is extrapolated [1]
@@ -138,8 +140,18 @@ def random_cases(
 ) -> list[RandomCase]:
     """Return every scenario with every damping model.
 
-    The panel has the translation in its basis and is under a `BaseExcitation`. ``observed`` are the
-    motions of `supports.observed_motions`. Limits are in SI, by location: points, then interface.
+    Parameters
+    ----------
+    panel
+        Panel under a `BaseExcitation`, with the translation in its basis.
+    observed
+        (nw, n) rows of the motions of `supports.observed_motions`.
+    scenarios, models
+        Layouts of dampers, and the damping models by name.
+    limits
+        Limits in SI by location: points, then the interface; none for no notching.
+    coupled_errors
+        Standard errors of the coupled runs, by label of the scenario.
     """
     solver = panel.solver().with_lines(panel.frequency, observed)
     cases = []
@@ -157,7 +169,7 @@ def random_cases(
 
 
 def _of_points(errors: StandardErrors) -> StandardErrors:
-    """Return errors of points alone, that of the force not known."""
+    """Return errors of points only, with an unknown error of the force."""
     return replace(
         errors,
         log_psd=np.pad(errors.log_psd, ((0, 0), (0, 1)), constant_values=np.nan),
@@ -168,7 +180,7 @@ def _of_points(errors: StandardErrors) -> StandardErrors:
 def _with_notches(
     random: RandomCase, case: SolvedCase, solver: PanelSolver, limits: Sequence[Limit]
 ) -> RandomCase:
-    """Return the case with the input that keeps all limits at the motion it leads to."""
+    """Return the case with the input that meets all limits at its own motion."""
     frequency, response = random.frequency, random.stated
     if response is None:
         return random

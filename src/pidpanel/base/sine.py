@@ -34,7 +34,7 @@ class Transfer:
     frequency: Array  # (nf,) [Hz]
     weight: Array  # (n_patches, r, r) Δ of the motions u that the patches feel
     area: Array  # (n_patches,) [m²]
-    # (nf, nw, r) of the motions w that are looked at and then, from row nw − r, of u [m/N]
+    # (nf, nw, r) of the observed motions w and, from row nw − r, of u [m/N]
     receptance: Complexes
     # (nf, nw) the same motions without dampers, per acceleration of the supports [s²]
     free: Complexes
@@ -48,11 +48,11 @@ class Transfer:
         Parameters
         ----------
         patches
-            Those with dampers.
+            Patches with dampers.
         force
-            (n + 1,) of `BaseExcitation`.
+            (n + 1,) force of `BaseExcitation`.
         observed
-            (nw, n + 1) rows of the motions that are looked at.
+            (nw, n + 1) rows of the observed motions.
         """
         coordinates = patches.coordinates(CUTOFF)
         rows = np.concatenate([observed, coordinates.columns.T])
@@ -98,12 +98,12 @@ class Transfer:
 
 GRID = 60  # Γ at which the damping of a load is taken; linear in ln Γ between them
 
-# Γ over the amplitude of the supports that is looked at: dampers limit the highest motion
+# Largest Γ over the amplitude of the supports: dampers limit the highest motion
 RANGE = (1e-2, 1e3)
 
-TOLERANCE, STEPS = 1e-6, 60  # of ln Γ, and most steps to it on a line
+TOLERANCE, STEPS = 1e-6, 60  # tolerance of ln Γ, and most steps on a line
 
-# Of ln Γ, from where another motion is looked for when that of the line before has ended
+# Steps of ln Γ in the search for another motion when that of the line before has ended
 JUMPS = np.linspace(-2.5, 2.5, 11)
 
 
@@ -111,7 +111,7 @@ JUMPS = np.linspace(-2.5, 2.5, 11)
 class SineSweep:
     """Motions per acceleration of the supports in one direction of a sweep."""
 
-    motion: Complexes  # (nf, nw) complex, of the motions that are looked at [s²]
+    motion: Complexes  # (nf, nw) complex, of the observed motions [s²]
     stiffness: Complexes  # (n_loads, nf) s of each damper [N/m³]
     acceleration_g: Array  # (n_loads, nf) Γ of each patch
     residual: Array  # (nf,) largest |ln(Γ_out/Γ)|
@@ -155,9 +155,9 @@ def sweep(
     Parameters
     ----------
     amplitude_g
-        Of the acceleration of the supports [g].
+        Acceleration amplitude of the supports [g].
     stated_g
-        Γ at which all damping is taken; None for that of the patches.
+        Γ at which all damping is evaluated; None for that of each patch.
     down
         Whether the sweep starts at the highest frequency.
     """
@@ -280,7 +280,7 @@ def sweep_errors(
 
 
 def _changed(load: Load, error: DampingErrors | None, damping: int, mass: int) -> Load:
-    """Return a load whose ln C_e and m_a are off by so many errors."""
+    """Return a load with ln C_e and m_a changed by numbers of standard errors."""
     if error is None:
         return load
 

@@ -19,7 +19,7 @@ from pidpanel.solve.uncertainty import StandardErrors
 
 INPUTS, DIRECTIONS = ("stated", "notched"), ("up", "down")
 
-# Of a case
+# Variables of a case
 VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
 
 

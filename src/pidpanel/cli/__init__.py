@@ -9,7 +9,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-# Exit codes, as ``pidpanel --help`` tells them.
+# Exit codes, listed by ``pidpanel --help``.
 DONE, FAILED, MISTAKE, MACHINE, INTERRUPTED = 0, 1, 2, 3, 130
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def format_error(error: OSError) -> str:
-    """Return one line that tells what a file or the disk refused.
+    """Return an error of a file or the disk in one line.
 
     Examples
     --------

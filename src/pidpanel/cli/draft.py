@@ -23,8 +23,8 @@ from pidpanel.study.requirements import DEPTH, WIDTH
 LOWEST, HIGHEST = 30.0, 2000.0  # of a response, where the spectrum goes that far [Hz]
 FILLS = (0.3, 0.5, 0.7, 0.9)
 
-# How often elements are made 0.8 times as long until the mesh resolves the waves, and then 0.48
-# times: resonances are too high by 1 %, then by 0.05 %, which is 0.2 dB beside one with ζ = 1 %.
+# Most reductions of the element size by 0.8 until the mesh resolves the waves, and the last one by
+# 0.48: resonances are 1 % and then 0.05 % too high, which is 0.2 dB next to one with ζ = 1 %.
 # Patches, whose elements follow their dampers, add about 0.4 dB.
 FINER, SHORTER, SHARP = 20, 0.8, 0.48
 
@@ -35,7 +35,7 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
     Raises
     ------
     StudyError
-        If the file is there, or what is asked for cannot be computed; nothing is written then.
+        If the file exists, or the requested values cannot be computed; nothing is written then.
     """
     if file.exists() and not force:
         raise StudyError(f"{file}: exists; --force overwrites it")
@@ -125,7 +125,7 @@ def _fills(table: Path) -> Sequence[float]:
 
 
 def _mass_key(table: Path) -> str:
-    """Return the key by which particles weigh whose table has their mass alone."""
+    """Return the key that gives particles a mass if their table has their mass alone."""
     try:
         file = found_file(table, Path(), DATA / "damping")
     except ValueError:  # the check reports it

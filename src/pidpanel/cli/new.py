@@ -28,7 +28,7 @@ def call(args: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class Draft:
-    """What is known of a study, by the options of the command."""
+    """Values of a study from the options of the command."""
 
     title: str = ""
     size: tuple[float, float] = (1.5, 1.0)  # [m]
@@ -59,12 +59,12 @@ class Draft:
 
     @property
     def thickness(self) -> float:
-        """Of a solid or thin section [mm]."""
+        """Thickness of a solid or thin section [mm]."""
         return self.thickness_mm or (5.0 if self.section == "solid" else 25.0)
 
     @property
     def depth_mm(self) -> float:
-        """Of the cells: that of the core, or of the panel."""
+        """Depth of the cells: that of the core, or of the panel."""
         return self.core_mm if self.section == "sandwich" else self.thickness
 
     @property
@@ -82,7 +82,7 @@ class Draft:
 
     @property
     def reading(self) -> str:
-        """Where the damping comes from; a search and base motion need that of single tones."""
+        """Damping model; a search and base motion need damping from single tones."""
         if not self.table and not self.is_simulated:
             return "paper_corrected"
         if self.is_simulated and self.is_in_atlas:

@@ -32,7 +32,7 @@ def call(args: argparse.Namespace) -> int:
 
 
 def check_target(file: Path, study: Path, *, force: bool) -> None:
-    """Refuse a file that is there, or beside which the files of the study are not found."""
+    """Refuse a file that exists, or from whose folder the files of the study are not found."""
     from pidpanel.study import StudyError
 
     if file.suffix not in (".yaml", ".yml"):

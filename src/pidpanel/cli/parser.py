@@ -103,7 +103,7 @@ def size(text: str) -> tuple[float, float]:
 
 
 def numbers(text: str, count: int, words: str) -> tuple[float, ...]:
-    """Return so many numbers that are separated by commas."""
+    """Return ``count`` numbers from a text with commas."""
     try:
         values = tuple(float(part) for part in text.split(","))
     except ValueError:

@@ -1,4 +1,4 @@
-"""How far a run has come: its cases, its stages, the jobs that failed."""
+"""Progress of a run: its cases, its stages, failed jobs."""
 
 import json
 import re
@@ -29,7 +29,7 @@ _LOG = re.compile(r"^ +log: (.*?)(?: \(check log file.*)?$")
 
 @dataclass(frozen=True)
 class Cases:
-    """How many cases of a study ended how."""
+    """Numbers of cases of a study by outcome."""
 
     total: int
     done: int  # whose runs have all ended
@@ -48,7 +48,7 @@ class Cases:
 
 
 def cases_of(study: CouponStudy, folder: Path) -> Cases:
-    """Count the cases of a study by what ``results/coupon`` holds of them."""
+    """Count the cases of a study by their state in ``results/coupon``."""
     failures: Counter[str] = Counter()
     total = done = 0
     for cases in distinct_cases(study).values():
@@ -89,7 +89,7 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
 
 
 def is_running(results: Path) -> bool:
-    """Whether a process runs the workflow on a folder of results."""
+    """Return whether a process runs the workflow on a folder of results."""
     if not results.is_dir():
         return False
     lock = hold(results)

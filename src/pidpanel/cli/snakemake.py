@@ -1,4 +1,4 @@
-"""Snakemake as a process of its own: run, stopped, and asked what is left."""
+"""Snakemake in its own process: run, stop, and list remaining jobs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class RunError(RuntimeError):
 
 
 class MachineError(RuntimeError):
-    """What of the machine is missing: LIGGGHTS, a folder that can be written, space on the disk."""
+    """A missing part of the machine: LIGGGHTS, a writable folder, space on the disk."""
 
 
 def command(study: Path, folder: Path, options: Sequence[str]) -> list[str]:

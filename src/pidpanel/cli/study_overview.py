@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone
     from pidpanel.panel.mesh import PanelMesh
     from pidpanel.study.panel import Panel
 
-THIRD = 2 ** (1 / 3)  # of an octave: less is not said of data that end within the response
+THIRD = 2 ** (1 / 3)  # a third octave: a smaller gap at the ends of the data is not reported
 MODES = 6  # number of natural frequencies listed
 # Elements that are solved in about four seconds, by section and kind.
 MOST_CELLS: Mapping[str, int] = {"thin triangles": 1100}
@@ -105,7 +105,7 @@ def solve(panel: Panel) -> PanelEstimate:
             mesh = studied.mesh(file)
         if len(mesh.cells) > 2 * cells_max:
             return PanelEstimate(study_mesh, 9 * len(study_mesh.cells), 0, None, 0)
-        # of what is on the panel only the masses count here
+        # of the attachments only the masses are included here
         plate = studied.plate(replace(mesh, patch_cells={}))
     rigid, frequency = first_frequencies(plate, MODES + 3)
     share = len(study_mesh.cells) / len(mesh.cells)

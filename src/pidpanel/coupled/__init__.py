@@ -1,9 +1,9 @@
-"""The panel and its particles in one time integration: the truth beside every reading.
+"""Panel and particles in one time integration: the reference for all damping models.
 
 All shapes of the panel and the spheres of some cells of every filled patch move together, each
-station of a patch with its own motion, under modal forces drawn from the excitation. What the
-panel does then is compared with what it would do under the same forces with a linear damper, and
-what such a damper is, C_e, m_a and the force of the bed that is its own, is found in the same run.
+station of a patch with its own motion, under modal forces drawn from the excitation. The response
+is compared with that of the same panel with a linear damper under the same forces. The equivalent
+linear damper (C_e, m_a) and the own force of the bed follow from the same run.
 
 `force_record`
     Modal forces with the cross-PSDs of an excitation.

@@ -55,7 +55,7 @@ class Checkpoint:
     rows: tuple[Rows, ...]
     state: State
     restarts: tuple[Path, ...] = ()
-    # Of each patch (n, 6), forces and torques on its spheres [N], [N m]
+    # (n, 6) forces and torques on the spheres of each patch [N], [N m]
     forces: tuple[Array, ...] = ()
 
     def write(self, folder: Path, identity: str) -> None:

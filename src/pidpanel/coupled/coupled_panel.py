@@ -1,4 +1,4 @@
-"""A panel under its excitation with filled patches, of which some cells are simulated."""
+"""A panel under its excitation with filled patches, some of whose cells are simulated."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

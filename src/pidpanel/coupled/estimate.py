@@ -58,7 +58,7 @@ class PatchEstimate:
 
 @dataclass(frozen=True)
 class ScenarioEstimate:
-    """What the records of a scenario tell."""
+    """Estimates from the records of a scenario."""
 
     centre: Array  # (bands,) of the third octaves [Hz]
     patches: Sequence[PatchEstimate]
@@ -86,7 +86,7 @@ def estimate(
     edge: Array,
     bias: float = 0.0,
 ) -> ScenarioEstimate:
-    """Return what the records of a scenario tell of the panel.
+    """Return the estimates of the panel's response from the records of a scenario.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def estimate(
     centre, edge
         (bands,) and (bands, 2) third octaves that cover them [Hz].
     bias
-        Of g rms by softened contacts [1], which is part of every error.
+        Relative bias of g rms by softened contacts [1], included in every error.
 
     Raises
     ------

@@ -199,7 +199,7 @@ class ExcitedPanel:
 
     @property
     def diameter(self) -> float:
-        """Of the panel [m]."""
+        """Diameter of the panel [m]."""
         return float(np.hypot(*np.ptp(self.basis.vertex_position, axis=0)))
 
     def patch(self, name: str, cell_area: float, shapes: LoadedShapes) -> CoupledPatch:

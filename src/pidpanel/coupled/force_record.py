@@ -85,5 +85,5 @@ def samples(amplitude: Complexes, first: int, count: int) -> Array:
 
 
 def before_hold(frequency: Array, interval: float) -> Array:
-    """Return 1/sinc²(f Δ), by which tones are enlarged that are joined linearly between samples."""
+    """Return 1/sinc²(f Δ), the factor for tones with linear interpolation between samples."""
     return 1 / np.sinc(frequency * interval) ** 2

@@ -145,7 +145,7 @@ def integrated(
         try:
             piece = _limited(work, name, report)
         except RunStopped as error:
-            # what the machine did is over, what the run did comes again
+            # a failure of the machine is over, one of the run comes again
             print(f"{error}; tried again", file=sys.stderr)
             piece = _limited(work, name, report)
         done = replace(piece, rows=(*done.rows, *piece.rows))
@@ -154,7 +154,7 @@ def integrated(
 
 
 def cpu_per_row(run: Integration, spheres: Sequence[int]) -> float:
-    """Return the CPU time of a row with so many spheres on each patch [s]."""
+    """Return the CPU time of a row with given numbers of spheres on each patch [s]."""
     interval = sum(cpu_per_interval(count, run.substeps) for count in spheres)
     return run.intervals_per_row * interval
 

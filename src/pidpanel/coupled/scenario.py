@@ -1,4 +1,4 @@
-"""What the runs of a study need of it, as data."""
+"""Data of a study for its runs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ class RunSettings:
     frequency_range: tuple[float, float]  # lowest and highest frequency [Hz]
     damping_ratio: DampingRatio  # ζ of the bare panel [1]
     wave_speed: float  # speed of the waves that excite the panel [m/s]
-    # Of a run, evaluated and before that [s]
+    # Time of a run: evaluated, and before that [s]
     duration: float
     settling: float
-    # Of a patch
+    # Numbers per patch
     stations: int
     cells: int
-    # Of the contacts [Pa]; None for the softest that is accurate enough
+    # Modulus of the contacts [Pa]; None for the softest that is accurate enough
     youngs_modulus: float | None
     attributes: Mapping[str, str]  # of the records
 

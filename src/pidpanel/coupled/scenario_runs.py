@@ -48,7 +48,7 @@ class DrawnRun:
     integration: Integration
     start: Array
     beds: Sequence[StartedBed]
-    # Of its modal forces, as in `SettledRecord`
+    # Tones of its modal forces; see `SettledRecord`
     frequency: Array
     amplitude: Complexes
     first: int
@@ -97,7 +97,7 @@ class ScenarioRuns:
         amplitude = force_record.draw_modal_force(frequency, panel.excitation, nodes, rng)
         joined = amplitude * force_record.before_hold(frequency, interval)[:, None]
         force = force_record.samples(joined, first, rows)
-        # what counts is a period, before it comes the end of the one before
+        # one period is used; it is preceded by the end of the one before
         force = force[np.arange(-settled, rows + 1) % rows]
         turned = np.exp(-2j * np.pi * frequency * settled * interval)
         bare = amplitude * turned[:, None] / panel.modal.dynamic_stiffness(frequency)
@@ -174,14 +174,14 @@ class ScenarioRuns:
         return stored
 
     def estimate(self, records: Sequence[SettledRecord]) -> ScenarioEstimate:
-        """Return what some records tell."""
+        """Return the estimate from some records."""
         centre, edge = whole_third_octaves(*self.excited.settings.frequency_range)
         frequency = self.excited.coarse_frequency
         return estimate(self.panel, records, frequency, centre, edge, self.bias)
 
 
 def _steps(row: float, longest_step: float, longest_interval: float) -> tuple[int, int]:
-    """Return the even number of intervals in a row, and the steps in an interval.
+    """Return the (even) number of intervals in a row, and the steps in an interval.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A record in segments, and a linear panel under the same excitation beside it."""
+"""A record in segments, and a linear panel under the same excitation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class SettledRecord:
     frequency: Array
     amplitude: Complexes
     # Number of the first tone in periods of the forces, rows of the record, and the first row that
-    # counts: from there the forces have one period
+    # is used: from there the forces have one period
     first: int
     rows: int
     settled: int

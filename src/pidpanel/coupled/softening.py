@@ -1,9 +1,9 @@
-"""How soft the contacts of a coupled run may be, and what that costs in accuracy.
+"""Softest contacts of a coupled run, and their cost in accuracy.
 
 A softer sphere allows a longer time step. Two things go wrong with it:
 
-- A bed that is thrown up and caught rebounds in series, layer by layer. What counts is the contact
-  time over the flight time, s = t_c g/v with v the rms velocity of the patch. Against the
+- A bed that is thrown up and caught rebounds in series, layer by layer. The error depends on the
+  contact time over the flight time, s = t_c g/v with v the rms velocity of the patch. Against the
   material's own modulus g rms of the paper's panel was lower by 0.8 s per layer (r = 0.5 and 0.9,
   50 to 800 MPa, 119 to 125 dB), and the same within its scatter from 131 dB on.
 - A bed that crosses its gap is shorter by the overlaps of its spheres: δ/R (`contact`).

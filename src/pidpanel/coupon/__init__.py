@@ -1,9 +1,8 @@
 """The shaken coupon: honeycomb cells with spheres, run in LIGGGHTS, read cycle by cycle.
 
-What is run
-    `from_study` makes cases of a study; `cases` says what a packing, a bed, a run and a case are
-    and what their labels rest on; `drive` is the motion; `batches` puts cheap
-    cases together.
+Runs
+    `from_study` makes cases of a study; `cases` defines packings, beds, runs and cases and what
+    their labels depend on; `drive` is the motion; `batches` puts cheap cases together.
 Running it
     `preparation` pours and loosens, `runs` shakes, `window` measures the energy balance of a run;
     `attempts` does each as a job that is tried twice; `liggghts` is all that speaks to LIGGGHTS.
@@ -14,6 +13,6 @@ Reading it
     `rows` reads and judges a run, `summary` makes the table of cases; `records` are what is kept
     in JSON files, `coding` takes them there and back.
 Beside it
-    `estimate` says how long a sweep will take;
+    `estimate` has the run time of a sweep;
     `round` is a list of chosen cases.
 """

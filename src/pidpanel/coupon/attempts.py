@@ -35,8 +35,8 @@ from pidpanel.provenance.locks import exclusive_lock
 Product = TypeVar("Product")
 Outcome = TypeVar("Outcome", bound=records.PourOutcome | records.LoosenOutcome)
 
-# Of the algorithms that decide from its rows whether a run is steady, long enough or in several
-# states, and what its errors are. With another version every run is judged again from its rows.
+# Version of the algorithms that decide from its rows whether a run is steady, long enough or in
+# several states, and its errors. With another version every run is evaluated again from its rows.
 JUDGING_VERSION = 1
 
 
@@ -70,12 +70,12 @@ def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> records.LoosenOutcom
 
 
 def _lock(folder: Path) -> Path:
-    """Lock of who writes a folder, beside it."""
+    """Return the lock for writing a folder, next to it."""
     return folder.with_name(f".{folder.name}.lock")
 
 
 def sound_bed(bed: Bed, file: Path) -> records.LoosenOutcome:
-    """What ``bed.json`` says; a bed that is not as it was left is made again.
+    """Return the content of ``bed.json``; a bed with changed files is made again.
 
     The same spheres to the last bit, so that jobs that do so at the same time do no harm. Its
     packing is looked for in ``../../packing`` of its folder.
@@ -91,7 +91,7 @@ def _sound(
     file: Path,
     make: Callable[[Path], Outcome],
 ) -> Outcome:
-    """The record of a file; ``make`` repeats the step in a scratch folder if it is not sound."""
+    """Return the record of a file; ``make`` repeats a damaged step in a scratch folder."""
     try:
         outcome = coding.read(kind, file)
         records.check_same(getattr(outcome, key), expected, file)
@@ -163,7 +163,7 @@ def shake_seeds(case: Case, target: RunTarget, folder: Path) -> list[records.Sha
 
 
 def are_apart(damping: Sequence[cycles.Estimate]) -> bool:
-    """Whether the highest and the lowest are further apart than `states.MARGIN` and four errors."""
+    """Return whether the range of values exceeds `states.MARGIN` and four errors."""
     ends = min(damping, key=lambda e: e.mean), max(damping, key=lambda e: e.mean)
     return bool(states.are_apart(*np.array([(end.mean, end.error) for end in ends]).ravel()))
 
@@ -200,7 +200,7 @@ def _with_time_of(
 
 
 def first_target(case: Case) -> RunTarget:
-    """Target to which each run of a case is shaken before the seeds are held against each other."""
+    """Return the target of each run of a case before the seeds are compared with each other."""
     target = case.target
     if not case.state_cycles:
         return target
@@ -209,7 +209,7 @@ def first_target(case: Case) -> RunTarget:
 
 
 def has_states(case: Case, outcomes: Sequence[records.ShakeOutcome], folder: Path) -> bool:
-    """Whether the cells of the runs that succeeded are in more than one state of motion."""
+    """Return whether the cells of the successful runs are in more than one state of motion."""
     estimates = []
     for run, run_folder, outcome in zip(case.runs, case.folders(folder), outcomes, strict=False):
         if outcome.found is not None:
@@ -286,7 +286,7 @@ def _attempted(
 
 
 def _handed_on(attempt: records.Attempt) -> records.Attempt:
-    """The failure of the step before."""
+    """Return the failure of the step before."""
     return records.Attempt(attempt.status, attempt.message, attempt.attempts, attempt.liggghts, 0.0)
 
 

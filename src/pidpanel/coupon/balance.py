@@ -10,7 +10,7 @@ over all contacts c of spheres with spheres and with walls. Independently of the
     W + W_g = D_n + D_t + ΔE_kin + ΔE_Hertz
 
 with the work W of the inertial force and W_g of gravity. The residual is the error of the run: of
-its time step, of a wall that leaks, of a contact law that is not the one asked for. The energy in
+its time step, of a wall that leaks, of a wrong contact law. The energy in
 tangential springs is not listed separately; its change over a cycle is negligible.
 """
 
@@ -87,15 +87,15 @@ ROUNDING = 1e-5
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Scalar products (n,) of vectors (n, 3); four times as fast as a sum of products."""
+    """Return scalar products (n,) of vectors (n, 3), four times as fast as a sum of products."""
     return np.einsum("ij,ij->i", a, b)
 
 
 def _relative_velocity(contacts: Contacts, velocity: Array, spin: Array, arms: Array) -> Array:
-    """Velocity (n, 3) of the first surface against the second in each contact [m/s].
+    """Return the velocity (n, 3) of the first surface against the second in each contact [m/s].
 
     ``arms`` (1 or 2, n, 3) go from the centre of each sphere to the contact; a wall has none and
-    stands still.
+    is at rest.
     """
     f = contacts.frame
     first, *second = (
@@ -111,7 +111,7 @@ def contact_losses(
     material: ContactMaterial,
     planes: Array | None,
 ) -> tuple[Array, Array, Array, Array]:
-    """Power lost in each contact along the normal, the surface and in rolling [W]; 2/5 F δ [J].
+    """Return the power lost in each contact: normal, tangential, rolling [W]; 2/5 F δ [J].
 
     ``planes`` are those of walls, which do not move; None between spheres.
 
@@ -165,7 +165,7 @@ def contact_losses(
 def _acting(
     listed: Array, viscous: Array, earlier_viscous: Array, limit: Array, listed_limit: Array
 ) -> Array:
-    """Tangential forces (n, 3) that acted [N], from those listed; see `contact_losses`.
+    """Return the tangential forces (n, 3) [N] from those listed; see `contact_losses`.
 
     ``viscous`` and ``earlier_viscous`` (n, 3) resist the motion at the end of the step and half a
     step before; the limits μ|F_n| (n,) are those of the step and of the list.
@@ -179,7 +179,7 @@ def _acting(
 
 
 def _kinetic_energy(spheres: SphereFrames) -> Array:
-    """Kinetic energy of all spheres with their spin in each frame, (frames,) [J]."""
+    """Return the kinetic energy of all spheres with their spin in each frame, (frames,) [J]."""
     inertia = 0.4 * spheres.mass * spheres.radius**2
     return 0.5 * (
         (spheres.mass * (spheres.velocity**2).sum(axis=-1)).sum(axis=1)
@@ -197,7 +197,7 @@ def energy_balance(
     gravity: Array,
     step: float,
 ) -> EnergyBalance:
-    """Energy balance over a window of frames a ``step`` [s] apart, by the trapezoidal rule.
+    """Return the energy balance over frames a ``step`` [s] apart, by the trapezoidal rule.
 
     ``planes`` (t, 4) are unit normal into the cell and offset of each wall triangle, n·x = offset
     on it; ``materials`` those of sphere on sphere and of sphere on wall; ``acceleration`` (frames,)

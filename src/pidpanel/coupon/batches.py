@@ -32,7 +32,7 @@ SHARE = 0.25
 
 LONG = 0.3  # share of the longest time of a job from which a case is long [1]
 
-# Of an ordinary core: only which cases share a process depends on it, never a result.
+# Cost on an ordinary core. It decides which cases share a process; no result depends on it.
 STEP = StepCost(*ORDINARY_STEP)
 
 
@@ -55,7 +55,7 @@ class Batch:
 
     @property
     def content(self) -> dict[str, Any]:
-        """What a file says of it, for `read_cases`."""
+        """Content of its file, for `read_cases`."""
         return {"cases": [coding.encode(case) for case in self.cases]}
 
 
@@ -66,12 +66,12 @@ def read_cases(file: Path) -> list[Case]:
 
 
 def expected_cost(case: Case) -> float:
-    """CPU time of a case on an ordinary core [s]."""
+    """Return the CPU time of a case on an ordinary core [s]."""
     return sum(run_cost(run, case) for run in case.runs)
 
 
 def run_cost(run: Run, case: Case) -> float:
-    """CPU time of a run of a case on an ordinary core [s]."""
+    """Return the CPU time of a run of a case on an ordinary core [s]."""
     return run_steps(run, case) * STEP.seconds(spheres_in(run.packing, run.fill_fraction))
 
 
@@ -88,7 +88,7 @@ class Part(NamedTuple):
 
 
 def parts_of(case: Case, job: float) -> list[Part]:
-    """Parts of a case that is long where jobs last ``job`` [s] at the most; none of another."""
+    """Return the parts of a case that takes longer than a job of ``job`` [s]; none of others."""
     costs = [run_cost(run, case) for run in case.runs]
     if sum(costs) <= LONG * job:
         return []
@@ -109,7 +109,7 @@ def batches_of(cases: Iterable[Case], job: float = math.inf) -> Iterator[Batch]:
     Parameters
     ----------
     job
-        Longest time of a job [s], `SHARE` of which is worth one then; a case that is long is alone.
+        Longest time of a job [s]; `SHARE` of it is worth a job, and a long case is alone.
     """
     worth = SHARE * job if job < math.inf else WORTH
     group: list[Case] = []

@@ -14,8 +14,8 @@ from pidpanel.coupon.liggghts import deck, process
 from pidpanel.coupon.packing import Packing, identity_digest
 from pidpanel.paths import TEMPLATES
 
-# Of the algorithm that shakes a bed loose and picks its spheres: `preparation.loosen`; see
-# `packing.PLACEMENT_VERSION`.
+# Version of the algorithm that shakes a bed loose and selects its spheres: `preparation.loosen`;
+# see `packing.PLACEMENT_VERSION`.
 LOOSEN_VERSION = 1
 
 
@@ -36,11 +36,11 @@ class Loosening:
     samples_per_cycle: int = 100
 
 
-# A start from the other side: so many times the acceleration of the drive, for so many cycles.
-# Beds of acrylic at r = 0.5, 100 Hz, 80 g come to other states from there than from rest.
+# A start from the other side: factor on the acceleration of the drive, and number of cycles. Beds
+# of acrylic at r = 0.5, 100 Hz, 80 g reach other states from there than from rest.
 HARD, HARD_CYCLES = 2.5, 20
 
-MOST_CELLS = 24  # most cells of which each has rows of its own: LIGGGHTS has 32 groups
+MOST_CELLS = 24  # most cells with rows of their own: LIGGGHTS has 32 groups
 
 LOOSENING = Loosening(drive=Tone(frequency=100.0, acceleration=10 * STANDARD_GRAVITY))
 
@@ -112,12 +112,12 @@ class Run:
 
     @property
     def packing(self) -> Packing:
-        """Of the bed."""
+        """Packing of the bed."""
         return self.bed.packing
 
     @property
     def fill_fraction(self) -> float:
-        """Of the bed [1]."""
+        """Fill fraction of the bed [1]."""
         return self.bed.fill_fraction
 
     @property
@@ -132,16 +132,16 @@ class Run:
         return count if self.deck is None and 1 < count <= MOST_CELLS else 0
 
     def contact_time_at(self, youngs_modulus: float) -> float:
-        """Duration of a sphere's impact on a wall at the speed of the drive [s]."""
+        """Return the duration of a sphere's impact on a wall at the speed of the drive [s]."""
         return self.packing.smallest(youngs_modulus).wall_contact_time(self.drive.speed)
 
     def overlap_at(self, youngs_modulus: float) -> float:
-        """Deepest overlap of that impact over the radius [1]."""
+        """Return the deepest overlap of that impact over the radius [1]."""
         sphere = self.packing.smallest(youngs_modulus)
         return sphere.wall_overlap(self.drive.speed) / sphere.radius
 
     def deck_values(self, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
-        """Variables of the template for the run, or a leg of it from a restart."""
+        """Return the variables of the template for the run, or a leg of it from a restart."""
         values = {
             **self.constants.deck_values,
             "data_file": deck.START_FILE,
@@ -168,12 +168,12 @@ class Run:
         return values if restart is None else {**values, "restart_file": restart}
 
     def deck_text(self, leg: int = 1, restart: str | None = None) -> str:
-        """Deck of the run, or of a leg of it from a restart: ours, or the user's own.
+        """Return the deck of the run, or of a leg of it from a restart: built-in or user's own.
 
         Raises
         ------
         jinja2.UndefinedError
-            For a variable of the user's template that `deck_values` does not hold.
+            If a variable of the user's template is not in `deck_values`.
         DeckRefused
             For a deck of the user's own that is not trusted; see `deck.check_trust`.
         """
@@ -181,7 +181,7 @@ class Run:
         return deck.render(template.name, values, template.parent)
 
     def deck_digest(self, restart: str | None = None) -> str:
-        """Hash of the deck of the run without comments: what its rows depend on.
+        """Return the hash of the deck of the run without comments: what its rows depend on.
 
         Runs that differ in their beds alone have one deck, which is rendered once in a process.
         """
@@ -226,10 +226,18 @@ def run_at(
     own_deck: str | None = None,
     start: Literal["rest", "hard"] = "rest",
 ) -> Run:
-    """A run of a bed, with a period of a whole number of steps and of samples.
+    """Return a run of a bed, with a period of a whole number of steps and of samples.
 
-    ``time_step_rayleigh`` is the longest time step over the Rayleigh time of the smallest sphere
-    [1].
+    Parameters
+    ----------
+    bed, drive, constants
+        Bed, motion of its cells, and constants of the contacts.
+    time_step_rayleigh
+        Longest time step over the Rayleigh time of the smallest sphere [1].
+    samples_per_cycle
+        Number of samples of the momentum in a period.
+    own_deck, start
+        Template of the user instead of the built-in one; start from rest or from hard shaking.
     """
     longest = time_step_rayleigh * bed.packing.smallest(constants.youngs_modulus).rayleigh_time
     steps = samples_per_cycle * math.ceil(drive.period / longest / samples_per_cycle)
@@ -238,7 +246,7 @@ def run_at(
 
 
 def loosening(bed: Bed) -> Run:
-    """The run that shakes a bed loose."""
+    """Return the run that shakes a bed loose."""
     return run_at(
         bed,
         LOOSENING.drive,

@@ -1,7 +1,7 @@
-"""What is run: packings, beds, runs and cases, each with a label that says what it depends on.
+"""Packings, beds, runs and cases, each with a label by what it depends on.
 
-A label reads as the thing and ends in a hash of all that its numbers depend on, so a study needs
-nothing but the labels to share runs with another:
+A label is readable and ends in a hash of everything that its numbers depend on, so studies share
+runs by their labels:
 
 packing
     its values and outline, the constants of the pour (`POURING`), the deck that pours, the
@@ -38,7 +38,7 @@ from pidpanel.coupon.packing import identity_digest
 
 @dataclass(frozen=True)
 class RunTarget:
-    """How long a run lasts. Not part of what a run is: it continues where it stopped."""
+    """Length of a run. It is not part of a run's identity: a run continues where it stopped."""
 
     relative_error: float  # of C_e [1]
     min_cycles: int
@@ -46,7 +46,7 @@ class RunTarget:
 
     @property
     def label(self) -> str:
-        """A part of the name of the file that says how a run ended."""
+        """Part of the name of the outcome file of a run."""
         return f"{100 * self.relative_error:.9g}pc_{self.min_cycles}to{self.max_cycles}"
 
     def as_strict_as(self, reference: RunTarget) -> RunTarget:
@@ -70,7 +70,7 @@ class Case:
 
     runs: tuple[Run, ...]
     youngs_modulus: float  # the material's own [Pa]; a run may be softer
-    relative_error: float  # asked of C_e, all seeds together [1]
+    relative_error: float  # required of C_e, all seeds together [1]
     target: RunTarget  # of each run: seeds share the work, so each may be √seeds times as uncertain
     # Keys of ``coupon.vary`` with the values at this point
     varied: Mapping[str, Any] = field(default_factory=dict)
@@ -102,7 +102,7 @@ class Case:
 
     @property
     def bias(self) -> float:
-        """Share by which softened contacts make C_e too large [1]; see `contact.modulus_bias`."""
+        """Relative bias of C_e by softened contacts [1]; see `contact.modulus_bias`."""
         run = self.point
         moduli = (run.constants.youngs_modulus, self.youngs_modulus)
         soft, stiff = (run.contact_time_at(modulus) * run.drive.frequency for modulus in moduli)
@@ -112,7 +112,7 @@ class Case:
         return contact.modulus_bias(soft, stiff, deep, stiff_depth, run.bed.deepening(run.drive))
 
     def folders(self, folder: Path) -> list[Path]:
-        """Folders of the runs below ``results/coupon``, one a seed."""
+        """Return the folders of the runs below ``results/coupon``, one per seed."""
         return [folder / self.label / f"s{run.packing.seed}" for run in self.runs]
 
     @property
@@ -130,9 +130,9 @@ class Case:
 
     @property
     def outcome(self) -> str:
-        """Name of the files that say how its runs ended: all that the end depends on."""
+        """Name of the outcome files of its runs, with everything that the outcome depends on."""
         return self.target.label + (f"_states{self.state_cycles}" if self.state_cycles else "")
 
     def outcomes(self, folder: Path) -> list[Path]:
-        """Files that say how the runs ended, below ``results/coupon``, one a seed."""
+        """Return the outcome files of the runs below ``results/coupon``, one per seed."""
         return [path / f"{self.outcome}.json" for path in self.folders(folder)]

@@ -21,22 +21,22 @@ Record = TypeVar("Record")
 
 
 def encode(record: Any) -> dict[str, Any]:
-    """A record as JSON holds it; `decode` is the inverse."""
+    """Return a record as values of JSON; `decode` is the inverse."""
     return asdict(record)
 
 
 def decode(kind: type[Record], values: Any, source: str = "record") -> Record:
-    """A record from what JSON held.
+    """Return a record from values of JSON.
 
     Parameters
     ----------
     values
-        What `encode` gave.
+        Result of `encode`.
 
     Raises
     ------
     RecordUnreadable
-        With the source and the first key that is missing, unknown or of another type.
+        If a key is missing, unknown or of another type.
     """
     try:
         # strict JSON takes a list for a tuple and 1 for 1.0, and nothing else
@@ -58,7 +58,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 def _plain(values: Any) -> str:
-    """JSON in which whole numbers are written as others are."""
+    """Return JSON with whole numbers written like others."""
     return json.dumps(json.loads(json.dumps(values), parse_int=float), sort_keys=True)
 
 
@@ -79,8 +79,7 @@ def read(kind: type[Record], path: Path) -> Record:
     Raises
     ------
     RecordUnreadable
-        With the file and what is wrong in it, that it is not there, or that it is not as it was
-        written.
+        If the file is missing, was changed after it was written, or has other keys.
     """
     try:
         values = json.loads(path.read_text(encoding="utf-8"))

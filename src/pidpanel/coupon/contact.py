@@ -42,7 +42,7 @@ class Constants:
         friction: float,
         rolling_friction: float = 0.0,
     ) -> "Constants":
-        """Constants of spheres and walls of one material."""
+        """Return the constants of spheres and walls of one material."""
         values = (youngs_modulus, poissons_ratio, restitution, friction, rolling_friction)
         return cls(*chain.from_iterable(zip(values, values, strict=True)))
 
@@ -53,7 +53,7 @@ class Constants:
 
     @property
     def contact_model(self) -> str:
-        """LIGGGHTS' words for the contact law."""
+        """Return the words of LIGGGHTS for the contact law."""
         words = "hertz tangential history"
         return words + " rolling_friction cdt" if self.has_rolling_friction else words
 
@@ -90,7 +90,7 @@ class ElasticSphere:
         return math.pi * self.radius * wave / (0.1631 * self.poissons_ratio + 0.8766)
 
     def wall_overlap(self, speed: float) -> float:
-        """Deepest overlap where it hits a wall of its own material head-on [m].
+        """Return the deepest overlap where it hits a wall of its own material head-on [m].
 
         ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)); Johnson, *Contact Mechanics* (1985),
         eq. 11.22.
@@ -100,12 +100,12 @@ class ElasticSphere:
         return (15 * mass * speed**2 / (16 * effective_modulus * math.sqrt(self.radius))) ** 0.4
 
     def wall_contact_time(self, speed: float) -> float:
-        """Duration of that impact [s]: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
+        """Return the duration of that impact [s]: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
         return HERTZ_DURATION * self.wall_overlap(speed) / speed
 
 
 def damping_ratio(restitution: float) -> float:
-    """Damping β of a contact that rebounds at e of its speed [1]: −ln e/√(π² + ln² e).
+    """Return the damping β of a contact that rebounds at e of its speed [1]: −ln e/√(π² + ln² e).
 
     Tsuji, Tanaka & Ishida, Powder Technology 71, 239 (1992), as in LIGGGHTS.
 
@@ -131,7 +131,7 @@ class ContactMaterial:
 def contact_material(
     first: tuple[float, float], second: tuple[float, float], friction: float, restitution: float
 ) -> ContactMaterial:
-    """Contact of two materials with moduli [Pa] and Poisson's ratios.
+    """Return the contact of two materials with moduli [Pa] and Poisson's ratios.
 
     1/E* = Σ (1 − ν²)/E, 1/G* = Σ 2(2 − ν)(1 + ν)/E.
 
@@ -153,7 +153,7 @@ def contact_material(
 def contact_forces(
     material: ContactMaterial, depth: Array, curvature: Array, mobility: Array
 ) -> tuple[Array, Array, Array]:
-    """Elastic force [N] of contacts, and viscous forces over the speed along and across [N s/m].
+    """Return elastic forces [N], and viscous ones over the speed along and across [N s/m].
 
     F = 4/3 E* √(R* δ) δ, and 2 √(5/6) β √(S m*) with S_n = 2 E* √(R* δ), S_t = 8 G* √(R* δ).
 
@@ -184,9 +184,9 @@ AGITATED = 80.0
 
 
 def deepening(layers: float, acceleration_g: float) -> float:
-    """How much more a deep bed is biased by long contacts than one at half fill [1].
+    """Return the bias of a deep bed by long contacts over that at half fill [1].
 
-    A bed of so many layers that is thrown as one body rebounds layer by layer. Excess of η over
+    A bed of many layers that is thrown as one body rebounds layer by layer. Excess of η over
     that of the material's own modulus, of 2 mm acrylic spheres in 25 mm (one or two packings), over
     the difference in t_c f: at r = 0.5 (6.25 layers), 20 g, 500 Hz 4.4; at r = 0.7, 20 g, 250 Hz 5;
     at r = 0.9 (11.25 layers), 20 g, 250 and 500 Hz 11 to 21, at 40 g 12. At 80 g (steel) and 120 g
@@ -207,7 +207,7 @@ def modulus_bias(
     material_overlap: float = 0.0,
     deepening: float = 1.0,
 ) -> float:
-    """Share by which softened spheres dissipate too much [1]: 2.5 (t_c f − t_c0 f), 1.5 (δ − δ₀)/R.
+    """Return the bias of C_e by softened spheres [1]: 2.5 (t_c f − t_c0 f), 1.5 (δ − δ₀)/R.
 
     The larger of the two; the first times that of `deepening`, where the bed rides; the second
     where it crosses its gap (W/L from `CROSSING` on).
@@ -238,11 +238,22 @@ def softest_modulus(
     contact_time_per_period: float,
     overlap_per_radius: float,
 ) -> float:
-    """Softest modulus [Pa] whose contacts stay short and shallow at a drive's speed.
+    """Return the softest modulus [Pa] with short and shallow contacts at a drive's speed.
 
-    A soft sphere allows a long time step but dissipates too much once its contacts last a
-    noticeable part of a period: `modulus_bias`. Where no choice suffices the material's own modulus
-    is returned: it is the truth, however long its contacts.
+    A soft sphere allows a long time step but dissipates too much if its contacts last a noticeable
+    part of a period: `modulus_bias`. If no choice is stiff enough, the material's own modulus is
+    returned, however long its contacts.
+
+    Parameters
+    ----------
+    choices
+        Allowed moduli [Pa].
+    material
+        Sphere with its own modulus.
+    speed, frequency
+        Velocity amplitude [m/s] and frequency [Hz] of the drive.
+    contact_time_per_period, overlap_per_radius
+        Largest allowed ratios [1].
     """
     for modulus in sorted(choices):
         if modulus >= material.youngs_modulus:

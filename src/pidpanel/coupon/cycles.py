@@ -44,7 +44,7 @@ class Estimate:
 def first_harmonic(
     p_sin: Array, p_cos: Array, *, amplitude: float, frequency: float, mass: float, area: float
 ) -> tuple[Array, Array]:
-    """C_e [N s/m³] and m_a [kg/m²] of each cycle (n,) from ⟨p sin ωt⟩ and ⟨p cos ωt⟩ [kg m/s].
+    """Return C_e [N s/m³] and m_a [kg/m²] of each cycle (n,) from ⟨p sin ωt⟩ and ⟨p cos ωt⟩.
 
     The coupon moves by W sin 2πft ([m], [Hz]); M is that of all spheres [kg], A_c of all cells
     [m²].
@@ -57,19 +57,19 @@ def first_harmonic(
 def dissipated_energy(
     equivalent_damping: Array | float, amplitude: float, frequency: float
 ) -> Array | float:
-    """E_d = π C_e ω W² per cycle [J/m²] (the paper's Eq. 4 with ẇ² in place of ẇ)."""
+    """Return E_d = π C_e ω W² per cycle [J/m²] (the paper's Eq. 4 with ẇ² in place of ẇ)."""
     return math.pi * equivalent_damping * 2 * math.pi * frequency * amplitude**2
 
 
 def loss_factor(
     equivalent_damping: Array | float, mass_per_area: float, frequency: float
 ) -> Array | float:
-    """η = E_d / (π m″ (ωW)²) = C_e / (m″ ω) [1]: loss over the spheres' kinetic energy."""
+    """Return η = E_d / (π m″ (ωW)²) = C_e / (m″ ω) [1]: loss over the spheres' kinetic energy."""
     return equivalent_damping / (mass_per_area * 2 * math.pi * frequency)
 
 
 def inelastic_bound(mass_per_area: float, frequency: float) -> float:
-    """C_e ≤ 4 m″ ω / π [N s/m³]: perfectly inelastic mass thrown from wall to wall.
+    """Return C_e ≤ 4 m″ ω / π [N s/m³]: perfectly inelastic mass thrown from wall to wall.
 
     Reached at a clear gap L = πW without gravity, where E_d = 4 m″ (ωW)². A bed that keeps some of
     its energy from one wall to the next can exceed it.
@@ -78,7 +78,7 @@ def inelastic_bound(mass_per_area: float, frequency: float) -> float:
 
 
 def transient_end(series: Array) -> int:
-    """Row of a series (n,) at which the transient ends, by the marginal standard error rule.
+    """Return the row of a series (n,) where the transient ends, by marginal standard errors.
 
     Of all truncation points d the one that minimises Σ_{i≥d}(x_i − x̄_d)² / (n − d)², on batches of
     five rows (of fewer where there are fewer than fifty). The search ends at half the series: a
@@ -99,7 +99,7 @@ def transient_end(series: Array) -> int:
 
 
 def block_error(series: Array) -> float:
-    """Standard error of the mean of a correlated series (n,), by blocking.
+    """Return the standard error of the mean of a correlated series (n,), by blocking.
 
     Neighbours are averaged in pairs again and again; the error from the blocks rises until they are
     independent. The largest error from at least `MIN_BLOCKS` blocks is taken, which is on the safe
@@ -119,7 +119,7 @@ def block_error(series: Array) -> float:
 
 
 def estimate(series: Array, start: int | None = None, stored: Array | None = None) -> Estimate:
-    """Mean of a series (n,) after the transient with its standard error and drift.
+    """Return the mean of a series (n,) after the transient with its standard error and drift.
 
     ``start`` defaults to `transient_end`; ``stored`` is the energy that the bed stores (n,) [J],
     used where `ROWS_FOR_STORAGE` rows are left (`without_storage`).
@@ -149,7 +149,7 @@ COMMON_PERIOD = 6
 
 
 def settled(series: Array) -> tuple[float, float]:
-    """Mean of a series (n,) without a transient and its error, from blocks of a common period.
+    """Return mean and error of a series (n,) without transient, from blocks of a common period.
 
     In fewer than two blocks the error is infinite.
     """
@@ -161,7 +161,7 @@ def settled(series: Array) -> tuple[float, float]:
 
 
 def without_storage(series: Array, stored: Array, start: int) -> Array:
-    """The series (n,) less what follows the energy that the bed stores (n,) [J].
+    """Return the series (n,) less its part that follows the stored energy of the bed (n,) [J].
 
     What the shaker gives in one cycle and the bed gives back in the next is no loss and has no
     mean. A bed whose flight takes several cycles does so always: at 100 Hz, 80 g, half full, it
@@ -187,17 +187,17 @@ def without_storage(series: Array, stored: Array, start: int) -> Array:
 
 
 def packed(means: Array, errors: Array, scatter: float) -> float:
-    """Standard error of the mean over seeds, √Σ(σ² + s²c²)/n; s is the scatter of packings."""
+    """Return the error of the mean over seeds, √Σ(σ² + s²c²)/n; s is the scatter of packings."""
     variance = np.square(errors) + (scatter * np.mean(means)) ** 2
     return float(np.sqrt(np.sum(variance))) / len(means)
 
 
 def combine(means: Array, errors: Array) -> tuple[float, float]:
-    """Mean over seeds (n,) and its standard error, from within and between.
+    """Return the mean over seeds (n,) and its standard error, from within and between.
 
-    The error is the larger of what the runs say of themselves, √Σσ²/n, and what their scatter says,
-    s/√n. With two or three seeds the scatter alone is too uncertain (one or two degrees of
-    freedom); the runs alone miss that a packing stays what it is.
+    The error is the larger of the errors within the runs, √Σσ²/n, and that of their scatter, s/√n.
+    With two or three seeds the scatter alone is too uncertain (one or two degrees of freedom); the
+    runs alone miss the differences between packings.
     """
     n = len(means)
     within_seeds = float(np.sqrt(np.sum(np.square(errors)))) / n

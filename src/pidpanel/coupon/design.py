@@ -23,7 +23,7 @@ from pidpanel.atlas.groups import GRAVITY, Bead, Direction, Groups, frequency, s
 from pidpanel.coupon import contact
 from pidpanel.coupon.estimate import bulk_fraction
 
-# Ranges of the groups, equally likely in the logarithm where it says so.
+# Ranges of the groups, with uniform distribution, of the logarithm where noted.
 FILL_FRACTION = (0.05, 0.95)
 GAMMA = (1.5, 700.0)  # logarithm
 RESTITUTION = (0.3, 0.95)
@@ -36,13 +36,13 @@ STROKE_PER_GAP = (1e-5, 0.05, 1.0, 20.0)
 STROKE_SHARES = (0.0, 0.45, 0.85, 1.0)
 DIRECTIONS: dict[Direction, float] = {"flat": 0.6, "upright": 0.85, "none": 1.0}  # share up to it
 
-# Cells with their friction, of which each is poured once for many cases: so many for every so many
-# points.
+# Cells with their friction, each poured once for many cases: number of cells for a block of points,
+# and number of points in a block.
 PACKINGS, BLOCK = 32, 512
 
 FULL_CELL = (8.0, 1000.0)  # particles of a full cell
 FULL_COUPON = 140.0  # particles of all cells together when full, with small cells
-MOST_CELLS = 24  # of which each has rows of its own
+MOST_CELLS = 24  # most cells with rows of their own
 LEAST_SPHERES = 2.0  # of a cell
 # Depth · width/(width − 1)², in diameters: up to it the chimney of a pour is less than 224 times as
 # high as its sides are wide, and LIGGGHTS takes its triangles.
@@ -52,7 +52,7 @@ LONGEST_CONTACT = 0.1  # over the period, with the modulus of the material
 DEEPEST_OVERLAP = 0.1  # over the radius, likewise
 CYCLES, MOST_WORK = 12, 6e7  # steps of all particles in the fewest cycles: about six seconds
 SOFT_OVERLAP = 0.05  # deepest overlap of softened contacts over the radius
-LAST_CYCLES, MOST_STEPS = (32, 240), 4e6  # a run ends after so many steps if it is noisy
+LAST_CYCLES, MOST_STEPS = (32, 240), 4e6  # a noisy run ends after this number of steps
 CHOICES_MPA = (20, 50, 200, 800)  # moduli of softened contacts
 BOUNCING = 10.0  # Γ below which a bed that is thrown up bounces as one body
 BOUNCING_CONTACT = 0.002  # longest contact of such a bed over the period
@@ -139,7 +139,7 @@ def sphere(bead: Bead) -> contact.ElasticSphere:
 
 
 def bounces(groups: Groups) -> bool:
-    """Whether gravity throws a bed back as one body: soft contacts change where it lands."""
+    """Return whether gravity throws a bed back as one body: soft contacts change where it lands."""
     return groups.gamma < BOUNCING and groups.direction == "flat"
 
 

@@ -1,4 +1,4 @@
-"""How a coupon is shaken.
+"""Motion of a coupon.
 
 A drive is known by its values alone: a frozen dataclass of numbers, which goes to JSON and back as
 it is. All that the coupon asks of a drive is below.
@@ -72,11 +72,11 @@ class Tone:
 
     @property
     def label(self) -> str:
-        """As part of the label of a case: ``f100Hz_a10g``."""
+        """Part of the label of a case: ``f100Hz_a10g``."""
         return f"f{self.frequency:g}Hz_a{self.gamma:.4g}g"
 
     def acceleration_at(self, phase: Array) -> Array:
-        """Acceleration ω²W sin φ of the inertial force in the frame of the cells [m/s²].
+        """Return the acceleration ω²W sin φ of the inertial force in the frame of the cells [m/s²].
 
         The cells accelerate by −ω²W sin φ, so what is seen from them is driven the other way.
         """

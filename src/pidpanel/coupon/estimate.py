@@ -1,4 +1,4 @@
-"""How long a sweep will take, before it starts: a count of steps times what a step costs."""
+"""Run time of a sweep, estimated before it starts: number of steps times cost of a step."""
 
 import math
 from collections.abc import Iterable
@@ -32,10 +32,10 @@ PLAN = 3.0  # CPU time of Snakemake from its start to the first job, and of the 
 PER_RUN = 0.15  # CPU time of a run in that process [s]: its decks, its rows, its energy balance
 
 
-# Of a process with numpy and the lists of contacts of an energy balance [bytes].
+# Memory of a process with numpy and the lists of contacts of an energy balance [bytes].
 PROCESS_MEMORY = 300e6
 
-LIGGGHTS_MEMORY = 60e6, 2e4  # of LIGGGHTS, and of it for each sphere [bytes]
+LIGGGHTS_MEMORY = 60e6, 2e4  # memory of LIGGGHTS, and of each sphere in it [bytes]
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class StepCost:
     per_travel: float = 0.0  # for each sphere and diameter [s]
 
     def seconds(self, spheres: float, travel: float = 0.0) -> float:
-        """CPU time of a step of so many spheres that move ``travel`` diameters in it [s]."""
+        """Return the CPU time of a step with spheres that move ``travel`` diameters in it [s]."""
         return self.fixed + spheres * (self.per_sphere + self.per_travel * travel)
 
 
@@ -69,12 +69,12 @@ USUAL_COSTS = Costs(StepCost(4.9e-6, 7.1e-8, 2.1e-5), 7.3e-3, 0.002)
 
 
 def travel(run: Run) -> float:
-    """Diameters that the cells move in a step at their fastest [1]."""
+    """Return the largest motion of the cells in a step, in diameters [1]."""
     return run.drive.speed * run.time_step / run.packing.sizes.smallest
 
 
 def spheres_in(packing: Packing, fill_fraction: float) -> float:
-    """Spheres expected in all cells of a bed."""
+    """Return the expected number of spheres in all cells of a bed."""
     volume = _mean_volume(packing.sizes)
     bulk = bulk_fraction(packing.diameter, packing.across_flats)
     return fill_fraction * bulk * packing.area * packing.depth / volume
@@ -82,12 +82,12 @@ def spheres_in(packing: Packing, fill_fraction: float) -> float:
 
 @cache
 def _mean_volume(sizes: Sizes) -> float:
-    """Of a sphere [m³]."""
+    """Return the mean volume of a sphere [m³]."""
     return float((math.pi / 6 * sizes.draw(1000, np.random.default_rng(0)) ** 3).mean())
 
 
 def cycles_expected(run: Run, case: Case) -> float:
-    """Cycles that a run's target will take.
+    """Return the cycles that a run's target will take.
 
     The least number, or what the scatter of its cells asks for; never more than the most.
     """
@@ -97,7 +97,7 @@ def cycles_expected(run: Run, case: Case) -> float:
 
 
 def run_steps(run: Run, case: Case) -> float:
-    """Steps of a run with its energy balance, whose output costs as much as a few steps."""
+    """Return the steps of a run with its energy balance, whose output costs a few steps."""
     window = max(1.0, WINDOW * run.drive.frequency) * run.steps_per_cycle
     impact = run.contact_time_at(run.constants.youngs_modulus)
     stride = max(1.0, impact / FRAMES_PER_CONTACT[0] / run.time_step)
@@ -106,13 +106,13 @@ def run_steps(run: Run, case: Case) -> float:
 
 
 def run_memory(run: Run) -> float:
-    """Memory of the process of a run and of LIGGGHTS [bytes]."""
+    """Return the memory of the process of a run and of LIGGGHTS [bytes]."""
     spheres = spheres_in(run.packing, run.fill_fraction)
     return PROCESS_MEMORY + LIGGGHTS_MEMORY[0] + LIGGGHTS_MEMORY[1] * spheres
 
 
 def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:
-    """CPU time of what of a sweep is not yet in ``results/coupon`` [s].
+    """Return the CPU time of the part of a sweep that is missing in ``results/coupon`` [s].
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:
 
 
 def bed_seconds(beds: Iterable[Bed], costs: Costs, results: Path) -> float:
-    """CPU time of the beds that are not yet in ``results/coupon``, and of their packings [s]."""
+    """Return the CPU time of beds missing in ``results/coupon``, and of their packings [s]."""
     step, total = costs.step, 0.0
     packings: set[Packing] = set()
     for bed in beds:

@@ -36,11 +36,11 @@ def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:
     Parameters
     ----------
     run
-        The run; its deck is ours.
+        The run; its deck is that of pidpanel.
     folder
-        Where `runs.shake` left it.
+        Folder of the run from `runs.shake`.
     frames
-        Frames in a cycle, about: a whole number of steps lies between two.
+        Approximate number of frames in a cycle: a whole number of steps is between two.
 
     Returns
     -------
@@ -51,7 +51,7 @@ def watch(run: Run, folder: Path, *, cycles: int, frames: int) -> Film | None:
     Raises
     ------
     SolverFailure
-        Named after what went wrong.
+        If the run fails; the class is the reason.
     """
     state = RunState.read(folder)
     if state is None or state.run != run.identity or not state.restart or run.deck is not None:

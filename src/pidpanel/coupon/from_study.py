@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
 
 
 def cases_of(coupon: Coupon) -> tuple[Case, ...]:
-    """Every case of a coupon's sweep, in the order fill, frequency, amplitude, diameter.
+    """Return every case of a coupon's sweep, in the order fill, frequency, amplitude, diameter.
 
     The combinations of ``vary`` come outermost; those of a table of cases are in its order.
     """
@@ -40,7 +40,7 @@ def cases_of(coupon: Coupon) -> tuple[Case, ...]:
 
 
 def bed_of(coupon: Coupon, fill_fraction: float, *, cells: int, seed: int) -> Bed:
-    """A bed of a coupon with another number of cells, of the first of its diameters.
+    """Return a bed of a coupon with another number of cells, of the first of its diameters.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def bed_of(coupon: Coupon, fill_fraction: float, *, cells: int, seed: int) -> Be
 
 
 def cases_by_coupon(study: CouponStudy) -> dict[str, dict[str, Case]]:
-    """Every case of every coupon of a study: name of the damper → label of the case → case.
+    """Return every case of every coupon of a study: name of the damper → label of the case → case.
 
     A case of two coupons is one, run to the accuracy that satisfies both.
     """
@@ -68,12 +68,12 @@ def cases_by_coupon(study: CouponStudy) -> dict[str, dict[str, Case]]:
 
 
 def distinct_cases(study: CouponStudy) -> dict[str, tuple[Case, ...]]:
-    """Every case of a study once: name of the first damper that has it → cases."""
+    """Return every case of a study once: name of the first damper that has it → cases."""
     return distinct(cases_by_coupon(study))
 
 
 def distinct(by_coupon: Mapping[str, Mapping[str, Case]]) -> dict[str, tuple[Case, ...]]:
-    """Every case of `cases_by_coupon` once, as `distinct_cases` has them."""
+    """Return every case of `cases_by_coupon` once; see `distinct_cases`."""
     of_first: dict[str, str] = {}
     for name, cases in by_coupon.items():
         for label in cases:
@@ -105,7 +105,7 @@ def write_atlas(study: CouponStudy, table: Path, file: Path) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """A value as a table holds it."""
+    """Return a value for a table."""
     if isinstance(value, list | tuple):
         return " ".join(f"{item:g}" for item in value)
     return value.name if isinstance(value, Path) else value
@@ -165,7 +165,7 @@ def _stroke_of_crossing(bed: Bed, drive: Tone) -> float:
 
 
 def _start_of(coupon: Coupon, seed: int) -> Literal["rest", "hard"]:
-    """Where a bed that may have several states comes from: every other seed is shaken hard."""
+    """Return the start of a bed that may have several states: every other seed is shaken hard."""
     return "hard" if seed % 2 == 0 and coupon.deck is None else "rest"
 
 
@@ -217,7 +217,7 @@ def _constants(
     stroke_per_gap: float = 0.0,
     deepening: float = 1.0,
 ) -> Constants:
-    """The constants with both moduli softened alike, as the drive, the gap and the bed allow.
+    """Return the constants with both moduli softened equally, within the limits of the drive.
 
     Left out, W/L is that of a bed that rides: so is a bed shaken loose, which is no result.
     """

@@ -24,7 +24,7 @@ DENSEST_FRACTION = 0.64
 
 
 def cell_centres(across_flats: float, count: int) -> Array:
-    """Centres of ``count`` separate cells on a square grid, (count, 2) [m]."""
+    """Return the centres of ``count`` separate cells on a square grid, (count, 2) [m]."""
     columns = math.ceil(math.sqrt(count))
     pitch = CELL_SPACING * across_flats
     index = np.arange(count)
@@ -32,7 +32,7 @@ def cell_centres(across_flats: float, count: int) -> Array:
 
 
 def side_walls(outline: Array, centres: Array, height: float) -> Array:
-    """Triangles of the side walls of convex cells, one to a side, (c k, 3, 3) [m].
+    """Return the triangles of the side walls of convex cells, one to a side, (c k, 3, 3) [m].
 
     A triangle holds the rectangle side × ``height`` and reaches past it, twice as wide at the floor
     and twice as high. Past a side of a convex cell there is nothing of the cell, so the spheres
@@ -48,7 +48,7 @@ def side_walls(outline: Array, centres: Array, height: float) -> Array:
 
 
 def caps(outline: Array, centres: Array, depth: float) -> Array:
-    """Triangles of the floors, then of the lids of the cells, one for each, (2c, 3, 3) [m].
+    """Return the triangles of the floors and then of the lids of cells, (2c, 3, 3) [m].
 
     A triangle holds the circle round the corners of ``outline`` (k, 2), so the spheres meet
     a plane. In a run of meshes alone every contact can be listed; a primitive plane's cannot.
@@ -63,13 +63,13 @@ def caps(outline: Array, centres: Array, depth: float) -> Array:
 
 
 def closed_cells(outline: Array, centres: Array, depth: float) -> Array:
-    """Triangles of closed cells: sides, then floors, then lids, (c (k + 2), 3, 3) [m]."""
+    """Return the triangles of closed cells: sides, floors, lids, (c (k + 2), 3, 3) [m]."""
     sides = side_walls(outline, centres, depth)
     return np.concatenate([sides, caps(outline, centres, depth)])
 
 
 def simulation_box(across_flats: float, centres: Array, height: float, below: float) -> Array:
-    """Lower and upper bounds of a box round cells of a ``height``, (3, 2) [m].
+    """Return the lower and upper bounds of a box round cells of a ``height``, (3, 2) [m].
 
     ``below`` is what it reaches below the floor. The wall triangles reach twice as high as the
     walls.
@@ -80,7 +80,7 @@ def simulation_box(across_flats: float, centres: Array, height: float, below: fl
 
 
 def poured_sizes(sizes: Sizes, cell_area: float, depth: float, rng: np.random.Generator) -> Array:
-    """Diameters of enough spheres for one cell that the bed rises above ``depth``, (n,) [m]."""
+    """Return diameters of enough spheres to fill one cell above ``depth``, (n,) [m]."""
     volume = DENSEST_FRACTION * cell_area * depth
     most = math.ceil(volume / (math.pi / 6 * sizes.smallest**3)) + 1
     diameters = sizes.draw(most, rng)
@@ -89,7 +89,7 @@ def poured_sizes(sizes: Sizes, cell_area: float, depth: float, rng: np.random.Ge
 
 
 def chimney_height(outline: Array, diameters: Array) -> float:
-    """Height in which spheres of these diameters (n,) [m] find room at `LOOSE_FRACTION` [m]."""
+    """Return the height for spheres of diameters (n,) [m] at `LOOSE_FRACTION` [m]."""
     inradius = float(_sides(outline)[1].min())
     widest = float(diameters.max())
     reachable = polygon_area(outline) * ((inradius - widest / 2) / inradius) ** 2
@@ -98,7 +98,7 @@ def chimney_height(outline: Array, diameters: Array) -> float:
 
 
 def polygon_area(outline: Array) -> float:
-    """Area inside a polygon with corners (k, 2), by the shoelace formula [m²].
+    """Return the area inside a polygon with corners (k, 2), by the shoelace formula [m²].
 
     Not `pidpanel.geometry.polygon.signed_area`: its sums are rounded otherwise, and a
     chimney that is higher by a last digit makes another packing.
@@ -113,7 +113,7 @@ def polygon_area(outline: Array) -> float:
 
 
 def _sides(outline: Array) -> tuple[Array, Array]:
-    """Outward normals (k, 2) of the sides of a convex outline, and their distances (k,) [m]."""
+    """Return outward normals (k, 2) of the sides of a convex outline, and distances (k,) [m]."""
     edge = np.roll(outline, -1, axis=0) - outline
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.linalg.norm(edge, axis=1)[:, None]
     return normal, (normal * outline).sum(axis=1)
@@ -123,8 +123,8 @@ def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Gene
     """Place spheres at random in a prism of a convex outline without overlap, (n, 3) [m].
 
     Random sequential addition, the largest first: positions are drawn uniformly over the part of
-    the cell that a centre can reach and kept when 1 % clear of all earlier ones. A `ValueError`
-    says that no room was found after three hundred tries per sphere.
+    the cell that a centre can reach and kept when 1 % clear of all earlier ones. Raises
+    `ValueError` if no room was found after three hundred tries per sphere.
     """
     normal, distance = _sides(outline)
     low, high = outline.min(axis=0), outline.max(axis=0)
@@ -150,7 +150,7 @@ def scatter(outline: Array, height: float, diameters: Array, rng: np.random.Gene
 
 
 def full_count(cell: Index, z: Array, depth: float, diameters: Array) -> int:
-    """Spheres per cell that are wholly below the lid in the emptiest cell: N_full of r = N/N_full.
+    """Return N_full of r = N/N_full: spheres wholly below the lid in the emptiest cell.
 
     ``cell`` (n,) is the index of each sphere's cell, ``z`` the height of its centre above the floor
     in a bed poured higher than the cell [m].
@@ -160,7 +160,7 @@ def full_count(cell: Index, z: Array, depth: float, diameters: Array) -> int:
 
 
 def lowest(cell: Index, z: Array, count: int) -> Index:
-    """Indices of the ``count`` lowest spheres of every cell, sorted by cell and height.
+    """Return the indices of the ``count`` lowest spheres of every cell, sorted by cell and height.
 
     What remains of a settled bed when its top is taken off is a settled bed, so one pour
     serves every fill fraction.
@@ -171,7 +171,7 @@ def lowest(cell: Index, z: Array, count: int) -> Index:
 
 
 def deepest_overlap(positions: Array, diameters: Array) -> float:
-    """Deepest overlap of two spheres of centres (n, 3) and diameters (n,) [m]; 0 if none touch."""
+    """Return the deepest overlap of spheres, centres (n, 3) and diameters (n,) [m]; 0 for none."""
     # neighbours in height, one further at a time; scipy's tree takes half a second to import
     order = np.argsort(positions[:, 2])
     place, radius = positions[order], diameters[order] / 2
@@ -187,5 +187,5 @@ def deepest_overlap(positions: Array, diameters: Array) -> float:
 
 
 def masses(diameters: Array, density: float) -> Array:
-    """Mass of each sphere, (n,) [kg]: ρ π d³/6 of diameters [m] and density [kg/m³]."""
+    """Return the mass of each sphere, (n,) [kg]: ρ π d³/6 of diameters [m] and density [kg/m³]."""
     return density * math.pi / 6 * np.asarray(diameters) ** 3

@@ -13,23 +13,24 @@ from pidpanel.geometry.cells import SHAPES, ShapeName
 from pidpanel.geometry.sizes import Sizes
 from pidpanel.provenance.digests import json_digest
 
-# Of the algorithms that draw the spheres, scatter them over the cells, and write spheres and walls
-# for LIGGGHTS: `sizes`, `geometry`, `start_files`, `preparation.scattered`. Like `POUR_VERSION` and
-# `bed.LOOSEN_VERSION` it increases when their results change (`tests/coupon/test_versions.py`).
+# Version of the algorithms that draw the spheres, scatter them over the cells, and write spheres
+# and walls for LIGGGHTS: `sizes`, `geometry`, `start_files`, `preparation.scattered`. Like
+# `POUR_VERSION` and `bed.LOOSEN_VERSION` it increases when their results change
+# (`tests/coupon/test_versions.py`).
 PLACEMENT_VERSION = 1
 
-# Of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`.
+# Version of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`.
 POUR_VERSION = 1
 
 
 def identity_digest(*parts: Any) -> str:
-    """Hash of values as JSON holds them."""
+    """Return the hash of values of JSON."""
     return json_digest(parts)
 
 
 @dataclass(frozen=True)
 class Pouring:
-    """How a packing is poured."""
+    """Settings for pouring a packing."""
 
     # [Pa]; softness in the pour only sets how deep a sphere at rest sinks in: 2 µm at the bottom of
     # 25 mm of acrylic, and what that releases when it is shaken stiffer is 1e-3 of m g d
@@ -50,14 +51,14 @@ class Packing:
     """Cells with spheres, poured higher than the cells are deep."""
 
     shape: ShapeName  # of a cell: a key of `cells.SHAPES`
-    # Of a cell [m]
+    # Size of a cell [m]
     across_flats: float
     depth: float
     count: int
     diameter: float  # nominal diameter of the spheres [m]
     sizes: Sizes
     density: float  # [kg/m³]
-    # Of the pour [1]
+    # Constants of the pour [1]
     poissons_ratio: float
     friction: float
     wall_friction: float
@@ -75,12 +76,12 @@ class Packing:
 
     @cached_property
     def cell_area(self) -> float:
-        """Of one cell [m²]."""
+        """Area of one cell [m²]."""
         return geometry.polygon_area(self.outline)
 
     @property
     def area(self) -> float:
-        """Of all cells [m²]."""
+        """Area of all cells [m²]."""
         return self.count * self.cell_area
 
     @property
@@ -97,12 +98,12 @@ class Packing:
         return POURING.time_step_rayleigh * self.smallest(POURING.youngs_modulus).rayleigh_time
 
     def smallest(self, youngs_modulus: float) -> contact.ElasticSphere:
-        """The smallest sphere, with a modulus [Pa]."""
+        """Return the smallest sphere, with a modulus [Pa]."""
         radius = self.sizes.smallest / 2
         return contact.ElasticSphere(radius, self.density, youngs_modulus, self.poissons_ratio)
 
     def deck_text(self, *, drag: float, chunk_steps: int) -> str:
-        """Deck that pours the packing.
+        """Return the deck that pours the packing.
 
         Parameters
         ----------

@@ -60,7 +60,7 @@ def pour(packing: Packing, folder: Path) -> Poured:
     UnderFilled
         If the bed is lower than the lid.
     SolverFailure
-        As LIGGGHTS has it.
+        If LIGGGHTS fails.
     """
     start = scattered(packing)
     chimneys = geometry.side_walls(packing.outline, packing.centres, start.height)
@@ -125,7 +125,7 @@ def loosen(bed: Bed, packing_folder: Path, folder: Path, full: int) -> Loosened:
     UnderFilled
         If the fill is less than one sphere a cell.
     SolverFailure
-        As LIGGGHTS has it.
+        If LIGGGHTS fails.
     """
     count = round(bed.fill_fraction * full)
     if count < 1:
@@ -161,13 +161,13 @@ def _write_table(file: Path, table: Array, header: str) -> None:
 
 
 def read_packing(folder: Path) -> tuple[Index, Array]:
-    """Cell of each sphere of a poured packing, (n,), and x, y, z and diameter, (n, 4) [m]."""
+    """Read the cell of each sphere of a packing, (n,), and x, y, z and diameter, (n, 4) [m]."""
     table = np.loadtxt(folder / PACKING_FILE, delimiter=",", skiprows=1, ndmin=2)
     return table[:, 0].astype(int), table[:, 1:]
 
 
 def read_bed(folder: Path) -> Array:
-    """Spheres of a loosened bed: x, y, z and diameter, (n, 4) [m]."""
+    """Read the spheres of a loosened bed: x, y, z and diameter, (n, 4) [m]."""
     return np.loadtxt(folder / BED_FILE, delimiter=",", skiprows=1, ndmin=2)
 
 
@@ -181,7 +181,7 @@ def write_start(
     spheres
         (n, 4) x, y, z and diameter [m].
     bed_folder
-        Of a bed in the same cells, whose walls are copied; left out, they are made.
+        Folder of a bed in the same cells, whose walls are copied; by default they are made.
     """
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)

@@ -1,4 +1,4 @@
-"""What the steps of a coupon leave behind, as records; `coding` takes them to JSON and back.
+"""Results of the steps of a coupon, as records; `coding` converts them to JSON and back.
 
 `packing.json` is a `PourOutcome`, `bed.json` a `LoosenOutcome`, `<case>/s<seed>/<target>.json` a
 `ShakeOutcome`; `<case>/s<seed>/state.json` is the `RunState` of a run.
@@ -24,7 +24,7 @@ Files = Mapping[str, str]  # names of files of a folder, and the hash of the con
 
 
 def files_of(folder: Path, names: Iterable[str]) -> Files:
-    """Hashes of files of a folder; an empty one for a file that is not there."""
+    """Return the hashes of files of a folder; an empty one for a missing file."""
     return {name: content_digest(folder / name) for name in names}
 
 
@@ -79,14 +79,14 @@ class Shaken:
 
 
 def check_same(left: Packing | Bed | Run, expected: Packing | Bed | Run, file: Path) -> None:
-    """Refuse what stands in the place of something else: a folder that was copied or renamed."""
+    """Refuse a folder that was copied or renamed."""
     if left != expected:
         raise FileDamaged(f"{file}: belongs to another {type(expected).__name__.lower()}")
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """How a step ended."""
+    """Outcome of a step."""
 
     status: str  # `OK`, or the name of a failure of `liggghts.failures`
     message: str
@@ -97,7 +97,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class PourOutcome(Attempt):
-    """What became of a packing; ``found`` is None after a failure."""
+    """Outcome of a packing; ``found`` is None after a failure."""
 
     packing: Packing
     found: Poured | None
@@ -106,7 +106,7 @@ class PourOutcome(Attempt):
 
 @dataclass(frozen=True)
 class LoosenOutcome(Attempt):
-    """What became of a bed; ``found`` is None after a failure."""
+    """Outcome of a bed; ``found`` is None after a failure."""
 
     bed: Bed
     found: Loosened | None
@@ -115,7 +115,7 @@ class LoosenOutcome(Attempt):
 
 @dataclass(frozen=True)
 class ShakeOutcome(Attempt):
-    """What became of a run; ``found`` is None after a failure."""
+    """Outcome of a run; ``found`` is None after a failure."""
 
     run: Run
     target: RunTarget
@@ -130,7 +130,7 @@ class ShakeOutcome(Attempt):
 
     @property
     def shaken(self) -> Shaken:
-        """What was found.
+        """Results of the run.
 
         Raises
         ------
@@ -144,37 +144,37 @@ class ShakeOutcome(Attempt):
 
 @dataclass(frozen=True)
 class End:
-    """What a run left where it met a target."""
+    """End of a run where it met a target."""
 
     cycles: int  # of the run so far
-    # Of the cycles that follow; None where the deck cannot list its contacts.
+    # Balance of the cycles that follow; None if the deck cannot list its contacts.
     balance: MeasuredBalance | None
-    last_digest: str  # as of `Shaken`
+    last_digest: str  # see `Shaken`
 
 
 @dataclass(frozen=True)
 class RunState:
-    """What of a run's folder counts."""
+    """Valid contents of a run's folder."""
 
-    run: str  # `Run.identity`; the files of another run do not count
+    run: str  # `Run.identity`; the files of another run are ignored
     spheres: int  # in all cells
     mass: float  # of all spheres [kg]
     # Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …
     legs: tuple[int, ...] = ()
     restart: str = ""  # file from which the run can continue; empty before the first
     ends: tuple[End, ...] = ()  # one for each length at which the run has met a target
-    # `window.BALANCE_VERSION` when their balances were measured; those of another do not count.
+    # `window.BALANCE_VERSION` when their balances were measured; those of another are ignored.
     balance_version: int = 0
     rows_digest: str = ""  # hash of all rows; see `rows.digest`
     files: Files = field(default_factory=dict)  # what a leg starts from: spheres, walls, restart
 
     @property
     def cycles(self) -> int:
-        """Of all legs."""
+        """Cycles of all legs."""
         return sum(self.legs)
 
     def ended(self, end: End, balance_version: int) -> RunState:
-        """The state with one more end; those of another version of the balance do not count."""
+        """Return the state with one more end; ends of another balance version are dropped."""
         ends = self.ends if self.balance_version == balance_version else ()
         earlier = (earlier_end for earlier_end in ends if earlier_end.cycles != end.cycles)
         return replace(self, ends=(*earlier, end), balance_version=balance_version)
@@ -185,6 +185,6 @@ class RunState:
 
     @staticmethod
     def read(folder: Path) -> RunState | None:
-        """State of a folder; None if it holds none."""
+        """Return the state of a folder; None if it has none."""
         path = folder / "state.json"
         return coding.read(RunState, path) if path.exists() else None

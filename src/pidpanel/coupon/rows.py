@@ -1,4 +1,4 @@
-"""Rows of a run: read from its folder, and what they say of C_e and m_a.
+"""Rows of a run: read from its folder, with estimates of C_e and m_a.
 
 A run has a row a cycle, in the files of its legs. Nothing here enters a label: changed code judges
 the stored rows again.
@@ -27,7 +27,7 @@ DRIFT_LIMIT = 3.0
 
 
 class CellEstimate(NamedTuple):
-    """What the rows of one cell say."""
+    """Estimates from the rows of one cell."""
 
     # C_e in the second half of the rows, and its standard error [N s/m³]
     damping: float
@@ -38,12 +38,12 @@ class CellEstimate(NamedTuple):
 def read_rows(
     run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int, *, by_cell: bool = False
 ) -> Array:
-    """First rows of a run, checked, (cycles_wanted, 7), or those by cell; see `output.read_cycles`.
+    """Read and check the first rows of a run, (cycles_wanted, 7), or by cell; see `read_cycles`.
 
     Raises
     ------
     LogTruncated, NotFinite
-        With the file, the line and the offending text.
+        If rows are missing or not finite, with file, line and text.
     """
     file_of, header = deck.cycles_file, output.CYCLES_HEADER
     if by_cell:
@@ -59,7 +59,7 @@ def read_rows(
 
 
 def read_cells(run: Run, folder: Path, shaken: Shaken) -> Array:
-    """⟨p sin ωt⟩ and ⟨p cos ωt⟩ of each cell of a run, (shaken.cycles, cells, 2) [kg m/s].
+    """Read ⟨p sin ωt⟩ and ⟨p cos ωt⟩ of each cell of a run, (shaken.cycles, cells, 2) [kg m/s].
 
     Of a single cell, and where the deck does not list them, those of all cells together.
     """
@@ -69,14 +69,14 @@ def read_cells(run: Run, folder: Path, shaken: Shaken) -> Array:
 
 
 def read_shaken(run: Run, folder: Path, shaken: Shaken) -> Array:
-    """Rows of a run that went to its target, as they were when it did, (shaken.cycles, 7).
+    """Read the rows of a run up to its target, (shaken.cycles, 7).
 
     Raises
     ------
     LogTruncated, NotFinite, Unphysical
-        With the file, the line and the offending text.
+        If rows are missing, not finite or impossible, with file, line and text.
     FileDamaged
-        If the rows are others than those that the outcome was made of.
+        If the rows differ from those of the outcome.
     """
     rows = read_rows(run, folder, shaken.legs, shaken.cycles)
     check_physics(run, rows, shaken.mass_kg, folder)
@@ -90,12 +90,12 @@ def read_shaken(run: Run, folder: Path, shaken: Shaken) -> Array:
 
 
 def files_of_rows(run: Run) -> list[Callable[[int], str]]:
-    """Names of the files of rows of a run, by leg."""
+    """Return the names of the files of rows of a run, by leg."""
     return [deck.cycles_file, deck.cells_file] if run.cells_listed else [deck.cycles_file]
 
 
 def digest(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> str:
-    """Hash of the first rows of a run, and of those by cell, as they stand in its files."""
+    """Return the hash of the first rows of a run, and of those by cell, as in its files."""
     lines: list[str] = []
     for file_of in files_of_rows(run):
         run_lines: list[str] = []
@@ -106,7 +106,7 @@ def digest(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> s
 
 
 def rows_text(path: Path) -> str:
-    """Text of a file of cycle rows."""
+    """Return the text of a file of cycle rows."""
     try:
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
@@ -137,7 +137,7 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
     The centre of mass is as far from floor and lid as half the height of the same mass without
     gaps. And a bed cannot give the shaker more than it had when the run began, at the speed ωW
     of the cells: the work up to any cycle is at least −(½ M (ωW)² + M g L), L the depth. A deck of
-    the user's own may see the spheres from elsewhere and is held to the last and to the signs.
+    the user's own may use another frame, so only the last and the signs are checked.
 
     Notes
     -----
@@ -181,33 +181,33 @@ def check_cells(rows: Array, cells: Array, folder: Path) -> None:
 
 
 def harmonic(run: Run, rows: Array, mass: float) -> tuple[Array, Array]:
-    """C_e [N s/m³] and m_a [kg/m²] of each cycle of rows (n, 7); see `cycles.first_harmonic`."""
+    """Return C_e and m_a of each cycle of rows (n, 7) in SI; see `cycles.first_harmonic`."""
     return _harmonic(run, _column(rows, "p_sin"), _column(rows, "p_cos"), mass=mass)
 
 
 def _harmonic(
     run: Run, p_sin: Array, p_cos: Array, *, mass: float, cells: int = 1
 ) -> tuple[Array, Array]:
-    """C_e and m_a of all cells together, or of one of several alike."""
+    """Return C_e and m_a of all cells together, or of one of several equal cells."""
     drive, area = run.drive, run.packing.area / cells
     motion = {"amplitude": drive.amplitude, "frequency": drive.frequency}
     return cycles.first_harmonic(p_sin, p_cos, **motion, mass=mass / cells, area=area)
 
 
 def work(run: Run, rows: Array) -> Array:
-    """Work of the inertial force on the spheres in each cycle, (n,) [J]: ω²W ⟨p sin ωt⟩/f."""
+    """Return the work of the inertial force in each cycle, (n,) [J]: ω²W ⟨p sin ωt⟩/f."""
     return run.drive.acceleration * _column(rows, "p_sin") / run.drive.frequency
 
 
 def stored_energy(run: Run, rows: Array, mass: float) -> Array:
-    """Kinetic and potential energy of the bed, mean of each cycle, (n,) [J]."""
+    """Return the kinetic and potential energy of the bed, mean of each cycle, (n,) [J]."""
     weight = -mass * run.bed.gravity * run.bed.gravity_direction[2]
     kinetic = _column(rows, "kinetic_energy") + _column(rows, "rotational_energy")
     return kinetic + weight * _column(rows, "height")
 
 
 def estimates(run: Run, rows: Array, mass: float) -> tuple[cycles.Estimate, cycles.Estimate]:
-    """C_e [N s/m³] and, from the same rows, m_a [kg/m²] of a run."""
+    """Return C_e [N s/m³] and, from the same rows, m_a [kg/m²] of a run."""
     damping, apparent_mass = harmonic(run, rows, mass)
     stored = stored_energy(run, rows, mass)
     estimate = cycles.estimate(damping, stored=stored)
@@ -215,7 +215,7 @@ def estimates(run: Run, rows: Array, mass: float) -> tuple[cycles.Estimate, cycl
 
 
 def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
-    """C_e and m_a of each cell that holds spheres, in the second half of the run.
+    """Return C_e and m_a of each cell that holds spheres, in the second half of the run.
 
     A cell comes to its state of motion in up to 120 cycles, some by others on the way.
     """
@@ -232,10 +232,10 @@ def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
 
 
 def is_steady(estimate: cycles.Estimate, done: int) -> bool:
-    """Whether the transient ended well inside the run and nothing drifts after it."""
+    """Return whether the transient ended well inside the run, without drift after it."""
     return estimate.start < 0.45 * done and abs(estimate.drift) < DRIFT_LIMIT
 
 
 def smallest_error(run: Run, mass: float) -> float:
-    """`FLOOR` of the inelastic bound of C_e [N s/m³]: less is never asked of an error."""
+    """Return `FLOOR` times the inelastic bound of C_e [N s/m³], the least required error."""
     return FLOOR * cycles.inelastic_bound(mass / run.packing.area, run.drive.frequency)

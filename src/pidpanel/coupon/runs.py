@@ -1,9 +1,9 @@
-"""Shake a run until it is as certain as asked: what happens in ``results/coupon/<case>/s<seed>``.
+"""Shake a run to its required accuracy, in ``results/coupon/<case>/s<seed>``.
 
-The folder holds the run as far as it has ever gone: the rows of its cycles, a restart at the last
-of them, and ``state.json``, which says what of the files counts. A target that asks for more
-continues from there; one that asks for less reads the rows it would have run itself. What is
-measured where a target is met, the energy balance, is kept for each; where it is missing, the run
+The folder holds all cycles of the run so far: their rows, a restart at the last of them, and
+``state.json`` with the valid contents of the files. A target that requires more continues from
+there; one that requires less reads the rows that it would have run itself. The energy balance is
+measured where a target is met, and kept for each target; where it is missing, the run
 is repeated to there. So a study gives the same numbers, to the last bit, whatever ran before.
 """
 
@@ -76,7 +76,7 @@ REPEAT_FOLDER = "again"  # folder below that of a run in which something of it i
 
 
 def last_file(cycles: int) -> str:
-    """Name of the file of the spheres after so many cycles, where a run met a target.
+    """Return the name of the file of the spheres after the cycles in which a run met a target.
 
     Its columns are `output.POSITION_AND_VELOCITY`.
     """
@@ -101,7 +101,7 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
     Raises
     ------
     SolverFailure
-        Named after what went wrong.
+        If the run fails; the class is the reason.
     """
     state = _resumed(run, target, bed_folder, folder) or _begun(run, bed_folder, folder)
     solver: Liggghts | None = None
@@ -153,13 +153,13 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
 
 
 def cycles_between_restarts(run: Run, spheres: int) -> int:
-    """Cycles that a run of so many spheres goes on before it leaves a restart, if it is to."""
+    """Return the cycles between two restarts of a run with given spheres."""
     step = ORDINARY_STEP[0] + ORDINARY_STEP[1] * spheres
     return max(1, int(CHECKPOINT / (step * run.steps_per_cycle)))
 
 
 def _judged(run: Run, target: RunTarget, state: RunState, folder: Path) -> tuple[int, bool]:
-    """Cycles that a target takes, and whether its error is met in them.
+    """Return the cycles that a target takes, and whether its error is met in them.
 
     As far as rows are there: more cycles than the state has are still to be run.
     """
@@ -178,7 +178,7 @@ def _judged(run: Run, target: RunTarget, state: RunState, folder: Path) -> tuple
 
 
 def _end_at(state: RunState, done: int, folder: Path) -> End | None:
-    """What the run left after so many cycles; None if it is not there or of another version."""
+    """Return the end of the run after ``done`` cycles; None if missing or of another version."""
     if state.balance_version != window.BALANCE_VERSION:
         return None
     end = next((end for end in state.ends if end.cycles == done), None)
@@ -201,11 +201,11 @@ def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, f
 
 
 def _resumed(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> RunState | None:
-    """The state of a folder from which the run can continue."""
+    """Return the state of a folder from which the run can continue."""
     state = RunState.read(folder)
     if state is None or state.run != run.identity:
         return None
-    # rows that a killed process wrote after its last restart do not count
+    # rows that a killed process wrote after its last restart are ignored
     for file_of in rows.files_of_rows(run):
         path = folder / file_of(len(state.legs))
         lines = rows.rows_text(path).splitlines(keepends=True)
@@ -233,7 +233,7 @@ def _restore_start(run: Run, state: RunState, bed_folder: Path, folder: Path) ->
 
 
 def _begun(run: Run, bed_folder: Path, folder: Path) -> RunState:
-    """The state of a folder with what a run starts from."""
+    """Return the state of a folder with the start files of a run."""
     spheres = read_bed(bed_folder)
     write_start(folder, run.packing, spheres, bed_folder)
     mass = float(geometry.masses(spheres[:, 3], run.packing.density).sum())
@@ -242,7 +242,7 @@ def _begun(run: Run, bed_folder: Path, folder: Path) -> RunState:
 
 
 def _started(run: Run, state: RunState, folder: Path) -> Liggghts:
-    """LIGGGHTS at the last cycle of a state, about to begin a new leg."""
+    """Return LIGGGHTS at the last cycle of a state, ready for a new leg."""
     check_files(folder, state.files)
     leg = len(state.legs) + 1
     text = run.deck_text(leg, state.restart or None)

@@ -21,14 +21,14 @@ ERRORS = 4.0  # standard errors of their difference by which they differ [1]
 
 
 def are_apart(low: Array, low_error: Array, high: Array, high_error: Array) -> Flags:
-    """Whether values (n,) are of other states than lower ones (n,)."""
+    """Return whether values (n,) belong to other states than lower ones (n,)."""
     difference = high - low
     far = difference > MARGIN * np.abs(high + low) / 2
     return far & (difference > ERRORS * np.hypot(low_error, high_error))
 
 
 def states_of(means: Array, errors: Array) -> list[Index]:
-    """Indices of the values of each state, from the lowest state to the highest.
+    """Return the indices of the values of each state, from the lowest state to the highest.
 
     Neighbours in order of size that are not apart are of one state.
 
@@ -44,14 +44,14 @@ def states_of(means: Array, errors: Array) -> list[Index]:
 
 
 def farthest(means: Array, states: list[Index]) -> float:
-    """Largest distance of the mean of a state from the mean of all; none of a single state.
+    """Return the largest distance of the mean of a state from that of all; 0 for a single state.
 
     Parameters
     ----------
     means
-        (n,) of each cell.
+        (n,) mean of each cell.
     states
-        As `states_of` gives them.
+        Cells of each state, from `states_of`.
     """
     if len(states) == 1:
         return 0.0

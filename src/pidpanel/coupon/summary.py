@@ -1,6 +1,6 @@
 """From the runs of a case to its row in ``cases.csv``.
 
-Nothing here enters a label: changed code makes the table again from the stored rows.
+No label depends on this module: a change rebuilds the table from stored rows without new runs.
 """
 
 import csv
@@ -117,13 +117,13 @@ Row = dict[str, Any]  # A row of ``cases.csv``: column and value
 
 
 class CoverageMissed(RuntimeError):
-    """Too few cases are ok to build on; the text names the others."""
+    """Too few cases are ok; the text names the others."""
 
 
 def packing_scatter(
     cases: Sequence[Case], seeds_of_cases: Sequence[Sequence[SeedEstimate]]
 ) -> list[float]:
-    """Return of each case how far packings of its bed scatter, over C_e [1]."""
+    """Return the relative scatter of C_e between packings, for each case [1]."""
     groups, means, errors, alike = [], [], [], []
     for case, seeds in zip(cases, seeds_of_cases, strict=True):
         first = case.point
@@ -143,15 +143,15 @@ def packing_scatter(
 
 @dataclass(frozen=True)
 class States:
-    """States of motion of the cells of a case, and how far its cells differ."""
+    """States of motion of the cells of a case, and the differences between cells."""
 
     damping: tuple[float, ...]  # C_e of each, the lowest first [N s/m³]
-    share: tuple[float, ...]  # of the cells [1]
+    share: tuple[float, ...]  # share of the cells in each [1]
     # Largest distance of a state from the mean of all cells; 0 with one state [N s/m³].
     damping_error: float
-    mass_error: float  # the same of m_a [kg/m²]
-    mean: float  # C_e of all cells once they have settled [N s/m³]
-    mass_mean: float  # the same of m_a [kg/m²]
+    mass_error: float  # the same for m_a [kg/m²]
+    mean: float  # C_e of all settled cells [N s/m³]
+    mass_mean: float  # the same for m_a [kg/m²]
 
 
 NO_STATES = States((), (), 0.0, 0.0, math.nan, math.nan)
@@ -159,11 +159,11 @@ NO_STATES = States((), (), 0.0, 0.0, math.nan, math.nan)
 
 @dataclass(frozen=True)
 class SeedMean:
-    """The seeds of a case together; NaN where none is left."""
+    """The seeds of a case together; NaN if none is left."""
 
     damping: float = math.nan  # C_e [N s/m³]
     damping_error: float = math.nan
-    # Of C_e, by the seeds alone, without the scatter of packings [N s/m³].
+    # Standard error of C_e from the seeds alone, without the scatter of packings [N s/m³].
     seed_error: float = math.nan
     apparent_mass: float = math.nan  # m_a [kg/m²]
     apparent_mass_error: float = math.nan
@@ -175,7 +175,7 @@ class SeedMean:
 def read_seeds(
     case: Case, outcomes: Sequence[Path]
 ) -> tuple[list[SeedEstimate], list[tuple[str, str]]]:
-    """Estimates of the seeds that can be read; name and text of what speaks against any."""
+    """Return the estimates of readable seeds, and name and text of each problem."""
     problems: list[tuple[str, str]] = []
     seeds: list[SeedEstimate] = []
     for run, path in judged_by(case, outcomes):
@@ -215,7 +215,7 @@ def summarise(
     problems: Sequence[tuple[str, str]],
     scatter: float = 0.0,
 ) -> Row:
-    """Return the row of a case in ``cases.csv`` from what `read_seeds` gave."""
+    """Return the row of a case in ``cases.csv`` from the results of `read_seeds`."""
     point, packing, drive = case.point, case.point.packing, case.point.drive
     mean = _mean_of_seeds(case, seeds, scatter)
     cell_states = mean.states
@@ -225,7 +225,7 @@ def summarise(
     c, m = mean.damping, mean.apparent_mass
     per_area = mean.mass_kg / packing.area
     w, f = drive.amplitude, drive.frequency
-    # where cycles do not tell its error, m_a is known to within the mass of the particles
+    # if the cycles give no error of m_a, it is the mass of the particles
     m_error = mean.apparent_mass_error if mean.apparent_mass_error < math.inf else per_area
     bound = cycles.inelastic_bound(per_area, f)
     bias = case.bias
@@ -272,7 +272,7 @@ def summarise(
 
 
 def _first_columns(case: Case) -> Row:
-    """Columns of the point of a case."""
+    """Return the columns of the point of a case."""
     point, drive = case.point, case.point.drive
     return {
         "case": case.label,
@@ -287,7 +287,7 @@ def _first_columns(case: Case) -> Row:
 
 
 def _states(case: Case, seeds: Sequence[SeedEstimate]) -> States:
-    """States of the cells of all runs; cells are beds of their own, so each is a sample."""
+    """Return the states of the cells of all runs; each cell is an independent sample."""
     cells = [cell for seed in seeds for cell in seed.cells]
     means = np.array([cell.damping for cell in cells])
     masses = np.array([cell.apparent_mass for cell in cells])
@@ -302,7 +302,7 @@ def _states(case: Case, seeds: Sequence[SeedEstimate]) -> States:
 
 
 def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:
-    """Worst closure of the seeds and shares of the loss, all seeds together."""
+    """Return the worst closure of the seeds, and shares of the loss of all seeds together."""
     measured = [balance for balance in balances if balance is not None]
 
     def loss(*kinds: str) -> float:
@@ -323,8 +323,8 @@ def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:
 def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: float) -> None:
     """Write ``cases.csv`` from the runs in ``results/coupon``.
 
-    `CoverageMissed` says, once the table is written, which cases are not ok, if these are more than
-    a coverage [1] allows.
+    `CoverageMissed` is raised after that and names the cases that are not ok, if their share
+    exceeds 1 − coverage.
     """
     evidence = [read_seeds(case, case.outcomes(folder)) for case in cases]
     scatters = packing_scatter(cases, [seeds for seeds, _ in evidence])
@@ -337,7 +337,7 @@ def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: fl
 
 
 def check_coverage(table: Sequence[Row], coverage: float) -> None:
-    """Refuse a table of which too few cases are ok."""
+    """Refuse a table with too few cases that are ok."""
     bad = [row for row in table if row["status"] != OK]
     good = (len(table) - len(bad)) / len(table)
     if good < coverage:
@@ -350,7 +350,7 @@ def check_coverage(table: Sequence[Row], coverage: float) -> None:
 
 
 def write_cases(table: Sequence[Row], file: Path) -> None:
-    """Rows of `summarise` as ``cases.csv``: seven digits, nothing where a number is unknown."""
+    """Write rows of `summarise` as ``cases.csv``: seven digits, unknown numbers empty."""
     with file.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, list(table[0]), lineterminator="\n")
         writer.writeheader()
@@ -358,7 +358,7 @@ def write_cases(table: Sequence[Row], file: Path) -> None:
 
 
 def _listed(values: Sequence[float]) -> str:
-    """Values of the states, nothing of a single one: it is the case itself."""
+    """Return the values of the states as text, empty for a single one: it is the case itself."""
     return " ".join(f"{value:.4g}" for value in values) if len(values) > 1 else ""
 
 

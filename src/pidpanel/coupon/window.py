@@ -26,15 +26,15 @@ CLOSURE_LIMIT = 0.02  # share of the work that may be missing in the energy bala
 # first does not close. Listing every step instead changed the loss by 0.03 % (250 Hz, 20 g).
 FRAMES_PER_CONTACT = (6, 24)
 
-# A window of more frames, which a slow cycle is, has so many impacts that half the frames in
-# each will do: at 30 Hz the loss moves by 0.3 %, its normal share by 0.0013 at the most.
+# A window with more frames, such as a slow cycle, has enough impacts for half the frames in each:
+# at 30 Hz the loss changes by 0.3 %, its normal share by at most 0.0013.
 ENOUGH_FRAMES = 1500
 
 WINDOW = 2e-3  # shortest window of the energy balance [s]; one cycle where that is longer
 
 
 def measure_balance(solver: Liggghts, run: Run, state: RunState, folder: Path) -> MeasuredBalance:
-    """Energy balance over some cycles after the last of a run; see `balance`."""
+    """Return the energy balance over some cycles after the last of a run; see `balance`."""
     solver.end_rows(by_cell=run.cells_listed > 0)
     for per_contact in FRAMES_PER_CONTACT:
         measured = _window(solver, run, state, folder, per_contact)
@@ -93,7 +93,7 @@ def _window(
         run.bed.gravity * np.array(run.bed.gravity_direction),
         stride * run.time_step,
     )
-    # CLOSURE_LIMIT of this is the smallest error that is asked of C_e anywhere
+    # CLOSURE_LIMIT of this is the smallest required error of C_e
     smallest_error = rows.smallest_error(run, state.mass)
     smallest = cycles.dissipated_energy(smallest_error, drive.amplitude, drive.frequency)
     smallest_loss = float(smallest) / CLOSURE_LIMIT * window * run.packing.area
@@ -102,7 +102,7 @@ def _window(
 
 
 def _frame_stride(run: Run, window: int, per_contact: int) -> int:
-    """Steps from frame to frame: so many frames in an impact, half of them in a long window."""
+    """Return the steps between frames: ``per_contact`` in an impact, half in a long window."""
     steps = run.steps_per_cycle
     impact = run.contact_time_at(run.constants.youngs_modulus)
     stride = _stride(steps, impact / per_contact / run.time_step)
@@ -113,7 +113,7 @@ def _frame_stride(run: Run, window: int, per_contact: int) -> int:
 
 
 def _materials(run: Run) -> tuple[contact.ContactMaterial, contact.ContactMaterial]:
-    """Of sphere on sphere and of sphere on wall."""
+    """Return the materials of contacts of sphere on sphere and of sphere on wall."""
     constants = run.constants
     sphere = constants.youngs_modulus, constants.poissons_ratio
     wall = constants.wall_youngs_modulus, constants.wall_poissons_ratio
@@ -125,7 +125,7 @@ def _materials(run: Run) -> tuple[contact.ContactMaterial, contact.ContactMateri
 
 
 def wall_planes(packing: Packing) -> Array:
-    """Plane of each triangle of `geometry.closed_cells`: unit normal into the cell, offset; (t, 4).
+    """Return the planes (t, 4) of `geometry.closed_cells`: unit normal into the cell, offset.
 
     n·x = offset on the plane [m].
     """
@@ -142,5 +142,5 @@ def wall_planes(packing: Packing) -> Array:
 
 
 def _stride(steps: int, longest: float) -> int:
-    """The longest stride of so many steps or fewer that divides a cycle of ``steps``."""
+    """Return the largest number of steps, at most ``longest``, that divides ``steps``."""
     return max(k for k in range(1, max(1, int(longest)) + 1) if steps % k == 0)

@@ -1,7 +1,7 @@
 """C_e and m_a of a filled patch at given frequencies and motion: one question, several answers.
 
 `readings`
-    The question, and what an answer holds.
+    Interface of the damping models, and their values.
 `surface`, `surface_cases`, `surface_files`
     The answer of simulated cases: C_e(r, f, Γ) and m_a(r, f, Γ) with standard errors.
 `gaussian_process`, `jump`, `sides`
@@ -17,5 +17,5 @@
 `inelastic`
     Closed forms of a perfectly inelastic slug.
 `from_study`
-    The readings that a study names, and the files of the stage: the one door for the study.
+    The models that a study names, and the files of the stage: the only module with the study.
 """

@@ -7,8 +7,8 @@ The bed of a closed cell is described by
 with Γ over gravity, L = depth `clear_gap` and the diameter d. Density and size drop out: in units
 of the mass of the particles per area, C_e/(m₁ f) and m_a/m₁ are functions of these groups. They
 are those of `surface`, with the same closed forms, processes and jump in more dimensions. Beds
-without gravity are not among them: at small strokes they float off the walls. How well
-they predict cases left out, and how the errors are calibrated, is counted in docs/atlas.md.
+without gravity are excluded: at small strokes they float off the walls. docs/atlas.md has the
+accuracy for held-out cases and the calibration of the errors.
 """
 
 from __future__ import annotations
@@ -87,21 +87,21 @@ def fit_riding(points: Array, log_loss: Array, error: Array) -> Array:
 
 Direction = Literal["flat", "upright"]  # of gravity: along the motion, or across it
 
-# W/L up to which beds ride, and from which on they cross; the errors are calibrated in three parts.
+# W/L up to which beds ride, and from which they cross; the errors are calibrated in three parts.
 REGIMES = (0.1, 0.5)
 
-# ν of the errors as Student's t: of riding cases held out (benchmarks/atlas.py) half lie within
-# 0.28 of the error of C_e that 95 % lie within, and 90 % within 0.81; normal errors have 0.34 and
-# 0.84, t with five degrees of freedom 0.28 and 0.78. Crossing beds and m_a have longer tails.
+# Degrees of freedom ν of Student's t for the errors. For held-out riding cases the 50 % and 90 %
+# quantiles of |error of C_e| are 0.28 and 0.81 of the 95 % quantile (benchmarks/atlas.py); ν = 5
+# gives 0.28 and 0.78, a normal distribution 0.34 and 0.84. Crossing beds and m_a have longer tails.
 TAILS = 5.0
 
 # Columns of the coordinates with the loss, the friction, the width and the depth of the bed.
 LOSS, FRICTION, WIDTH, DEPTH = 3, 4, 5, 6
 
-# Of the coordinates without the stroke, for the jump.
+# Correlation lengths of the jump, over the coordinates without the stroke.
 JUMP_LENGTHS = np.array([0.3, 3.0, 4.0, 4.0, 3.0, 3.0, 1.0, np.inf])
 
-# Of a case, in dimensionless form.
+# Columns of a case in dimensionless form.
 COLUMNS = (
     "fill_fraction", "gamma", "stroke_per_gap", "loss_factor", "loss_factor_error", "mass_ratio",
     "mass_ratio_error",
@@ -119,20 +119,20 @@ class AtlasBed(SurfaceBed):
 
     @property
     def least_spread(self) -> float:
-        """Of ln C_e about the trend: what other groups than its own make."""
+        """Least standard deviation of ln C_e about the trend, due to groups outside the trend."""
         return super().least_spread if self.trend is None else 0.5
 
     def riding(self, points: Array) -> Array | float:
-        """Trend of ln C_e/(r f h) of beds that ride, at `points` (n, 9)."""
+        """Return the trend of ln C_e/(r f h) of riding beds at `points` (n, 9)."""
         return 0.0 if self.trend is None else riding_trend(self.trend, points)
 
     def points(self, fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
-        """Coordinates (n, 9) of the processes: r, ln Γ, ln(Γ W/L), the shape, ln Γ/(N(1 − e²)).
+        """Return coordinates (n, 9): r, ln Γ, ln(Γ W/L), the shape, ln Γ/(N(1 − e²)).
 
-        Γ W/L is twice the height of a bed thrown at ωW over the gap. In place of the depth of the
-        cell stands that of the bed, N = r depth/d, and with e what a pulse loses on its way through
-        it, N(1 − e²): on it depends the agitation of a bed (Kumaran, *Phys. Rev. E* 57, 5660
-        (1998)). With μ stands what the walls of a cell can carry, μ depth/width (Janssen).
+        Γ W/L is twice the height of a bed thrown at ωW over the gap. The depth of the cell is
+        replaced by that of the bed, N = r depth/d, and 1 − e² by the loss of a pulse through it,
+        N(1 − e²), on which the agitation of a bed depends (Kumaran, *Phys. Rev. E* 57, 5660
+        (1998)). μ is replaced by the load that the walls carry, μ depth/width (Janssen).
         """
         points = super().points(fill_fraction, frequency, acceleration_g)
         points[:, 1] -= np.log(self.gravity)
@@ -146,11 +146,11 @@ class AtlasBed(SurfaceBed):
         return np.column_stack([points, points[:, 1] - points[:, LOSS]])
 
     def log_stroke(self, points: Array) -> Array:
-        """ln(W/L) (n,) of `points` (n, 9)."""
+        """Return ln(W/L) (n,) of `points` (n, 9)."""
         return np.asarray(points[:, STROKE] - points[:, 1])
 
     def reached(self, points: Array) -> Array:
-        """ln(W/L) (n,) at `points` (n, 9), −∞ where a body that is thrown misses the lid."""
+        """Return ln(W/L) (n,) at `points` (n, 9), −∞ where a thrown body misses the lid."""
         log_stroke, is_held = self.log_stroke(points), np.asarray(self.onset_g) > 0
         height = np.where(is_held, thrown_height(np.exp(np.maximum(points[:, 1], 0.0))), np.inf)
         return np.where(height > np.exp(-log_stroke), log_stroke, -np.inf)
@@ -165,18 +165,18 @@ def bed_of(
     direction: Sequence[Direction],
     gravity: float | Array = 1.0,
 ) -> AtlasBed:
-    """Return the bed of a coupon, or those of cases, with m₁ = 1.
+    """Return the bed of a coupon, or one for each case, with m₁ = 1.
 
     Parameters
     ----------
     restitution, friction
         e and μ of particles and walls [1].
     width, depth, diameter
-        Of the cell across flats, of the cell, and of the particles [m].
+        Cell width across flats, cell depth, particle diameter [m].
     direction
-        Of gravity, for each case.
+        Direction of gravity for each case.
     gravity
-        Over standard gravity [1].
+        Gravity in units of g [1].
     """
     names = np.asarray(direction)
     shape = np.column_stack(
@@ -195,13 +195,13 @@ def bed_of(
 class Atlas:
     """Simulated beds in dimensionless groups, and the processes between them."""
 
-    cases: pd.DataFrame  # a row for each state of each case that counts
+    cases: pd.DataFrame  # a row for each state of each case used
     damping: Sides  # ln C_e/(m₁ r f h)
-    mass: Sides  # m_a/(m₁ r), less what is left below the onset
+    mass: Sides  # m_a/(m₁ r), less its value below the onset
     jump: Jump | None
     # Calibration of the standard errors of ln C_e and of m_a in the three parts of `REGIMES`
     calibration: Array  # (2, 3)
-    # Scale of Student's t with `TAILS` degrees of freedom of the calibrated errors, likewise
+    # Scale of Student's t with `TAILS` degrees of freedom over the calibrated errors
     student_scale: Array  # (2, 3)
     bulk: Array  # (3,) of `bulk_fraction`
     trend: Array  # (11,) of `riding_trend`
@@ -210,7 +210,7 @@ class Atlas:
     def bulk_fraction(self, width: float, depth: float) -> float:
         """Return the volume of poured particles over that of their cell [1].
 
-        c₀ + c₁ d/width + c₂ d/depth, with width and depth over the diameter d.
+        It is c₀ + c₁ d/width + c₂ d/depth, with width and depth over the diameter d.
         """
         return float(self.bulk @ [1.0, 1 / width, 1 / depth])
 
@@ -220,7 +220,7 @@ class Atlas:
         Parameters
         ----------
         bed
-            Of the coupon.
+            Bed of the coupon.
         mass_per_fill
             m₁, mass of the particles per area and fill fraction [kg/m²].
         """
@@ -232,7 +232,7 @@ class Atlas:
 def cases_in(
     cases: pd.DataFrame, depth: float | Array, gravity: float | Array = 1.0
 ) -> pd.DataFrame:
-    """Return the cases as those of a cell, with m₁ = 1, in the columns of `surface_cases.counted`.
+    """Return the cases for one cell, with m₁ = 1, in the columns of `surface_cases.counted`.
 
     Parameters
     ----------
@@ -240,9 +240,9 @@ def cases_in(
         Columns ``fill_fraction``, ``gamma``, ``stroke_per_gap``, and ``loss_factor`` and
         ``mass_ratio`` with their errors.
     depth
-        Of the cell [m], or of a cell for each case, (n,).
+        Cell depth [m], one or (n,).
     gravity
-        Over standard gravity [1].
+        Gravity in units of g [1].
     """
     fill, gamma, stroke, loss, loss_error, mass, mass_error = cases[list(COLUMNS)].to_numpy(float).T
     gamma = gamma * gravity
@@ -255,7 +255,7 @@ def cases_in(
 def dimensionless(
     cases: pd.DataFrame, depth: float | Array, gravity: float | Array, mass_per_fill: float
 ) -> pd.DataFrame:
-    """Return cases of a cell in the columns that `cases_in` reads; its inverse with m₁ = 1."""
+    """Return cases of a cell in dimensionless form; the inverse of `cases_in` for m₁ = 1."""
     fill, frequency, gamma, *results = cases[CASE_COLUMNS].to_numpy(float).T
     omega = 2 * np.pi * frequency
     stroke = gamma * STANDARD_GRAVITY / (omega**2 * clear_gap(fill) * depth)
@@ -274,8 +274,8 @@ class AtlasDamping(DampingReading):
     mass_per_fill: float  # m₁ [kg/m²]
     calibration: Array  # (2, 3) factors of standard errors
     with_mass: bool = True
-    is_broadband: bool = False  # whether C_e is that under sound, not of a tone
-    bead: Bead | None = None  # a particle; None where softness does not count
+    is_broadband: bool = False  # whether C_e is for sound, not for a tone
+    bead: Bead | None = None  # a particle; None if softness is neglected
     depends_on_acceleration = True
 
     @property
@@ -297,18 +297,18 @@ class AtlasDamping(DampingReading):
         return np.exp(self.bed.log_stroke(points))
 
     def is_hard(self, frequency: Array, acceleration_g: float) -> Flags:
-        """Return (n,) whether the particles are hard at frequencies (n,) [Hz]."""
+        """Return whether the particles are hard (n,) at frequencies (n,) [Hz]."""
         if self.bead is None:
             return np.ones(len(frequency), bool)
         return is_hard(self.bead, frequency, acceleration_g)
 
     def is_between(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Flags:
-        """Return (n,) whether W/L lies where beds may ride or cross their gap."""
+        """Return whether W/L is between `REGIMES`, where beds may ride or cross, (n,)."""
         stroke = self.stroke_per_gap(frequency, fill_fraction, acceleration_g)
         return np.asarray((stroke > REGIMES[0]) & (stroke < REGIMES[1]))
 
     def _factors(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
-        """Calibration (2, n) of the standard errors of ln C_e and m_a."""
+        """Return the calibration (2, n) of the standard errors of ln C_e and m_a."""
         stroke = self.stroke_per_gap(frequency, fill_fraction, acceleration_g)
         return np.asarray(self.calibration[:, np.digitize(stroke, REGIMES)])
 
@@ -330,7 +330,7 @@ class AtlasDamping(DampingReading):
         )
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return the covariance (2n, 2n) between what is read at two points of r and Γ."""
+        """Return the covariance (2n, 2n) between the values at two points of r and Γ."""
         scale = np.array([[1.0], [self.mass_per_fill * self.with_mass]])
         rows, columns = (
             (scale * self._factors(frequency, *point)).ravel() for point in (first, second)
@@ -342,7 +342,7 @@ class AtlasDamping(DampingReading):
         return self.mass_per_fill * fill_fraction
 
     def under_sound(self) -> AtlasDamping:
-        """Return C_e under sound, `broadband.broadband_share` of that of tones."""
+        """Return the same with C_e under sound: `broadband.broadband_share` of that of tones."""
         return replace(self, is_broadband=True)
 
     def without_mass(self) -> AtlasDamping:

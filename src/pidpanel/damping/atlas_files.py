@@ -65,7 +65,7 @@ def package_version() -> str:
 def read_rows(path: Path) -> pd.DataFrame:
     """Read the cases, with W/L in the clear gap of `surface_cases.clear_gap`.
 
-    Rows count with gravity, whose η exceeds its own error and whose Γ is above the onset.
+    Rows are used if they have gravity, η larger than its error and Γ above the onset.
     """
     frame = table.read_atlas(path)
     fill, gamma = frame["fill_fraction"], frame["gamma"]

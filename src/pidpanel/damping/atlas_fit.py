@@ -3,7 +3,7 @@
 Split conformal prediction (Lei et al., *J. Am. Stat. Assoc.* 113, 1094 (2018)): cases are predicted
 by those of the other parts of the table, with parts of whole packings: a coupon that the table does
 not have. In each of three ranges of W/L the standard errors are multiplied by the factor for which
-`COVERAGE` of the predicted cases lie within 1.96 of them. All packings count alike.
+`COVERAGE` of the predicted cases lie within 1.96 of them. All packings have equal weight.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from pidpanel.damping.atlas_files import atlas_data, by_state, package_version
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface_cases import STROKE, Constants, TrainingData
 
-COVERAGE, WIDTH = 0.95, 1.96  # share of cases within so many standard errors
+COVERAGE, WIDTH = 0.95, 1.96  # share of cases within this number of standard errors
 PARTS = 10  # of the table, each predicted by the others
 
 
@@ -123,7 +123,7 @@ def _by_regime(
 def _conformal_factor(scores: Array, weight: Array) -> float:
     order = np.argsort(scores)
     share = np.cumsum(weight[order])
-    # the conformal quantile: a further case counts as the mean of these
+    # the conformal quantile: a further case is taken as the mean of these
     rank = np.searchsorted(share, COVERAGE * share[-1] * (1 + 1 / len(share)) - 1e-9)
     return float(scores[order[min(int(rank), len(share) - 1)]] / WIDTH)
 

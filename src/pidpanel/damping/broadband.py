@@ -1,8 +1,8 @@
 """C_e of tones, and errors of damping models, where a panel moves at all frequencies at once.
 
-C_e from single tones is read at the sine with the rms acceleration of the patch. Under sound low
-frequencies keep a bed loose, so it dissipates less at high ones, and its own force drives the
-panel. The errors are counted against coupled runs of 22 scenarios of the paper's panel with
+C_e from single tones is evaluated at the sine with the rms acceleration of the patch. Under sound
+low frequencies keep a bed loose, so it dissipates less at high ones, and its own force drives the
+panel. The errors are those against coupled runs of 22 scenarios of the paper's panel with
 acrylic and steel (`benchmarks/single_tones.py`, docs/theory/damping.md).
 """
 
@@ -30,7 +30,7 @@ SINGLE_TONES = BroadbandError(0.4, 0.02)
 # C_e from single tones times `broadband_share`; what is left of the difference.
 CORRECTED_TONES = BroadbandError(0.25, 0.02)
 
-# Of `broadband_share`: exponent, and W/L from which on it is 1. Acrylic alone has 0.21, steel 0.16.
+# Constants of `broadband_share`: exponent (acrylic 0.21, steel 0.16), and W/L from which it is 1.
 RIDING_EXPONENT, RIDING_STROKE = 0.19, 0.1
 
 PAPER_LAW = BroadbandError(0.0, 0.2)  # the paper's law, which does not depend on the motion

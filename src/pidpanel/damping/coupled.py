@@ -15,8 +15,7 @@ from pidpanel.damping.readings import DampingReading, DampingValues, Point
 
 COUPLED = "coupled"  # name of this damping model in a study
 
-# C_e of a band below this many of its standard errors is taken as so many: what is not resolved
-# must not feed the panel.
+# Lower limit of C_e of a band in its standard errors: unresolved damping must not feed the panel.
 FLOOR = 0.5
 
 # Columns of ``coupled/impedance.csv`` by the names of `CoupledDamping`.
@@ -122,7 +121,7 @@ class CoupledDamping(DampingReading):
         return independent + self.common_error**2
 
     def _hats(self, frequency: Array) -> Array:
-        """(nf, n) piecewise linear functions of ln f, 1 at one node and 0 at the others."""
+        """Return (nf, n) piecewise linear functions of ln f, 1 at one node and 0 at the others."""
         x, nodes = np.log(frequency), np.log(self.frequency)
         return np.stack([np.interp(x, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
 

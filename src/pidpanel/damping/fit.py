@@ -45,7 +45,7 @@ class FittedValue:
 
 
 def constants_at(fill_fraction: Array, constants: Array) -> tuple[Array, Array, Array]:
-    """a₁, a₂, a₃ at fills (n,) from constants (7,) in the order of `OVER_FILL`."""
+    """Return a₁, a₂, a₃ at fills (n,) from constants (7,) in the order of `OVER_FILL`."""
     r = np.asarray(fill_fraction, float)
     log_alpha, beta1, beta2, gamma0, gamma1, delta0, delta1 = constants
     a1 = np.exp(log_alpha) * r * (1 + beta1 * r + beta2 * r**2)
@@ -53,7 +53,7 @@ def constants_at(fill_fraction: Array, constants: Array) -> tuple[Array, Array, 
 
 
 def fit_at_fill(frequency: Array, damping: Array, error: Array) -> FittedValue:
-    """ln a₁, a₂ and a₃ of one fill from C_e (n,) at frequencies (n,) [Hz], four at least.
+    """Return ln a₁, a₂ and a₃ of one fill from C_e (n,) at frequencies (n,) [Hz], four at least.
 
     Of the standard errors of ln C_e (n,) only the ratios matter.
     """
@@ -90,7 +90,7 @@ def fit_over_fill(
     value = np.log(2 * np.pi * damping) + log_omega - np.log(r)
 
     def away(constants: Array) -> Array:
-        """Residuals (n,) with weight, not finite where a₁ ≤ 0: the search steps back."""
+        """Return residuals (n,) with weight, not finite where a₁ ≤ 0: the search steps back."""
         with np.errstate(invalid="ignore", divide="ignore"):
             log_factor = np.log(1 + constants[1] * r + constants[2] * r**2)
         return np.asarray((constants[0] + log_factor + rest @ constants[3:] - value) * weight)
@@ -109,14 +109,14 @@ def fit_over_fill(
 
 
 def _weights(error: Array) -> Array:
-    """Weights of mean square 1; all alike where no errors are given."""
+    """Return weights of mean square 1; all equal without errors."""
     error = np.asarray(error, float)
     weight = 1 / error if (error > 0).all() else np.ones(error.shape)
     return np.asarray(weight / np.sqrt(np.mean(weight**2)))
 
 
 def _estimate(constants: Array, residual: Array, slope: Array, units: Array) -> FittedValue:
-    """Student intervals from weighted residuals (n,) and their slope (n, p)."""
+    """Return Student intervals from weighted residuals (n,) and their slope (n, p)."""
     reach, scatter = student_reach(residual, slope)
     low, high = (constants - reach) * units, (constants + reach) * units
     return FittedValue(constants * units, low, high, scatter)
@@ -137,7 +137,7 @@ def student_reach(residual: Array, slope: Array) -> tuple[Array, float]:
 
 
 def _fit(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -> FittedValue:
-    """At a fill where there is one, over fill where there are several."""
+    """Return a fit at a single fill, or over several fills."""
     if np.ptp(fill_fraction) == 0:
         return fit_at_fill(frequency, damping, error)
     return fit_over_fill(frequency, fill_fraction, damping, error)

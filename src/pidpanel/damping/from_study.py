@@ -1,4 +1,4 @@
-"""The damping of a study: its readings, and the files of the stage.
+"""The damping of a study: its models, and the files of the stage.
 
 The only module of the stage that knows what a study is.
 """
@@ -80,8 +80,8 @@ def read_table(
     Raises
     ------
     ColumnsError
-        With a line for each fault of the file; or where the particles' mass is to be m_a, and the
-        table has none, or has m_a.
+        If the file has faults, with a line for each; or if m_a is to be the particles' mass, and
+        the table does not have it, or has m_a.
     """
     columns = read_columns(path, impedance=impedance)
     if apparent_mass == "particles":
@@ -94,23 +94,23 @@ def read_table(
 
 
 def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingReading:
-    """Return the reading of the damping that a study names.
+    """Return the damping model that a study names.
 
     Parameters
     ----------
     name
         One of ``damping.readings``.
     study
-        Names the table of the reading ``table``, and says whether the particles have mass.
+        Study with the table of the model ``table`` and the choice of particles without mass.
     surface
-        ``damping/surface.nc``, for the reading ``dem``.
+        ``damping/surface.nc``, for the model ``dem``.
 
     Raises
     ------
     ColumnsError
         If the table cannot be read.
     DampingError
-        If a file is missing, or there is no such reading.
+        If a file is missing, or there is no such damping model.
     """
     reading = _reading_with_mass(name, study, surface)
     return reading if study.response.damper_mass else reading.without_mass()
@@ -210,9 +210,9 @@ def reading_from_atlas(
     Parameters
     ----------
     coupon, is_broadband
-        The coupon, and whether C_e is that under sound.
+        The coupon, and whether C_e is for sound.
     surface
-        Of cases of the coupon, which the atlas is extended by.
+        Surface of cases of the coupon that extend the atlas.
     """
     from pidpanel.damping.atlas import bed_of
     from pidpanel.damping.atlas_files import extended_atlas, read_atlas
@@ -278,7 +278,7 @@ def _constant(damper: Damper) -> ConstantDamper:
 def write_damping(study: Study, damper: str, cases: Path, output: Files) -> None:
     """Write the surface of the cases of a damper's coupon and the constants of the law.
 
-    A `DampingError` says that the cases make no surface.
+    Raises `DampingError` if the cases make no surface.
     """
     from pidpanel.damping import fit, surface_files
 

@@ -6,8 +6,8 @@ Kernel (Rasmussen and Williams 2006, Eq. 4.17), squared distance d² = Σ_j ((x_
 
 with m² a wide prior on the constant mean. Observations carry their own errors e_i and a common
 scatter t: y_i = f(x_i) + N(0, e_i² + t²). Lengths l_j, size s and scatter t are those of largest
-posterior probability under log-normal priors that are wide (a factor e, one standard deviation)
-against what data say, and that keep a fit of few points sane.
+posterior probability under log-normal priors that are wide compared with the data (a factor e, one
+standard deviation), but stabilise a fit of few points.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ OUTLIER = 2.0  # standard errors from what the others predict, beyond which a va
 
 PRIOR_MEDIAN_SIZE, PRIOR_SD_SIZE = 1.5, 0.7
 PRIOR_MEDIAN_LENGTH, PRIOR_SD_LENGTH = 1.5, 1.0
-# Of s and t in standard deviations of the values, of l in those of the points; sd of the log.
+# Priors of s and t in standard deviations of the values, of l in those of the points, and of logs.
 PRIOR_MEDIAN_SCATTER, PRIOR_SD_SCATTER = 0.03, 1.5
 
 
@@ -41,8 +41,8 @@ class GaussianProcess:
     # s and t, in the unit of the values
     size: float
     scatter: float
-    # What the mean is expected to be and the unit of the priors; None for those of the values. With
-    # both there need not be a single value.
+    # Expected mean and unit of the priors; None for those of the values. With both, values are
+    # optional.
     centre: float | None = None
     unit: float | None = None
 
@@ -132,13 +132,13 @@ class GaussianProcess:
 
 
 def matern(square: Array) -> Array:
-    """(1 + √5 d + 5 d²/3) e^(−√5 d) of squared distances d²."""
+    """Return (1 + √5 d + 5 d²/3) e^(−√5 d) of squared distances d²."""
     a = np.sqrt(5 * square)
     return (1 + a + a**2 / 3) * np.exp(-a)
 
 
 def _squares(a: Array, b: Array) -> Array:
-    """|a − b|² (..., n, m): one product in place of a cube of differences."""
+    """Return |a − b|² (..., n, m): one product in place of a cube of differences."""
     square = (a**2).sum(-1)[..., :, None] + (b**2).sum(-1)[..., None, :]
     return np.maximum(square - 2 * a @ b.swapaxes(-1, -2), 0.0)
 
@@ -191,7 +191,7 @@ def fit(
     sd = np.array([*[PRIOR_SD_LENGTH] * len(axis), PRIOR_SD_SIZE, PRIOR_SD_SCATTER])
 
     def cost(logs: Array) -> tuple[float, Array]:
-        """−ln posterior and its gradient in ln l, ln s, ln t."""
+        """Return −ln posterior and its gradient in ln l, ln s, ln t."""
         scaled, size, scatter = x * np.exp(-logs[:-2]), np.exp(2 * logs[-2]), np.exp(2 * logs[-1])
         a = np.sqrt(5 * _squares(scaled, scaled))
         decay = np.exp(-a)

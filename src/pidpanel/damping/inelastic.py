@@ -20,7 +20,7 @@ LARGEST_GAMMA = math.sqrt(1 + math.pi**2)
 
 
 def slug_energy(gap_over_amplitude: float) -> float:
-    """Loss of a perfectly inelastic body between two shaken walls without gravity [m A²ω²].
+    """Return the loss of an inelastic body between two shaken walls without gravity [m A²ω²].
 
     It leaves a wall at the wall's greatest speed Aω and meets the other one φ later:
 
@@ -42,7 +42,7 @@ def slug_energy(gap_over_amplitude: float) -> float:
 
 
 def slug(gap_over_amplitude: ArrayLike) -> tuple[Array, Array]:
-    """Loss [m A²ω²] and apparent mass [m] of the body of `slug_energy`, for any number of L/A.
+    """Return loss [m A²ω²] and apparent mass [m] of the body of `slug_energy` at each L/A.
 
     With θ = ωt from the instant at which a wall has its greatest speed, the body moves at Aω for 0
     < θ < φ and with the other wall, at Aω cos θ, for φ < θ < π; in the second half the same the
@@ -73,7 +73,7 @@ def slug(gap_over_amplitude: ArrayLike) -> tuple[Array, Array]:
 
 
 def _landing(gap: Array) -> Array:
-    """φ of φ − sin φ = L/A ≤ π by Newton's method.
+    """Return φ of φ − sin φ = L/A ≤ π by Newton's method.
 
     φ − sin φ is convex, so that from above every step stays above: φ³/6 ≥ φ − sin φ makes
     (6L/A)^(1/3) at most φ, and φ at most 1.19 of it.
@@ -85,7 +85,7 @@ def _landing(gap: Array) -> Array:
 
 
 def thrown_height(gamma: ArrayLike) -> Array:
-    """Largest height (n,) over the floor of an inelastic body that it throws, over A, Γ = Aω²/g.
+    """Return the largest height over A (n,) of an inelastic body thrown by a floor, Γ = Aω²/g.
 
     It leaves the floor at sin φ₀ = 1/Γ, and the floor goes on in its period:
 
@@ -106,7 +106,7 @@ def thrown_height(gamma: ArrayLike) -> Array:
 
 
 def floor_energy(gamma: float) -> float:
-    """Loss of a perfectly inelastic body on a shaken floor under gravity [m A²ω²], Γ = Aω²/g.
+    """Return the loss of an inelastic body on a shaken floor under gravity [m A²ω²], Γ = Aω²/g.
 
     It leaves the floor at the phase φ₀ at which the floor falls away, sin φ₀ = 1/Γ, lands τ later
     in phase at the relative speed u (over Aω), and E = ½ u² m A²ω²:
@@ -139,7 +139,7 @@ def floor_energy(gamma: float) -> float:
 
 
 def ball_energy(gamma: float, restitution: float) -> float:
-    """Loss of a ball that lands once in every period of a floor under gravity [m A²ω²], Γ = Aω²/g.
+    """Return the loss of a ball that lands once per period of a floor [m A²ω²], Γ = Aω²/g.
 
     It is thrown up at gT/2 in each period T, whatever the amplitude:
 

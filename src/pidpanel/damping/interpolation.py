@@ -14,7 +14,7 @@ and v = v₁ + w (v₂ − v₁) where a value is not positive: between two rows
 two is not, between two lines or two fills if any value of theirs is not. The rule is the same all
 along both, so that values have no jump. ``linear`` means linear in all of them.
 
-Beyond the first or last row of an axis values are held.
+Beyond the first or last row of an axis values are constant.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from pidpanel.arrays import Array, Flags, Index
 
 Interpolation = Literal["log", "linear"]
 
-# Of the step between two coordinates: what rounding may put beyond the last row or beside one.
+# Tolerance over the step between two coordinates, for rounding beyond the last row or next to one.
 TOLERANCE = 1e-9
 
 
@@ -85,12 +85,12 @@ class _Line:
     def _from_lines(
         self, coordinates: Sequence[Array], low: Index, high: Index, weight: Array
     ) -> tuple[Array, Array, Flags]:
-        """Values (n, k) of the two lines beside each point, and whether it is within both."""
+        """Return values (n, k) of the two lines next to each point, and whether it is in both."""
         n = len(weight)
         first, second = np.empty((2, n, self.log.shape[1]))
         inside = np.ones(n, dtype=np.bool_)
         for number in np.unique(np.concatenate([low, high])):
-            # a line of no weight is not asked
+            # a line without weight is not evaluated
             lower, upper = (low == number) & (weight < 1), (high == number) & (weight > 0)
             points = lower | upper
             values, line_inside = self.lines[number]([c[points] for c in coordinates])
@@ -102,7 +102,7 @@ class _Line:
 
 
 def _bracket(grid: Array, x: Array) -> tuple[Index, Array, Flags]:
-    """Number (n,) of the coordinate below each x, weight of the next one, and whether inside."""
+    """Return the index (n,) of the coordinate below each x, weight of the next one, and inside."""
     if len(grid) == 1:
         return np.zeros(x.shape, dtype=np.int64), np.zeros(x.shape), np.abs(x - grid) <= TOLERANCE
     low = np.clip(np.searchsorted(grid, x, "right") - 1, 0, len(grid) - 2)
@@ -114,7 +114,7 @@ def _bracket(grid: Array, x: Array) -> tuple[Index, Array, Flags]:
 
 
 def _interpolate(first: Array, second: Array, weight: Array, log: Flags) -> Array:
-    """Values between two, exact at both and where both are equal."""
+    """Return values between two, exact at both and where both are equal."""
     if not weight.any():  # as at a fill of the table
         return first
     ratio = np.divide(second, first, out=np.ones_like(first), where=log)
@@ -176,7 +176,7 @@ class Interpolator:
         return self._whole((fill_fraction, amplitude, frequency))
 
     def _line(self, rows: Array, values: Array, axes: tuple[int, ...]) -> _Line:
-        """Rows (n, 3) with values (n, k) of one fill as lines along the last of the axes."""
+        """Return rows (n, 3) with values (n, k) of one fill as lines along the last of the axes."""
         axis, *further = axes
         levels = np.unique(rows[:, axis])
         along = np.log(levels) if self._log else levels
@@ -197,7 +197,7 @@ def inner_axis(fill_fraction: Array, amplitude: Array, frequency: Array) -> int:
 def lone_rows(fill_fraction: Array, amplitude: Array, frequency: Array) -> Index:
     """Return the rows that are alone in their line, where others have more along its axis.
 
-    Such a row says nothing of what lies between it and other lines but at its own point.
+    Such a row has information at its own point only, not between it and other lines.
 
     Examples
     --------

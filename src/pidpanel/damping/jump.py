@@ -1,4 +1,4 @@
-"""Where a bed begins to cross the gap as one body: on which side of the jump a motion lies.
+"""The jump at which a bed begins to cross the gap as one body, and the side of a motion.
 
 A bed rides on the floor, thrown up and caught, or crosses the gap and meets both ends in every
 cycle; where the two meet, C_e jumps by up to ten. The jump is at the stroke over gap
@@ -7,7 +7,7 @@ cycle; where the two meet, C_e jumps by up to ten. The jump is at the stroke ove
 
 with the root for the speed that is left at the lid of a bed thrown at ωW (none, and no crossing,
 where it does not get there: 2Γ₀ ≥ Γ W/L). τ(r, ln Γ) is a Gaussian process about ln x₀. Of each
-case it is known whether the bed crosses, which says on which side of it τ lies:
+case it is known whether the bed crosses, and so on which side of it τ lies:
 
     P(crosses) = Φ((u − τ)/w),   u = ln(W/L) + ½ ln(1 − 2Γ₀/(Γ W/L)),
 
@@ -38,7 +38,7 @@ LENGTHS = np.array([0.3, 1.5])  # of r and ln Γ
 
 WIDTH = 0.02  # w: what the sides of two beds of one fill and Γ overlap in ln(W/L)
 
-SURE = 6.0  # standard deviations of τ and w beyond which a case tells nothing that is not known
+SURE = 6.0  # standard deviations of τ and w beyond which a case adds no information
 
 SWEEPS, CONVERGED = 50, 1e-6
 
@@ -56,8 +56,7 @@ class Jump:
 
     points: Array  # (n, k) r, ln Γ and further coordinates of the cases
     reached: Array  # (n,) u of `reach`
-    # (n,) their sides, 1 or 0; 0.5 for a case between the two, at which the jump is: it counts on
-    # both sides
+    # (n,) their sides, 1 or 0; 0.5 for a case between the two, at the jump, used on both sides
     crosses: Array
     # (k,) of the columns of the points; None for `LENGTHS`
     lengths: Array | None = None
@@ -105,7 +104,7 @@ class Jump:
 
 
 def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
-    """Precision and information (n,) of the normal factors that stand for Φ(±(away − δ)/w)."""
+    """Return precision and information (n,) of the normal factors for Φ(±(away − δ)/w)."""
     covariance, mean = prior.copy(order="F"), np.zeros(len(sign))
     precision, information = np.zeros((2, len(sign)))
     for _ in range(SWEEPS):

@@ -3,9 +3,9 @@
 C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω)                                              (Eq. 5)
 a₁ = r (−20 + 36.09 r − 25.2 r²) 10⁻⁴,  a₂ = 4.10 − 0.6 r,  a₃ = r (8.8 − 12.5 r) 10⁻⁴   (Eq. 6)
 
-*As printed* a₁ is negative for every 0 < r ≤ 1, so C_e is negative: the panel would be fed.
-*Corrected* means two changes, the only reading that gives physical damping: |a₁|, and the
-frequency in Hz in place of ω (in rad/s the modal damping comes out far beyond critical).
+*As printed* a₁ is negative for every 0 < r ≤ 1, so C_e is negative and feeds the panel.
+*Corrected* means two changes, the only ones that give physical damping: |a₁|, and the frequency
+in Hz instead of ω (in rad/s the modal damping is far above critical).
 Both laws are independent of amplitude and have no apparent mass.
 """
 
@@ -39,7 +39,7 @@ def paper_constants(fill_fraction: float) -> tuple[float, float, float]:
 
 
 def equation_5(omega: ArrayLike, a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> Array:
-    """C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω) (Eq. 5); ω in the unit that a₁ and a₃ are stated for."""
+    """Return C_e = (1/2π) a₁ ω^(a₂−1) e^(−a₃ω) (Eq. 5); ω in the unit of the constants."""
     w = np.asarray(omega, float)
     return a1 / (2 * np.pi) * w ** (np.asarray(a2) - 1) * np.exp(-a3 * w)  # type: ignore[operator]
 
@@ -50,7 +50,7 @@ def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
     Raises
     ------
     DampingError
-        Outside `FREQUENCY_RANGE` [Hz] and 0 < r ≤ 1.
+        If a value is outside `FREQUENCY_RANGE` [Hz] or 0 < r ≤ 1.
 
     Examples
     --------

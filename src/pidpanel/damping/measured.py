@@ -1,4 +1,4 @@
-"""C_e and m_a of a measured damper; beside its simulated cases and the atlas of particle beds."""
+"""C_e and m_a of a measured damper, compared with simulated cases and the atlas."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def measured_points(columns: Mapping[str, Array], fill_fraction: float) -> pd.Da
     columns
         (n,) each, as `table_files.read_columns` returns them, with an amplitude.
     fill_fraction
-        Of a table without fills [1].
+        Fill fraction of a table without such a column [1].
 
     Returns
     -------
     DataFrame
         ``fill_fraction``, ``frequency_hz``, ``acceleration_g``, and values and errors as
-        ``measured_equivalent_damping_n_s_m3`` and ``…_error``; what the table has not is NaN.
+        ``measured_equivalent_damping_n_s_m3`` and ``…_error``; NaN if the table has none.
     """
     frequency = columns[FREQUENCY]
     points = {
@@ -84,7 +84,7 @@ def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | No
     Parameters
     ----------
     points
-        As `measured_points` returns them.
+        Points returned by `measured_points`.
     cases
         ``coupon/cases.csv``.
     atlas
@@ -94,7 +94,7 @@ def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | No
     -------
     DataFrame
         The points with columns ``simulated_…`` and ``atlas_…`` as those of ``measured_…``; NaN
-        where no case has the point, or the atlas does not hold.
+        where no case has the point, or outside the atlas.
     """
     good = cases[cases["status"].isin(COUNTED)]
     value_columns = [DAMPING_COLUMN, "equivalent_damping_error_n_s_m3", MASS_COLUMN,
@@ -114,7 +114,7 @@ def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | No
 
 
 def atlas_point(atlas: AtlasDamping, fill: float, frequency: float, gamma: float) -> Array:
-    """C_e, m_a and their standard errors (4,) at a point; NaN outside the atlas."""
+    """Return C_e, m_a and their standard errors (4,) at a point; NaN outside the atlas."""
     f = np.array([frequency])
     values = atlas(f, fill, gamma)
     if not values.inside[0]:
@@ -125,6 +125,6 @@ def atlas_point(atlas: AtlasDamping, fill: float, frequency: float, gamma: float
 
 
 def _named(source: str, *values: Array) -> dict[str, Array]:
-    """C_e, its error, m_a and its error as columns of a source."""
+    """Return C_e, its error, m_a and its error as columns of a source."""
     names = (DAMPING_COLUMN, f"{DAMPING_COLUMN}_error", MASS_COLUMN, f"{MASS_COLUMN}_error")
     return {f"{source}_{name}": value for name, value in zip(names, values, strict=True)}

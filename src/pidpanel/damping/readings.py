@@ -1,4 +1,4 @@
-"""One question, several answers: C_e and m_a at these frequencies, this fill and this motion.
+"""Interface of damping models.
 
 A reading of the damping is a callable that answers it: the surface of simulated cases (`surface`),
 a table (`tables`), constants and the paper's law (`laws`). `from_study` makes the
@@ -19,12 +19,12 @@ NODE_STEP = 0.17  # of ln f, between the nodes of the covariance; a quarter octa
 
 
 class DampingError(ValueError):
-    """A question that a law or table of damping has no answer to."""
+    """No damping is available for this request."""
 
 
 @dataclass(frozen=True)
 class DampingValues:
-    """C_e, its error and m_a at the frequencies asked."""
+    """C_e, its error and m_a at the requested frequencies."""
 
     # (n,) C_e and its standard error [N s/m³]
     equivalent_damping: Array
@@ -34,11 +34,11 @@ class DampingValues:
     inside: Flags
 
 
-Point = tuple[float, float]  # fill fraction r and acceleration amplitude Γ at which a patch is read
+Point = tuple[float, float]  # fill fraction r and acceleration amplitude Γ of a patch
 
 
 class DampingReading(Protocol):
-    """An answer to the question."""
+    """C_e and m_a of a patch, with their covariance."""
 
     depends_on_acceleration: bool  # whether C_e or m_a changes with Γ
 
@@ -48,7 +48,7 @@ class DampingReading(Protocol):
 
     @property
     def nodes(self) -> Array | None:
-        """(n,) rising [Hz], between which errors are linear in ln f; None where there are none."""
+        """(n,) rising [Hz], between which errors are linear in ln f; None without errors."""
 
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
@@ -62,31 +62,31 @@ class DampingReading(Protocol):
         fill_fraction
             r [1].
         acceleration_g
-            Γ [1], amplitude of the acceleration of the patch over g, of a sine.
+            Γ [1], acceleration amplitude of the patch over g, for a sine.
 
         Raises
         ------
         DampingError
-            Where the reading has no answer.
+            If the model has no damping there.
         """
 
     def covariance(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
         """Return the covariance (2n, 2n) of ln C_e, then of m_a [kg/m²], at (n,) [Hz].
 
-        Zero where there are no errors.
+        It is zero without errors.
         """
         point = (fill_fraction, acceleration_g)
         return self.cross_covariance(frequency, point, point)
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return the covariance (2n, 2n) between what is read at two points.
+        """Return the covariance (2n, 2n) between the values at two points.
 
         Rows are ln C_e, then m_a [kg/m²], at the frequencies (n,) [Hz] and the first point;
         columns the same at the other. With both points the same it is `covariance`.
         """
 
     def mass_per_area(self, fill_fraction: float) -> float:
-        """Return what the damper weighs [kg/m²], whether or not m_a counts; NaN if not known."""
+        """Return the mass of the damper [kg/m²], with or without m_a; NaN if not known."""
 
     def without_mass(self) -> DampingReading:
         """Return the same damping with m_a = 0, known exactly: a dashpot."""
@@ -95,9 +95,9 @@ class DampingReading(Protocol):
 def correlated_covariance(first: Array, second: Array) -> Array:
     """Return the covariance (2n, 2n) of fully correlated errors (2n,) of ln C_e, then of m_a.
 
-    All those of ln C_e err together, as by a calibration, and all those of m_a, independently of
-    each other: of all correlations the one with the largest error of an rms value to which every
-    frequency contributes alike.
+    Errors of ln C_e are common to all frequencies, as by a calibration. So are those of m_a, which
+    are independent of them. No other correlation gives a larger error of an rms value to which all
+    frequencies contribute equally.
 
     Examples
     --------

@@ -26,13 +26,13 @@ from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import GaussianProcess
 from pidpanel.damping.readings import NODE_STEP
 
-# Of r, ln Γ and ln W/L, over which noise is no longer common; of ln f that is `NODE_STEP`.
+# Distance in r, ln Γ and ln W/L over which noise is no longer common; in ln f it is `NODE_STEP`.
 GRAIN = np.array([0.2, 2 * NODE_STEP, 2 * NODE_STEP])
 
 
 @dataclass(frozen=True)
 class Mixture:
-    """What is known of a function at some points."""
+    """Values of a function at some points, with errors."""
 
     points: Array  # (n, 3) r, ln Γ, ln W/L
     # (n,) p, ā, d
@@ -157,7 +157,7 @@ def joint_covariance(
 
 
 def _products(first: Array, second: Array) -> Array:
-    """Outer products (..., n, m) of (..., n) and (..., m)."""
+    """Return the outer products (..., n, m) of (..., n) and (..., m)."""
     return np.asarray(first[..., None] * second[..., None, :])
 
 
@@ -166,7 +166,7 @@ def _process(process: GaussianProcess, first: Array, second: Array) -> Array:
 
 
 def _grain(first: Array, second: Array) -> Array:
-    """How far noise (..., n, m) is common to points (..., n, 3) and (..., m, 3)."""
+    """Return the correlation of noise (..., n, m) between points (..., n, 3) and (..., m, 3)."""
     count = len(GRAIN)
     away = np.abs(first[..., None, :count] - second[..., None, :, :count])
     near = np.maximum(1 - away / GRAIN, 0.0)
@@ -178,7 +178,7 @@ def _variance(process: GaussianProcess, points: Array) -> Array:
 
 
 def even_steps(low: float, high: float, step: float) -> Array:
-    """Even values from ``low`` to ``high``, at most ``step`` apart, at least two."""
+    """Return two or more equally spaced values from ``low`` to ``high``, at most ``step`` apart."""
     if high - low < 1e-9:
         return np.array([low, low + step])
     return np.linspace(low, high, max(2, int(np.ceil((high - low) / step)) + 1))

@@ -18,8 +18,8 @@ inelastic body (`inelastic.slug`) with E(L/W) its loss and μ(L/W) its apparent 
     g_C = ln 2m₁E + g′_C,   g_m = m₁μ + g′_m,
 
 with Gaussian processes g′ for what the beds differ by from it. Where the side is not known, the
-mean of both counts, and their distance belongs to the error (`sides`). What a case dissipates over
-what the inelastic body would tells its side (`surface_cases.UNDECIDED`). Without the depth of the
+mean of both is used, and their distance belongs to the error (`sides`). The side of a case follows
+from its loss over that of the inelastic body (`surface_cases.UNDECIDED`). Without the depth of the
 cell or the mass of the particles there is no closed form, and one process for all.
 
 C_e is cut at the bound 4 m₁ r ω/π of an inelastic bed, or at the share of it that the cases
@@ -96,13 +96,13 @@ class DampingSurface(DampingReading):
     Parameters
     ----------
     cases
-        The rows that count, with the columns of `surface_cases.counted`.
+        Rows used, with the columns of `surface_cases.counted`.
     bed
-        What they have in common. Without m₁ there is no bound, and m_a vanishes below the onset.
+        Common properties of the cases. Without m₁ there is no bound, and m_a is 0 below the onset.
     damping, mass
         g_C and g_m; None for g_m = 0 everywhere.
     jump
-        Where beds begin to cross; None for never.
+        Stroke at which beds begin to cross; None for never.
     with_mass
         Whether the particles have an apparent mass; see `without_mass`.
     """
@@ -179,7 +179,7 @@ class DampingSurface(DampingReading):
     ) -> DampingValues:
         """Return C_e and m_a at points (n,) of r, f [Hz] and Γ.
 
-        Beyond the lowest and highest r, f and Γ of the cases g_C and g_m are held; below the
+        Beyond the lowest and highest r, f and Γ of the cases g_C and g_m are constant; below the
         lowest Γ, h continues towards the onset. Inside is the convex hull of the cases in r, ln f
         and ln Γ.
         """
@@ -190,7 +190,7 @@ class DampingSurface(DampingReading):
                             self.simulated.contains(query))  # fmt: skip
 
     def _read(self, points: Array) -> tuple[Array, Array, Array]:
-        """g_C, its standard error and g_m at `groups` (n, 3)."""
+        """Return g_C, its standard error and g_m at `groups` (n, 3)."""
         damping, mass = self.mixtures(points)
         share = np.zeros(len(points)) if mass is None else mass.mean
         return damping.mean, np.sqrt(self.damping.variance(damping)), share
@@ -241,7 +241,7 @@ class DampingSurface(DampingReading):
         )
 
     def _row(self, fill: float, index: int) -> tuple[Array, Array, Array]:
-        """g_C, its standard error and g_m over ln f at one fill and one Γ of the grid."""
+        """Return g_C, its standard error and g_m over ln f at one fill and one Γ of the grid."""
         if (fill, index) not in self._rows:
             frequency = np.exp(self.log_frequency)
             fills = np.full(frequency.shape, np.clip(fill, self.low[0], self.high[0]))
@@ -251,11 +251,11 @@ class DampingSurface(DampingReading):
 
     @property
     def nodes(self) -> Array:
-        """(n,) nodes of the covariance [Hz], even in ln f; between them it is nearly linear."""
+        """(n,) nodes of the covariance [Hz], uniform in ln f; between them it is nearly linear."""
         return np.exp(even_steps(np.log(self.low[1]), np.log(self.high[1]), NODE_STEP))
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return the covariance (2n, 2n) between what is read at two points of r and Γ.
+        """Return the covariance (2n, 2n) between the values at two points of r and Γ.
 
         Two patches filled with the same particles err alike where their fills and motions are
         alike. Rows are ln C_e, then m_a [kg/m²], at the first point, columns at the other.
@@ -276,7 +276,7 @@ class DampingSurface(DampingReading):
         return result
 
     def _clip(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, float]:
-        """Return the groups of points held within the cases, and m_a per g_m there."""
+        """Return the groups of points limited to the cases, and m_a per g_m there."""
         if not self.depends_on_acceleration:
             gamma = float(self.low[2])
         query = _points(fill, frequency, gamma)
@@ -314,12 +314,12 @@ class DampingSurface(DampingReading):
         onset_g
             Γ₀: gravity at the coupon over g; 0 for none.
         depth
-            Of the cells [m]; NaN where it is not known: then nothing jumps.
+            Depth of the cells [m]; NaN if not known, then there is no jump.
 
         Raises
         ------
         DampingError
-            If a column is missing, a point is duplicated or no row counts.
+            If a column is missing, a point is duplicated or no row is usable.
         """
         cases, mass_per_fill = counted(frame, onset_g)
         bed = SurfaceBed(onset_g, mass_per_fill, depth)
@@ -329,5 +329,5 @@ class DampingSurface(DampingReading):
 
 
 def _points(*axes: ArrayLike) -> Array:
-    """(n, 3) r, f, Γ; each may be one value."""
+    """Return (n, 3) r, f, Γ; each may be one value."""
     return np.stack(np.broadcast_arrays(*axes), axis=1)

@@ -1,4 +1,4 @@
-"""The cases that a surface is made of: which count, and what they teach its processes."""
+"""Cases of a surface: their selection, and the processes trained on them."""
 
 from dataclasses import dataclass, replace
 
@@ -19,9 +19,9 @@ AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
 VALUE, ERROR = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
 MASS, MASS_ERROR = "apparent_mass_kg_m2", "apparent_mass_error_kg_m2"
 PARTICLE_MASS = "particle_mass_per_area_kg_m2"
-CASE_COLUMNS = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]  # of a case that counts
+CASE_COLUMNS = [*AXES, VALUE, ERROR, MASS, MASS_ERROR]  # columns of the cases used
 
-# Status of the rows that count; those that are not steady have errors that say so.
+# Status of the rows used; those that are not steady have enlarged errors.
 COUNTED = ("ok", "NotSteady")
 
 STROKE = 2  # column of `groups` with the stroke
@@ -32,18 +32,17 @@ STROKE = 2  # column of `groups` with the stroke
 PRESSED = 0.94
 
 # Shares of the loss of the inelastic body below which beds next to the jump ride and above which
-# they cross: those that ride dissipate 0.07 to 0.2 of it, those that cross 0.7 and more. The few
-# between (0.44 and 0.49, of 40 near the jump) go to and fro; they say where the jump is, and
-# nothing of its sides.
+# they cross. Riding beds dissipate 0.07 to 0.2 of it, crossing ones 0.7 and more. The few between
+# (0.44 and 0.49, of 40 near the jump) alternate; they locate the jump, but belong to neither side.
 UNDECIDED = (0.3, 0.6)
 
 # u of `jump.reach` below which beds ride, whatever they dissipate: that of the inelastic body
 # that just meets both walls in every cycle, less a tenth, to which the gap is known.
 LOWEST_REACH = np.log(0.9 / LONGEST_GAP)
 
-# Scatter of ln C_e next to the jump, on either side, beside that of packings: beds have several
-# motions there (every second or third cycle is not as the last), and 24 tones that differ by a few
-# per cent in f, r or Γ, by 0.2 to 0.3 rms.
+# Scatter of ln C_e next to the jump, on either side, in addition to that of packings. Beds have
+# several motions there (every second or third cycle differs from the last): 24 tones a few per
+# cent apart in f, r or Γ scatter by 0.2 to 0.3 rms.
 RESTLESS = 0.25
 
 RIDING_RESTLESS = (0.06, 0.15)
@@ -51,24 +50,24 @@ RIDING_RESTLESS = (0.06, 0.15)
 # ln(W/L) between.
 CROSSING_RESTLESS = (0.45, 0.33)
 
-# Of ln C_e/(r f), and of m_a/(r m₁), of beds that ride: what they are taken to differ by where the
-# cases do not say more (1.4 and 0.05 in the launch study).
+# Least standard deviation of ln C_e/(r f) and of m_a/(r m₁) of riding beds, used if the cases do
+# not give a larger one (1.4 and 0.05 in the launch study).
 LEAST_SPREAD, LEAST_MASS_SPREAD = 1.0, 0.05
 
-# Of the priors of what beds that cross differ by from the inelastic body, in ln C_e and in m_a
-# over m₁: 8 % where the gap above them is well known, up to a factor of two in nearly full cells.
+# Unit of the priors for the difference of crossing beds from the inelastic body, in ln C_e and in
+# m_a/m₁: 8 % if the gap above them is well known, up to a factor of two in nearly full cells.
 UNIT = 0.2
 
-# Refits of a process with less weight on outliers: at most so many, until no constant changes by a
-# larger share.
+# Refits of a process with less weight on outliers: largest number, and relative change of the
+# constants at which they end.
 REFITS, SETTLED = 20, 0.01
 
-# Of a quantity lengths, size and scatter (d + 2,) of the process of each side.
+# Lengths, size and scatter (d + 2,) of the process of each side of a quantity.
 Constants = tuple[Array, Array | None]
 
 
 def onset(acceleration_g: ArrayLike, onset_g: ArrayLike) -> Array:
-    """h = 1 − (Γ₀/Γ)² above the onset, 0 below.
+    """Return h = 1 − (Γ₀/Γ)² above the onset, 0 below.
 
     Examples
     --------
@@ -80,7 +79,7 @@ def onset(acceleration_g: ArrayLike, onset_g: ArrayLike) -> Array:
 
 
 def clear_gap(fill_fraction: Array) -> Array:
-    """Gap L above a bed over the depth of its cell, 1 − 0.94 r.
+    """Return the gap L above a bed over the depth of its cell, 1 − 0.94 r.
 
     Examples
     --------
@@ -91,14 +90,14 @@ def clear_gap(fill_fraction: Array) -> Array:
 
 
 def groups(fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
-    """(n, 3) of r, ln Γ and ln(W/L) but for a constant."""
+    """Return (n, 3) r, ln Γ and ln(W/L) up to a constant."""
     gamma, gap = np.log(acceleration_g), np.log(clear_gap(fill_fraction))
     return np.stack([fill_fraction, gamma, gamma - 2 * np.log(frequency) - gap], axis=1)
 
 
 @dataclass(frozen=True)
 class SurfaceBed:
-    """What all cases of a surface have in common: Γ₀, m₁ [kg/m²], depth [m]; NaN where unknown.
+    """Common properties of the cases of a surface: Γ₀, m₁ [kg/m²], depth [m]; NaN if unknown.
 
     Γ₀ and depth are arrays (n,) where cases of several beds make one surface (`atlas`).
     """
@@ -113,19 +112,19 @@ class SurfaceBed:
         return bool(np.isfinite(self.depth).all() and np.isfinite(self.mass_per_fill))
 
     def points(self, fill_fraction: Array, frequency: Array, acceleration_g: Array) -> Array:
-        """Coordinates (n, 3) of the processes, `groups`."""
+        """Return coordinates (n, 3) of the processes, `groups`."""
         return groups(fill_fraction, frequency, acceleration_g)
 
     def log_stroke(self, points: Array) -> Array:
-        """ln(W/L) (n,) of `groups` (n, 3), with L = depth `clear_gap`."""
+        """Return ln(W/L) (n,) of `groups` (n, 3), with L = depth `clear_gap`."""
         return np.asarray(points[:, 2] + np.log(STANDARD_GRAVITY / (4 * np.pi**2 * self.depth)))
 
     def reached(self, points: Array) -> Array:
-        """u (n,) of `jump.reach` at `groups` (n, 3)."""
+        """Return u (n,) of `jump.reach` at `groups` (n, 3)."""
         return reach(self.log_stroke(points), points[:, 1], self.onset_g)
 
     def restless(self, points: Array) -> Array:
-        """Further scatter (2, n) of ln C_e of beds that ride and cross, at `groups` (n, 3)."""
+        """Return more scatter (2, n) of ln C_e of riding and crossing beds at `groups` (n, 3)."""
         result = np.zeros((2, len(points)))
         if self.jumps:
             stroke = self.log_stroke(points)
@@ -140,11 +139,11 @@ class SurfaceBed:
         return LEAST_SPREAD
 
     def riding(self, points: Array) -> Array | float:
-        """Trend of ln C_e/(r f h) of beds that ride at `groups` (n, 3), which processes add to."""
+        """Return the trend of ln C_e/(r f h) of riding beds at `groups` (n, 3)."""
         return 0.0
 
     def inelastic(self, points: Array) -> tuple[Array, Array]:
-        """ln 2m₁E and m₁μ (n,) at `groups` (n, 3), held beyond the largest L/W.
+        """Return ln 2m₁E and m₁μ (n,) at `groups` (n, 3), constant beyond the largest L/W.
 
         C_e = m₁ r ω E/π = 2 m₁ E r f.
         """
@@ -154,7 +153,7 @@ class SurfaceBed:
 
 @dataclass(frozen=True)
 class TrainingData:
-    """What the cases teach: points, values and sides."""
+    """Training data from the cases: points, values and sides."""
 
     bed: SurfaceBed
     points: Array  # (n, 3) `groups` of the cases
@@ -162,17 +161,17 @@ class TrainingData:
     # (n,) g_C and its error
     log_damping: Array
     log_error: Array
-    # (2, n) the error with which it teaches what beds that ride and cross do on average
+    # (2, n) their errors in the means of riding and of crossing beds
     side_error: Array
     # (n,) g_m and its error
     mass: Array
     mass_error: Array
     spread: Array | None = None  # (d,) that measures the lengths; None for that of the points
-    # (n,) cases that count less where others predict them badly; None for none
+    # (n,) cases with less weight because others predict them badly; None for none
     outliers: Flags | None = None
 
     def jump(self, lengths: Array | None = None) -> Jump | None:
-        """Return the jump that separates the cases; None where nothing is known of it."""
+        """Return the jump that separates the cases; None if there is none."""
         if not self.bed.jumps:
             return None
         points = np.delete(self.points, STROKE, axis=1)
@@ -276,7 +275,7 @@ def training_data(cases: pd.DataFrame, bed: SurfaceBed) -> TrainingData:
 
 
 def _side(share: Array, reached: Array) -> Array:
-    """Side (n,) of cases by their share of the inelastic body's loss and u of `jump.reach`.
+    """Return the side (n,) of cases by their share of the inelastic loss and u of `jump.reach`.
 
     Below the least stroke with which that body meets both walls in every cycle beds ride, whatever
     they dissipate, and from `jump.WHOLE` on there is no between.
@@ -289,7 +288,7 @@ def _side(share: Array, reached: Array) -> Array:
 
 
 def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
-    """Return the rows of a table that count, and m₁ [kg/m²], NaN where it is not known.
+    """Return the usable rows of a table, and m₁ [kg/m²], NaN if not known.
 
     Rows count whose status is one of `COUNTED`, whose C_e exceeds its own error (a value that does
     not has no logarithm to speak of) and whose Γ is above the onset; of very many those that are
@@ -321,7 +320,7 @@ def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
 
 
 def _axes_of_one_scale(cases: pd.DataFrame) -> Array:
-    """(n, 3) r, ln f and ln Γ over how they spread."""
+    """Return (n, 3) r, ln f and ln Γ over their standard deviations."""
     fill, frequency, gamma = cases[list(AXES)].to_numpy(float).T
     points = np.stack([fill, np.log(frequency), np.log(gamma)], axis=1)
     return np.asarray(points / gaussian_process.spreads(points))

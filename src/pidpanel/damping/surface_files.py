@@ -1,4 +1,4 @@
-"""The surface as ``damping/surface.nc``, what it is made of, and as a table to look at."""
+"""The surface as ``damping/surface.nc``, its data, and a table for inspection."""
 
 import numpy as np
 import pandas as pd
@@ -41,7 +41,7 @@ def to_dataset(surface: DampingSurface) -> xr.Dataset:
 
 
 def from_dataset(dataset: xr.Dataset) -> DampingSurface:
-    """Inverse of `to_dataset`."""
+    """Return the inverse of `to_dataset`."""
     cases = pd.DataFrame({name: dataset[f"case_{name}"].to_numpy() for name in CASE_UNITS})
     attrs = ("onset_g", "mass_per_fill_kg_m2", "depth_m")
     try:
@@ -65,7 +65,7 @@ def _constants(dataset: xr.Dataset, name: str) -> Constants:
 def to_frame(
     surface: DampingSurface, fills: int = 5, frequencies: int = 9, accelerations: int = 7
 ) -> pd.DataFrame:
-    """Return the surface on even r, ln f and ln Γ within its domain, as a table."""
+    """Return the surface on equally spaced r, ln f and ln Γ within its domain, as a table."""
     axes = (
         np.unique(np.linspace(surface.low[0], surface.high[0], fills)),
         np.unique(np.geomspace(surface.low[1], surface.high[1], frequencies)),

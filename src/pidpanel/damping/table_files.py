@@ -88,7 +88,7 @@ def read_columns(
     Raises
     ------
     ColumnsError
-        With all faults of the file, up to `MOST_FAULTS`.
+        If the file has faults; up to `MOST_FAULTS` are listed.
     """
     text = read_rows(path)
     allowed = IMPEDANCE if impedance else tuple(COLUMNS)
@@ -241,7 +241,7 @@ def gamma_per_unit(amplitude: str, omega: Array) -> Array:
 
 
 def quantities_of(columns: Mapping[str, Array]) -> tuple[str, str, str, str]:
-    """Return the names of C_e or what stands for it, and of m_a or its, each with its error."""
+    """Return the names of C_e or its substitute, and of m_a or its own, each with its error."""
     value = next(name for name in VALUES if name in columns)
     mass = IMAGINARY if value == REAL else MASS
     return value, ERRORS[value], mass, ERRORS[mass]

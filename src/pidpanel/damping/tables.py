@@ -40,24 +40,23 @@ from pidpanel.damping.table_files import (
     quantities_of,
 )
 
-# Frequencies of a table that are nodes of its errors; of more of them even ones are taken.
+# Largest number of nodes of the errors: the frequencies of a table, or equally spaced ones.
 MOST_NODES = 40
 
 
 def impedance_of(
     columns: Mapping[str, Array], omega: Array, mass_per_area: Array | float
 ) -> tuple[Array, Array, Array, Array]:
-    """C_e and its standard error [N s/m³], m_a and its standard error [kg/m²], (n,) each.
+    """Return C_e and its standard error [N s/m³], m_a and its standard error [kg/m²], (n,) each.
 
     Parameters
     ----------
     columns
-        (n,) the value that is given, with its error and m_a where the table has them; what it has
-        not is 0.
+        (n,) the given value, with its error and m_a; 0 if the table has none.
     omega
         (n,) ω [rad/s].
     mass_per_area
-        Of the particles [kg/m²], for a loss factor.
+        Mass of the particles per area [kg/m²], for a loss factor.
     """
     names = quantities_of(columns)
     scale = mass_per_area * omega if names[0] == LOSS_FACTOR else 1.0
@@ -67,14 +66,14 @@ def impedance_of(
 
 
 class TableReading(DampingReading):
-    """The rows of a table as a reading of the damping.
+    """Damping model from the rows of a table.
 
     Parameters
     ----------
     columns
         (n,) each, as `table_files.read_columns` returns them.
     with_mass
-        Whether m_a counts; see `without_mass`.
+        Whether m_a is included; see `without_mass`.
 
     Attributes
     ----------
@@ -114,7 +113,7 @@ class TableReading(DampingReading):
     ) -> DampingValues:
         """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`.
 
-        Beyond the rows values are held and not inside. A table of one amplitude holds for all, as
+        Beyond the rows values are constant and not inside. A table of one amplitude is for all, as
         does one without fills for every fill.
         """
         values, errors, inside = self._read(frequency, fill_fraction, acceleration_g)
@@ -122,7 +121,7 @@ class TableReading(DampingReading):
         return DampingValues(values[:n], errors[:n] * values[:n], values[n:], inside)
 
     def _read(self, frequency: Array, fill: float, gamma: float) -> tuple[Array, Array, Flags]:
-        """C_e, then m_a (2n,); standard errors of ln C_e, then m_a (2n,); inside (n,)."""
+        """Return C_e, then m_a (2n,); standard errors of ln C_e, then m_a (2n,); inside (n,)."""
         frequency = np.asarray(frequency, float)
         omega = 2 * np.pi * frequency
         fills = np.full(frequency.shape, fill if FILL in self._columns else 1.0)
@@ -138,10 +137,10 @@ class TableReading(DampingReading):
         return np.concatenate([damping, mass]), np.concatenate([relative, mass_error]), inside
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return the covariance (2n, 2n) between what is read at two points of r and Γ.
+        """Return the covariance (2n, 2n) between the values at two points of r and Γ.
 
-        A table does not say how its errors are correlated. They are taken to be fully so, over
-        the whole table; see `readings.correlated_covariance`.
+        A table does not state the correlation of its errors. Full correlation over the whole table
+        is assumed; see `readings.correlated_covariance`.
         """
         errors = (self._read(frequency, *point)[1] for point in (first, second))
         return correlated_covariance(*errors)
@@ -157,7 +156,7 @@ class TableReading(DampingReading):
 
 
 def _nodes(frequency: Array) -> Array:
-    """Frequencies of the rows, or even ones in their range where there are many."""
+    """Return the frequencies of the rows, or equally spaced ones if there are many."""
     unique = np.unique(frequency)
     if len(unique) <= MOST_NODES:
         return unique

@@ -1,7 +1,7 @@
 """Shapes of the honeycomb cells: the one registry.
 
 The study offers the names, a packing's walls and area come from the outline, the report draws the
-same outline and says the word. The corners enter the label of a packing, the word does not.
+same outline and writes the name. The corners enter the label of a packing, the name does not.
 """
 
 import math
@@ -29,7 +29,7 @@ class CellShape:
     round: bool = False  # whether it is in place of a circle, whose area it then has
 
     def outline(self, across_flats: float) -> Array:
-        """Corners of a cell round the origin, (corners, 2) [m], anticlockwise.
+        """Return the corners of a cell round the origin, (corners, 2) [m], anticlockwise.
 
         ``across_flats`` is the width between opposite sides, or the diameter of the circle [m], a
         polygon of 24 sides with its area, whose corners are 0.6 % of the radius outside it.
@@ -56,7 +56,7 @@ def bulk_fraction(diameter: float, across_flats: float) -> float:
     Parameters
     ----------
     diameter, across_flats
-        Of a sphere and of the cell [m].
+        Diameter of a sphere and width of the cell across flats [m].
 
     Examples
     --------

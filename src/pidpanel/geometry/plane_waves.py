@@ -15,10 +15,10 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 
-# Largest term of a plane wave's series left out at the largest wavenumber, as `degree` counts.
+# Largest omitted term of a plane wave's series at the largest wavenumber; see `degree`.
 TOLERANCE = 1e-5
 
-# The same at half of it: of a box that is short beside the waves this takes more terms.
+# The same at half of it: a box that is short compared with the waves needs more terms for this.
 HALF_TOLERANCE = 1e-10
 
 # Edge, in shortest wavelengths, of the boxes in which points are gathered first.
@@ -109,7 +109,7 @@ def condensed(panel: PanelQuadrature, wavenumber_max: float) -> PanelQuadrature:
     Returns
     -------
     PanelQuadrature
-        Of (n_x n_y) points, y fastest.
+        Quadrature of (n_x n_y) points, y fastest.
 
     Examples
     --------

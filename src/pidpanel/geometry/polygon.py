@@ -18,7 +18,7 @@ from pidpanel.arrays import Array
 Position = tuple[float, float]
 
 PIECE_TURN = np.radians(7.5)
-# Of the extent of a panel: far above rounding, far below anything meant.
+# Tolerance over the extent of a panel: far above rounding, far below any detail.
 SLACK = 1e-9
 
 
@@ -68,7 +68,7 @@ class Circle:
 
     @property
     def corners(self) -> Array:
-        """Of the regular polygon, (pieces, 2) [m]."""
+        """Corners of the regular polygon, (pieces, 2) [m]."""
         angle = 2 * np.pi / self.pieces * np.arange(self.pieces)
         return self.centre + self.radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
@@ -86,7 +86,7 @@ class Polygon:
 
     @property
     def corners(self) -> Array:
-        """With the arcs of rounded corners as straight pieces, (n, 2) [m]."""
+        """Corners, with the arcs of rounded ones as straight pieces, (n, 2) [m]."""
         return rounded(self.points, self.radius)
 
     def __str__(self) -> str:
@@ -115,8 +115,8 @@ def signed_area(corners: ArrayLike) -> float:
 def rounded(points: Sequence[Position], radius: float) -> Array:
     """Return the corners (n, 2) [m] of a polygon, each cut by an arc of straight pieces.
 
-    The pieces' ends lie on the arc, which touches both edges. A `ValueError` says where two arcs
-    need more than the edge between them.
+    The pieces' ends lie on the arc, which touches both edges. Raises `ValueError` if two arcs need
+    more than the edge between them.
     """
     corners = np.asarray(points, dtype=float)
     if radius == 0 or abs(signed_area(corners)) <= 1e-12 * np.ptp(corners, axis=0).max() ** 2:
@@ -153,7 +153,7 @@ def rounded(points: Sequence[Position], radius: float) -> Array:
 
 
 def check_distinct(points: Sequence[Position]) -> None:
-    """Refuse corners [m] of which one is given twice in a row.
+    """Refuse corners [m] with one given twice in a row.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Diameters of particles: what a study says, and what a packing draws.
+"""Diameters of particles: their distribution in a study, and samples for a packing.
 
 The code of this module enters the label of every packing and bed; see `pidpanel.coupon.packing`.
 """
@@ -12,7 +12,7 @@ from pidpanel.arrays import Array
 
 @dataclass(frozen=True)
 class Sizes:
-    """How the diameters of the spheres are distributed by number."""
+    """Distribution of the diameters of the spheres by number."""
 
     # ``mono``, ``normal``, ``uniform`` or ``binary``. ``normal`` has its mean in the middle and its
     # standard deviation a quarter of the range, at whose ends it is cut.
@@ -24,7 +24,7 @@ class Sizes:
     large_share: float = 0.0
 
     def draw(self, count: int, rng: np.random.Generator) -> Array:
-        """Draw so many diameters, (count,) [m]."""
+        """Draw diameters, (count,) [m]."""
         low, high = self.smallest, self.largest
         if self.kind == "mono":
             return np.full(count, low)

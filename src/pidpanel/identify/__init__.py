@@ -3,9 +3,9 @@
 `prediction`
     C_e and m_a of the atlas for many particles at once, with their covariance over the tones.
 `posterior`
-    What a measurement says of e, μ and r: weights on a grid, intervals, and how well any fit.
+    Posterior of e, μ and r from a measurement: weights on a grid, intervals, goodness of fit.
 `next_tones`
-    The tone that is expected to narrow the answer most.
+    The tone that is expected to reduce the uncertainty most.
 `force_files`
     Force over acceleration of a damper from universal files.
 `from_study`

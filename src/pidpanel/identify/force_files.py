@@ -44,9 +44,9 @@ def read_force(
     record
         Number of the data set 58, from 1; needed where there are several.
     area
-        Of the cells [m²].
+        Area of the cells [m²].
     fixture_mass
-        Mass that the force moves beside the particles [kg].
+        Mass that the force moves besides the particles [kg].
 
     Raises
     ------
@@ -65,7 +65,7 @@ def read_force(
 
 
 def _apparent_mass(path: Path, record: int | None) -> tuple[Array, Array]:
-    """Frequency (n,) [Hz] and force over acceleration (n,) [kg]."""
+    """Return the frequency (n,) [Hz] and force over acceleration (n,) [kg]."""
     data = read_data_set(path, record)
     numerator, denominator = (
         (int(data[f"{place}_spec_data_type"]), str(data[f"{place}_axis_units_lab"]).strip())
@@ -93,7 +93,7 @@ def _apparent_mass(path: Path, record: int | None) -> tuple[Array, Array]:
 
 
 def _by_band(frequency: Array, mass: Array) -> ThirdOctaveDamping:
-    """Means over the third octaves that have enough lines, of m_a − i C_e/ω (n,)."""
+    """Return the means over the third octaves that have enough lines, of m_a − i C_e/ω (n,)."""
     ends = np.round(10 * np.log10(frequency[[0, -1]])).astype(int)
     rows = []
     for low, high in edge_frequency(np.arange(ends[0], ends[1] + 1)):

@@ -44,7 +44,7 @@ PARAMETERS = ("restitution", "friction", "fill_fraction")
 
 @dataclass(frozen=True)
 class IdentificationResult:
-    """What a measurement says of the particles of a specimen."""
+    """Particles of a specimen identified from a measurement."""
 
     identification: Identification
     atlas: Atlas
@@ -101,7 +101,7 @@ def read_measurement(file: Path, atlas: Atlas) -> tuple[Identification, Specimen
     Raises
     ------
     StudyError
-        As `identify_file`.
+        If `identify_file` raises it.
     """
     document = Document(file)
     identification = section_in(document, Identification)
@@ -240,7 +240,7 @@ def _level(test: Measured, gamma: Any, count: int) -> tuple[Any, Any]:
 
 
 def _fill_prior(identification: Identification, specimen: Specimen) -> FillPrior:
-    """Return what the file says of r: itself, or the mass of the particles."""
+    """Return the prior of r from the file: r itself, or the mass of the particles."""
     if identification.fill_fraction is not None:
         return FillPrior(*FILLS, identification.fill_fraction, identification.fill_fraction_error)
     if specimen.particle_mass is None:
@@ -252,7 +252,7 @@ def _fill_prior(identification: Identification, specimen: Specimen) -> FillPrior
 def _predictions(
     atlas: Atlas, specimen: Specimen, measured: MeasuredDamping, posterior: Posterior
 ) -> pd.DataFrame:
-    """Return measured values beside those of the atlas with the identified particles."""
+    """Return measured values and those of the atlas with the identified particles."""
     tones, n = measured.tones, len(measured.tones.frequency)
     particles = np.array([[posterior.estimate(axis).mean for axis in range(3)]])
     predicted = predict(atlas, specimen, particles, tones)

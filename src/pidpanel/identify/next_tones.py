@@ -7,7 +7,7 @@ linear-Gaussian update leaves
 
     cov θ′ = cov θ − A B⁻¹ Aᵀ,
 
-and the tone tells ½ ln(det cov θ / det cov θ′).
+and the information gained from the tone is ½ ln(det cov θ / det cov θ′).
 """
 
 from typing import NamedTuple
@@ -36,7 +36,7 @@ class NextTones(NamedTuple):
 
     @property
     def best(self) -> int:
-        """The tone that tells most."""
+        """Index of the most informative tone."""
         return int(np.argmax(self.information))
 
 
@@ -67,7 +67,7 @@ def next_tones(
     further: Tones,
     relative_error: float,
 ) -> NextTones:
-    """Return what each of several further tones would tell of e and ln μ.
+    """Return the information on e and ln μ from each of several further tones.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def next_tones(
 def _conditional(
     atlas: Atlas, specimen: Specimen, measured: MeasuredDamping, particles: Array, further: Tones
 ) -> tuple[Array, Array]:
-    """Mean (b, n, k) and covariance (b, n, k, k) of ln C_e and m_a, given what was measured.
+    """Return mean (b, n, k) and covariance (b, n, k, k) of ln C_e and m_a after a measurement.
 
     k is 1 where no m_a was measured.
     """
@@ -121,6 +121,6 @@ def _conditional(
 
 
 def _drawn(weights: Array, count: int) -> Index:
-    """Return the numbers of ``count`` entries, each as often as its weight says."""
+    """Return the indices of ``count`` entries, each as often as its weight requires."""
     places = (np.arange(count) + 0.5) / count
     return np.asarray(np.searchsorted(np.cumsum(weights), places).clip(0, len(weights) - 1))

@@ -1,4 +1,4 @@
-"""What a measurement says of e, μ and r: the posterior on a grid.
+"""Posterior of e, μ and r from a measurement, on a grid.
 
 With y the measured ln C_e and m_a, p(θ) and S(θ) the prediction of the atlas for θ = (e, ln μ, r)
 with its covariance, and N the errors of the measurement,
@@ -9,8 +9,8 @@ with Σ_ij = σ_i σ_j S_ij + N_ij, its diagonal D and its correlations C. Error
 Student's t with ν = `TAILS`, each with outliers of its own; σ is their scale over the calibrated
 error (`Atlas.student_scale`).
 
-The prior is even in e and ln μ over the range of the atlas, and in r even or normal. A coarse grid
-finds where the posterior is, a fine one over that box has the answer.
+The prior is uniform in e and ln μ over the range of the atlas, and uniform or normal in r. A coarse
+grid locates the posterior, a fine one over that box resolves it.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from pidpanel.identify.prediction import Specimen, Tones, predict
 
 COARSE, FINE = (14, 8, 7), (23, 15, 9)  # points of the grids along e, ln μ and r
 NEGLIGIBLE = 1e-3  # share of the largest marginal density below which the fine grid ends
-WITHIN = 0.9  # of an interval
-DRAWN = 20_000  # sets of errors that the probability of χ² is counted in
+WITHIN = 0.9  # probability of an interval
+DRAWN = 20_000  # random samples for the probability of χ²
 UNLIKELY = 0.01  # probability of χ² below which no particles explain a measurement
-AT_END = 0.2  # density at the end of a range, over the largest one, that an interval is cut by
-WIDEST = 3.0  # standard errors of r in the grid
+AT_END = 0.2  # relative density at the end of a range above which an interval is truncated
+WIDEST = 3.0  # half width of the grid in r, in standard errors
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class MeasuredDamping:
 
 
 class FillPrior(NamedTuple):
-    """What is known of the fill fraction r beforehand."""
+    """Prior of the fill fraction r."""
 
     low: float
     high: float
@@ -75,14 +75,14 @@ class FillPrior(NamedTuple):
     error: float = np.nan
 
     def log_density(self, fill: Array) -> Array:
-        """Logarithm of the density but for a constant."""
+        """Return the logarithm of the density up to a constant."""
         if np.isnan(self.value):
             return np.zeros(len(fill))
         return np.asarray(-0.5 * ((fill - self.value) / self.error) ** 2)
 
 
 class ParameterEstimate(NamedTuple):
-    """Mean, standard deviation and 90 % interval of a parameter, and the ends that cut it."""
+    """Mean, standard deviation and 90 % interval, and whether the prior's range truncates it."""
 
     mean: float
     error: float
@@ -98,7 +98,7 @@ class Posterior:
 
     axes: tuple[Array, Array, Array]  # e, ln μ, r
     weights: Array  # (n_e, n_mu, n_r), of sum 1
-    chi_square: Array  # likewise
+    chi_square: Array  # (n_e, n_mu, n_r)
     ranges: Sequence[tuple[float, float]]  # of the prior
     count: int  # measured values
 
@@ -113,7 +113,7 @@ class Posterior:
         return np.asarray(share / quadrature(self.axes[axis]))
 
     def estimate(self, axis: int) -> ParameterEstimate:
-        """Return what is known of e, ln μ or r, by the number of its axis."""
+        """Return the estimate of e, ln μ or r, by the number of its axis."""
         x, density = self.axes[axis], self.density(axis)
         share = density * quadrature(x)
         mean = float(share @ x)
@@ -126,7 +126,7 @@ class Posterior:
 
     @property
     def correlation(self) -> Array:
-        """(3, 3) of e, ln μ and r; 0 with what is known exactly."""
+        """(3, 3) correlation of e, ln μ and r; 0 with parameters that are known exactly."""
         weights = self.weights.ravel()
         away = self.particles - weights @ self.particles
         covariance = (weights[:, None] * away).T @ away
@@ -162,8 +162,16 @@ def identify(
 
     Parameters
     ----------
+    atlas
+        Simulated beds that predict C_e and m_a.
+    specimen
+        Cell and known properties of the specimen.
+    measured
+        Measured C_e and m_a with errors.
+    fill
+        Prior of r.
     ranges
-        Of e and ln μ.
+        Lower and upper limits of e and of ln μ.
     """
     ends = [*ranges, _fill_range(fill)]
     coarse = posterior_on(atlas, specimen, measured, fill, _axes(ends, COARSE))
@@ -179,7 +187,7 @@ def posterior_on(
     fill: FillPrior,
     axes: tuple[Array, Array, Array],
 ) -> Posterior:
-    """Return the posterior on the grid of some axes."""
+    """Return the posterior on a grid."""
     particles = grid_points(axes)
     predicted = predict(atlas, specimen, particles, measured.tones)
     used = np.flatnonzero(np.isfinite(measured.values))
@@ -208,7 +216,7 @@ def grid_points(axes: Sequence[Array]) -> Array:
 
 
 def quadrature(x: Array) -> Array:
-    """Return the weights of the trapezoidal rule on even points; 1 for a single one."""
+    """Return the weights of the trapezoidal rule on equally spaced points; 1 for a single point."""
     if len(x) == 1:
         return np.ones(1)
     weights = np.full(len(x), x[1] - x[0])
@@ -217,7 +225,7 @@ def quadrature(x: Array) -> Array:
 
 
 def quantiles(x: Array, density: Array, shares: Sequence[float]) -> tuple[float, ...]:
-    """Return the points below which some shares of a density lie, with cubics between its points.
+    """Return quantiles of a density that is interpolated by cubics.
 
     Examples
     --------
@@ -249,6 +257,6 @@ def _fill_range(fill: FillPrior) -> tuple[float, float]:
 
 
 def _support(x: Array, density: Array) -> tuple[float, float]:
-    """Return where a density on even points is not negligible, with a point beyond."""
+    """Return the range in which a density is not negligible, extended by one point on each side."""
     places = np.flatnonzero(density > NEGLIGIBLE * density.max())
     return float(x[max(places[0] - 1, 0)]), float(x[min(places[-1] + 1, len(x) - 1)])

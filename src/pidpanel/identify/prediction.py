@@ -1,7 +1,7 @@
 """C_e and m_a of the atlas for many particles at once, with their covariance over the tones.
 
-In place of the reading of one coupon (`damping.atlas.AtlasDamping`): particles differ in e, μ and r
-from row to row, and what the atlas does not know is common to neighbouring tones.
+It replaces the damping model of one coupon (`damping.atlas.AtlasDamping`): particles differ in e,
+μ and r from row to row, and errors of the atlas are common to neighbouring tones.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ BLOCK = 800  # points that are predicted at once; their kernels fit in the cache
 
 @dataclass(frozen=True)
 class Specimen:
-    """What is known of the damper: its cell and particles, but for e, μ and r."""
+    """Known properties of the damper: cell and particles, without e, μ and r."""
 
     # across flats of the cell, its depth, and the diameter of the particles [m]
     width: float
@@ -80,8 +80,8 @@ def predict(atlas: Atlas, specimen: Specimen, particles: Array, tones: Tones) ->
     Returns
     -------
     Prediction
-        With the calibrated errors of the atlas; those of the mass of the particles, unless they
-        were weighed, and of broadband motion are common to all tones.
+        Values with the calibrated errors of the atlas. Errors of broadband motion and of the mass
+        of the particles, unless they were weighed, are common to all tones.
     """
     step = max(1, BLOCK // len(tones.frequency))
     blocks = [

@@ -1,1 +1,1 @@
-"""Measured PSDs and transmissibilities of the response points beside computed ones."""
+"""Measured PSDs and transmissibilities of the response points, compared with computed ones."""

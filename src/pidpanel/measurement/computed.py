@@ -35,7 +35,7 @@ def computed_psd(
     Parameters
     ----------
     curves
-        Of ``response/psd.nc``, ``base/psd.nc`` or ``base/sine.nc``.
+        Curves of ``response/psd.nc``, ``base/psd.nc`` or ``base/sine.nc``.
     place
         Reading, scenario and point.
     over_base

@@ -131,5 +131,5 @@ def _universal(path: Path, record: int | None) -> tuple[Array, Array, bool]:
 
 
 def is_in_g(label: str) -> bool:
-    """Whether the label of an axis states g, or g²/Hz."""
+    """Return whether the label of an axis states g, or g²/Hz."""
     return IN_G.match(label.strip().lstrip("(")) is not None

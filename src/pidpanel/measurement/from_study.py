@@ -1,4 +1,4 @@
-"""Measured PSDs of a study beside computed ones: the only module of the stage that reads it."""
+"""Measured and computed PSDs of a study: the only module of the stage that reads it."""
 
 from collections.abc import Iterator, Mapping
 from functools import partial

@@ -11,5 +11,5 @@
 `excited`, `variants`
     The best layouts at their consistent motion, with errors, dead weight and robustness.
 `proposal`
-    Layouts that the uncertainty cannot tell apart, and the front of mass and reduction.
+    Layouts that are equivalent within the uncertainty, and the front of mass and reduction.
 """

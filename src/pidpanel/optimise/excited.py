@@ -1,4 +1,4 @@
-"""The panel of a study under each excitation that a search counts, with dampers on places.
+"""The panel of a study under each excitation of a search, with dampers on places.
 
 Each plate has the places as its patches. The best layouts are confirmed at their consistent motion,
 in a basis that is checked with them.
@@ -82,7 +82,7 @@ class UnderSound:
     ) -> list[Finalist]:
         """Return layouts at their consistent motion, in a basis checked with them.
 
-        A `ResponseError` says that a damper feeds energy to the panel.
+        Raises `ResponseError` if a damper feeds energy to the panel.
         """
         panel = self.panel(plate, places)
         static = static_shapes(panel.basis, plate)

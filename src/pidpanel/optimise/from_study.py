@@ -152,7 +152,7 @@ def _joint(panels: Iterable[PlacedPanel], objective: Objective) -> JointPanel:
 def _reduced(
     panel: PlacedPanel, objective: Objective, modal: ModalBasis, rank: int = RANK
 ) -> ReducedPanel:
-    """Return the panel of a search with some modes, and what counts."""
+    """Return the panel of a search with some modes, and the outputs of its objective."""
     settings, excitation = panel.settings, panel.excitation
     if isinstance(excitation, BaseExcitation):
         ratio = modal.modal_mass / panel.modal.modal_mass  # forces of inertia go with the masses
@@ -196,9 +196,9 @@ def _alternatives(
 
 
 def objective_of(section: Optimise, basis: PanelBasis, counted: Index) -> Objective:
-    """Return what a study makes small, at (n,) counted response points.
+    """Return the objective of a study at some response points (n,).
 
-    The points of the basis that stand for the panel come last.
+    The points of the basis that represent the panel come last.
     """
     if section.objective == "stress":
         layers = distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
@@ -213,7 +213,7 @@ def objective_of(section: Optimise, basis: PanelBasis, counted: Index) -> Object
 def _scenario(
     problem: Problem, fillings: Sequence[FilledDamper], number: int, layout: Layout
 ) -> ResponseScenario:
-    """Return a layout as a scenario, its place among all as its label."""
+    """Return a layout as a scenario, labelled by its number."""
     options, filled = problem.options, []
     for option in layout:
         filling, place = fillings[options.filling[option]], int(options.place[option])
@@ -222,14 +222,14 @@ def _scenario(
 
 
 def counted_excitations(study: Study) -> list[str]:
-    """Return what the search counts: sound, base or both, by default what the study has."""
+    """Return the excitations of the search: sound, base or both, by default all of the study."""
     wanted = section_of(study).excitation
     has = {"sound": study.sound is not None, "base": study.base and study.base.random is not None}
     return [name for name in EXCITATIONS if has[name] and wanted in (None, name, "both")]
 
 
 def excited_panels(study: Study, files: Files) -> dict[str, Excited]:
-    """Return the panel under each excitation that counts."""
+    """Return the panel under each excitation of the search."""
     section = section_of(study)
     panels: dict[str, Excited] = {}
     with_strains = section.objective == "stress"
@@ -247,7 +247,7 @@ def excited_panels(study: Study, files: Files) -> dict[str, Excited]:
 
 
 def _with_vertices(section: Optimise, basis: PanelBasis) -> PanelBasis:
-    """Return a basis whose points stand for the panel where the whole panel counts."""
+    """Return a basis with points that represent the panel if its whole response is minimised."""
     if section.objective != "panel":
         return basis
     return with_points(basis, spread_vertices(basis.vertex_position))

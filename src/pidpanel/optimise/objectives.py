@@ -1,4 +1,4 @@
-"""What a search makes small: mean squares of motions at points, summed in groups.
+"""Objectives of a search: mean squares of motions at points, summed in groups.
 
 The search bounds mean squares of anything linear in the motion. `accelerations` are those of w,
 `oscillators` weigh them with the gain of an oscillator on the point, and `stresses` are the three
@@ -20,12 +20,12 @@ from pidpanel.solve.stress import VON_MISES, Layers
 
 CURVATURE = slice(1, 4)  # of the motions w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz at a point
 
-PLACES = 24  # vertices that stand for the panel, beside the response points
+PLACES = 24  # vertices that represent the panel, besides the response points
 
 
 @dataclass(frozen=True)
 class Objective:
-    """Groups of outputs, of which the largest counts; an output is a row with a weight."""
+    """Groups of outputs, the largest of which is minimised; an output is a row with a weight."""
 
     # (n_rows,) point of each row, and (n_rows, m) shares of the m motions there
     point: Index
@@ -34,7 +34,7 @@ class Objective:
     row: Index
     group: Index
     factor: Callable[[Array], Array]  # frequency (nf,) → (nf, n_outputs) on the PSDs of the rows
-    # From the root of a mean square to what is said, and its unit
+    # Factor from the root of a mean square to the stated value, and its unit
     scale: float = 1 / STANDARD_GRAVITY
     unit: str = "g rms"
 
@@ -63,7 +63,7 @@ class Objective:
         Parameters
         ----------
         log_rms_error
-            (n_points,) of ln of the rms acceleration, which all points share.
+            (n_points,) standard error of ln of the rms acceleration, common to all points.
         """
         outputs, psd = self.outputs(response.frequency), self._psd(response)
         parts = np.sum(psd[:, self.row] * outputs.weight, axis=0)[:, None] * outputs.groups
@@ -94,7 +94,7 @@ def oscillators(points: Index, natural: Array, quality: float) -> Objective:
 
 
 def stresses(points: Index, layers: Layers, motions: int) -> Objective:
-    """Return the mean squares of the von Mises stress at points, in each layer; said at 3σ."""
+    """Return the mean squares of the von Mises stress at points, in each layer; stated as 3σ."""
     parts = np.linalg.cholesky(VON_MISES).T @ layers.stress  # (n_layers, 3, 3)
     count = parts.shape[0] * 3
     motion = np.zeros((points.size * count, motions))
@@ -109,7 +109,7 @@ def stresses(points: Index, layers: Layers, motions: int) -> Objective:
 
 
 def spread_vertices(position: Array, count: int = PLACES) -> Index:
-    """Return vertices (count,) of which each is as far as can be from those before it.
+    """Return vertices (count,), each as far as possible from those before it.
 
     Examples
     --------

@@ -38,7 +38,7 @@ class Places:
 
     @property
     def area(self) -> float:
-        """Of each place [m²]."""
+        """Area of each place [m²]."""
         return self.size[0] * self.size[1]
 
     @property
@@ -68,10 +68,19 @@ def places_on(
     spacing: tuple[float, float],
     obstacles: Iterable[BaseGeometry],
 ) -> Places:
-    """Return the places of a grid that lie on a panel and meet no obstacle; `NoPlace` without any.
+    """Return the places of a grid that lie on a panel and meet no obstacle.
 
-    The grid begins at the lower left corner of the rectangle about the panel. Size and spacing of
-    the places are along x and y [m]. Touching an obstacle along an edge is allowed.
+    The grid begins at the lower left corner of the rectangle about the panel. Raises `NoPlace` if
+    there is no such place.
+
+    Parameters
+    ----------
+    area
+        Area of the panel without its holes [m].
+    size, spacing
+        Size and spacing of the places along x and y [m].
+    obstacles
+        Areas without dampers, which places may touch along an edge [m].
     """
     x0, y0, x1, y1 = area.bounds
     counts = [
@@ -107,7 +116,7 @@ def overlaps_of(
 ) -> tuple[sp.csr_array, list[sp.csr_array], Array]:
     """Return weights and D of each place on all elements, and how well the mesh follows it.
 
-    An element counts by its quadrature points (n, 2) within the place; the sum is scaled to the
+    An element is weighted by its quadrature points (n, 2) in the place; the sum is scaled to the
     area. Weights over the places are (n_places, n) [m²], 0 outside, D (n_free, n_free) [m²], and
     the relative errors of the areas before they are scaled (n_places,).
     """
@@ -130,7 +139,7 @@ class PlacedPanel(ResponsePanel):
     """A panel whose patches are places, which elements need not follow; for rms values and PSDs."""
 
     place_area: float = 0.0  # of each place [m²]
-    # Whether curvatures at the points are looked at beside the deflection
+    # Whether curvatures at the points are computed in addition to the deflection
     with_strains: bool = False
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What is proposed: layouts to confirm, and tables of them."""
+"""Proposed layouts: those to confirm, and tables of them."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from pidpanel.optimise.search import Layout, Problem, Proof, Sampling, greedy
 from pidpanel.optimise.variants import VARIANTS
 from pidpanel.solve.model import PanelResponse
 
-BUDGETS = 5  # even budgets up to that of the study, each with a search of its own
+BUDGETS = 5  # equally spaced budgets up to that of the study, each with its own search
 
-BEST = 5  # best layouts of the search that are confirmed, beside the lightest of each reduction
+BEST = 5  # best layouts of the search that are confirmed, besides the best of smaller budgets
 
-EXCITATIONS = ("sound", "base")  # what a search may count
+EXCITATIONS = ("sound", "base")  # excitations that a search may use
 
-COMPUTED = 0.05  # difference of reductions that computing leaves: lines, basis, frozen damping [dB]
+COMPUTED = 0.05  # numerical error of a difference of reductions: lines, basis, frozen damping [dB]
 
 
 def layouts_to_confirm(problem: Problem, best: Layout) -> list[Layout]:
@@ -51,20 +51,20 @@ class Proposals:
     layouts: Sequence[Layout]  # in the order in which they were confirmed
     # The same at their consistent motion, by excitation
     finalists: Mapping[str, Sequence[Finalist]]
-    counted: Index  # (n,) response points that count
-    objective: Objective  # what is to be small
+    counted: Index  # (n,) response points of the objective
+    objective: Objective  # quantity that is minimised
     variants_db: Array  # (n_layouts, n_variants) reductions of `variants` [dB]
     # Mass [kg] → reductions of thicker face sheets and of a damping layer of that mass [dB]; NaN
-    # where the study does not tell
+    # if the study does not state them
     alternatives_db: Callable[[float], tuple[float, float]]
 
     def value(self, response: PanelResponse) -> float:
-        """Return what counts of a response, in the unit of the objective."""
+        """Return the objective of a response, in its unit."""
         square = self.objective.mean_square(response).max()
         return self.objective.scale * float(np.sqrt(square))
 
     def _reductions(self, number: int) -> dict[str, dict[str, float]]:
-        """Return what a layout reduces under each excitation, the smallest reduction first."""
+        """Return the results of a layout under each excitation, the smallest reduction first."""
         rows: dict[str, dict[str, float]] = {}
         for name, finalists in self.finalists.items():
             finalist = finalists[number]

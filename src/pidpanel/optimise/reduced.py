@@ -41,7 +41,7 @@ class Additions:
 
 
 class Outputs(NamedTuple):
-    """What counts of the PSDs of some rows, on some lines."""
+    """Outputs of the objective from the PSDs of some rows, on some lines."""
 
     row: Index  # (n_outputs,) row of each output
     weight: Array  # (nf, n_outputs) with which PSDs of the rows sum to mean squares
@@ -57,24 +57,24 @@ class ReducedPanel:
     """Receptances and PSDs between the points and the motions of all places.
 
     Columns of both are computed as a place is first used. On the lines ``frequency`` (nf,) [Hz],
-    PSDs of w times ``weight`` sum to mean squares of the acceleration, of which ``points`` count.
+    PSDs of w times ``weight`` sum to mean squares of the acceleration at ``points``.
     The places are the patches of the panel.
 
     Parameters
     ----------
     points
-        (n_rows, n) w of the shapes at the points, or other motions that count.
+        (n_rows, n) w of the shapes at the points, or other motions of the objective.
     outputs
-        What counts of these motions; None for the acceleration at each.
+        Outputs of the objective from these motions; None for the acceleration at each.
     rank
         Motions of each place, those with the most energy on the bare panel; None for all.
     precision
-        Of what is stored.
+        Type of the stored numbers.
 
     Raises
     ------
     ResponseError
-        Where it takes more than `LARGEST` bytes.
+        If it takes more than `LARGEST` bytes.
     """
 
     def __init__(
@@ -146,7 +146,7 @@ class ReducedPanel:
 
     @property
     def bare(self) -> Array:
-        """(n_points,) mean squares that count without dampers, such as [m²/s⁴]."""
+        """(n_points,) mean squares of the objective without dampers, such as [m²/s⁴]."""
         return self._outputs.mean_square(self._point_psd)
 
     def additions(
@@ -265,7 +265,7 @@ def acceleration_weight(frequency: Array) -> Array:
 
 
 def _force_factors(excitation: Excitation, frequency: Array) -> Complexes | Array:
-    """L (nf, n, k) with G = L Lᴴ."""
+    """Return L (nf, n, k) with G = L Lᴴ."""
     factors = excitation.factors(frequency)
     if factors is not None:
         return factors
@@ -275,7 +275,7 @@ def _force_factors(excitation: Excitation, frequency: Array) -> Complexes | Arra
 
 
 def _leading(factor: Array, energy: Array, rank: int) -> Array:
-    """E (n, rank) of U with D = U Uᵀ, the motions with the most energy; padded with none."""
+    """Return E (n, rank) of U with D = U Uᵀ, the motions with the most energy; padded with none."""
     _, vector = np.linalg.eigh(factor.T @ energy @ factor)
     columns = factor @ vector[:, ::-1][:, :rank]
     return np.pad(columns, ((0, 0), (0, rank - columns.shape[1])))
@@ -304,7 +304,7 @@ class JointPanel:
 
     @property
     def points(self) -> int:
-        """Number of mean squares that count."""
+        """Number of mean squares of the objective."""
         return sum(part.points for part in self.parts)
 
     @cached_property

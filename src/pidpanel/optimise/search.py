@@ -1,13 +1,12 @@
 """Layouts within limits: greedy search with exchange, branch and bound, checks of the bound.
 
-The search is on damping that is frozen. What a layout removes from the mean square at a point is
-nearly submodular: a damper removes less, the more there are beside it. Where that holds, the sum
-of what single dampers remove bounds what they remove together (Nemhauser, Wolsey, Fisher 1978).
-This is not guaranteed for dampers with mass: it is sampled, violations are counted, and the bound
-is enlarged by the largest ratio found.
+The search uses frozen damping. The reduction of the mean square at a point is nearly submodular:
+each damper removes less, the more others there are. Where this holds, the sum of the individual
+reductions bounds the joint one (Nemhauser, Wolsey, Fisher 1978). Dampers with mass may violate it,
+so it is sampled: violations are counted, and the bound is enlarged by the largest ratio found.
 
-The sum of what dampers on different groups of places remove alone, of so many at most and within a
-mass M, is bounded for any price μ ≥ 0 of mass by Lagrange's relaxation:
+For a limited number of dampers on different groups of places with a total mass M, the sum of the
+individual reductions is bounded for any price μ ≥ 0 of mass by Lagrange's relaxation:
 
     Σ gain ≤ μ M + Σ over the best groups of max over their dampers (gain − μ mass)₊.
 """
@@ -27,29 +26,29 @@ from pidpanel.optimise.options import Options
 from pidpanel.optimise.places import Places
 from pidpanel.optimise.reduced import JointPanel
 
-CHAINS = 5  # random layouts on which the property is sampled, one damper after another
+CHAINS = 5  # random layouts on which submodularity is sampled, one damper after another
 
-TOLERANCE = 1e-4  # of the bare mean square: violations below are those of single precision
+TOLERANCE = 1e-4  # of the bare mean square: smaller violations are rounding in single precision
 
-CLOSE = 0.005  # share of the mean square below which branches are not searched, 0.02 dB
+CLOSE = 0.005  # improvement of the objective below which branches are not searched, 0.02 dB
 
 Layout = tuple[int, ...]  # indices of options, rising
 
 
 @dataclass
 class Problem:
-    """Layouts of some options within limits."""
+    """Layouts of options within limits of mass and number."""
 
     panel: JointPanel
     options: Options
     places: Places
     budget: float  # largest mass [kg]
-    most: int  # number of patches at most
-    # Mean square that counts [m²/s⁴] of every layout that was looked at
+    most: int  # largest number of patches
+    # Objective of every evaluated layout, such as [m²/s⁴]
     evaluated: dict[Layout, float] = field(default_factory=dict)
 
     def on_places(self, used: Index, layouts: Sequence[Layout]) -> tuple[Problem, list[Layout]]:
-        """Return the problem with some of its places, and layouts in its options."""
+        """Return the problem on some of its places, and layouts in the options of those."""
         index = np.flatnonzero(np.isin(self.options.place, used))
         position = {option: number for number, option in enumerate(index.tolist())}
         options = self.options.subset(index, used)
@@ -57,7 +56,7 @@ class Problem:
         return fewer, [tuple(position[option] for option in layout) for layout in layouts]
 
     def objective(self, mean_square: Array) -> Array:
-        """Return what is to be small, the largest of mean squares (…, n_points)."""
+        """Return the objective, the largest of mean squares (…, n_points)."""
         return np.asarray(mean_square.max(axis=-1))
 
     def mass(self, layout: Layout) -> float:
@@ -65,7 +64,7 @@ class Problem:
         return float(self.options.mass[list(layout)].sum())
 
     def feasible(self, layout: Layout) -> Flags:
-        """Return (n_options,) which further dampers the limits allow."""
+        """Return which further dampers the limits allow, (n_options,)."""
         options, rest = self.options, self.budget * (1 + 1e-9) - self.mass(layout)
         filled = self.places.overlap[options.place[list(layout)]].sum(axis=0) > 0
         fits = (options.mass <= rest) & (len(layout) < self.most)
@@ -98,7 +97,7 @@ class Problem:
 def greedy(problem: Problem) -> Layout:
     """Return the best layout of greedy searches with exchange.
 
-    Each number of patches is tried with fillings light enough that as many fit.
+    Each number of patches n is tried with fillings no heavier than budget/n.
     """
     best: Layout = ()
     value = float(problem.objective(problem.panel.bare))
@@ -120,7 +119,7 @@ def greedy(problem: Problem) -> Layout:
 
 
 def exchanged(problem: Problem, layout: Layout) -> Layout:
-    """Return a layout that no exchange or addition of a damper makes better."""
+    """Return a layout improved by exchanging and adding dampers until no single change helps."""
     value = problem.evaluated.get(layout, np.inf)
     improved = True
     while improved:
@@ -138,21 +137,21 @@ def exchanged(problem: Problem, layout: Layout) -> Layout:
 
 @dataclass(frozen=True)
 class Sampling:
-    """Whether what single dampers remove bounds what they remove together."""
+    """Submodularity sampled on random layouts."""
 
-    # Numbers of comparisons, and of those in which a damper removes more beside others
+    # Numbers of comparisons, and of those in which a damper removes more among others
     checks: int
     violations: int
     largest: float  # largest violation, as a share of the bare mean square
-    # Largest of what layouts remove over the sum of what their dampers remove; at least 1
+    # Largest ratio of a joint reduction to the sum of the individual ones; at least 1
     ratio: float
-    # Most that dampers remove beside another over ``ratio`` times the sum of what each removes
-    # without it, as a share of the bare mean square; at least 0
+    # Largest excess of a reduction next to another damper over ``ratio`` times the sum of the
+    # individual ones without it, as a share of the bare mean square; at least 0
     excess: float
 
 
 def sample_property(problem: Problem, seed: int = 0) -> Sampling:
-    """Sample the property on random layouts, built one damper after another."""
+    """Sample submodularity on random layouts, built one damper after another."""
     generator, bare = np.random.default_rng(seed), problem.panel.bare
     checks, violations, largest, ratio, chains = 0, 0, 0.0, 1.0, []
     for _ in range(CHAINS):
@@ -175,7 +174,7 @@ def sample_property(problem: Problem, seed: int = 0) -> Sampling:
 
 
 class _Chain(NamedTuple):
-    """Dampers that were added one after another."""
+    """Dampers added one after another."""
 
     states: list[tuple[Array, Array]]  # mean squares before each, and with each option in its place
     drawn: list[int]
@@ -213,29 +212,39 @@ def _excess(bare: Array, chain: _Chain, ratio: float) -> float:
 
 @dataclass(frozen=True)
 class Proof:
-    """The best layout, and how good any other can be on the frozen damping."""
+    """The best layout, and a bound on all others for the frozen damping."""
 
     layout: Layout
-    # Mean square that counts of the layout, and the least that any layout can have [m²/s⁴]
+    # Objective of the layout, and lower bound on that of any layout, such as [m²/s⁴]
     value: float
     bound: float
-    nodes: int  # layouts whose further dampers were all evaluated
+    nodes: int  # number of expanded layouts: those with every further damper evaluated
     is_exhaustive: bool = False  # whether every layout was evaluated, so that no bound is needed
 
     @property
     def gap_db(self) -> float:
-        """How much lower any other layout can be [dB]; ∞ where the bound leaves nothing."""
+        """Largest possible improvement by any other layout [dB]; ∞ if the bound is not positive."""
         if self.bound <= 0:
             return float("inf")
         return float(10 * np.log10(self.value / min(self.bound, self.value)))
 
 
 def branch_and_bound(problem: Problem, start: Layout, sampling: Sampling, nodes: int) -> Proof:
-    """Return the best layout with a bound on all others, from a good one.
+    """Return the best layout with a bound on all others.
 
-    At most ``nodes`` layouts have their further dampers evaluated. What those remove is enlarged as
-    the sampling says. Where the property fails, branches are looked at beyond the bound, as far as
-    the nodes reach.
+    If submodularity is violated, pruning is disabled and the search continues until ``nodes``
+    layouts are expanded.
+
+    Parameters
+    ----------
+    problem
+        Options, places and limits; its ``evaluated`` layouts are extended.
+    start
+        Good layout to start from, such as that of `greedy`.
+    sampling
+        Sampled ratio and excess by which reductions are enlarged in the bounds.
+    nodes
+        Maximum number of expanded layouts.
     """
     best = start
     value = float(problem.objective(problem.mean_square(start)))
@@ -268,7 +277,7 @@ def branch_and_bound(problem: Problem, start: Layout, sampling: Sampling, nodes:
 def _children(
     problem: Problem, layout: Layout, square: Array, sampling: Sampling
 ) -> Iterator[tuple[float, int, Flags]]:
-    """Yield bound, option and further options of each branch; each layout is in one of them."""
+    """Yield bound, option and further options of each branch; each layout is in one branch."""
     free = problem.most - len(layout) - 1
     finite = np.isfinite(square[:, 0])
     if not finite.any() or free == 0:
@@ -292,11 +301,11 @@ def _children(
             yield float(np.max(weights @ square[option] - removed - excess)), option, further
 
 
-PRICES = 12  # prices of mass that are tried, beside none
+PRICES = 12  # prices of mass that are tried, besides 0
 
 
 def weights_of_points(points: int) -> Array:
-    """Return weights (k, n_points) whose means bound what counts from below.
+    """Return weights (k, n_points) whose means bound the objective from below.
 
     The largest of some values is at least any mean of them: each alone, pairs, and all.
     """

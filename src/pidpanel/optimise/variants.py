@@ -21,7 +21,7 @@ DAMPING_FACTORS = (0.5, 2.0)  # on the damping ratio of the panel
 
 MASS_FACTORS = (0.9, 1.1)  # on C_e and m_a: the tolerance of the mass that is filled in
 
-FACE_SHARE = 0.5  # share of the face sheets in the mass of a panel whose section does not tell it
+FACE_SHARE = 0.5  # share of the face sheets in the mass of a panel whose section does not state it
 
 VARIANTS = (
     *(f"level_{level:+g}_db" for level in LEVELS_DB),
@@ -36,7 +36,7 @@ def reductions(
     layouts: Sequence[Layout],
     panel_with: Callable[[float], JointPanel],
 ) -> Array:
-    """Return the reduction of what counts of each layout with each of `VARIANTS`.
+    """Return the reduction of the objective of each layout with each of `VARIANTS`.
 
     The damping is frozen at the motion of each damper alone in the variant.
 

@@ -18,7 +18,7 @@ the waves and how heavy the patches can be.
 `plate`, `thin`, `mindlin`
     The assembled plate, by Kirchhoff's theory or with transverse shear.
 `modes`, `basis`
-    Modes and the shapes that dampers need beside them; their values where they are needed.
+    Modes and further shapes that dampers need; their values where they are needed.
 `eigen`
     Many eigenpairs of large sparse matrices.
 `navier`, `resolution`

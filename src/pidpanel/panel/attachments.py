@@ -19,7 +19,7 @@ LINE_POINTS = np.polynomial.legendre.leggauss(3)
 
 @dataclass(frozen=True)
 class Attachment:
-    """A mass, or a spring along z to the ground, at a point or spread evenly along a line."""
+    """A mass, or a spring along z to the ground, at a point or uniform along a line."""
 
     ends: tuple[Position, ...]  # (x, y) [m] of the point, or of both ends of a straight line
     mass: float = 0.0  # of the whole line [kg]

@@ -50,8 +50,8 @@ class PanelBasis(WettedFace):
     layer_strain: Array
     layer_stress: Array
     core_stress: Array  # (2, 2) shear stress of the core per shear angle [Pa]
-    # (2, n_held + 1, n) reactions (see `pidpanel.panel.reactions`) of what stands at single points:
-    # of supports and springs, and, times ω², of masses
+    # (2, n_held + 1, n) reactions at single points (see `pidpanel.panel.reactions`): those of
+    # supports and springs, and those of masses, to be multiplied by ω²
     reactions: Array
     point_position: Array  # (n_points, 2) positions of the response points [m]
     cell_in_patch: Flags  # (n_patches, n_cells) the cells of each patch
@@ -122,7 +122,7 @@ def values_of(plate: PlateMatrices, shapes: Shapes, points: Index) -> dict[str, 
 
 
 def _overlap_of(vectors: Array, overlap: sp.csr_array) -> Array:
-    """VᵀD V (n, n) of a patch."""
+    """Return VᵀD V (n, n) of a patch."""
     _, D, rows = on_patch(overlap, vectors)
     return rows.T @ (D @ rows)
 

@@ -16,7 +16,7 @@ import scipy.sparse.linalg as spla
 from pidpanel.arrays import Array
 from pidpanel.progress import computed
 
-BLOCK = 8  # columns at once; no eigenvalue has so many shapes
+BLOCK = 8  # columns at once, more than the multiplicity of any eigenvalue
 
 # Eigenvalues sought from one shift, at most about: 968 of a large wing take 186 CPU-s from four
 # shifts and 217 from seven.
@@ -93,7 +93,7 @@ def _near(
         basis[:, last], of_mass[:, last] = step, of_step
         count += BLOCK
         new = solve(of_mass[:, last])
-        # what the recurrence of Lanczos says, and then what rounding adds to it
+        # the recurrence of Lanczos, then the correction of rounding errors
         projected[last, last] = of_mass[:, last].T @ new
         new -= basis[:, last] @ projected[last, last]
         if count > BLOCK:

@@ -1,4 +1,4 @@
-"""Files of the panel's basis and its plate: NetCDF for the stages that follow, VTU to look at.
+"""Files of the panel's basis and its plate: NetCDF for later stages, VTU for viewing.
 
 The response compares its reduced basis with all elements: for that it needs the sparse matrices of
 the assembled plate and the shapes of its basis.
@@ -18,14 +18,14 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
 
 VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
-# Of single precision: the 6e-8 by which each value errs are 1e-9 of an integral over the panel.
+# In single precision: errors of 6e-8 of each value are 1e-9 of an integral over the panel.
 SINGLE = {"shape_at_quadrature", "shape_at_vertices"}
-# Only looked at: 16 bits, of which the largest value of each shape takes all
+# Only for viewing: 16 bits, scaled to the largest value of each shape
 PACKED = {"curvature_at_vertices", "shear_at_vertices"}
 FULL = 2**15 - 1
 # NetCDF 3 holds big-endian numbers and 32-bit integers: the types to compute with, by kind
 NATIVE = {"f": np.float64, "i": np.int64, "b": np.bool_}
-SYMMETRIC = ("stiffness", "mass")  # matrices of which the upper triangle is stored
+SYMMETRIC = ("stiffness", "mass")  # matrices stored by their upper triangle
 
 
 def write_basis(path: Path, basis: PanelBasis, attributes: Mapping[str, str]) -> None:
@@ -157,7 +157,7 @@ def read_plate(path: Path) -> StoredPlate:
 
 
 def _as_variables(name: str, matrix: sp.csr_array) -> dict[str, Any]:
-    """Compressed rows; an empty array has one entry that counts nothing, NetCDF 3 has no less."""
+    """Return compressed rows; an empty array has one unused entry, as NetCDF 3 needs one."""
     entries = f"{name}_entry"
     return {
         f"{name}_data": ((entries,), matrix.data, {"shape": np.array(matrix.shape, np.int32)}),

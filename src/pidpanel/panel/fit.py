@@ -1,4 +1,4 @@
-"""Whether what holds and loads a panel fits it: refused before it is meshed or assembled."""
+"""Checks of supports and attachments against the panel, before it is meshed or assembled."""
 
 from collections.abc import Callable, Iterable, Mapping
 from itertools import combinations
@@ -17,12 +17,12 @@ from pidpanel.panel.reactions import added_compliance, change_nearby, foot_logar
 from pidpanel.panel.section import Section, ThinSection
 from pidpanel.panel.supports import PointSupport, Supports, boundary_loops, held_vertices
 
-# Of the extent of the panel: as the vertices at supports are looked for.
+# Tolerance of positions over the extent of the panel, the same as for vertices at supports.
 SLACK = 1e-6
-# Of the area of a foot on a mesh from a file: a tenth in its radius.
+# Relative tolerance of the area of a foot on a mesh from a file: 10 % of its radius.
 FOOT_TOLERANCE = 0.2
 TINY = 1e-300  # compliance of a thin plate under a force [m/N]
-# ln(reach/radius) of a regular polygon of twelve edges and the area of the foot.
+# ln(reach/radius) of a regular polygon with twelve edges and the area of the foot.
 ROUND = 0.024
 HINGE_SHARE = 0.3  # shift of modes with jagged feet that turn, over that with hold-downs
 SEPARATION = "feet must lie apart from other supports"
@@ -46,7 +46,7 @@ def area_of(mesh: PanelMesh) -> BaseGeometry:
 
 
 def narrowest(outline: Shape) -> float:
-    """Return the shorter side of the smallest rectangle round a panel, turned as it needs [m].
+    """Return the shorter side of the smallest rectangle of any direction round a panel [m].
 
     Examples
     --------
@@ -59,7 +59,7 @@ def narrowest(outline: Shape) -> float:
 
 
 def place_of(name: str, attached: Attachment) -> str:
-    """Return how messages name the place of a spring, which is a support, or of a mass."""
+    """Return the name of an attachment in messages; a spring is a support there."""
     return f"support {name}" if attached.stiffness else name
 
 
@@ -76,7 +76,7 @@ def foot_of(point: PointSupport) -> Circle:
 def check_fit(
     area: BaseGeometry, supports: Supports, attachments: Mapping[str, Attachment]
 ) -> None:
-    """Refuse supports that are not along the boundary and what is attached beside the panel."""
+    """Refuse supports that are not along the boundary and attachments outside the panel."""
     slack = _slack(area)
     boundary = area.boundary.buffer(slack)
     for number, edge in enumerate(supports.edges, 1):
@@ -146,7 +146,7 @@ def _check_separate(
 
 
 def check_foot_areas(mesh: PanelMesh, supports: Supports) -> None:
-    """Refuse feet whose elements on a given mesh cover another area than theirs."""
+    """Refuse feet whose elements on a given mesh differ in area from the foot."""
     for name, point in supports.points.items():
         if point.radius:
             cells = mesh.cells[point.foot_cells(mesh, name)]
@@ -162,12 +162,12 @@ def check_foot_areas(mesh: PanelMesh, supports: Supports) -> None:
 def fine_places(
     supports: Supports, attachments: Mapping[str, Attachment], section: Section
 ) -> dict[Position, float]:
-    """Return where elements must shrink, with the radius of the foot there [m], 0 without one.
+    """Return positions where elements must shrink, with the radius of a foot there [m] or 0.
 
-    The deflection is not smooth there. With two clamped parts of free edges modes were 4 to 5 % too
-    high at elements of 10 to 19 cm, now 0.02 %. On thin plates also hinges, springs, masses and
-    feet (0.4 to 1.2 % with three of 3 cm), but not hold-downs without a foot: their frequencies
-    have no limit.
+    The deflection is not smooth at the ends of supported edges. With two clamped parts of free
+    edges modes were 4 to 5 % too high at elements of 10 to 19 cm, now 0.02 %. Thin plates also have
+    hinges, springs, masses and feet (0.4 to 1.2 % with three of 3 cm), but not hold-downs without a
+    foot: their frequencies do not converge.
     """
     places = dict.fromkeys([end for e in supports.edges for end in (e.start, e.end)], 0.0)
     if isinstance(section, ThinSection):
@@ -183,9 +183,10 @@ def roughness(
     supports: Supports,
     size_at: Callable[[Position, float], float],
 ) -> dict[str, float]:
-    """Return arguments of `ElementKind.frequency_shift`: what elements resolve worse than waves.
+    """Return the arguments of `ElementKind.frequency_shift` for details worse resolved than waves.
 
-    ``size_at`` gives the size of elements at a place, or at the rim of a foot there of a radius.
+    ``size_at(position, radius)`` is the element size there, at the rim of a foot if the radius is
+    not 0 [m].
     """
     ends = {end for edge in supports.edges for end in (edge.start, edge.end)}
     slack, points = _slack(area), supports.points.values()
@@ -200,9 +201,9 @@ def roughness(
 
 
 def jaggedness(mesh: PanelMesh, supports: Supports) -> float:
-    """Return how far the whole elements of feet reach beyond them, ln(reach/radius), at most [1].
+    """Return the largest ln(reach/radius) of the feet: how far their elements extend beyond [1].
 
-    Hinges count less, and a polygon of twelve edges is a round foot.
+    Hinges are weighted by `HINGE_SHARE`; a polygon with twelve edges is regarded as round.
     """
     reach = []
     for name, point in supports.points.items():
@@ -217,9 +218,10 @@ def jaggedness(mesh: PanelMesh, supports: Supports) -> float:
 def resistances(
     supports: Supports, attachments: Mapping[str, Attachment], section: Section, highest: float
 ) -> dict[Position, float]:
-    """Return force over deflection [N/m] of what stands at single points, masses at a frequency.
+    """Return the dynamic stiffness [N/m] of point supports, springs and masses, by position.
 
-    Of what resists nothing in the limit: on thin plates hold-downs alone.
+    It is infinite for supports, and m ω² at the highest frequency for masses. Only those that lose
+    their effect as the mesh is refined are returned: on thin plates hold-downs without a foot.
     """
     is_thin = isinstance(section, ThinSection)
     resistance = {
@@ -242,18 +244,19 @@ def change_near_points(
     points: Iterable[Position],
     size_at: Callable[[Position], float],
 ) -> Array:
-    """Return by which share half the elements change the motion of points (n,), at most [1].
+    """Return bounds (n,) on the change of motion at points with elements of half the size [1].
 
-    Near what stands at single points and resists nothing in the limit.
+    The change is due to point supports, springs and masses that lose their effect as the mesh is
+    refined.
 
     Parameters
     ----------
     extent
-        Of the panel about such a point [m].
+        Distance beyond which such a point has no effect [m].
     resistance
-        Of what stands at a place, force over deflection [N/m].
+        Dynamic stiffness of point supports, springs and masses [N/m]; see `resistances`.
     size_at
-        Gives the size of elements at a place [m].
+        Function that returns the element size at a position [m].
     """
     places, positions = np.array(list(points)), np.array(list(resistance)).reshape(-1, 2)
     distance = np.linalg.norm(places[:, None] - positions, axis=2)

@@ -24,7 +24,7 @@ from pidpanel.text_files import LARGEST
 
 # Patches of a foreign mesh are whole elements: their area may differ from the patch's by this.
 PATCH_AREA_TOLERANCE = 0.02
-# Of the extent: two nodes closer than this are one, a node further than this is off the plane.
+# Share of the extent: nodes closer than this are one, a node further than this is off the plane.
 CLOSE = 1e-7
 
 
@@ -130,9 +130,9 @@ class FlatMesh:
     ) -> PanelMesh:
         """Return the mesh with its patches and points, which are positions of nodes [m].
 
-        A shape holds the triangles whose centre lies in it; text names a group of the file. A
-        `ValueError` says that a group is not there, elements do not follow a shape, or a point is
-        at no node.
+        A shape has the triangles whose centre lies in it; text names a group of the file. Raises
+        `ValueError` if a group is missing, elements do not follow a shape, or a point is at no
+        node.
         """
         centre = self.position[self.triangles].mean(axis=1)
         extent = float(np.ptp(self.position, axis=0).max())

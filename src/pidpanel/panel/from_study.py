@@ -187,7 +187,7 @@ class StudiedPanel:
 
     @property
     def obstacles(self) -> list[BaseGeometry]:
-        """What stands on the panel: supports at points with their feet, springs and masses [m]."""
+        """Outlines of point supports with their feet, springs and masses on the panel [m]."""
         feet = [shapely.Polygon(foot.corners) for foot in self._feet.values()]
         points = [shapely.Point(point.position) for point in self.supports.points.values()]
         return [*feet, *points, *map(fit.geometry_of, self.attachments.values())]
@@ -195,8 +195,8 @@ class StudiedPanel:
     def check(self, frequency: float, damper_mass: Mapping[str, float] | None = None) -> None:
         """Refuse what cannot be meshed or assembled, or is too coarse for a frequency [Hz].
 
-        ``damper_mass`` has the heaviest damper of each patch by name [kg/m²]. A `ValueError` says
-        in one line what is wrong and what is allowed.
+        ``damper_mass`` has the heaviest damper of each patch by name [kg/m²]. Raises `ValueError`
+        with one line: what is wrong and what is allowed.
         """
         spec, mesh = self.panel.mesh, None
         check_names(self.patches, self.points)
@@ -319,7 +319,7 @@ class StudiedPanel:
 
     @property
     def _areas(self) -> dict[str, float]:
-        """Of the patches, and "" for that of the panel [m²]."""
+        """Areas of the patches, and that of the panel under "" [m²]."""
         areas = {name: abs(signed_area(shape.corners)) for name, shape in self.shapes.items()}
         holes = sum(abs(signed_area(hole.corners)) for hole in self._holes.values())
         return {**areas, "": abs(signed_area(self._outline.corners)) - holes}
@@ -374,7 +374,7 @@ def write_panel(study: Study, output: Files) -> None:
     Raises
     ------
     ValueError
-        As of `StudiedPanel`.
+        If `StudiedPanel` refuses the panel.
     """
     # pandas and xarray take half a second, and a check needs neither
     from pidpanel.panel import tables

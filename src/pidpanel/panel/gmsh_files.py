@@ -26,7 +26,7 @@ SECTION = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 NAME = re.compile(rb"^\$(?!End)[A-Z][A-Za-z]{3,}", re.MULTILINE)  # the beginning of any section
-# Of a section in text: the number of nodes or elements, from version 4 on after that of blocks.
+# Number of nodes or elements of a section in text, from version 4 on after that of blocks.
 HEADER = re.compile(rb"^\$(Nodes|Elements)[ \t]*\r?\n([0-9 \t]+)\r?$", re.MULTILINE)
 MEMORY = 1 << 30
 # Most memory that a file may take in gmsh [bytes], besides that of each of its bytes.
@@ -36,8 +36,8 @@ MEMORY_PER_BYTE = 100
 def read_gmsh(path: Path) -> FlatMesh:
     """Read a plane mesh of triangles and quadrilaterals of first order from a gmsh file.
 
-    Groups are the names of the physical surfaces, or their numbers where they have none. A
-    `ValueError` says in one line what is wrong and what is allowed.
+    Groups are the names of the physical surfaces, or their numbers if they have none. Raises
+    `ValueError` with one line: what is wrong and what is allowed.
     """
     check_size(path)
     data = path.read_bytes()

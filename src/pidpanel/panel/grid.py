@@ -48,8 +48,8 @@ def mesh_quadrilaterals(
     """Mesh the rectangle [0, a] × [0, b] [m] by a regular grid of quadrilaterals.
 
     The rectangle is cut along every patch edge and through every point, so that in gmsh each patch
-    is a set of whole surfaces and each point is a corner of one. A `ValueError` says that a patch
-    or a point leaves the panel or lies beside the grid, or that two groups share a name.
+    is a set of whole surfaces and each point is a corner of one. Raises `ValueError` if a patch or
+    a point leaves the panel or lies off the grid, or if two groups share a name.
     """
     columns, rows = check_grid(size, elements, patches, points)
     spacing = (size[0] / elements[0], size[1] / elements[1])

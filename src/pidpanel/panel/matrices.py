@@ -29,8 +29,8 @@ class PlateMatrices:
     at_quadrature: sp.csr_array
     # (n,) ∫ m″ N dA with the attached masses: force per acceleration of all supports [kg]
     inertia: Array
-    # Two matrices (n_points, n): reactions (see `reactions`) of what stands at single points, of
-    # supports and springs [√J/m] and, times ω², of masses
+    # Two matrices (n_points, n) of reactions (see `reactions`) at single points: those of supports
+    # and springs [√J/m], and those of masses, to be multiplied by ω²
     reactions: tuple[sp.csr_array, sp.csr_array]
 
     def with_shapes(self, shapes: Array) -> "StoredPlate":

@@ -82,7 +82,7 @@ def read_mesh(
 
 
 def write_triangles(path: Path, mesh: PanelMesh) -> None:
-    """Write a mesh of triangles to a ``.msh`` file, without groups, to look at."""
+    """Write a mesh of triangles to a ``.msh`` file, without groups, for viewing."""
     import meshio  # slow to import, for files alone
 
     position = np.pad(mesh.vertices, ((0, 0), (0, 1)))
@@ -118,8 +118,8 @@ def drawing(
 ) -> Iterator[None]:
     """Open gmsh to draw a panel; then mesh it and write the mesh.
 
-    Nodes are numbered by rows from 1, as in the paper. A `ValueError` says that two groups of the
-    file would have one name.
+    Nodes are numbered by rows from 1, as in the paper. Raises `ValueError` if two groups of the
+    file would have the same name.
     """
     check_names(patches, points)
     with gmsh_session():

@@ -75,8 +75,8 @@ def assemble_shear_plate(
     """Assemble a plate with transverse shear; by default its outline is simply supported (hard).
 
     Supports forbid w along the edge; a hard simple support also the rotation along the edge (b_t =
-    0, as behind a stiff frame), a soft one leaves it free, clamping forbids both rotations. A
-    `ValueError` says which support does not fit the mesh.
+    0, as behind a stiff frame), a soft one leaves it free, clamping forbids both rotations. Raises
+    `ValueError` for a support that does not fit the mesh.
     """
     skmesh = MeshTri(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
     degree = SOLID_DEGREE if isinstance(section, SolidSection) else SANDWICH_DEGREE

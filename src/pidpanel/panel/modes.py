@@ -12,14 +12,14 @@ from pidpanel.arrays import Array, Flags
 from pidpanel.panel.eigen import BLOCK, eigenpairs, factors
 from pidpanel.panel.matrices import PlateMatrices
 
-# A mesh with fewer coordinates than so many times its modes is solved whole.
+# A mesh with fewer coordinates than this times its modes is solved as dense matrices.
 WHOLE = 4
 # A mode whose elastic energy is this small a share of what its terms add up to, signs left out,
 # is a rigid body's: what is left is rounding. A fine mesh in a corner makes it 1e-8 for others.
 RIGID = 1e-12
-# A plate has at most three rigid modes; they are looked for among so many of the lowest.
+# A plate has at most three rigid modes; they are searched among this number of lowest modes.
 MOST_RIGID = 16
-# Columns of which the energies are computed together, so that no copy of all is made.
+# Columns whose energies are computed together, so that no copy of all is made.
 COLUMNS_AT_ONCE = 64
 # A shape whose w at the vertices is below this share of that between them is not seen by them.
 HIDDEN = 0.1
@@ -32,8 +32,8 @@ def count_modes_below(plate: PlateMatrices, frequency: float) -> int:
     """Count the modes below a frequency [Hz], itself no eigenfrequency, without computing them.
 
     By Sylvester's law of inertia, the eigenvalues of (K, M) below (2πf)² are as many as the
-    negative pivots of K − (2πf)² M, if rows and columns are permuted alike. A `RuntimeError` says
-    that they had to be permuted differently, because a pivot vanished.
+    negative pivots of K − (2πf)² M, if rows and columns are permuted alike. Raises `RuntimeError`
+    if they had to be permuted differently, because a pivot vanished.
     """
     shifted = plate.stiffness - (2 * np.pi * frequency) ** 2 * plate.mass
     # Units of the free coordinates differ (w, w_x, w_xy); a symmetric scaling keeps the inertia.
@@ -54,9 +54,9 @@ def normal_modes(
 
     Block Lanczos from fixed vectors (`pidpanel.panel.eigen`), so that the same plate always gives
     the same modes, also where two frequencies coincide; none is missed, by Sylvester's count (else
-    a `RuntimeError`). A mesh with hardly more coordinates than modes is solved whole. ``at_least``
-    so many modes are returned where fewer lie below: (n,) [Hz], ascending, and (n_free, n) with
-    max |w| = 1 over the vertices.
+    a `RuntimeError`). A mesh with hardly more coordinates than modes is solved as dense matrices.
+    ``at_least`` is the number of modes if fewer lie below. Frequencies are (n,) [Hz], ascending,
+    and shapes (n_free, n) with max |w| = 1 over the vertices.
     """
     count = count_modes_below(plate, frequency_limit)
     if WHOLE * (max(count, at_least) + BLOCK) < plate.stiffness.shape[0]:

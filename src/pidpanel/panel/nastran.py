@@ -18,7 +18,7 @@ from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, check_size
 from pidpanel.text_files import lines_of
 
 CORNERS = {"CTRIA3": 3, "CQUAD4": 4}
-# What the section of the study states, and what an analysis asks for
+# Cards replaced by the section of the study, and cards of an analysis
 IGNORED = ("PSHELL", "PCOMP", "PCOMPG", "MAT1", "MAT2", "MAT8", "PARAM", "EIGRL", "EIGR")
 BULK = ["BEGIN", "BULK"]
 ALLOWED = ", ".join(("GRID", *CORNERS, *IGNORED, "BEGIN BULK", "ENDDATA"))
@@ -42,7 +42,7 @@ def read_nastran(path: Path, ignored: Collection[str] = ()) -> FlatMesh:
     MeshFileError
         A line for each mistake: file, line, card, what is allowed.
     ValueError
-        As of `FlatMesh.from_elements`.
+        If `FlatMesh.from_elements` refuses the elements.
     """
     node: list[int] = []
     position: list[list[float]] = []

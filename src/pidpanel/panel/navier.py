@@ -96,7 +96,7 @@ def mode_orders(
     root_weight = np.sqrt(basis.quadrature_weight)[:, None]
     shapes = root_weight * basis.shape_at_quadrature[:, modes]
 
-    # Of (m, n), all (m' ≤ m, n' ≤ n) lie below: the i-th mode has m n ≤ i.
+    # All (m' ≤ m, n' ≤ n) lie below (m, n), so the i-th mode has m n ≤ i.
     n_modes = len(frequency)
     m, n = np.array([(m, n) for m in range(1, n_modes + 1) for n in range(1, n_modes // m + 1)]).T
     sines = root_weight * sine_shapes(m, n, size, basis.quadrature_position)

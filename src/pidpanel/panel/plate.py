@@ -17,9 +17,9 @@ from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.section import Section
 
-# Of the pressure on the deflection: 3 × 3 Gauss points on a quadrilateral, 7 points on a triangle.
+# Quadrature of pressure times deflection: 3 × 3 Gauss points on a quadrilateral, 7 on a triangle.
 LOAD_ORDER = 5
-# Of the extent of the panel: a position this far off it is on it.
+# Share of the extent of the panel: a position this far off it is on it.
 CLOSE = 1e-6
 NONE_FREE = "mesh: every vertex is on a support; the panel needs vertices that are free to move"
 
@@ -160,9 +160,9 @@ def vertex_values(
     corners
         A `corner_basis`.
     value
-        Of a basis function, such as `bent`.
+        Value of a basis function, such as `bent`.
     free
-        From the free coordinates to those of the elements.
+        Matrix from the free coordinates to those of the elements.
     """
     vertex = corners.mesh.t.T.ravel()
     share = 1 / np.bincount(vertex)[vertex]

@@ -1,11 +1,10 @@
-"""Forces and moments of what stands at single points, and what shorter elements change there.
+"""Compliance that a finer mesh adds at point supports, springs and masses.
 
-A section with transverse shear deflects without bound under a force at a point, F ln(R/r)/(θ S)
-where the panel takes the angle θ about it, and any section turns without bound under a moment.
-Elements act like a foot of about a tenth of their size, so those of half the size add a compliance
-C, and a mode falls by F² C/(2 ω² m) of its frequency. The measured fall is 0.98 to 1.02 times that
-on sandwiches with hinges, springs and masses, within the panel and at its edges, and 0.7 to 1 times
-with hold-downs.
+A plate with transverse shear deflects without bound under a point force, F ln(R/r)/(θ S) for a
+panel that covers the angle θ about the point. Any plate rotates without bound under a point moment.
+Elements act like a foot of about a tenth of their size. Halving them adds a compliance C and lowers
+the frequency of a mode by the fraction F² C/(2 ω² m). Measured on sandwiches: 0.98 to 1.02 of that
+with hinges, springs and masses, inside the panel and at its edges; 0.7 to 1 with hold-downs.
 """
 
 from collections.abc import Mapping
@@ -19,21 +18,23 @@ from pidpanel.panel.section import Section, ThinSection
 from pidpanel.panel.supports import PointSupport
 
 FOOT_OF_ELEMENTS = 0.1  # radius of the foot that elements act like, over their size
-NEAREST = 1.1  # least logarithm of a distance over that radius
-ALL_ROUND = 0.99  # share of a turn from which a point is within the panel
+NEAREST = 1.1  # lower limit of ln(distance/radius)
+ALL_ROUND = 0.99  # θ/2π above which a point is inside the panel
 
 
 def added_compliance(section: Section, turn: float) -> tuple[float, float]:
     """Return C of a force [m/N] and of a moment [1/(N m)].
 
-    ln 2/(2π S) and ln 2/(4π) (1/D + 1/D₆₆), the parts of Kelvin's solution, over the share of a
-    turn; of a thin plate, whose deflection is bounded, 0 and ln 2/(4π D), at its edges
-    4/((3 + ν)(1 − ν)) times that. Of sections that are not isotropic the geometric mean.
+    They are ln 2/(2π S) and ln 2/(4π) (1/D + 1/D₆₆), from Kelvin's solution, over θ/2π. For a thin
+    plate, whose deflection is bounded, they are 0 and ln 2/(4π D), at its edges
+    4/((3 + ν)(1 − ν)) times that. D and S of anisotropic sections are geometric means.
 
     Parameters
     ----------
+    section
+        Section of the panel.
     turn
-        θ/2π of `share_of_turn`.
+        θ/2π; see `share_of_turn`.
     """
     stiffness = section.bending
     bending = float(np.sqrt(stiffness[0, 0] * stiffness[1, 1]))
@@ -47,22 +48,22 @@ def added_compliance(section: Section, turn: float) -> tuple[float, float]:
 
 
 def foot_logarithm(distance: Array | float, size: Array) -> Array:
-    """Return ln(ρ/a), a the radius of the foot that elements act like, at least `NEAREST`."""
+    """Return ln(ρ/a), at least `NEAREST`; a is the radius of the foot that elements act like."""
     return np.maximum(np.log(np.maximum(distance / (FOOT_OF_ELEMENTS * size), 1.0)), NEAREST)
 
 
 def change_nearby(distance: Array, size: Array, extent: float) -> Array:
-    """Return by which share half the elements change the motion near a single support.
+    """Return the relative change of motion near a point support with elements of half the size [1].
 
-    The deflection grows there like ln(ρ/a) from 0. Measured with elements of 6 cm on sandwiches:
+    The deflection grows like ln(ρ/a) from 0 there. Measured with elements of 6 cm on sandwiches:
     12 to 18 % at 4 to 8 cm, 2 to 6 % at 14 to 21 cm.
 
     Parameters
     ----------
     distance, size
-        ρ and the element size at the support [m].
+        Distance ρ from the support and element size there [m].
     extent
-        From the support at which the panel moves without it [m].
+        Distance beyond which the support has no effect [m].
     """
     near = 1 / foot_logarithm(distance, size) - 1 / foot_logarithm(extent, size)
     return np.log(2) * near.clip(0.0)
@@ -91,14 +92,14 @@ def held_reactions(
     force_dofs: Index,
     moment_dofs: Index,
 ) -> sp.csr_array:
-    """Return the reactions (n, n_free) of supports at single points, times √(C/2) [√J/m].
+    """Return the reactions (n, n_free) of point supports, times √(C/2) [√J/m].
 
     Parameters
     ----------
     stiffness
-        (n_dofs, n_dofs) of the panel without supports.
+        (n_dofs, n_dofs) stiffness of the panel without supports.
     free
-        (n_dofs, n_free) as of `free_coordinates`.
+        (n_dofs, n_free) matrix; see `free_coordinates`.
     force_dofs, moment_dofs
         (n_vertices,) and (2, n_vertices) coordinates of the deflection and of the slopes or
         rotations at the vertices.

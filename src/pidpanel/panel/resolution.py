@@ -1,9 +1,9 @@
 """The longest element edge that a frequency allows, under dampers that weigh on the panel.
 
-An element that is not small beside a wave is too stiff: the wave has a frequency that is too high
+An element that is not much shorter than a wave is too stiff: the frequency of the wave is too high
 by a share that grows with the fourth power of edge over half-wave. Under a damper waves are
-shorter, with m″ + m_a in place of m″. Every resonance is then too high, and beside a sharp one
-PSDs are off by more than 0.5 dB long before they would be by 1 % in frequency.
+shorter, with m″ + m_a instead of m″. Every resonance is then too high, and next to a sharp one
+PSDs are wrong by more than 0.5 dB long before its frequency is by 1 %.
 """
 
 import math
@@ -37,13 +37,13 @@ EDGE_LAYER = {"sandwich triangles": (3, 13.0), "solid triangles": (2, 40.0)}
 # rim and radius: linear from 0.025 to 0.5 radii for hold-downs of 3 cm, one or three on 1.2 m × 0.9
 # m; less with 1 cm, and with hinges.
 FOOT_SHIFT = 9e-3
-# Of feet of whole elements in mesh files, over how far they reach, `fit.jaggedness`: at most, with
-# four hold-downs of 3, 4.5 and 6 cm on elements of 2.5 and 5 cm, where modes were up to 15 % too
-# high on thin plates and 11 % on others.
+# Largest frequency shift due to feet of whole elements in mesh files over `fit.jaggedness`, with
+# four hold-downs of 3, 4.5 and 6 cm on elements of 2.5 and 5 cm: modes were up to 15 % too high on
+# thin plates and 11 % on others.
 JAGGED_SHIFT = {"thin": 0.45, "shear": 0.32}
-# Of rectangles at each end of a supported part of an edge, over element size there and √area: four
-# ends of clamped parts on 1.2 m × 0.9 m, 6.7, 3.5 and 1.8 % with elements of 10, 5 and 2.5 cm; a
-# fifth of it where the parts are simply supported.
+# Frequency shift of rectangles per end of a supported part of an edge, over element size/√area.
+# Four ends of clamped parts on 1.2 m × 0.9 m: 6.7, 3.5 and 1.8 % with elements of 10, 5 and 2.5 cm;
+# a fifth of it if the parts are simply supported.
 END_SHIFT = 0.2
 
 # Error of the frequency there, and the power of the edge with which it grows; higher for Argyris
@@ -80,17 +80,17 @@ def element_sizes(vertices: Array, cells: Index) -> Array:
 def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> float:
     """Return half the length of the shortest free bending wave [m]; infinite at 0 Hz.
 
-    From D k⁴ = m″ ω² (1 + D k² / S), rotary inertia neglected; of a section that is not
-    isotropic, the smaller D and S.
+    k follows from D k⁴ = m″ ω² (1 + D k² / S), without rotary inertia. D and S are the smaller
+    ones of an anisotropic section.
 
     Parameters
     ----------
     section
-        Of the panel.
+        Section of the panel.
     frequency
-        [Hz].
+        Frequency [Hz].
     added_mass
-        Of a damper all over [kg/m²].
+        Mass per area of a damper all over the panel [kg/m²].
 
     Examples
     --------
@@ -130,23 +130,24 @@ class ElementKind:
         jagged: float = 0.0,
         ends: float = 0.0,
     ) -> dict[str, float]:
-        """Return by which share edges [m] raise the frequency of a resonance, by cause, about [1].
+        """Return about the relative frequency errors of a resonance due to edges, by cause [1].
 
-        Along a free edge, shear takes a layer of depth λ = √(D₆₆/S) from the torsion of the
-        section.
+        Along a free edge, shear relieves a layer of depth λ = √(D₆₆/S) of its torsion.
 
         Parameters
         ----------
+        edge
+            Length of the element edges [m].
         frequency, added_mass
-            As of `half_wave`.
+            Same as in `half_wave`.
         free_edges
             Half the length of the free edges over the area of the panel [1/m].
         feet
             Size of elements at the rims of feet over their radius [1].
         jagged
-            As of `fit.jaggedness`.
+            ln(reach/radius) of the feet; see `fit.jaggedness`.
         ends
-            Sizes of elements at the ends of supported parts of edges, together over √area [1].
+            Sum of the element sizes at the ends of supported parts of edges, over √area [1].
         """
         waves = float(WORST_SHIFT * (edge / self.allowed_edge(frequency, added_mass)) ** ORDER)
         shifts = {"waves": waves, "ends": END_SHIFT * ends}
@@ -173,7 +174,7 @@ class ElementKind:
         return float(allowed * min(LOCAL_SHIFT * damping_ratio / WORST_SHIFT, 1.0) ** (1 / ORDER))
 
     def made_edge(self, frequency: float, added_mass: float, damping_ratio: float) -> float:
-        """Return the edge [m] of elements that are made for a damper, as of `longest_edge`."""
+        """Return the edge [m] of elements that are made for a damper; see `longest_edge`."""
         heavier = 1 + added_mass / self.section.mass_per_area
         return self.longest_edge(frequency, added_mass, damping_ratio * min(HEAVY / heavier, 1.0))
 
@@ -232,7 +233,7 @@ class ElementKind:
 
 
 def _rounded_down(size: float) -> float:
-    """Three digits that are allowed too."""
+    """Return a value rounded down to three digits."""
     unit = 10.0 ** (math.floor(math.log10(size)) - 2)
     return math.floor(size / unit) * unit
 

@@ -31,7 +31,7 @@ from pidpanel.arrays import Array
 
 @dataclass(frozen=True)
 class Layer:
-    """A depth of the section at which strain and stress are wanted."""
+    """A depth of the section at which strain and stress are computed."""
 
     name: str  # such as "top" or "top ply 1"
     strain: Array  # (3, 3) strain = ``strain @ curvature`` [m], in the layer's own axes (1, 2, 12)
@@ -69,7 +69,7 @@ class ThinSection:
 
     @property
     def core_stress(self) -> Array:
-        """None: a thin plate has no shear angle to tell it from."""
+        """Zero: a thin plate has no shear angle to compute it from."""
         return np.zeros((2, 2))
 
 
@@ -103,7 +103,7 @@ class SolidSection:
 
     @property
     def bending(self) -> Array:
-        """As of a thin plate [N m]."""
+        """Bending stiffness of a thin plate [N m]."""
         return self._thin.bending
 
     @property

@@ -1,4 +1,4 @@
-"""Modes of the panel, and the shapes that dampers need beside them.
+"""Modes of the panel, and further shapes that dampers need.
 
 A strong or heavy patch moves the panel in shapes that are no sum of the modes below some
 frequency:
@@ -12,7 +12,7 @@ Measured on the paper's panel, C_e = 2000 N s/m³, up to 1000 Hz, largest error 
 points against all elements, at seven lines (this module: at twelve):
 
 =============================================  ======================  ===================
-shapes beside the modes below 2 kHz            0.2 × 0.2, 150 kg/m²    1.4 × 0.9, 30 kg/m²
+shapes besides the modes below 2 kHz           0.2 × 0.2, 150 kg/m²    1.4 × 0.9, 30 kg/m²
 =============================================  ======================  ===================
 residual vectors                               1.2 %                   270 %
 modes of the loaded panel below 1.5 kHz        0.25 %                  0.8 %
@@ -46,7 +46,7 @@ from pidpanel.panel.modes import (
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.progress import computed
 
-# Modes are kept up to this times the highest frequency asked for; residual vectors do the rest.
+# Modes are kept up to this times the highest frequency; residual vectors replace the rest.
 MODES_BEYOND = 2.0
 # A stiff panel may have no mode below that: it then responds as the first modes above, all but
 # statically.
@@ -54,18 +54,18 @@ LEAST_MODES = 12
 # A force of a patch is dropped where it is smaller than this share of the largest: far below the
 # tolerances of residual vectors.
 FORCES = 1e-8
-# Modes of the loaded panel are kept up to this times the highest frequency asked for.
+# Modes of the loaded panel are kept up to this times the highest frequency.
 LOADED_BEYOND = 1.5
 # A direction of these modes is dropped where the share of its elastic energy that the other
 # shapes leave is below the square of this.
 LOADED_TOLERANCE = 1e-4
-# Of the elastic energy of a static answer: what the modes leave below it is rounding.
+# Share of the elastic energy of a static response below which the remainder is rounding.
 ROUNDING = 1e-16
 
 
 @dataclass(frozen=True)
 class Shapes:
-    """Modes and the shapes that dampers need beside them, in the free coordinates."""
+    """Modes and further shapes that dampers need, in the free coordinates."""
 
     frequency: Array  # (n_modes,) of the modes [Hz], ascending
     residual_frequency: Array  # (n_residual,) of the others [Hz], ascending

@@ -35,9 +35,9 @@ class PointSupport:
 
     position: Position  # (x, y) [m], a vertex of the mesh
     kind: str  # "hinge" or "hold_down"
-    # Of a stiff foot [m]: within it the panel moves as a rigid body (in thin plates its rim is a
-    # little too stiff: 0.5 % in frequency for a foot of 0.1 m). 0 holds a mere point; the
-    # deflection of a panel with core shear there depends on the mesh, like a logarithm.
+    # Radius of a stiff foot [m]: within it the panel moves as a rigid body (in thin plates its rim
+    # is slightly too stiff: 0.5 % in frequency for a foot of 0.1 m). 0 is a point support, at which
+    # the deflection of a panel with core shear depends logarithmically on the mesh.
     radius: float = 0.0
 
     def vertex(self, mesh: PanelMesh, name: str) -> int:
@@ -93,7 +93,7 @@ class HeldVertex:
 def boundary_loops(vertices: Array, cells: Index) -> list[Index]:
     """Return the closed chains of vertices round a set of cells, the first vertex not repeated.
 
-    Counter-clockwise round the set, clockwise round a hole. A `ValueError` says where the boundary
+    Counter-clockwise round the set, clockwise round a hole. Raises `ValueError` where the boundary
     touches itself at a vertex.
     """
     edges = boundary_edges(cells)
@@ -114,7 +114,7 @@ def boundary_loops(vertices: Array, cells: Index) -> list[Index]:
 def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex], dict]:
     """Return the supported vertices of the boundary, and kind and unit tangent of supported edges.
 
-    The edges are those of two vertices, the smaller first. A `ValueError` says where no boundary of
+    The edges are those of two vertices, the smaller first. Raises `ValueError` if no boundary of
     the mesh lies along an `EdgeSupport`.
     """
     vertices, edges = [], {}
@@ -215,7 +215,7 @@ def free_coordinates(n_dofs: int, blocks: Sequence[Block]) -> sp.csr_array:
 def null_space(rows: Array) -> Array:
     """Return the orthonormal null space (n_columns, n_free) of a few rows of order one.
 
-    Two edges of the outline count as one straight line if their directions differ by less
+    Two edges of the outline are one straight line if their directions differ by less
     than 1e-6: beyond what a mesh file rounds, below any corner meant.
     """
     _, values, right = np.linalg.svd(rows)

@@ -56,8 +56,8 @@ def assemble_thin_plate(
 
     Deflections and slopes that a support forbids are essential conditions, with what follows from
     them along the edge; moments and forces vanish by themselves (natural conditions). Hard and soft
-    simple support are one: a thin plate's normals follow its slope. Quadrilaterals must be
-    axis-parallel rectangles. A `ValueError` says which support does not fit the mesh.
+    simple supports are the same: a thin plate's normals follow its slope. Quadrilaterals must be
+    axis-parallel rectangles. Raises `ValueError` for a support that does not fit the mesh.
     """
     skmesh: Mesh
     element: Element

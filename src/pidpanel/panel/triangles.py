@@ -14,8 +14,8 @@ from pidpanel.panel.supports import SMOOTH_TURN
 
 # Element edges grow by this times the distance from a re-entrant corner.
 GROWTH = 0.5
-# Of the element size, at re-entrant corners: 0.1 mm where elements measure 5 cm. The frequency of
-# a simply supported plate then errs by about 0.1 %, as (corner size)^(2/3).
+# Element size at re-entrant corners over that elsewhere: 0.1 mm for elements of 5 cm. The frequency
+# of a simply supported plate then errs by about 0.1 %, as (corner size)^(2/3).
 CORNER_SHARE = 2e-3
 FOOT_SHARE = 0.1  # size of elements at the rim of a foot over its radius
 EMPTY: Mapping[str, Any] = {}
@@ -45,12 +45,12 @@ def mesh_triangles(
     element_size
         Target length of the element edges [m].
     patches, points
-        May touch the outline and each other, or overlap; anywhere on the panel [m].
+        Patches, which may touch the outline and each other or overlap; points on the panel [m].
     imprints, anchors
         Shapes whose edges elements follow, such as the feet of supports; further vertices [m].
     held
-        Those of the anchors to which elements shrink, as to the corners, and the radius of the foot
-        there, to whose rim they shrink [m]; 0 without one.
+        Anchors to which elements shrink, as to the corners, with the radius of the foot there, to
+        whose rim they shrink [m]; 0 without a foot.
     corner_size
         Length of the element edges at re-entrant corners and the rims of feet [m]; if None, 2e-3 of
         `element_size` and a tenth of the radius.

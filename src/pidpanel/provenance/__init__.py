@@ -1,1 +1,1 @@
-"""What a result depends on, and files that are whole: digests, requests, locks, ownership."""
+"""Dependencies of results, and complete files: digests, requests, locks, ownership."""

@@ -35,7 +35,7 @@ def _joined(contents: Iterable[bytes]) -> str:
 
 
 def json_digest(values: Any) -> str:
-    """Return the digest of values as JSON holds them, whatever the order of their keys."""
+    """Return the digest of values of JSON, independent of the order of their keys."""
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
 
@@ -65,7 +65,7 @@ def values_digest(values: Any) -> str:
 
 
 def by_content(value: Any) -> Any:
-    """Return values as JSON holds them, each path as the digest of its file.
+    """Return values of JSON, each path as the digest of its file.
 
     So a study is the same wherever it and the files that it names are.
     """

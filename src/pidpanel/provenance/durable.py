@@ -48,7 +48,7 @@ def sync(*paths: Path) -> None:
 
 
 def set_aside(path: Path, why: str) -> None:
-    """Give a damaged file or folder another name, in place of one that had it, and say so."""
+    """Rename a damaged file or folder, replace an earlier one of that name, and report it."""
     aside = path.with_name(path.name + BROKEN)
     try:
         discard(aside)

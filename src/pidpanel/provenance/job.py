@@ -35,7 +35,7 @@ OF_THE_MACHINE = {
 # response of a wing, more of that of a large one. It stays with the process until that ends.
 MALLOPT = {-4: 0, -1: 256 << 20}
 
-# What an import says where there is no memory for its library.
+# Messages of an import without memory for its library.
 NOT_LOADED = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory")
 
 
@@ -66,7 +66,7 @@ class Files:
 
 @dataclass(frozen=True)
 class Job:
-    """What a script of the workflow is called with."""
+    """Arguments of a script of the workflow."""
 
     # Files, by the names that the rule gives them
     input: Files
@@ -123,10 +123,10 @@ def arguments_of(**groups: Mapping[str, Any]) -> list[str]:
 
 
 def run(main: Callable[[Job], None]) -> None:
-    """Run a script as a job of the workflow; a failure of ours ends it in one line.
+    """Run a script as a job of the workflow; known failures end it with one line.
 
-    An error whose class is defined in pidpanel says what is wrong, and so does one of the machine;
-    any other keeps its traceback. Files take their places when the script has ended, whole; the
+    An error of a class of pidpanel, or of the machine, is printed as one line; any other keeps its
+    traceback. Files take their places when the script has ended, whole; the
     record of the job is then written beside its request, if the rule has one.
     """
     if parent := os.environ.get(WORKFLOW_PROCESS):
@@ -175,7 +175,7 @@ def _run(main: Callable[[Job], None], arguments: Sequence[str]) -> None:
 
 
 def tell_of_memory() -> None:
-    """Let a process that has too little memory for its imports say so in one line."""
+    """Report too little memory for the imports of a process in one line."""
     previous_hook = sys.excepthook
 
     def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
@@ -189,7 +189,7 @@ def tell_of_memory() -> None:
 
 
 def is_of_memory(error: BaseException) -> bool:
-    """Whether an error is one of too little memory, that of a library that is loaded too.
+    """Return whether an error means too little memory, also for loading a library.
 
     Examples
     --------

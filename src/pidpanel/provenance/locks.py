@@ -79,7 +79,7 @@ def end_with(parent: int) -> None:
 
 
 def _ancestors() -> list[int]:
-    """Numbers of the processes from which this one descends."""
+    """Return numbers of the processes from which this one descends."""
     processes = [os.getppid()]
     while processes[-1] > 1:
         try:

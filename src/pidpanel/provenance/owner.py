@@ -1,4 +1,4 @@
-"""Whose results a folder holds: two studies of one name would overwrite each other's."""
+"""Owner of a results folder: two studies of one name would overwrite each other's results."""
 
 import os
 from pathlib import Path
@@ -20,7 +20,7 @@ class OwnerError(RuntimeError):
 
 
 def check_owner(study: CouponStudy, file: Path, results: Path) -> None:
-    """Refuse the results of another study of the same name that is still there and says else.
+    """Refuse the results of a different study with the same name that still exists.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def write_owner(study: CouponStudy, file: Path, results: Path) -> None:
 
 
 def _is_another(study: CouponStudy, file: Path) -> bool:
-    """Whether a file is a study of the same name, and does not say the same."""
+    """Return whether a file is a different study with the same name."""
     try:
         if str(Document(file).data.get("name", file.stem)) != study.name:
             return False

@@ -46,9 +46,9 @@ def ask(
     Parameters
     ----------
     content
-        What the job depends on, as JSON holds it.
+        Dependencies of the job, as values of JSON.
     is_made
-        Whether that is there, undamaged, and made from this content.
+        Whether the outputs exist, are undamaged and were made from this content.
     """
     content = json.loads(json.dumps(content))
     try:

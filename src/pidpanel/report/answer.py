@@ -19,10 +19,10 @@ from pidpanel.report.rms import moving_points
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records
 from pidpanel.response.trust import BETWEEN_SHARE, MAY_CROSS, doubts_in, largest
 
-# Standard errors of a difference beyond which it counts (95 % of a normal distribution).
+# Standard errors above which a difference is significant (95 % of a normal distribution).
 SIGNIFICANCE = 2.0
 
-ROWS = 5  # scenarios in the first table at most, beside the bare panel
+ROWS = 5  # most scenarios in the first table, besides the bare panel
 COLUMNS = 4  # points with a column of their own in that table, those of most motion
 
 
@@ -50,7 +50,7 @@ class Candidate(NamedTuple):
 
 @dataclass(frozen=True)
 class StudyAnswer:
-    """The bare panel and all scenarios at one level in one reading."""
+    """The bare panel and all scenarios at one level with one damping model."""
 
     reading: str
     oaspl: float  # [dB]
@@ -100,7 +100,7 @@ class StudyAnswer:
 def are_apart(a: PointResponse, b: PointResponse) -> bool:
     """Return whether two reductions differ by more than their errors; never without errors.
 
-    The error of the damping model is common to both: it counts by its difference.
+    The error of the damping model is common to both, so only its difference is included.
 
     Examples
     --------
@@ -150,7 +150,7 @@ def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
 
 
 def main_reading(readings: Sequence[str]) -> str:
-    """Return the reading that answers: the first of `DAMPING_MODELS` that there is."""
+    """Return the damping model of the answer: the first of `DAMPING_MODELS` in the study."""
     return next((reading for reading in DAMPING_MODELS if reading in readings), readings[0])
 
 

@@ -32,7 +32,7 @@ from pidpanel.response.trust import NO_ERROR
 
 
 def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
-    """Return what a page shows below its first sentence."""
+    """Return the part of a page below its first sentence."""
     study, (mapped, rms) = inputs.study, worst_map(inputs) or (None, None)
     points = answer.points[:COLUMNS]
     shown = (answer.bare, *select_candidates(answer))
@@ -79,7 +79,7 @@ def _row(
 
 
 def trust(candidate: Candidate) -> str:
-    """Return whether the numbers of a scenario are to be trusted, why not, or with which note."""
+    """Return whether the results of a scenario can be trusted, with reasons or a note."""
     if candidate.doubts:
         return f"no: {', '.join(candidate.doubts)}"
     return f"yes; {candidate.note}" if candidate.note else "yes"
@@ -111,7 +111,7 @@ def mass_picture(
     answer: StudyAnswer, weighed: Sequence[Candidate], patches: Sequence[str]
 ) -> Picture:
     """Return the reduction at the worst point against the mass of the dampers."""
-    # what is no patch alone takes the colours that are left
+    # layouts and other groups take the remaining colours
     groups = dict.fromkeys([*patches, *(group_of(c) for c in weighed)])
     colours = dict(zip(groups, itertools.cycle(style.PLACES), strict=False))
     return figure_picture("reduction_mass", mass_figure, answer, weighed, colours)
@@ -121,10 +121,10 @@ NOTHING_MOVES = "All response points lie on supports and do not move, so there i
 
 
 def headline(answer: StudyAnswer) -> str:
-    """Return the result in a sentence or two: what, how heavy, from where to where, how sure."""
+    """Return the result in one or two sentences: damper, mass, reduction, uncertainty."""
     weighed = answer.best or (answer.bare,)
     rms_decimals, decimals = answer.decimals
-    # the sentence says so itself where there are no errors
+    # missing errors are mentioned in the sentence itself
     doubts = [[d for d in c.doubts if not d.startswith(NO_ERROR)] for c in weighed]
     values = {
         "answer": answer,
@@ -150,7 +150,7 @@ def headline(answer: StudyAnswer) -> str:
 
 
 def _new_worst_point(answer: StudyAnswer, candidate: Candidate) -> tuple[str, float, float] | None:
-    """Return the point that moves most with a damper, where it is another one, beyond errors."""
+    """Return the point of largest response if it differs significantly from the worst bare one."""
     point, high = max(candidate.responses.items(), key=lambda item: item[1].rms)
     response = answer.response(candidate)
     error = math.hypot(high.rms_error, response.rms_error)
@@ -165,7 +165,7 @@ def _range(responses: Sequence[PointResponse], decimals: int | None) -> str:
 
 
 def _decibels(responses: Sequence[PointResponse], decimals: int | None) -> str:
-    """Return changes in dB, negative where the damper takes, with the largest of their errors."""
+    """Return changes in dB, negative for a reduction, with the largest of their errors."""
     if len(responses) == 1:
         response = responses[0]
         return f"{value_text(-response.reduction, response.reduction_error, decimals)} dB"
@@ -176,7 +176,7 @@ def _decibels(responses: Sequence[PointResponse], decimals: int | None) -> str:
 
 
 def _mass(candidates: Sequence[Candidate]) -> str:
-    """Return the mass of dampers in kg and in percent of the panel, where it is known."""
+    """Return the mass of dampers in kg and in percent of the panel, if it is known."""
     if not all(math.isfinite(c.mass) for c in candidates):
         return ", mass not known"
     masses, shares = [c.mass for c in candidates], [c.share for c in candidates]
@@ -185,7 +185,7 @@ def _mass(candidates: Sequence[Candidate]) -> str:
 
 
 def worst_map(inputs: Inputs) -> tuple[str, Array] | None:
-    """Return scenario and rms acceleration [g] by vertex of the mapped case of most motion."""
+    """Return scenario and rms acceleration [g] by vertex of the map with the largest response."""
     maps = inputs.maps
     if maps is None or not maps.sizes["case"]:
         return None
@@ -197,9 +197,9 @@ def worst_map(inputs: Inputs) -> tuple[str, Array] | None:
 
 
 def list_scenarios(candidates: Sequence[Candidate], among: Sequence[Candidate]) -> str:
-    """Return scenarios in few words, the fills of one place and damper as one.
+    """Return scenarios in few words, with the fills of one place and damper together.
 
-    Three fills of a place and more are written as a range, if no other of ``among`` lies in it.
+    Three or more fills of a place are written as a range, if no other of ``among`` lies in it.
 
     Examples
     --------

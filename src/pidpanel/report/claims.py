@@ -3,7 +3,7 @@
 Each claim is a function of arrays that returns a `Finding`: whether it holds, and the evidence.
 A claim is decided only where the numbers are further apart than `SIGNIFICANCE` of their standard
 errors, and not at all where no errors are known. `verdicts` tests every claim that a study's
-scenarios allow, in each reading of the damping; `verdict_table` shows the verdicts.
+scenarios allow, for each damping model; `verdict_table` shows the verdicts.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def fill_is_most_effective(rms: pd.DataFrame, error: pd.DataFrame, gained: Array
     """Test whether `MOST_EFFECTIVE_FILL` gives the lowest response at every point.
 
     The verdict follows the rms acceleration, which the lowest modes dominate; the evidence also
-    names the best fill by the mean reduction over third octaves, in which all bands count alike.
+    names the best fill by the mean reduction over third octaves, with equal weight for all bands.
     ``gained``: (n_fills, n_bands, n_points) [dB].
     """
     margins, errors, parts = [], [], []
@@ -272,7 +272,7 @@ class Verdict(NamedTuple):
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Fragment | None:
-    """Return the claims, each once with all its readings, and the verdicts; None for none."""
+    """Return the claims with the verdicts of all damping models; None without claims."""
     if not verdicts:
         return None
     by_claim: dict[str, list[Verdict]] = {}

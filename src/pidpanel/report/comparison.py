@@ -43,7 +43,7 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
     Parameters
     ----------
     folder
-        Of the results.
+        Folder of the results.
     unknown
         Scenarios without stated errors, from `pidpanel.report.from_study.partly_known`.
     """
@@ -58,10 +58,10 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
 
 
 def values_of(summary: pd.DataFrame) -> pd.DataFrame:
-    """Return reading, scenario, point, rms acceleration, error [g] and mass [kg], row by row.
+    """Return model, scenario, point, rms acceleration, error [g] and mass [kg], row by row.
 
-    Of each point and reading the lowest comes again as the scenario `BEST`; ``label`` is its own. A
-    bare panel has no error of its damping, and no mass.
+    The lowest of each point and damping model is repeated as the scenario `BEST`, with its own
+    ``label``. A bare panel has no error of its damping, and no mass.
     """
     columns = [*KEYS, "acceleration_rms_g", "acceleration_rms_error_g", "added_mass_kg", "patch"]
     values = summary[summary["acceleration_rms_g"] > 0].reindex(columns=columns)
@@ -74,10 +74,10 @@ def values_of(summary: pd.DataFrame) -> pd.DataFrame:
 
 
 def differences(first: Side, second: Side) -> pd.DataFrame:
-    """Return what both studies have, by `KEYS`: both values, the reduction [dB], the verdict.
+    """Return the rows of both studies, by `KEYS`: both values, the reduction [dB], the verdict.
 
-    Two studies of one reading each are compared whatever the readings are. The error is that of
-    independent values. Those that both have in common, such as of one coupon, make it too large.
+    Two studies with one damping model each are compared even if the models differ. The error is
+    that of independent values, so it is too large for common errors, such as those of one coupon.
     """
     base, rival = (values_of(side.summary) for side in (first, second))
     base, rival = (values.assign(source=values["reading"]) for values in (base, rival))
@@ -175,7 +175,7 @@ def outcome(shared: pd.DataFrame, first: Side, second: Side) -> str:
     return f"{names}, {len(shared)} rms accelerations: {', '.join(named)}."
 
 
-# Of the two studies, distinct for the common kinds of colour blindness.
+# Colours of the two studies, distinct for the common kinds of colour blindness.
 COLOURS = ("#0072B2", "#D55E00")
 
 

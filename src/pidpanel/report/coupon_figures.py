@@ -113,7 +113,7 @@ CELLS_WITH_TEXT = 12  # most frequencies of a map whose values are written into 
 def loss_factor_map(cases: pd.DataFrame) -> Figure:
     """Draw η over frequency and Γ, a map for each fill fraction.
 
-    Several cases of a cell count by their mean.
+    Several cases of a cell are averaged.
     """
     frequencies = np.unique(cases[FREQUENCY.column])
     amplitudes = np.unique(cases[ACCELERATION.column])

@@ -89,7 +89,7 @@ def losses_section(cases: pd.DataFrame) -> PageSection:
 
 
 def coupon_text(results: CouponResults) -> str:
-    """Return a coupon in words, which accuracy was asked for, and which was reached."""
+    """Return a coupon in words, with required and reached accuracy."""
     good = results.cases[results.cases["status"] == "ok"]
     if not len(good):
         return f"{results.words}; no case is ok."

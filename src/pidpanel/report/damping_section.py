@@ -47,9 +47,9 @@ def damping_section(results: DampingResults) -> PageSection:
 
 
 def _law_values(results: DampingResults) -> dict[str, Any]:
-    """Return the equation with its constants at every Γ and fill, beside the paper's."""
+    """Return the equation with its constants at every Γ and fill, and the paper's."""
     law = results.law
-    # at a Γ with cases of one fill alone there is nothing to tell over fill
+    # at a Γ with cases of a single fill there is no equation over fill
     over_fill = law[law["fill_fraction"].isna() & law["constant"].isin(OVER_FILL)]
     best = None
     if len(over_fill):

@@ -1,4 +1,4 @@
-"""What was computed, with what, and how to reproduce it."""
+"""Inputs, versions and commands to reproduce the results."""
 
 import shlex
 from collections.abc import Iterable, Mapping

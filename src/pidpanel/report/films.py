@@ -69,11 +69,11 @@ def write_film(
     Parameters
     ----------
     cases
-        Of the damper, by label.
+        Cases of the damper, by label.
     stamp
-        Of the study.
+        Stamp of the study.
     table, folder
-        Its ``cases.csv``, and runs of the coupon, ``results/coupon``.
+        ``cases.csv`` of the study, and runs of the coupon, ``results/coupon``.
     file
         NetCDF file to write; without frames where the run cannot be continued.
     """
@@ -173,7 +173,7 @@ class CellRow:
         return np.outer(np.arange(self.count), [pitch, 0.0, 0.0])
 
     def take(self, positions: Array, packed: int) -> tuple[Flags, Array]:
-        """Return which spheres of a packing of so many cells are drawn, and by how much to move.
+        """Return which spheres of a packing of ``count`` cells are drawn, and their displacement.
 
         Positions (n, 3) and the shifts of those that are drawn in m.
         """

@@ -1,4 +1,4 @@
-"""The door of the report for studies: what a page tells of its study, and from where it reads."""
+"""Reports of studies: pages, the results they show and the files they read."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ def write_study_page(study_file: Path, folder: Path, file: Path, figures: Path) 
     study_file
         The study.
     folder
-        Its results, ``results/<study>``.
+        Results of the study, ``results/<study>``.
     file, figures
         The page, and the folder of its figures.
 

@@ -48,7 +48,7 @@ class PageCurve:
 
     @property
     def pixels(self) -> float:
-        """Width on a screen [pixel]; the bare panel is thin beside curves of several widths."""
+        """Width on a screen [pixel]; the bare panel is thin among curves of several widths."""
         if self.width is None:
             return 1.2
         return 1.0 if self.colour == BARE else PIXELS * self.width
@@ -67,7 +67,7 @@ class Chart:
 
     @property
     def json(self) -> str:
-        """Return the chart as the script in the page reads it."""
+        """The chart for the script in the page."""
         drawn = [
             {
                 "label": curve.label,
@@ -114,7 +114,7 @@ class ColourTable:
 
 @dataclass(frozen=True)
 class Picture:
-    """An image with its caption, or what stands for it in the page."""
+    """An image with its caption, or its replacement in the page."""
 
     name: str  # anchor in the page and stem of the file
     drawn: bytes | Drawing
@@ -131,12 +131,12 @@ class Picture:
 
     @property
     def image(self) -> bytes:
-        """Return the image."""
+        """The image."""
         return self.drawn if isinstance(self.drawn, bytes) else self.drawn.png
 
     @property
     def base64(self) -> str:
-        """Return the image as text for a ``data:`` address."""
+        """The image as text for a ``data:`` address."""
         return base64.b64encode(self.image).decode("ascii")
 
     @property
@@ -146,7 +146,7 @@ class Picture:
 
     @property
     def width(self) -> int | None:
-        """Return the width at which a PNG of `RESOLUTION` is shown [pixel]; None for no PNG."""
+        """Width at which a PNG of `RESOLUTION` is shown [pixel]; None for no PNG."""
         image = self.image
         if not image.startswith(b"\x89PNG") or len(image) < 24:
             return None
@@ -182,7 +182,7 @@ class PageSection:
 
     @property
     def pictures(self) -> list[Picture]:
-        """Return all pictures in order."""
+        """All pictures in order."""
         return list(pictures_of(self.blocks))
 
     def with_suffix(self, suffix: str) -> PageSection:
@@ -251,12 +251,12 @@ class Page:
 
     @property
     def pictures(self) -> list[Picture]:
-        """Return all pictures in order."""
+        """All pictures in order."""
         return [*pictures_of(self.first), *(p for s in self.sections for p in s.pictures)]
 
     @property
     def has_gap(self) -> bool:
-        """Whether there is room beside the last of the first pictures, two of which make a row."""
+        """Whether there is room next to the last of the first pictures, with two in a row."""
         return sum(not picture.is_broad for picture in pictures_of(self.first)) % 2 == 1
 
 
@@ -266,7 +266,7 @@ def render(page: Page, folder: Path = PAGES) -> str:
     Raises
     ------
     jinja2.UndefinedError
-        For a variable that a template needs and the page does not have.
+        If a template needs a variable that the page does not have.
     ValueError
         If two pictures or two sections have the same name.
     """

@@ -1,4 +1,4 @@
-"""The page of an identification: the particles, and measured values beside those of the atlas."""
+"""The page of an identification: the particles, measured values and those of the atlas."""
 
 from __future__ import annotations
 

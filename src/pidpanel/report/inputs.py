@@ -43,7 +43,7 @@ class CoupledResults(NamedTuple):
 
     summary: pd.DataFrame  # ``coupled/summary.csv``
     impedance: pd.DataFrame  # ``coupled/impedance.csv``
-    verdict: pd.DataFrame | None = None  # ``coupled/verdict.csv``; None without another reading
+    verdict: pd.DataFrame | None = None  # ``coupled/verdict.csv``; None without another model
 
 
 class AtlasResults(NamedTuple):
@@ -66,7 +66,7 @@ class ProposalResults(NamedTuple):
 
     @property
     def excitations(self) -> list[str]:
-        """What the search counts."""
+        """Excitations of the search."""
         return list(dict.fromkeys(self.summary["excitation"]))
 
 
@@ -102,7 +102,7 @@ class BaseResults(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class PanelInputs:
-    """What the page of a study with a panel is made from, under sound or on a shaker."""
+    """Inputs of the page of a study with a panel, under sound or on a shaker."""
 
     study: Study
     stamp: Mapping[str, str]  # of the results
@@ -145,7 +145,7 @@ class Inputs(PanelInputs):
 # Columns of ``response/summary.csv`` with errors.
 ERROR_COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read_at_error_g")
 
-PARTLY = BY_DAMPER  # readings in which patches are read as the study states them
+PARTLY = BY_DAMPER  # damping models by damper, in which patches may have stated values
 
 
 def read_by_point(path: Path) -> pd.DataFrame:

@@ -25,7 +25,7 @@ DASHES = (0, (3.5, 1.2))  # of a curve outside the range of its damping's data
 MARKER_RADIUS = 3.5  # of the markers that names leave free [pt]
 NAME_GAP = 2.0  # between names [pt]
 
-GREY = "#555555"  # colour of a legend's line where it stands for all colours
+GREY = "#555555"  # colour of a legend's line that represents all colours
 
 
 def frequency_axis(axes: Axes, low: float, high: float) -> None:
@@ -68,7 +68,7 @@ def draw_curve(axes: Axes, x: Array, curve: PageCurve) -> None:
 
 
 def pick(values: Array, count: int) -> Array:
-    """Return at most ``count`` of the values, evenly spaced, the first and the last included.
+    """Return at most ``count`` of the values, equally spaced, including the first and the last.
 
     Examples
     --------
@@ -135,7 +135,7 @@ def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:
 def figure_of_axes(
     count: int, columns: int, height: float, extra: float, width: float = WIDTH, **options: Any
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure and so many axes in rows of a height [inch]; ``extra`` is for the legend."""
+    """Return a figure and its axes in rows of a height [inch]; ``extra`` is for the legend."""
     rows = -(-count // columns)
     figure = Figure(figsize=(width, height * rows + extra), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False, **options)

@@ -1,4 +1,4 @@
-"""Measured points on the page of a coupon: beside the simulated cases and the atlas."""
+"""Measured points on the page of a coupon, compared with simulated cases and the atlas."""
 
 from collections.abc import Mapping
 from itertools import combinations
@@ -24,12 +24,12 @@ LOOKS: Mapping[str, Mapping[str, Any]] = {
 
 
 def measured_section(compared: pd.DataFrame) -> PageSection:
-    """Return measured, simulated and read from the atlas, and their differences.
+    """Return measured values, those of cases and of the atlas, and their differences.
 
     Parameters
     ----------
     compared
-        As `measured.compared` returns it.
+        Table returned by `measured.compared`.
     """
     values = {
         "sources": [agreement(compared, source) for source in SOURCES[1:]],
@@ -73,7 +73,7 @@ def agreement(compared: pd.DataFrame, source: str) -> dict[str, Any]:
 def _difference(
     compared: pd.DataFrame, sources: tuple[str, str], quantity: str
 ) -> tuple[pd.Series, pd.Series]:
-    """Difference of two sources and its standard error; an error not given counts as 0."""
+    """Return the difference of two sources and its standard error; a missing error is 0."""
     first, second = (compared[f"{source}_{quantity}"] for source in sources)
     errors = [compared[f"{source}_{quantity}_error"].fillna(0.0) for source in sources]
     return first - second, (errors[0] ** 2 + errors[1] ** 2) ** 0.5

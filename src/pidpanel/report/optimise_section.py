@@ -23,11 +23,11 @@ from pidpanel.report.text import NAMES, common_decimals, number, records, value_
 NARROW = 5.2  # width of a picture, two of which make a row [in]
 
 
-# What the search makes small, where it is no rms acceleration of the points.
+# Objective of the search, if it is not an rms acceleration of the points.
 OBJECTIVES: dict[str, str] = NAMES["objectives"]
 
 
-# What drives the panel, by the name of the excitation.
+# Excitation of the panel in words, by its name.
 UNDER = {"sound": "under sound", "base": "on the moving base"}
 
 

@@ -19,20 +19,20 @@ from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import WIDTH, triangles_of
 from pidpanel.report.text import records
 
-MODES_SHOWN = 9  # modes of which the shape is drawn
+MODES_SHOWN = 9  # modes whose shapes are drawn
 
 # Axes of a picture of a shape, to the right and up, of one who looks down on the panel.
 SEEN = np.array([[0.9439, -0.3303, 0.0], [0.2376, 0.6789, 0.6947]])
 # Height of a picture over the panel's diagonal; largest deflection over its least side.
 SPREAD, LIFT = 0.63, 0.1
 
-# Relative difference up to which a frequency counts as the printed one: Table 1 has two
+# Relative difference up to which a frequency agrees with the printed one: Table 1 has two
 # decimals (8e-5 of the lowest) and the panel is the paper's within that or it is not.
 PRINTED_ROUNDING = 2e-4
 
 
 def panel_section(basis: PanelBasis, modes: pd.DataFrame, printed: pd.DataFrame) -> PageSection:
-    """Return the modes, beside Table 1 where the panel is the paper's."""
+    """Return the modes, compared with Table 1 for the panel of the paper."""
     first = records(modes.head(MODES_SHOWN))
     titles = [_title(row) for row in first]
     values = {

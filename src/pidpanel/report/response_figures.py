@@ -35,7 +35,7 @@ WIDTHS = (0.9, 3.3, 0.6)
 def nested_width(index: int, count: int) -> float:
     """Return the width of a curve among several drawn one over the other, the widest first [pt].
 
-    Where curves coincide, each then shows beside the one over it, and none is hidden.
+    If curves coincide, each is then visible next to the one over it.
 
     Examples
     --------
@@ -66,7 +66,7 @@ def _legend(figure: Figure, charts: Sequence[Chart]) -> None:
 def charts_figure(
     charts: Sequence[Chart], *, across: int = ACROSS, width: float = WIDTH, height: float = 4.4
 ) -> Figure:
-    """Draw charts in rows of so many, those of one unit on one scale, with one legend below."""
+    """Draw charts in rows, those of one unit on one scale, with one legend below."""
     across = min(across, len(charts))
     figure, grid = figure_of_axes(len(charts), across, height, 0.0, width)
     for number, (axes, chart) in enumerate(zip(grid, charts, strict=True)):
@@ -89,7 +89,7 @@ def charts_figure(
 def _decades(axes: Axes, curves: Sequence[Array]) -> None:
     """Make y a logarithmic axis that shows curves, but at most `DECADES` of them."""
     axes.set_yscale("log", nonpositive="mask")
-    axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over so many decades
+    axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over the decades
     axes.yaxis.set_major_locator(ticker.LogLocator(numticks=DECADES + 2))
     values = np.concatenate(curves)
     drawn = values[np.isfinite(values) & (values > 0)]
@@ -105,7 +105,7 @@ def chart_picture(name: str, charts: Sequence[Chart], caption: str = "", **size:
 def reduction_tables(
     centre: Array, rows: Sequence[str], gained: Mapping[tuple[str, str], Array], row_name: str
 ) -> list[ColourTable]:
-    """Return third-octave reductions (n_rows, n_bands) [dB] by (point, reading) as tables."""
+    """Return third-octave reductions (n_rows, n_bands) [dB] as tables by point and model."""
     limit = max(1.0, max(float(np.abs(values).max()) for values in gained.values()))
     colours, norm = mpl.colormaps["RdBu"], Normalize(-limit, limit)
     bands = [f"{row_name} / Hz", *map(nominal, centre)]

@@ -21,13 +21,13 @@ from pidpanel.solve.bands import reduction
 # Where C_e is read, by ``damping.level.kind``.
 READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated acceleration"}
 
-# Of a damper in ``response/psd.nc``: name, label, whether on a logarithmic axis.
+# Quantities of a damper in ``response/psd.nc``: name, label, whether on a logarithmic axis.
 QUANTITIES = (
     ("equivalent_damping", "$C_e$, N s/m³", True),
     ("apparent_mass", "apparent mass $m_a$, kg/m²", False),
 )
 
-# What the rows of reductions differ in.
+# Quantity in which the rows of reductions differ.
 ROW_NAMES = {"fill_fraction": "fill fraction r", "patch": "patch", "oaspl_db": "sound level, dB"}
 
 
@@ -102,7 +102,7 @@ def psd_curves(
 
 
 def reading_title(inputs: Inputs, family: ComparedScenarios, reading: str) -> str:
-    """Return the name of a reading over its figures, and in how many scenarios it fails."""
+    """Return the title of a damping model's figures, and in how many scenarios it fails."""
     if inputs.coupled is None or inputs.coupled.verdict is None:
         return READINGS[reading]
     table = inputs.coupled.verdict
@@ -128,7 +128,7 @@ def acceleration_note(inputs: Inputs, family: ComparedScenarios, reading: str) -
 def reductions_of(
     inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str]
 ) -> list[html.ColourTable]:
-    """Return third-octave reductions of a family, by point and reading."""
+    """Return third-octave reductions of a family, by point and damping model."""
     points = inputs.moving_points
     gained: dict[tuple[str, str], Array] = {}
     scenarios = family.scenarios
@@ -146,7 +146,7 @@ def reductions_of(
 def damping_block(
     inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str], notes: Mapping[str, str]
 ) -> html.Picture:
-    """Return C_e and m_a with which a family was computed, by reading."""
+    """Return C_e and m_a with which a family was computed, by damping model."""
     frequency, charts = inputs.psd["frequency"].to_numpy(), []
     for reading, title in titles.items():
         for quantity, unit, is_log in QUANTITIES:

@@ -13,7 +13,7 @@ from pidpanel.solve.bands import band_rms, third_octaves
 
 
 def moving_points(summary: pd.DataFrame, points: Sequence[str]) -> list[str]:
-    """Return the points that move; one on a support does not, and nothing can be said of it."""
+    """Return the points that move: all but those on supports."""
     fixed = set(summary.loc[summary["status"] == "held", "point"])
     return [point for point in points if point not in fixed]
 

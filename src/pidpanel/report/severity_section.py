@@ -14,7 +14,7 @@ from pidpanel.report.response_figures import chart_picture
 from pidpanel.report.text import NAMES, common_decimals, records
 
 ACROSS = 3
-PLACE = ["reading", "scenario", "point"]  # columns of a row's place
+PLACE = ["reading", "scenario", "point"]  # columns that identify a row
 POINTS = 6  # points drawn at most; the tables have all
 
 INDEX_STYLES = {

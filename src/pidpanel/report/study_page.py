@@ -81,7 +81,7 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
 
 
 def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSection]:
-    """Return the parts of all coupons; with a law of the paper to draw beside its cases."""
+    """Return the parts of all coupons, with a law of the paper to draw with its cases."""
     sections = []
     for name in tracked(list(inputs.coupons), "coupons of the page"):
         coupon = inputs.coupons[name]
@@ -95,7 +95,7 @@ def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSec
 
 
 def _sections(inputs: Inputs) -> list[PageSection]:
-    """Return the parts of the page in order, those left out of which there is nothing to show."""
+    """Return the parts of the page in order, without empty ones."""
     study, names = inputs.study, inputs.names
     points, frequency = list(study.panel.points), study.response.frequency_hz
     # the paper states levels and no spectrum

@@ -35,7 +35,7 @@ COLOURS = 256  # colours of a PNG file: a third of the bytes, and no difference 
 
 # Colours of patches, and of anything else without an order.
 PLACES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")  # markers of lines beside their colours
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")  # markers of lines, in addition to colours
 
 _RC = rc_params_from_file(Path(__file__).with_name("pages") / "figures.mplstyle", True, False)
 
@@ -106,7 +106,7 @@ def set_as_typed(figure: Figure) -> None:
 
 
 class Drawing:
-    """A figure that is drawn when it is asked for."""
+    """A figure that is drawn when it is needed."""
 
     def __init__(self, draw: Callable[..., Figure], *values: Any, **options: Any) -> None:
         self._draw = partial(draw, *values, **options)

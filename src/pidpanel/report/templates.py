@@ -45,7 +45,7 @@ def fill(name: str, values: Mapping[str, Any]) -> Markup:
     Raises
     ------
     jinja2.UndefinedError
-        For a value that the template needs and does not get.
+        If the template needs a value that is missing.
     """
     return Markup(environment().get_template(name).render(values))
 

@@ -22,7 +22,7 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float, digits: int = 3) -> str:
-    """Return a number with so many significant digits, a power of ten outside 1e-4 to 1e5.
+    """Return a number with ``digits`` significant digits, as a power of ten outside 1e-4 to 1e5.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def common_decimals(errors: Iterable[float], default: int | None = None) -> int 
 
 
 def plain(value: float, decimals: int) -> str:
-    """Return a number with so many decimals, zero without a sign.
+    """Return a number with ``decimals`` decimals, zero without a sign.
 
     Examples
     --------

@@ -14,7 +14,7 @@ from pidpanel.report.text import NAMES, records, value_text
 
 LABELS: dict[str, str] = NAMES["varied"]
 
-ROWS_SHOWN = 6  # rows of a table that are shown without being asked for
+ROWS_SHOWN = 6  # rows of a table that are shown before it is expanded
 
 VALUE, ERROR = EQUIVALENT_DAMPING.column, EQUIVALENT_DAMPING.error
 

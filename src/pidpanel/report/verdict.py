@@ -1,8 +1,8 @@
-"""How far a reading of the damping is from panel and particles in one time integration.
+"""Comparison of damping models with panel and particles in one time integration.
 
-A reading holds a scenario at a point where its g rms is within `RMS_LIMIT` of the coupled one and
-every third octave within `BAND_DEPTH` of the highest is within `BAND_LIMIT`. Where an error of the
-coupled run, twice, could decide either way, it is said that this is open.
+A model holds for a scenario at a point if its g rms is within `RMS_LIMIT` of the coupled run and
+every third octave within `BAND_DEPTH` of the highest is within `BAND_LIMIT`. The outcome is open if
+the interval of two standard errors of the coupled run includes a limit.
 """
 
 from collections.abc import Collection
@@ -12,11 +12,11 @@ import numpy as np
 
 from pidpanel.arrays import Array
 
-RMS_LIMIT = 0.03  # of g rms [1]
+RMS_LIMIT = 0.03  # largest relative difference of g rms [1]
 
-BAND_LIMIT = 0.5  # of the rms of a third octave [dB]
+BAND_LIMIT = 0.5  # largest difference of the rms of a third octave [dB]
 
-BAND_DEPTH = 20.0  # third octaves further below the highest do not count [dB]
+BAND_DEPTH = 20.0  # third octaves further below the highest are ignored [dB]
 
 Holds = Literal["yes", "no", "open"]
 
@@ -31,18 +31,18 @@ class CoupledRun(NamedTuple):
 
 
 class Distance(NamedTuple):
-    """How far a reading is from the coupled run at a point; names are those of the table."""
+    """Difference between a damping model and the coupled run at a point, named as in the table."""
 
     difference: float  # g rms over that of the coupled run, less 1
     coupled_g_rms_relative_error: float  # standard error of the coupled run
-    band: int  # index of the third octave that is furthest off
-    band_difference_db: float  # how far it is off [dB]
+    band: int  # index of the third octave with the largest difference
+    band_difference_db: float  # its difference [dB]
     band_error_db: float  # [dB]
     holds: Holds  # whether both are within their limits
 
 
 def distance(rms: float, band_rms: Array, coupled: CoupledRun) -> Distance:
-    """Return how far a reading is from a coupled run.
+    """Return the difference between a damping model and a coupled run.
 
     Examples
     --------
@@ -70,7 +70,7 @@ def distance(rms: float, band_rms: Array, coupled: CoupledRun) -> Distance:
 
 
 def least(outcomes: Collection[Holds]) -> Holds:
-    """Return what several outcomes are together: no weighs more than open, open more than yes."""
+    """Return the combined outcome: no outweighs open, and open outweighs yes."""
     return "no" if "no" in outcomes else "open" if "open" in outcomes else "yes"
 
 

@@ -1,4 +1,4 @@
-"""``coupled/verdict.csv``: every reading of a study beside its coupled runs."""
+"""``coupled/verdict.csv``: every damping model of a study compared with its coupled runs."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,11 +16,11 @@ from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.lines import root_mean_square
 from pidpanel.sound.from_study import spectrum_of
 
-# Beside the readings: no damper, and its mass alone.
+# In addition to the damping models: no damper, and its mass alone.
 BARE, DEAD_WEIGHT = "bare panel", "dead weight"
 
-# Of ``verdict.csv``: differences are of the reading from the coupled run, that of g rms relative,
-# that of the third octave that is furthest off in dB.
+# Columns of ``verdict.csv``. Differences are those of the model from the coupled run: relative for
+# g rms, in dB for the third octave with the largest one.
 COLUMNS = (
     "scenario", "oaspl_db", "reading", "point", "g_rms", "coupled_g_rms",
     "coupled_g_rms_relative_error", "difference", "band_hz", "band_difference_db", "band_error_db",
@@ -31,7 +31,7 @@ COLUMNS = (
 def write_verdict(
     study: Study, psd_nc: Path, summary_csv: Path, bands_csv: Path, verdict_csv: Path
 ) -> None:
-    """Write how far each reading is from the coupled run, by scenario and point.
+    """Write the difference of each damping model from the coupled run, by scenario and point.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def write_verdict(
     summary_csv, bands_csv
         ``coupled/summary.csv`` and ``coupled/third_octaves.csv``.
     verdict_csv
-        What to write.
+        CSV file to write.
     """
     # points may be named by numbers
     summary, bands = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, bands_csv))
@@ -84,7 +84,7 @@ def write_verdict(
 def _readings(
     study: Study, psd: xr.Dataset, scenario: Scenario
 ) -> Iterator[tuple[str, xr.DataArray]]:
-    """Yield acceleration PSDs of a scenario by name: bare, dead weight and every reading."""
+    """Yield acceleration PSDs of a scenario by name: bare, dead weight and every damping model."""
     first = study.readings[0]
     yield BARE, psd["acceleration_psd"].sel(reading=first, scenario=scenario.bare.label)
     readings = [reading for reading in study.readings if reading != COUPLED]

@@ -1,4 +1,4 @@
-"""Which reading of the damping may be used when: every reading beside the coupled runs."""
+"""Validity of the damping models: each one compared with the coupled runs."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from pidpanel.report.text import READINGS, records
 from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT, least
 from pidpanel.report.verdict_files import BARE, DEAD_WEIGHT
 
-DASHED = {BARE: "#555555", DEAD_WEIGHT: "#999999"}  # what is no reading of the damping, in grey
+DASHED = {BARE: "#555555", DEAD_WEIGHT: "#999999"}  # curves that are no damping model, in grey
 
 NAMES = {**READINGS, BARE: "Bare panel", DEAD_WEIGHT: "The same mass as dead weight"}
 
@@ -21,7 +21,7 @@ WORDS = {"yes": "holds", "no": "does not hold", "open": "open"}
 
 
 def worst(verdict: pd.DataFrame) -> pd.DataFrame:
-    """Return of each reading and scenario what is worst of its points."""
+    """Return the worst result over the points, for each damping model and scenario."""
     rows = []
     for _, group in verdict.groupby(["reading", "scenario"], sort=False):
         band = group.iloc[int(group["band_difference_db"].abs().to_numpy().argmax())]
@@ -32,7 +32,7 @@ def worst(verdict: pd.DataFrame) -> pd.DataFrame:
 
 
 def _counts(summary: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return in how many scenarios each reading holds, does not, or may."""
+    """Return in how many scenarios each damping model holds, does not hold or is open."""
     readings = summary[~summary["reading"].isin([BARE, DEAD_WEIGHT])]
     return [
         {

@@ -1,6 +1,6 @@
 """Limitations of the numbers: where the response, the damping and the coupon cannot be trusted.
 
-Every function returns sentences, none where there is nothing to say.
+Every function returns sentences, or none.
 """
 
 import math
@@ -26,7 +26,7 @@ from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels, point_s
 
 NAMED = 3  # scenarios that a warning names
 
-BETWEEN_POINTS = 1.12  # times the worst point, 1 dB: more anywhere else on the panel is said
+BETWEEN_POINTS = 1.12  # ratio to the worst point, 1 dB, above which motion elsewhere is reported
 
 # Doubts in ``response/summary.csv`` that a page explains, in this order.
 DOUBTS = (
@@ -71,7 +71,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
 
 
 def _doubts(study: Study, summary: pd.DataFrame, reading: str) -> Iterator[dict[str, Any]]:
-    """Yield what is doubted in a reading, and in which scenarios."""
+    """Yield the doubts about a damping model, with their scenarios."""
     rows = summary[summary["reading"] == reading]
     bare = {scenario.label for scenario in study.all_scenarios() if scenario.is_bare}
     if reading != main_reading(study.readings):
@@ -131,14 +131,14 @@ def _elsewhere(inputs: Inputs, answer: StudyAnswer) -> dict[str, float] | None:
 def coarse_mesh(
     inputs: PanelInputs, names: Mapping[str, str], summary: pd.DataFrame
 ) -> dict[str, Any] | None:
-    """Return by how much shorter the elements of a mesh must be; None where they are not too long.
+    """Return how much shorter the elements of a mesh must be; None if they are short enough.
 
     Parameters
     ----------
     inputs
-        Of the page.
+        Inputs of the page.
     names
-        Of the scenarios by label.
+        Names of the scenarios by label.
     summary
         ``response/summary.csv`` or ``base/summary.csv``.
     """
@@ -164,12 +164,12 @@ def coarse_mesh(
 
 
 def at_points(inputs: PanelInputs, summary: pd.DataFrame) -> dict[str, Any]:
-    """Return what stands at single points, and what half the element size changes there.
+    """Return names of points that depend on the mesh, and changes with elements of half the size.
 
     Parameters
     ----------
     inputs, summary
-        As of `coarse_mesh`.
+        Same as in `coarse_mesh`.
     """
     basis = inputs.basis
     highest = inputs.study.response.frequency_hz[1]

@@ -49,7 +49,7 @@ class ResponseScenario:
     fillings: tuple[PatchFilling, ...]
     patch: str | None
     fill_fraction: float
-    is_coupled: bool = False  # whether coupled runs are wanted for it
+    is_coupled: bool = False  # whether it has coupled runs
     is_coarse: bool = False  # whether a sweep of its dampers is, see `Sweep.is_coarse`
 
     @property
@@ -87,7 +87,7 @@ class SolvedCase:
 
 @dataclass(frozen=True)
 class CasePlan:
-    """What is to be solved."""
+    """Cases to be solved."""
 
     # Scenario, name of the model and dampers of every case
     rows: Sequence[tuple[ResponseScenario, str, tuple[PatchDamper, ...]]]
@@ -135,7 +135,7 @@ def plan_cases(
     Parameters
     ----------
     dead_weight
-        Whether the same masses without damping are wanted too, once for each distinct set of
+        Whether to include the same masses without damping, once for each distinct set of
         patches, masses and level.
     """
     rows = [
@@ -181,7 +181,7 @@ def heaviest_dampers(
 def resolving(panel: ResponsePanel, mass: Array) -> ResponsePanel:
     """Return the panel with lines for the resonances that the masses of its dampers make.
 
-    A mass that is light beside the panel leaves the lines as they are: of their eight to a
+    A mass that is light relative to the panel does not change the lines: of their eight to a
     bandwidth `ENOUGH_LINES` do.
     """
     low, high = panel.settings.frequency_range

@@ -92,7 +92,7 @@ class DampingModels:
         self, name: str, scenario: str, filling: PatchFilling, patch: int, carrier: int
     ) -> PatchDamper:
         """Return the damper on a patch of a scenario, or on an element of it."""
-        # constants have no fill, and are read at that of a full cell
+        # constants do not depend on the fill, so a full cell is assumed
         fill = 1.0 if filling.fill_fraction is None else filling.fill_fraction
         bed = self.coupled.get((scenario, filling.patch))
         if name == COUPLED and bed is not None:

@@ -35,7 +35,7 @@ PSD, FREQUENCY, ACCELERATION = 9, 18, 12
 
 NORMAL_TO_PANEL = 3  # code of the direction +z
 
-# Numbers of the data sets that say to a viewer what a file shows and where.
+# Numbers of the data sets that describe the contents and positions of a file.
 HEADER, UNITS, NODES = 151, 164, 15
 SI, RELATIVE = 1, 2  # codes of the units of a universal file, and of its temperatures
 NO_DATE = "01-Jan-70 00:00:00  "
@@ -57,7 +57,7 @@ class Curve:
 
     @property
     def title(self) -> str:
-        """What it is the PSD of, in a line."""
+        """Quantity of the PSD in one line."""
         caution = f" (caution: {self.doubts})" if self.doubts else ""
         return f"{self.reading}, {self.scenario}, point {self.point}{caution}"
 
@@ -83,15 +83,15 @@ def write_uff58(
 ) -> None:
     """Write a universal file: header, SI units, points, then a data set 58 for each curve.
 
-    Data sets 151, 164 and 15 say to a viewer what it shows and where. 58 is in ASCII, in double
+    Data sets 151, 164 and 15 describe the contents and positions. 58 is in ASCII, in double
     precision.
 
     Parameters
     ----------
     path
-        Ends in ``.uff``.
+        File that ends in ``.uff``.
     frequency, curves, title
-        As of `write_tabrnd1`.
+        Same as in `write_tabrnd1`.
     position
         (n_points, 2) of the points, in the order of their nodes [m].
     """
@@ -144,7 +144,7 @@ def _universal_head(title: str, position: Array) -> str:
 
 
 def third_octave_rows(frequency: Array, curves: Sequence[Curve]) -> pd.DataFrame:
-    """Rms and mean PSD of every curve in third octaves, with the reduction against bare."""
+    """Return rms and mean PSD of every curve in third octaves, with the reduction against bare."""
     center, edge = third_octaves(frequency[0], frequency[-1])
     width = np.diff(edge, axis=1)[:, 0]
     frames = []
@@ -229,7 +229,7 @@ def _damping_of(case: xr.Dataset) -> tuple[Array, Array]:
 
 
 def _psd_columns(dataset: xr.Dataset, frequency: Array, points: Sequence[str]) -> pd.DataFrame:
-    """PSDs of a scenario in the units that a person reads."""
+    """Return PSDs of a scenario in the units of reports."""
     columns = {"frequency_hz": frequency}
     for point in points:
         values = dataset.sel(point=point)
@@ -252,7 +252,7 @@ def modal_damping(
     models: Sequence[str],
     psd: xr.Dataset,
 ) -> tuple[Array, dict[str, Array]]:
-    """Damping ratio of every mode in every scenario that has a steady response."""
+    """Return the damping ratio of every mode in every scenario that has a steady response."""
     lines = psd["frequency"].to_numpy()
     natural, ratios = basis.natural_frequency, {}
     modes = np.flatnonzero(~basis.is_residual & (natural >= lines[0]) & (natural <= lines[-1]))

@@ -1,4 +1,4 @@
-"""How much of a scenario's change depends on damping beyond its data, and how far beyond."""
+"""Share of a scenario's change that depends on extrapolated damping, and distance to the data."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from pidpanel.damping.readings import DampingReading
 from pidpanel.response.dampers import PatchDamper
 from pidpanel.solve.layout import LayoutResponse
 
-# Distance beyond the data, in ln Γ or ln f, at which a line counts as fully extrapolated.
+# Distance beyond the data, in ln Γ or ln f, at which a line is fully extrapolated.
 FAR = math.log(2.0)
 
 # Changes of ln Γ that are tried to reach the data.
@@ -25,7 +25,7 @@ class Extrapolation:
 
     # (nf,) 0 within the data, 1 from a factor of two beyond them in Γ or f, linear in ln between
     weight: Array
-    # What the data would have to cover, such as ``"acrylic to 61 g"``; empty within them
+    # Range that the data lack, such as ``"acrylic to 61 g"``; empty if they cover it
     missing: str
 
     def share_of_change(self, bare: Array, damped: Array, frequency: Array) -> Array:
@@ -52,7 +52,7 @@ def extrapolation_of(
     Parameters
     ----------
     dampers
-        In the order of the loads of ``response``.
+        Dampers in the order of the loads of ``response``.
     response
         The response.
     frequency
@@ -98,7 +98,7 @@ def between_regimes(
 def _distance_in_motion(
     model: DampingReading, frequency: Array, fill: float, gamma: float, inside: Flags
 ) -> Array:
-    """|Δ ln Γ| (nf,) to the data; inf where no Γ within a factor of 1000 reaches them."""
+    """Return |Δ ln Γ| (nf,) to the data; inf where no Γ within a factor of 1000 reaches them."""
     distance = np.where(inside, 0.0, np.inf)
     if not model.depends_on_acceleration:
         return distance
@@ -110,7 +110,7 @@ def _distance_in_motion(
 
 
 def _distance_in_frequency(frequency: Array, inside: Flags) -> Array:
-    """|Δ ln f| (nf,) to the nearest line within the data; inf without any."""
+    """Return |Δ ln f| (nf,) to the nearest line within the data; inf without any."""
     log_f = np.log(frequency)
     known = np.concatenate([[-np.inf], log_f[inside], [np.inf]])
     after = np.searchsorted(known, log_f)

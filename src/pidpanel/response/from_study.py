@@ -76,7 +76,7 @@ def read_response_panel(study: Study, files: Files, radiation: Radiation) -> Res
     Raises
     ------
     ValueError
-        Where the file of the air is not given though it counts.
+        If the file of the air is missing but needed.
     """
     level, table = study.damping.level, read_table(files.modal_force, MODAL_FORCE)
     basis, panel = read_basis(files.modes), StudiedPanel(study.panel)
@@ -127,9 +127,16 @@ def scenarios_of(study: Study) -> list[ResponseScenario]:
 def damping_models(
     study: Study, folder: Path | None, coupled: Path | None = None, *, is_broadband: bool = True
 ) -> DampingModels:
-    """Return the damping models of a study, for motion at all frequencies at once or for tones.
+    """Return the damping models of a study.
 
-    From the folders of the surfaces and of the coupled runs; None for a study without any.
+    Parameters
+    ----------
+    study
+        The study.
+    folder, coupled
+        Folders of the surfaces and of the coupled runs; None for a study without any.
+    is_broadband
+        Whether the motion has all frequencies at once, not single tones.
     """
     beds = {} if coupled is None else read_coupled(coupled / "impedance.csv")
 
@@ -157,7 +164,7 @@ def write_response(
     Parameters
     ----------
     files
-        Those of the panel and the sound: modes, plate, section, modal_force and air.
+        Files of the panel and the sound: modes, plate, section, modal_force and air.
     output
         psd, summary, layouts, stress, stress_table and left_out.
     damping
@@ -168,9 +175,9 @@ def write_response(
     Raises
     ------
     OutsideSimulatedRange
-        Where the study refuses an extrapolated C_e.
+        If the study refuses an extrapolated C_e.
     ValueError
-        As the stages upstream have it.
+        If a stage upstream raises it.
     """
     models = damping_models(study, damping, coupled)
     scenarios = scenarios_of(study)
@@ -207,8 +214,8 @@ def write_maps(study: Study, files: Files, output: Files) -> None:
     Parameters
     ----------
     files
-        Those of `write_response`, its psd and left_out, and coupled, ``coupled/impedance.csv``,
-        from which the own force of the particles is taken where there is any.
+        Files of `write_response`, its psd and left_out, and coupled: ``coupled/impedance.csv`` with
+        the own force of the particles, if there is any.
     output
         maps, a NetCDF file, and folder for ParaView.
     """

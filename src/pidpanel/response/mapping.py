@@ -29,7 +29,7 @@ def map_dataset(
     cells: Index,
     layers: Sequence[str],
 ) -> xr.Dataset:
-    """Rms maps of some scenarios over the vertices of the mesh."""
+    """Return rms maps of some scenarios over the vertices of the mesh."""
     variables = {}
     for name in next(iter(maps.values())):
         unit = UNITS.get(name, "Pa")
@@ -51,7 +51,7 @@ def map_dataset(
 
 
 def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
-    """Write a VTU file for each case and ``maps.pvd`` that holds them all as steps."""
+    """Write a VTU file for each case, and ``maps.pvd`` with all of them as steps."""
     folder.mkdir(exist_ok=True)
     position = np.pad(dataset["vertex_position"].to_numpy(), ((0, 0), (0, 1)))
     cells = dataset["cells"].to_numpy()
@@ -151,7 +151,7 @@ def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:
 def _dampers(
     panel: ResponsePanel, psd: xr.Dataset, reading: str, scenario: ResponseScenario
 ) -> tuple[Array, Array, float]:
-    """C_e and m_a (n_loads, nf) on the lines of the maps, and the factor of the excitation."""
+    """Return C_e and m_a (n_loads, nf) on the lines of maps, and the factor of the excitation."""
     lines, coarse = psd["frequency"].to_numpy(), panel.coarse_frequency
     if scenario.is_bare:
         none = np.zeros((0, coarse.size))

@@ -73,8 +73,8 @@ def modal_damping_ratio(
 def write_tabdmp1(path: Path, frequency: Array, ratios: Mapping[str, Array], title: str) -> None:
     """Write bulk data cards TABDMP1, large field, shares of critical damping over Hz.
 
-    Tables are numbered from 1 in the order given. Modes of one frequency, which a table cannot
-    tell apart, take the mean of their values.
+    Tables are numbered from 1 in the order given. Modes of the same frequency, which a table cannot
+    distinguish, have the mean of their values.
     """
     distinct, index = np.unique(np.round(frequency, 6), return_inverse=True)
     with path.open("w", encoding="ascii", errors="replace") as file:

@@ -69,8 +69,8 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
     return PatchElements(Patches.of_rows(rows, area), patch)
 
 
-# (longest edge [m], frequency [Hz], added mass [kg/m²]) → share by which elements raise the
-# frequency [1].
+# (longest edge [m], frequency [Hz], added mass [kg/m²]) → relative frequency error due to the mesh
+# [1].
 ShiftOfWave = Callable[[float, float, float], float]
 
 
@@ -82,12 +82,12 @@ class ResponsePanel:
     basis: PanelBasis  # modes and residual vectors of the panel
     excitation: Excitation  # at the level of the study
     mass_per_area: float  # of the panel, without dampers [kg/m²]
-    shift_of_wave: ShiftOfWave  # share by which the mesh raises the frequency of a wave
-    change_near_points: Array | float  # (n_points,) as of `StudiedPanel`
+    shift_of_wave: ShiftOfWave  # relative frequency error of a wave due to the mesh
+    change_near_points: Array | float  # (n_points,) see `StudiedPanel`
     air: Air | None = None  # the air that the panel moves; None where it is left out
-    # Elements of the patches; None where they are not looked at
+    # Elements of the patches; None if they are not used
     elements: PatchElements | None = None
-    # Of the resonances that the lines must resolve; None for that of the bare panel
+    # Least damping ratio of the resonances that the lines must resolve; None for the bare panel's
     least_damping_ratio: float | None = None
 
     @cached_property
@@ -169,7 +169,7 @@ class ResponsePanel:
         rms_only
             Few lines and no strains, enough for rms accelerations within 1e-3.
         full
-            The full modal damping matrix, whatever the study wants.
+            The full modal damping matrix, also if the study requests the diagonal one.
         """
         cells = None if self.by_element else self.elements
         if cells is not None and not len(cells.patch):
@@ -214,9 +214,9 @@ class ResponsePanel:
 def widen(
     panel: ResponsePanel, plate: StoredPlate, further_shapes: Array, source: ExcitationSource
 ) -> ResponsePanel:
-    """Return the panel with a basis that has what another left out.
+    """Return the panel with a basis extended by the shapes that it lacks.
 
-    The excitation of the new shapes is computed here, since their choice follows from the response.
+    The excitation of the new shapes is computed here, since their choice depends on the response.
     """
     if not further_shapes.shape[1]:
         return replace(panel, elements=patch_elements(panel.basis, plate, plate.shapes))

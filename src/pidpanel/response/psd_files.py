@@ -12,6 +12,6 @@ def read_psd(path: Path) -> xr.Dataset:
 
 
 def is_steady(psd: xr.Dataset, reading: str, scenario: str) -> bool:
-    """Whether a scenario has a response; none where the damping feeds the panel."""
+    """Return whether a scenario has a response: it has none if the damping feeds the panel."""
     accelerations = psd["acceleration_psd"].sel(reading=reading, scenario=scenario)
     return not bool(np.isnan(accelerations).any())

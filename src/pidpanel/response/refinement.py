@@ -37,7 +37,7 @@ from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.sharpness import LoadedModes, flanks, loaded_modes
 from pidpanel.solve.solvers import PanelSolver, damper_key
 
-ATTEMPTS = 4  # bases that are tried: each further one holds what the one before left out
+ATTEMPTS = 4  # bases that are tried: each further one has the shapes that the one before lacked
 
 # Largest shift of a resonance by the mesh over that of `resolution.ElementKind`: waves along
 # the edges of rectangles have 1.2 times that.
@@ -75,11 +75,11 @@ def checked_responses(
     Parameters
     ----------
     source
-        Of the excitation on shapes that join the basis, and on all elements.
+        Source of the excitation on shapes that join the basis, and on all elements.
 
     Notes
     -----
-    After `ATTEMPTS` bases the last is taken as it is; its error says so.
+    After `ATTEMPTS` bases the last is used as it is, with its error.
     """
     panel = resolving(panel, heaviest_dampers(panel, scenarios, models))
     further_shapes = np.zeros((plate.shapes.shape[0], 0))
@@ -115,7 +115,7 @@ def checked_responses(
 def mesh_shifts(
     panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
 ) -> dict[str, MeshShift]:
-    """Return what the mesh does by the labels of scenarios, each with its heaviest dampers."""
+    """Return frequency errors due to the mesh by scenario, each with its heaviest dampers."""
     f, basis = panel.frequency, panel.basis
     # a patch may have shorter elements than the panel
     sizes = element_sizes(basis.vertex_position, basis.cells)
@@ -188,7 +188,7 @@ def _check(
     lines: Array,
     force_at: ForceAt,
 ) -> tuple[BasisCheck, list[list[int]]]:
-    """Return the check of all that was solved, and of each case the rows that count for it."""
+    """Return the check of all solutions, and the rows of it that belong to each case."""
     rows: dict[Hashable, int] = {}
     answers: list[LayoutResponse] = []
 

@@ -40,19 +40,19 @@ class OutsideSimulatedRange(ResponseError):
 
 @dataclass(frozen=True)
 class Tabulation:
-    """Values of a study that its tables need beside the responses."""
+    """Values of a study that its tables need in addition to the responses."""
 
     attributes: Mapping[str, str]
     models: Sequence[str]
     scenarios: Sequence[ResponseScenario]
-    # Of the panel [kg] and [m]
+    # Mass and thickness of the panel [kg], [m]
     panel_mass: float
     thickness: float
     level: str
     refuses_outside: bool  # whether extrapolated damping is an error
     # Standard errors of coupled runs by scenario; None for a study without any
     coupled_errors: Mapping[str, uncertainty.StandardErrors] | None
-    coupled_accuracy: float  # wanted relative standard error of coupled runs [1]
+    coupled_accuracy: float  # required relative standard error of coupled runs [1]
 
 
 def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Files) -> None:
@@ -200,7 +200,7 @@ class _Rows:
     def _summary_columns(
         self, case: SolvedCase, response: LayoutResponse, error: uncertainty.StandardErrors | None
     ) -> dict[str, Any]:
-        """Rms values, their errors, masses and dead weight of a case."""
+        """Return rms values, their errors, masses and dead weight of a case."""
         panel = self._panel
         read_at, motion = only_motion(panel, case, response, self._tabulation.scenarios)
         values = tables.summary_columns(
@@ -219,7 +219,7 @@ class _Rows:
     def _strains(
         self, case: SolvedCase, response: PanelResponse, error: uncertainty.StandardErrors | None
     ) -> tuple[dict[str, Array], list[dict[str, Any]]]:
-        """PSDs of strain and stress in the layers, and the rows of the layers and of the core."""
+        """Return PSDs of strain and stress in the layers, and rows of layers and core."""
         model = broadband_error_of(case)
         parts = self._stress_psds(response)
         undamped = self._stress_psds(undamped_response(case)) if any(model) else {}
@@ -235,7 +235,7 @@ class _Rows:
         return {f"{name}_psd": np.moveaxis(psd[..., i], 0, 2) for i, name in names}, rows
 
     def _stress_psds(self, response: PanelResponse) -> dict[str, Array]:
-        """PSDs of strain and stress in each layer (nf, n_points, 7), and of stress in the core."""
+        """Return PSDs of strain and stress in each layer (nf, n_points, 7), and in the core."""
         psd = stress.layer_psd(response, self.layers)
         parts = {layer: psd[:, :, number] for number, layer in enumerate(self.layers.names)}
         core_stress = self._panel.basis.core_stress
@@ -245,7 +245,7 @@ class _Rows:
 
 
 def _full_responses(checked: CheckedResponses) -> dict[tuple[str, str], PanelResponse]:
-    """Responses in which dampers couple the modes: they tell the error of the paper's form."""
+    """Return responses in which dampers couple the modes, for the error of the paper's form."""
     if not checked.panel.settings.is_diagonal:
         return {}
     steady = [
@@ -263,7 +263,7 @@ def _full_responses(checked: CheckedResponses) -> dict[tuple[str, str], PanelRes
 def _stress_error(
     frequency: Array, response: PanelResponse, error: uncertainty.StandardErrors
 ) -> Array:
-    """Errors of ln PSD (nf, n_points) that add up over the lines as those of the acceleration.
+    """Return errors of ln PSD (nf, n_points), correlated over lines like the acceleration's.
 
     Shifted resonances raise some lines and lower others, so errors of lines cancel in part.
     """
@@ -293,5 +293,5 @@ def _refuse_outside(frequency: Array, case: SolvedCase, response: LayoutResponse
 
 
 def write_csv(path: Path, frame: pd.DataFrame, digits: int = 6) -> None:
-    """Write a table with so many digits."""
+    """Write a table with numbers of ``digits`` digits."""
     frame.to_csv(path, index=False, float_format=f"%.{digits}g")

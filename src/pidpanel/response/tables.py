@@ -30,21 +30,21 @@ def summary_columns(
     read_at_g: float,
     patch_motion_g: float,
 ) -> dict[str, Any]:
-    """Rms values of a scenario, of all points (n_points,) or one for all.
+    """Return rms values of a scenario, of all points (n_points,) or one for all.
 
     Parameters
     ----------
     answer, bare
         The scenario and the panel without damper at the same sound level.
     thickness
-        Of the panel [m]: linear plate theory is left when w_rms exceeds a tenth of it.
+        Thickness of the panel [m]: linear plate theory does not hold if w_rms exceeds 10 % of it.
     power_balance_error
-        Largest |put in − lost| / put in over the lines looked at.
+        Largest |input − loss| / input over the checked lines.
     full
         The response with the full modal damping matrix: that of the scenario, unless the paper's
-        diagonal form was asked for.
+        diagonal form was requested.
     read_at_g, patch_motion_g
-        Γ at which the damping of the patch is read, and of its motion; NaN for several patches.
+        Γ at which damping is evaluated, and that of the patch's motion; NaN for several patches.
     """
     outside = 1 - float(answer.inside.all(axis=0).mean()) if len(answer.inside) else 0.0
     acceleration, displacement = answer.response.acceleration_rms, answer.response.displacement_rms
@@ -65,7 +65,7 @@ def summary_columns(
 
 
 def error_columns(columns: Mapping[str, Any], errors: StandardErrors | None) -> dict[str, Any]:
-    """Standard errors of the values of `summary_columns`; NaN where there are none."""
+    """Return the standard errors of the values of `summary_columns`; NaN where there are none."""
     relative = np.nan if errors is None else errors.log_rms
     log_acceleration = np.nan if errors is None else errors.log_acceleration[0]
     return {
@@ -78,7 +78,7 @@ def error_columns(columns: Mapping[str, Any], errors: StandardErrors | None) -> 
 def dead_weight_columns(
     bare: LayoutResponse, dead: LayoutResponse | None, masses: Array, panel_mass: float
 ) -> dict[str, Any]:
-    """Columns of a scenario's mass, and of what the same mass does without damping."""
+    """Return columns of a scenario's mass, and of the effect of the same mass without damping."""
     total, of_bare = float(masses.sum()), bare.response.acceleration_rms
     treated = np.full(of_bare.shape, np.nan) if dead is None else dead.response.acceleration_rms
     if not len(masses):
@@ -91,7 +91,7 @@ def dead_weight_columns(
     }
 
 
-# Of a case
+# Variables of a case
 PSD_VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
 
 
@@ -111,7 +111,7 @@ def cases_dataset(
     variables
         Dimensions of a case, unit and long name of each.
     coordinates
-        Of the axes of ``place`` and all dimensions.
+        Coordinates of the axes of ``place`` and all dimensions.
     place
         Axes along which the cases lie.
     """
@@ -144,7 +144,7 @@ def stress_rows(
     undamped_psd: Array | None = None,
     model: BroadbandError = EXACT,
 ) -> list[dict[str, Any]]:
-    """Rms and three sigma, a row per point and quantity.
+    """Return rows of rms and three sigma, one per point and quantity.
 
     The error is that of the damping [ln PSD], fully correlated over the lines, and that which the
     damping model has under broadband motion, from the stress without damping.
@@ -189,7 +189,7 @@ PATCH_COLUMNS = (
 def patch_rows(
     panel: ResponsePanel, case: SolvedCase, response: LayoutResponse
 ) -> list[dict[str, Any]]:
-    """Rows of ``layouts.csv`` of a case, a filled patch each."""
+    """Return rows of ``layouts.csv`` of a case, one for each filled patch."""
     area = panel.load_area(response)
     masses = case.masses(area)
     rows = []
@@ -224,7 +224,7 @@ def only_motion(
     response: LayoutResponse,
     scenarios: Sequence[ResponseScenario],
 ) -> tuple[float, float]:
-    """Γ at which the damping of the only patch is read, and of its motion; NaN for several.
+    """Return Γ of the damping of a single patch, and of its motion; NaN for several patches.
 
     Of the bare panel it is the motion of the patch that is filled first in the study.
     """

@@ -24,7 +24,7 @@ MESH_ERROR, MESH_RMS = 10 ** (ALLOWED_DB / 10) - 1, ALLOWED_RMS
 
 COARSE_MESH = "mesh too coarse"
 
-# Change of an rms acceleration with half the elements at what stands at single points from which
+# Change of an rms acceleration with elements of half the size, due to single points, from which
 # it is doubted: 0.4 dB.
 POINT_RMS = 0.05
 AT_POINTS = "held at single points"
@@ -37,13 +37,13 @@ COARSE_SWEEP = "coarse sweep"
 KNOWN_TO = "known to"
 
 # Share of the change in mean square at lines where beds of the atlas may ride or cross their gap,
-# from which the page says so. The errors are calibrated there, so it is no doubt.
+# above which the page mentions it. The errors are calibrated there, so it is no doubt.
 BETWEEN_SHARE = 0.2
 MAY_CROSS = "beds may ride or cross their gap"
 
 SIMULATED = " (damping.readings: [atlas, coupled])"  # remedy for a large error of the atlas
 
-TOO_FAR = 2.0  # standard error of a coupled g rms over the wanted one, from which it is doubted [1]
+TOO_FAR = 2.0  # standard error of a coupled g rms over the required one, above which it is doubted
 
 # Relative standard error of g rms from which another damping model is doubted: 2 dB [1].
 LARGEST_ERROR = 0.25
@@ -52,7 +52,7 @@ BETWEEN = "; "  # between the doubts of a scenario
 
 TRUST = ["trusted", "doubts", "damping_source"]  # columns of `judged`
 
-SWEPT = ("dem", "stated")  # readings of a sweep
+SWEPT = ("dem", "stated")  # damping models of a sweep
 
 NONE = "none"  # source of the damping of the bare panel
 
@@ -65,11 +65,11 @@ def judged(
     Parameters
     ----------
     scenarios
-        Of the study.
+        Scenarios of the study.
     summary
-        Its rows, a point each.
+        Rows of the scenarios, one for each point.
     coupled_accuracy
-        Wanted relative standard error of coupled rms accelerations [1].
+        Required relative standard error of coupled rms accelerations [1].
     """
     by_label = {scenario.label: scenario for scenario in scenarios}
     reasons: dict[Hashable, list[str]] = {}
@@ -101,17 +101,16 @@ def source_of(reading: str, scenario: ResponseScenario) -> str:
 
 
 def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "") -> list[str]:
-    """Return why the numbers of a scenario are not to be trusted; nothing where they are.
+    """Return the reasons not to trust the results of a scenario; none if they can be trusted.
 
     Parameters
     ----------
     rows
-        Its rows in ``response/summary.csv``, a moving point each.
+        Rows of the scenario in ``response/summary.csv``, one for each moving point.
     largest_error
-        Largest relative standard error of its rms accelerations [1]; inf for the bare panel, which
-        has none.
+        Largest allowed relative standard error of rms accelerations [1]; inf for the bare panel.
     remedy
-        For a larger error.
+        Remedy for a larger error, added to the text.
     """
     first, reasons = rows[0], []
     if any(row["beyond_linear_plate"] is True or row["beyond_linear_plate"] == 1 for row in rows):

@@ -3,7 +3,7 @@
 `dirlik_damage_rate` counts rainflow cycles by Dirlik's fit (Application of computers in fatigue
 analysis, PhD thesis, University of Warwick, 1985), `narrow_band_damage_rate` takes every upward
 zero crossing for a cycle with a Rayleigh amplitude, which is safe. Amplitudes A are half the range;
-the mean stress is zero. The von Mises stress stands for a stress of its PSD, a custom of design
+the mean stress is zero. The von Mises stress is used like a stress of its PSD, a custom of design
 (Preumont and Piéfort, J. Vib. Acoust. 116 (1994) 245-248).
 """
 

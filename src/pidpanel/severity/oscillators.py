@@ -31,10 +31,14 @@ def natural_frequencies(low: float, high: float) -> Array:
 
 
 def response_spectrum(frequency: Array, psd: Array, natural: Array, quality: float) -> Array:
-    """Return the rms accelerations (m, n) of oscillators on points with these PSDs.
+    """Return the rms accelerations (m, n) of oscillators on points.
 
-    PSDs (nf, n) are straight between their rising lines (nf,) [Hz] and zero outside; oscillators
-    have the natural frequencies (m,) [Hz] and the quality Q.
+    Parameters
+    ----------
+    frequency, psd
+        (nf,) rising lines [Hz], and PSDs (nf, n), linear between the lines and zero outside.
+    natural, quality
+        (m,) natural frequencies [Hz], and Q of the oscillators.
     """
     rms = np.empty((natural.size, psd.shape[1]))
     offset = np.tan(np.linspace(-WIDEST, WIDEST, ADDED)) / (2 * quality)
@@ -57,7 +61,7 @@ def gain(ratio: Array, quality: float) -> Array:
 def miles(frequency: Array, psd: Array, natural: Array, quality: float) -> Array:
     """Return the rms acceleration of oscillators by Miles' equation, √(π/2 f_n Q S(f_n)).
 
-    Parameters and result are those of `response_spectrum`.
+    Parameters and result are the same as in `response_spectrum`.
     """
     at = np.stack([np.interp(natural, frequency, column) for column in psd.T], axis=1)
     return np.sqrt(np.pi / 2 * quality * natural[:, None] * at)

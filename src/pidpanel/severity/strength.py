@@ -41,7 +41,7 @@ def maximum_stress_index(stress: Array, strength: LayerStrength) -> Array:
 
 
 def tsai_wu_index(stress: Array, strength: LayerStrength) -> Array:
-    """Return the factor by which stresses come near to failure by Tsai and Wu: 1/R.
+    """Return the index of failure by Tsai and Wu: 1/R, 1 at failure.
 
     R solves F_ij σ_i σ_j R² + F_i σ_i R = 1; see the module for the signs.
 

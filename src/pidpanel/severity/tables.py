@@ -27,7 +27,7 @@ from pidpanel.spectra.break_points import BreakPoints
 
 STRESSES = ("stress_xx", "stress_yy", "stress_xy", "von_mises")
 CORE = "core"
-PLACE = ("reading", "scenario", "point")  # first columns of every table
+PLACE = ("reading", "scenario", "point")  # first columns of every table, which identify a row
 
 
 class PointMotion(NamedTuple):
@@ -73,7 +73,19 @@ def fatigue_rows(
     line: FatigueLine,
     duration: float,
 ) -> Iterator[tuple[Any, ...]]:
-    """Yield a row per point, layer and stress; errors by point, layer and stress."""
+    """Yield a row of fatigue damage per point, layer and stress.
+
+    Parameters
+    ----------
+    where
+        Values of `PLACE` for the case, without the point.
+    stress, frequency
+        PSDs of the case in ``response/stress.nc`` [Pa²/Hz], and their lines (nf,) [Hz].
+    relative_error
+        Relative errors of the rms stresses, by point, layer and quantity [1].
+    line, duration
+        S-N line of the material, and time of exposure [s].
+    """
     points, layers = (stress[axis].to_numpy().astype(str).tolist() for axis in ("point", "layer"))
     for quantity in STRESSES:
         psd = stress[f"{quantity}_psd"].transpose("frequency", "point", "layer").to_numpy()

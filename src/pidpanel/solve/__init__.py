@@ -11,7 +11,7 @@
 `search`, `motions`
     The consistent motion: the Γ at which the motions of all patches and their damping agree.
 `elements`, `basis_error`
-    All elements beside the basis, and the error of the basis.
+    All elements compared with the basis, and the error of the basis.
 `uncertainty`
     Standard errors of C_e and m_a carried to PSDs and rms values.
 `power`, `sharpness`, `lines`, `bands`

@@ -8,7 +8,7 @@ from pidpanel.spectra.third_octaves import center_frequency, edge_frequency
 
 
 def third_octaves(low: float, high: float) -> tuple[Array, Array]:
-    """Base-10 third octaves whose centres 10^(N/10) lie from ``low`` to ``high`` (IEC 61260-1).
+    """Return third octaves with centres 10^(N/10) from ``low`` to ``high`` (IEC 61260-1).
 
     Returns
     -------
@@ -31,7 +31,7 @@ def third_octaves(low: float, high: float) -> tuple[Array, Array]:
 
 
 def whole_third_octaves(low: float, high: float) -> tuple[Array, Array]:
-    """Return `third_octaves` of which the first begins at ``low`` and the last ends at ``high``.
+    """Return `third_octaves`; the first begins at ``low`` and the last ends at ``high``.
 
     The bands then hold all of a response: also what lies beyond the outer edges of those bands.
 
@@ -48,7 +48,7 @@ def whole_third_octaves(low: float, high: float) -> tuple[Array, Array]:
 
 
 def band_rms(frequency: Array, psd: Array, edge: Array) -> Array:
-    """Root mean square of a PSD in each band, √∫ S df.
+    """Return the root mean square of a PSD in each band, √∫ S df.
 
     The PSD is taken as linear between its lines, so bands that adjoin add up to the whole.
 
@@ -82,7 +82,7 @@ def band_rms(frequency: Array, psd: Array, edge: Array) -> Array:
 
 
 def reduction(bare: ArrayLike, treated: ArrayLike) -> Array:
-    """20 lg(bare/treated), dB: positive where the damper lowers the response.
+    """Return 20 lg(bare/treated), dB: positive where the damper lowers the response.
 
     Parameters
     ----------

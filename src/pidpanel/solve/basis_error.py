@@ -1,4 +1,4 @@
-"""What the shapes of the basis miss of a response, and a basis that misses less.
+"""Error of a response due to the basis, and a better basis.
 
 At a few lines of every scenario the same panel is solved on all elements (`elements`), under the
 same excitation; the error of the basis is the largest difference of the PSD of a point, relative to
@@ -68,7 +68,7 @@ def lines_to_try(
     Parameters
     ----------
     frequency_range
-        Of the response [Hz].
+        Frequency range of the response [Hz].
     attempt
         Number of the basis from 0. Each has lines of its own, since a basis is right at the lines
         at which it was refined.
@@ -109,11 +109,11 @@ def check_basis(
     Parameters
     ----------
     shapes
-        (n_free, n) of the basis.
+        (n_free, n) shapes of the basis.
     errors
-        Of the PSDs under the excitation of the study.
+        Function for the errors of the PSDs under the excitation of the study.
     damping_ratio, highest
-        As of `modal_basis`.
+        Same as in `modal_basis`.
     frequency
         (nf,) [Hz].
     scenarios
@@ -126,7 +126,7 @@ def check_basis(
     elements.prepare()
 
     def at_line(line: int) -> tuple[Array, list[Array]]:
-        """Errors (n_scenarios,), and what the basis lacks."""
+        """Return errors (n_scenarios,), and what the basis lacks."""
         f, stiffness = float(frequency[line]), scenarios[:, :, line]
         motions = elements.motions(f, stiffness)
         error = errors(f, stiffness, motions)

@@ -67,14 +67,14 @@ def attach_dampers(
     apparent_mass
         (n_patches, nf) m_a [kg/m²], of either sign.
     with_slope
-        Whether t is wanted.
+        Whether to return t.
 
     Raises
     ------
     UnstableDamping
-        Where C_e < 0. The law of the paper as printed (Eq. 5-6) is such a case.
+        If C_e < 0, as with the law of the paper as printed (Eq. 5-6).
     ResponseError
-        Where shapes disagree or a value is not finite.
+        If shapes disagree or a value is not finite.
     """
     damping, mass = checked_dampers(bare.patches, bare.frequency, equivalent_damping, apparent_mass)
     n_points, m = bare.point_psd.shape[1:3]

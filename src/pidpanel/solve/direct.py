@@ -12,8 +12,8 @@ Laplace transform as a constant (Eq. 9-15); here C_e is that of each line,
 
     H_i = 1/(m_i (ω_i² − ω² + 2iζ_i ω_i ω) + (iω C_e − ω² m_a) D_ii),
 
-though a patch couples all modes: beside a strong patch the full matrix differs by several dB above
-1 kHz. The modal forces stay correlated. The motion at which C_e is read is that of the full form.
+though a patch couples all modes: with a strong patch the full matrix differs by several dB above
+1 kHz. The modal forces stay correlated. C_e is evaluated at the motion of the full form.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.solve.motions import Motions, Reals
 from pidpanel.solve.moved import MatrixInput, air_at, matrices_at, product
 
-# In the search for Γ, shapes above so many times a line's frequency are left out there: rms of
-# patches that twenty dampers of 8 kg/m² on a panel of 4 kg/m² cover to 40 % within 6e-4 (3e-3 with
-# shapes to three times, 2e-4 to eight times).
+# In the search for Γ, shapes above this times a line's frequency are left out there. With twenty
+# dampers of 8 kg/m² on 40 % of a panel of 4 kg/m², rms values of patches are within 6e-4 (3e-3 with
+# shapes up to three times, 2e-4 up to eight times).
 SHAPES_TO = 5.0
 
 FEW_SHAPES_TO = 2.5  # the same where the search only draws near, on few lines
@@ -57,16 +57,16 @@ class DirectPanel:
     frequency: Array  # (nf,) [Hz]
     basis: ModalBasis
     patches: Patches
-    points: Array  # (n_points, m, n) as of `modal.bare_panels`
+    points: Array  # (n_points, m, n) see `modal.bare_panels`
     spectrum: Array  # (nf,) S of the excitation
-    # As of `modal.bare_panels`
+    # See `modal.bare_panels`
     modal_force: MatrixInput
     air_stiffness: MatrixInput | None = None
 
     def response(
         self, equivalent_damping: ArrayLike, apparent_mass: ArrayLike, with_slope: bool = False
     ) -> PanelResponse:
-        """Return the response with dampers, with t of `dampers.attach_dampers` if wanted."""
+        """Return the response with dampers, with t of `dampers.attach_dampers` if requested."""
         stiffness = patch_stiffness(
             self.frequency,
             *checked_dampers(self.patches, self.frequency, equivalent_damping, apparent_mass),
@@ -95,11 +95,11 @@ class DirectPanel:
         return PanelResponse(self.frequency, cross_psd, slope)
 
     def _pulled(self, patch: int, motion: Complexes) -> Complexes:
-        """D_p times motions (nf, n, k)."""
+        """Return D_p times motions (nf, n, k)."""
         return self.patches.overlap[patch] @ motion
 
     def _receptance(self, lines: slice, stiffness: Complexes, *, again: bool) -> Receptance:
-        """H of the panel with the dampers, see `dampers.solution`."""
+        """Return H of the panel with the dampers, see `dampers.solution`."""
         air = air_at(self.air_stiffness, self.frequency, lines, self.patches.shapes)
         whole = dense_stiffness(self.frequency[lines], self.basis, air)
         whole += weighted_sum(stiffness, self.patches.overlap)
@@ -108,7 +108,7 @@ class DirectPanel:
 
 @dataclass(frozen=True)
 class _Matrices:
-    """What some lines of the search need, of the shapes that count there."""
+    """Data of the search on some lines, for the shapes used there."""
 
     counts: Index  # (k,) the shapes
     basis: ModalBasis
@@ -118,14 +118,14 @@ class _Matrices:
 
 
 class DirectMotions(Motions):
-    """Mean motions of patches from all shapes that count on a line.
+    """Mean motions of patches from all shapes used on a line.
 
     Parameters
     ----------
     kept_bytes
         Most memory for matrices that are kept; where it is not enough, they are computed again.
     shapes_to
-        The highest natural frequency of shapes that count on a line, over that of the line.
+        Highest natural frequency of the shapes used on a line, over that of the line.
     """
 
     def __init__(self, panel: DirectPanel, kept_bytes: float, shapes_to: float = SHAPES_TO) -> None:
@@ -138,7 +138,7 @@ class DirectMotions(Motions):
         self.weight = panel.patches.overlap
 
     def subsampled(self, step: int) -> DirectMotions:
-        """Return the same on every so many lines."""
+        """Return the same on every n-th line."""
         panel, some = self._panel, slice(None, None, step)
         n = panel.patches.shapes
 
@@ -181,7 +181,7 @@ class DirectMotions(Motions):
         )  # H is symmetric
 
     def _receptance(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Matrices]:
-        """H and S_p G."""
+        """Return H and S_p G."""
         matrices = self._matrices(lines)
         whole = dense_stiffness(self.frequency[lines], matrices.basis, matrices.air)
         whole += weighted_sum(stiffness, matrices.weight)
@@ -208,7 +208,7 @@ class DirectMotions(Motions):
 
 
 def _of_shapes(matrix: Any, counts: Index) -> Any:
-    """Rows and columns of some shapes of (…, n, n)."""
+    """Return rows and columns of some shapes of (…, n, n)."""
     return matrix[..., counts[:, None], counts]
 
 

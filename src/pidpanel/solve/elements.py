@@ -1,4 +1,4 @@
-"""All elements beside the shapes of the basis: what the basis leaves out of a response.
+"""All elements compared with the shapes of the basis: the part of a response that it lacks.
 
 The motion of the whole panel when a point is pulled, x = Z⁻¹ c, is solved on all elements,
 
@@ -6,8 +6,8 @@ The motion of the whole panel when a point is pulled, x = Z⁻¹ c, is solved on
     C = (2ζ/ω_c) K + Σ_i 2ζ m_i ω_i (1 − ω_i/ω_c) (M φ_i)(M φ_i)ᵀ/m_i²,
 
 with C the damping of the basis: ζ in every mode φ_i, and above the last mode, at ω_c, proportional
-to the stiffness. Z is symmetric, so x tells what any force does to the point. The error of
-the basis needs nothing else, so there is no excitation here and no PSD.
+to the stiffness. Z is symmetric, so x is the response of the point to any force. The error of the
+basis needs nothing else, so there is no excitation here and no PSD.
 
 The start is the answer x₀ of the basis; the rest is solved by minimal residuals (GCR: Eisenstat,
 Elman and Schultz 1983), preconditioned by the basis and, in what it leaves out, by K⁻¹. There
@@ -49,7 +49,7 @@ COLUMNS_AT_ONCE = 24  # columns solved together, so that memory stays at some do
 
 @dataclass(frozen=True)
 class ElementMotion:
-    """What a pull at each point does to a panel with dampers."""
+    """Response of a panel with dampers to a force at each point."""
 
     of_basis: Complexes  # (n, n_points) the answer of the basis for each point, in its shapes [m/N]
     whole: Complexes  # (n_free, n_points) x of all elements
@@ -58,7 +58,7 @@ class ElementMotion:
 
 @dataclass(frozen=True)
 class Elements:
-    """The panel in all its elements, and the basis that stands for it."""
+    """The panel in all its elements, and the basis that represents it."""
 
     plate: StoredPlate
     overlap: Sequence[sp.csr_array]  # D of each patch, (n_free, n_free)
@@ -90,7 +90,7 @@ class Elements:
 
     @cached_property
     def _shift(self) -> float:
-        """Of that mass over M [rad²/s²]."""
+        """Shift of that mass over M [rad²/s²]."""
         lowest = self.basis.angular_frequency[~self.is_residual].min(initial=np.inf)
         elastic = self.basis.angular_frequency.max()
         return 0.0 if lowest > 1e-6 * elastic else float(1e-3 * elastic) ** 2
@@ -137,7 +137,7 @@ class Elements:
         return np.asarray(self.points[:, some] @ self.shapes[some])
 
     def _applied(self, omega: float, s: Complexes, x: Complexes, in_shapes: Complexes) -> Complexes:
-        """Z x with s (columns, n_patches), of x and what the shapes have of it."""
+        """Return Z x with s (columns, n_patches), from x and its part in the shapes."""
         cutoff = 2 * np.pi * self.cutoff
         result = _times(self.plate.stiffness, x)
         result *= 1 + 2j * self.damping_ratio * omega / cutoff
@@ -153,7 +153,7 @@ class Elements:
     def _on_shapes(
         self, omega: float, s: Complexes, x: Complexes, in_shapes: Complexes
     ) -> Complexes:
-        """VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and (M V/m)ᵀ x: 0 of the modes, so these damp nothing."""
+        """Return VᵀZ x of x = K⁻¹ r, Vᵀr = 0, and (M V/m)ᵀ x, which is 0 for the modes."""
         result = in_shapes * self.basis.modal_mass[:, None]
         # with a mass that holds the panel, K x = r − `_shift` M x
         stiff = 1 + 2j * self.damping_ratio * omega / (2 * np.pi * self.cutoff)
@@ -164,7 +164,7 @@ class Elements:
         return result
 
     def _of_basis(self, frequency: float, stiffness: Complexes) -> list[tuple[Complexes, Index]]:
-        """VᵀZ V of each set of dampers, factorised."""
+        """Return VᵀZ V of each set of dampers, factorised."""
         bare = dense_stiffness(np.array([frequency]), self.basis, None)
         damped = bare + weighted_sum(stiffness.T, self._overlap_of_basis)
         return [la.lu_factor(matrix, overwrite_a=True) for matrix in damped]
@@ -226,17 +226,17 @@ class Elements:
         ]
 
     def _static(self, right: Complexes) -> Complexes:
-        """K⁻¹ right."""
+        """Return K⁻¹ right."""
         answer = self._factors.solve(_as_real(right))
         return np.ascontiguousarray(answer).view(np.complex128)
 
     def _size(self, residual: Complexes) -> Array:
-        """(columns,) of a residual, each coordinate over its own stiffness."""
+        """Return the size (columns,) of a residual, each coordinate over its own stiffness."""
         scale = 1 / self.plate.stiffness.diagonal()
         return np.sqrt(scale @ np.abs(residual) ** 2)
 
     def _direct(self, omega: float, stiffness: Complexes, right: Complexes) -> Complexes:
-        """Z⁻¹ right by factorisation, the damping of the modes by Woodbury's identity."""
+        """Return Z⁻¹ right by factorisation, the damping of the modes by Woodbury's identity."""
         cutoff = 2 * np.pi * self.cutoff
         K, M = self.plate.stiffness, self.plate.mass
         Z = K * (1 + 2j * self.damping_ratio * omega / cutoff) - omega**2 * M
@@ -261,7 +261,7 @@ def _factorised_solution(matrix: sp.csr_array, right: Complexes) -> Complexes:
 
 
 def _as_real(x: Complexes) -> Array:
-    """Columns of real and imaginary parts in turn, (n, 2k)."""
+    """Return columns of real and imaginary parts in turn, (n, 2k)."""
     return np.ascontiguousarray(x, dtype=np.complex128).view(np.float64)
 
 

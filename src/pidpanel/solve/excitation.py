@@ -1,4 +1,4 @@
-"""What drives a panel: random forces on its modes."""
+"""Excitation of a panel: random forces on its modes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """Layouts: dampers on patches, whose damping depends on the motion of their patch.
 
-The Γ at which C_e(f, Γ) of a load is read is either stated or consistent: the motions of all
-loaded patches reproduce themselves together (`search`).
+C_e(f, Γ) is evaluated at a Γ that is either stated or consistent: the motions of all patches with
+dampers reproduce themselves together (`search`).
 """
 
 from collections.abc import Callable, Hashable, Sequence
@@ -24,16 +24,16 @@ from pidpanel.solve.solvers import PanelSolver, Request, damper_key
 # (nf,).
 DampingOfMotion = Callable[[Array, float], tuple[Array, Array, Flags]]
 
-# Lines on which several Γ are searched before all lines of the search are looked at.
+# Lines on which several Γ are searched before all lines of the search are used.
 FEW_LINES = 120
 
-# |ln(Γ_out/Γ)| to which the Γ of a single damper is closed in: an evaluation costs little.
+# Tolerance of |ln(Γ_out/Γ)| for a single damper, where an evaluation costs little.
 CLOSE = 1e-12
 
 
 @dataclass(frozen=True)
 class Load:
-    """A damper on a patch."""
+    """A damper on a patch, as the solver takes it."""
 
     patch: int
     damping: DampingOfMotion  # C_e and m_a of the filled patch as a function of frequency and Γ
@@ -46,13 +46,13 @@ class DamperLayout:
 
     loads: Sequence[Load]  # the dampers; none for the bare panel
     factor: float = 1.0  # factor on the PSD of the excitation
-    # Γ at which the damping of every load is read; left out, that of its patch's own motion
+    # Γ at which damping is evaluated; None for the motion of each patch
     stated_acceleration_g: float | None = None
-    with_slope: bool = False  # whether the slope of the response is wanted, for `uncertainty`
-    # Whether the motions of the patches that come out are wanted; they are NaN otherwise
+    with_slope: bool = False  # whether to compute the sensitivity to damping, for `uncertainty`
+    # Whether to return the motion of the patches; NaN otherwise
     with_motion: bool = True
-    # Independent force beside the excitation, which ``factor`` leaves as it is, such as that of the
-    # particles; None for none
+    # Additional independent force, such as that of the particles, not scaled by ``factor``; None
+    # for none
     force: Excitation | None = None
 
     @property
@@ -62,7 +62,7 @@ class DamperLayout:
 
     @property
     def search_key(self) -> Hashable:
-        """What the search for Γ depends on."""
+        """Key of all that the search for Γ depends on."""
         return tuple(self.loads), self.factor, self.stated_acceleration_g
 
     @property
@@ -78,8 +78,8 @@ class LayoutResponse:
 
     response: PanelResponse
     loads: Index  # (n_loads,) indices of the loaded patches; none on the bare panel
-    acceleration_g: Array  # (n_loads,) Γ at which the damping was read; NaN for a law without Γ
-    # (n_loads,) Γ of the sine with the rms acceleration that the patch ends up with
+    acceleration_g: Array  # (n_loads,) Γ at which damping was evaluated; NaN for a law without Γ
+    # (n_loads,) Γ of the sine with the resulting rms acceleration of the patch
     patch_acceleration_g: Array
     # (n_loads, 2) lowest and highest such Γ of a cell of the patch; NaN without cells
     cell_acceleration_g: Array
@@ -96,7 +96,7 @@ class LayoutResponse:
 
 @dataclass(frozen=True)
 class _Motion:
-    """Γ of all loads, rms accelerations of the patches where known [m/s²], and how it was found."""
+    """Γ of all loads, rms accelerations of the patches if known [m/s²], and the search result."""
 
     gamma: Array
     rms: Array | None = None
@@ -109,17 +109,26 @@ def layouts(
 ) -> list[LayoutResponse | UnstableDamping]:
     """Return the response of a panel with layouts of dampers at their consistent motion.
 
+    Parameters
+    ----------
+    panel
+        Modal panel with patches and points.
+    excitation
+        Random force on its modes.
+    layouts
+        Layouts of dampers, each solved on its own.
+
     Returns
     -------
-    Of each layout the PSDs at the points and the motions of its patches; the error in the place of
-    a response where C_e is negative.
+    PSDs at the points and motions of the patches of each layout; an error instead of a response if
+    C_e is negative.
 
     Raises
     ------
     LinearisationError
-        Where no consistent motion is found.
+        If no consistent motion is found.
     ResponseError
-        Where shapes of arrays disagree or a value is not finite.
+        If shapes of arrays disagree or a value is not finite.
 
     See Also
     --------
@@ -131,9 +140,9 @@ def layouts(
 def solve_layouts(
     solver: PanelSolver, layouts: Sequence[DamperLayout]
 ) -> list[LayoutResponse | UnstableDamping]:
-    """Return what `layouts` returns, with one run over the lines of the result.
+    """Return the same as `layouts`, with one run over the lines of the result; raise likewise.
 
-    A layout with a force beside the excitation is solved on its own.
+    A layout with an additional force is solved on its own.
     """
     plain = [layout for layout in layouts if layout.force is None]
     answers = iter(_solve_together(solver, plain))
@@ -169,7 +178,7 @@ def _solve_together(
 
 
 def _search(solver: PanelSolver, layouts: Sequence[DamperLayout]) -> None:
-    """Search for the motions that are not known yet, and leave them to the solver."""
+    """Search for the motions that are not known yet, and store them in the solver."""
     searches = {layout.search_key: layout for layout in layouts}
     keys = [key for key in searches if key not in solver.searched]
     for key in keys:
@@ -203,7 +212,7 @@ def read_dampers(
 
 
 def _dampers(solver: PanelSolver, layout: DamperLayout) -> tuple[_Motion, Request, Flags]:
-    """Return Γ and the dampers at it."""
+    """Return Γ and the dampers at this Γ."""
     motion: _Motion | UnstableDamping = solver.searched[layout.search_key]
     if isinstance(motion, UnstableDamping):
         raise motion
@@ -245,7 +254,7 @@ def _response(
 def _final_motion(
     solver: PanelSolver, layout: DamperLayout, motion: _Motion
 ) -> tuple[Array, Array]:
-    """Return the rms acceleration of the patches, and of their calmest and liveliest cells."""
+    """Return the rms acceleration of the patches, and the range over their cells."""
     unseen = np.full((len(layout.loads), 2), np.nan)
     if motion.rms is not None and solver.panel.cells is None:
         return motion.rms, unseen

@@ -1,6 +1,6 @@
 """Rms of motion, strain and stress all over the panel.
 
-What is wanted at hundreds of places is cheapest through the modal coordinates: with
+Results at hundreds of places are cheapest through the modal coordinates: with
 
     Σ_a = ∫ ω⁴ Re S_q df,    Σ_w = ∫ Re S_q df,
 
@@ -47,10 +47,10 @@ def modal_covariances(
     Parameters
     ----------
     frequency, basis, patches, spectrum, modal_force, air_stiffness
-        As of `bare_panels`, the latter two as functions of frequency or one matrix; three lines
+        Same as in `bare_panels`, the last two as functions of frequency or one matrix. Three lines
         per half-power bandwidth give rms values within 1e-3 (`lines.frequency_grid`).
     dampers
-        For each scenario C_e and m_a (n_patches, nf), and S_p over that given.
+        C_e and m_a (n_patches, nf) of each scenario, and the factor on ``spectrum``.
     """
     n = basis.natural_frequency.size
     weight = trapezoid_weights(frequency)

@@ -1,6 +1,6 @@
-"""What the mesh does to a response: resonances that are too high.
+"""Error of a response due to the mesh: resonances that are too high.
 
-Elements that are not small beside a wave are too stiff, so that every resonance is too high by a
+Elements that are not much shorter than a wave are too stiff, so every resonance is too high by a
 small share ε, more of it where a mode moves a part of the panel that is heavy with dampers: the
 mean over the kinetic energy of the mode. To first order the PSD is then that of a panel whose
 frequencies are stretched by 1 + ε; the error of a line is the difference that the stretch makes.
@@ -29,11 +29,11 @@ POINT_AMPLITUDE = 2.0
 
 @dataclass(frozen=True)
 class MeshShift:
-    """What the mesh does to resonances."""
+    """Errors of resonances due to the mesh."""
 
-    waves: Array  # (nf,) share by which the resonance nearest to a line is too high by waves [1]
-    points: Array  # (nf,) by which half the elements lower it at what stands at single points [1]
-    nearby: Array | float = 0.0  # (n_points,) by which they change the motion near such supports
+    waves: Array  # (nf,) relative error of the resonance nearest to a line due to waves [1]
+    points: Array  # (nf,) its decrease with elements of half the size due to single points [1]
+    nearby: Array | float = 0.0  # (n_points,) relative change of the motion near such points [1]
 
 
 @dataclass(frozen=True)
@@ -42,17 +42,17 @@ class MeshError:
 
     line: Array  # (n_points,) largest relative error of a PSD [1]
     rms: Array  # (n_points,) relative error of the rms acceleration [1]
-    # (n_points,) by which half the elements change it at what stands at single points [1]
+    # (n_points,) its change with elements of half the size due to point supports and masses [1]
     point_rms: Array
 
 
 def point_shifts(reactions: Array, angular_frequency: Array) -> Array:
-    """Return the share (n,) by which half the elements lower modes, at what stands at points.
+    """Return by how much elements of half the size lower modes due to single points (n,) [1].
 
     Parameters
     ----------
     reactions
-        (2, n_held, n) as of `PanelBasis`, of modes of a modal mass of 1 kg.
+        (2, n_held, n) reactions of modes with a modal mass of 1 kg; see `PanelBasis`.
     angular_frequency
         (n,) [rad/s].
     """
@@ -64,22 +64,22 @@ def point_shifts(reactions: Array, angular_frequency: Array) -> Array:
 def shift_of_modes(
     frequency: Array, modes: LoadedModes, bare: Array, patches: Array, points: Array
 ) -> tuple[Array, Array]:
-    """Return the share (nf,) by which the resonance nearest to each line is too high.
+    """Return the relative errors (nf,) of the resonance nearest to each line.
 
-    First by waves, never less than below: of modes at nearly the same frequency the worst counts.
-    Then by what stands at single points.
+    The first is due to waves and does not fall with frequency, so modes at nearly the same
+    frequency have the worst of their errors. The second is due to single points.
 
     Parameters
     ----------
     frequency
         (nf,) [Hz].
     modes
-        Of the panel with its dampers.
+        Modes of the panel with its dampers.
     bare, patches
         (n,) and (n_patches, n) shift of waves at the frequencies of the modes, on the bare panel
         and on the patches.
     points
-        (n,) as of `point_shifts`.
+        (n,) shifts due to single points; see `point_shifts`.
     """
     rest = np.maximum(1 - modes.share.sum(axis=0), 0.0)
     waves = np.maximum.accumulate(rest * bare + np.sum(modes.share * patches, axis=0))
@@ -104,10 +104,10 @@ def mesh_error(
     input_psd
         (nf,) of the pressure, whose steps stay where they are.
     shift
-        Of the panel with its dampers.
+        Shift of the resonances of the panel with its dampers.
     over_largest
-        Whether the error of a line is over the largest PSD of any point there: under base motion a
-        point that is nearly at rest has deep minima, whose shift changes nothing.
+        Whether the error of a line is over the largest PSD of any point there. Under base motion a
+        point that is nearly at rest has deep minima, whose shift does not matter.
     """
     largest = np.max(psd, axis=1)
     moves = np.all(psd > 0, axis=0)
@@ -129,7 +129,7 @@ def _shifted(frequency: Array, transfer: Array, psd: Array, shift: Array) -> tup
     """Return the ratio (nf,) of a PSD whose resonances are lower, and the change of its rms."""
     log_f = np.log(frequency)
     raised = log_f + shift
-    # beyond the last line the slope on this side of it stands for that on the other
+    # beyond the last line the slope is that before it
     raised = np.where(raised > log_f[-1], log_f - shift, raised)
     ratio = np.exp(np.interp(raised, log_f, transfer) - transfer)
     squares = root_mean_square(frequency, np.stack([psd, ratio * psd], 1))

@@ -44,9 +44,9 @@ OVERLAP_CUTOFF = 1e-8
 # Frequency lines solved together, so that memory does not grow with the number of lines.
 LINES_AT_ONCE = 32
 
-# Of one real matrix of all shapes on the lines solved together.
+# Size of one real matrix of all shapes on the lines solved together [bytes].
 #
-# Three times as much takes no less time.
+# Three times as much is not faster.
 CHUNK_BYTES = 20e6
 
 LEAST_LINES = 8  # lines solved together at least: a table of G is read whole for them
@@ -109,8 +109,7 @@ def bare_panels(
     Raises
     ------
     ResponseError
-        Where shapes disagree, a frequency is not positive or they do not rise, or a value is not
-        finite.
+        If shapes disagree, frequencies are not positive or do not rise, or a value is not finite.
     """
     frequency = checked_frequency(frequency)
     spectrum = checked_array("spectrum", spectrum, frequency.shape)
@@ -161,7 +160,7 @@ def moved_panel(
     air_stiffness: MatrixInput | None,
     of_shapes: bool = False,
 ) -> MovedPanel:
-    """Return the panel on some lines, with the motions W of which the first may be the shapes."""
+    """Return the panel on some lines, with motions W, the first of which may be the shapes."""
     if air_stiffness is None:
         form = ShapesInVacuum if of_shapes else InVacuum
         return form(basis.dynamic_stiffness(frequency[lines]), observed)
@@ -204,7 +203,7 @@ def dense_stiffness(frequency: Array, basis: ModalBasis, air: Matrices | None) -
 
 
 def chunks_of_lines(count: int, shapes: int = 0) -> list[slice]:
-    """Return slices that cover so many lines, each of lines to be solved together."""
+    """Return slices that cover ``count`` lines, each of lines to be solved together."""
     fitting = int(CHUNK_BYTES / (8 * max(shapes, 1) ** 2))
     size = max(LEAST_LINES, min(LINES_AT_ONCE, fitting))
     return [slice(start, min(start + size, count)) for start in range(0, count, size)]

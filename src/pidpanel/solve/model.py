@@ -1,4 +1,4 @@
-"""What the response is computed from and what comes out: arrays with their checks."""
+"""Inputs and results of the response: arrays with their checks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ class ModalBasis:
     Raises
     ------
     ResponseError
-        Where shapes disagree or a value is not finite and positive, a frequency negative.
+        If shapes disagree, a value is not finite and positive, or a frequency is negative.
     """
 
     # (n,) f_i [Hz], positive; 0 of a rigid body's mode, which has no damping of its own
@@ -98,7 +98,7 @@ class Patches:
     Raises
     ------
     ResponseError
-        Where shapes disagree, D is not symmetric or has a negative eigenvalue.
+        If shapes disagree, D is not symmetric or has a negative eigenvalue.
     """
 
     def __init__(self, overlap: ArrayLike, area: ArrayLike) -> None:
@@ -130,7 +130,7 @@ class Patches:
         Raises
         ------
         ResponseError
-            Where shapes disagree or a value is not finite.
+            If shapes disagree or a value is not finite.
         """
         parts = np.asarray(rows, dtype=np.float64)
         if not np.all(np.isfinite(parts)):
@@ -219,7 +219,7 @@ def _checked_area(area: ArrayLike, shape: tuple[int, ...]) -> Array:
 
 
 def _factor(index: int, overlap: Array) -> Array:
-    """U (n, rank) of one D."""
+    """Return U (n, rank) of one D."""
     value, vector = np.linalg.eigh((overlap + overlap.T) / 2)
     if value[0] < -1e-10 * value[-1]:
         raise ResponseError(
@@ -231,7 +231,7 @@ def _factor(index: int, overlap: Array) -> Array:
 
 
 def _compressed(factor: Array) -> Array:
-    """U of D = factor factorᵀ with orthogonal columns."""
+    """Return U of D = factor factorᵀ with orthogonal columns."""
     left, value, _ = np.linalg.svd(factor, full_matrices=False)
     large = value**2 > 1e-15 * np.max(value, initial=0.0) ** 2
     return left[:, large] * value[large]
@@ -243,9 +243,9 @@ class PanelResponse:
 
     frequency: Array  # (nf,) [Hz]
     # (nf, n_points, m, m) one-sided cross-PSDs, E[a b*] per Hz, of the m motions at each point: the
-    # deflection w [m] first, then those that were asked for beside it (see `bare_panels`)
+    # deflection w [m] first, then further requested ones (see `bare_panels`)
     cross_psd: Complexes
-    # (n_patches, nf, n_points) t of `dampers.attach_dampers`; None unless asked for
+    # (n_patches, nf, n_points) t of `dampers.attach_dampers`; None unless requested
     slope: Complexes | None = None
 
     def scaled(self, factor: float) -> "PanelResponse":

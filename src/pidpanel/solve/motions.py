@@ -41,7 +41,7 @@ class Motions(ABC):
 
     @abstractmethod
     def subsampled(self, step: int) -> Self:
-        """Return the same on every so many lines."""
+        """Return the same on every n-th line."""
 
     def prepare(self) -> None:  # noqa: B027 - in general nothing
         """Compute what all dampers share."""
@@ -59,7 +59,7 @@ class Motions(ABC):
         return chunks_of_lines(self.frequency.size, 2 * self.weight.shape[1])
 
     def _weight(self, lines: slice) -> Array:
-        """Return Δ (n_patches, r, r) of the motions u that count on some lines."""
+        """Return Δ (n_patches, r, r) of the motions u used on some lines."""
         return self.weight
 
     def acceleration_psd(self, damping: Array, mass: Array) -> Array:
@@ -117,19 +117,19 @@ class Motions(ABC):
         return total
 
     def _counts(self, lines: slice) -> Index:
-        """Return which of the motions u count on some lines."""
+        """Return which of the motions u are used on some lines."""
         return np.arange(self.weight.shape[1])
 
     def _stiffness(self, lines: slice, damping: Array, mass: Array) -> Complexes:
         return patch_stiffness(self.frequency[lines], damping[:, lines], mass[:, lines])
 
     def _scale(self, lines: slice) -> Array:
-        """(n_patches, nf) ω⁴/A."""
+        """Return (n_patches, nf) ω⁴/A."""
         return (2 * np.pi * self.frequency[lines]) ** 4 / self.area[:, None]
 
 
 def _means(weight: Array, matrix: Reals) -> Array:
-    """(n_patches, nf) tr(Δ_p X) of X (nf, r, r), Δ being symmetric."""
+    """Return (n_patches, nf) tr(Δ_p X) of X (nf, r, r), Δ being symmetric."""
     flat = weight.reshape(len(weight), weight.shape[1] ** 2)
     return flat @ matrix.reshape(len(matrix), flat.shape[1]).T
 
@@ -144,7 +144,7 @@ class ReducedMotions(Motions):
         self.weight = bare.coordinates.weight
 
     def subsampled(self, step: int) -> ReducedMotions:
-        """Return the same on every so many lines."""
+        """Return the same on every n-th line."""
         bare, some = self.bare, slice(None, None, step)
         coarse = replace(
             bare,
@@ -192,7 +192,7 @@ class ReducedMotions(Motions):
         return np.sum(eigenvalue * d**2 * pushed, axis=1)[None, None]
 
     def _of_one_patch(self, damping: Array, mass: Array) -> tuple[Complexes, Complexes, Complexes]:
-        """(nf, r) λ_j, d_j and ω⁴/A Σ_k Q_jk d_k*."""
+        """Return λ_j, d_j and ω⁴/A Σ_k Q_jk d_k*, (nf, r) each."""
         check_stable(damping)
         eigenvalue, weight = self._decomposed
         (s,) = self._stiffness(slice(None), damping, mass)
@@ -222,7 +222,7 @@ class ReducedMotions(Motions):
         return _real_product(pushed, follows.conj().swapaxes(1, 2))
 
     def _follows(self, lines: slice, stiffness: Complexes) -> Complexes:
-        """(I + R_uu S)⁻¹."""
+        """Return (I + R_uu S)⁻¹."""
         width = self.weight.shape[1]
         loop = pulled(self.bare, stiffness, self.bare.receptance[lines, :width]).swapaxes(1, 2)
         loop[:, range(width), range(width)] += 1
@@ -230,5 +230,5 @@ class ReducedMotions(Motions):
 
 
 def _real_product(left: Complexes, right: Complexes) -> Array:
-    """Re(left right)."""
+    """Return Re(left right)."""
     return left.real @ right.real - left.imag @ right.imag

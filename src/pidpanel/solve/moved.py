@@ -15,7 +15,7 @@ from pidpanel.solve.model import ResponseError
 MatrixInput = Matrices | Callable[[Array], Matrices]
 
 
-# Of two sets of motions (their columns) → leftᵀ Z₀⁻¹ G Z₀⁻ᴴ right, (nf, n_left, n_right).
+# Two sets of motions (slices of columns) → leftᵀ Z₀⁻¹ G Z₀⁻ᴴ right, (nf, n_left, n_right).
 Psd = Callable[[slice, slice], Complexes]
 
 
@@ -138,7 +138,7 @@ def product(left: Complexes, force: Matrices, right: Complexes) -> Complexes:
 
 
 def air_at(air: MatrixInput | None, frequency: Array, lines: slice, n: int) -> Matrices | None:
-    """Return the matrices of the air on some lines as of `matrices_at`; None in vacuum."""
+    """Return the matrices of the air on some lines, see `matrices_at`; None in vacuum."""
     return None if air is None else matrices_at(air, frequency, lines, n)
 
 

@@ -1,4 +1,4 @@
-"""A panel that can carry dampers on its patches, and how finely it is looked at."""
+"""A panel that can carry dampers on its patches, and its lines and motions."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ FIXED = 1e-6
 
 @dataclass(frozen=True)
 class PatchElements:
-    """The elements of all patches; one that lies in two patches counts for each."""
+    """The elements of all patches; one that lies in two patches belongs to both."""
 
     parts: Patches
     patch: Index  # (n_elements,) index of its patch
@@ -34,9 +34,9 @@ class ModalPanel:
     # (n_points, n), the deflection alone
     points: Array
     search_frequency: Array  # fewer lines, for the search for the motion [Hz]
-    # Of the air [N/m], see `modal.bare_panels`; None for a panel in vacuum
+    # Stiffness of the air [N/m], see `modal.bare_panels`; None for a panel in vacuum
     air_stiffness: MatrixInput | None = None
-    # Over which the motion is looked at beside the mean of the patch; None for none
+    # Cells whose motion is computed in addition to the mean of the patch; None for none
     cells: PatchElements | None = None
     # Whether the dampers leave the modes uncoupled, as in the paper (`direct.DiagonalPanel`)
     is_diagonal: bool = False

@@ -48,10 +48,10 @@ def power_balance(
 ) -> PowerBalance:
     """Return the power that the field puts in and the power that is lost, line by line.
 
-    The two are equal for the exact solution. What is lost comes from `bare_panels` and
-    `attach_dampers` with every modal coordinate looked at; what is put in comes from a dense
-    solve of the whole Z, so that the balance judges how the dampers are attached. A dense
-    solve per line is slow: give it a few lines. What is left of the balance is the
+    The two are equal for the exact solution. The loss comes from `bare_panels` and
+    `attach_dampers` with every modal coordinate observed; the input comes from a dense solve of
+    the whole Z, so the balance checks how the dampers are attached. A dense solve per line is slow:
+    use a few lines. The remainder of the balance is the
     eigenvalues of D that were dropped: about 1e-7 with the default cutoff, 1e-11 with 1e-14.
 
     Parameters and errors are those of `bare_panels` and `attach_dampers`.

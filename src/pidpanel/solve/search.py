@@ -1,4 +1,4 @@
-"""The motion at which the panel and its dampers agree.
+"""The motion at which panel and dampers are consistent.
 
 The panel sets the motion of a patch, and the motion sets the damping: C_e(f, Γ) peaks near
 Γ = 2.5 and falls on both sides. Equivalent linearisation replaces the random motion of a patch by
@@ -7,14 +7,14 @@ the sine of the same rms,
     Γ = √2 a_rms / g,
 
 where a_rms is the rms over time, over the patch and over the whole range of frequency. The unknowns
-are x = ln Γ of every load, F(x) is the ln Γ that the loads end up with when their damping is read
-at x, and F(x) = x is solved.
+are x = ln Γ of every load, F(x) is the ln Γ that results when damping is evaluated at x, and
+F(x) = x is solved.
 
 Where damping falls with Γ, as beyond its peak, more motion of any patch leads to more motion of
-all: F is then rising in all its arguments, every solution lies between the one that is reached
-from far below and the one that is reached from far above, and where those two agree there is no
-other (Tarski). So the search starts from below and from above all that can be, and for few loads
-also with one load high and the others low. Elsewhere a further solution may go unseen.
+all: F is then increasing in all its arguments, every solution lies between the one that is reached
+from far below and the one that is reached from far above, and if those two agree there is no other
+(Tarski). So the search starts below and above all possible solutions, and for few loads also with
+one load high and the others low. In other cases a further solution may be missed.
 """
 
 import math
@@ -39,11 +39,11 @@ Map = Callable[[Array], Array]  # x (n,) → F (n,)
 # Solutions that differ by less in every ln Γ are one: the accuracy of the rms accelerations.
 DISTINCT = 1e-3
 
-DEPTH = 6  # steps that Anderson's method looks back: more are of no use within the twenty it takes
+DEPTH = 6  # depth of Anderson's method: more does not help within the twenty steps it takes
 
-LARGEST_STEP = math.log(2)  # of ln Γ: long ones jump over the motions near a start
+LARGEST_STEP = math.log(2)  # largest step of ln Γ: longer ones jump over solutions near a start
 
-STEP = 0.02  # of ln Γ, for the Jacobian that judges stability
+STEP = 0.02  # step of ln Γ in the Jacobian for stability
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,10 @@ class Solution:
 
 
 def governing(solutions: Sequence[Solution]) -> Solution:
-    """Return the stable one of most motion: history decides, and a design must bear the most."""
+    """Return the stable solution of largest motion.
+
+    Which one occurs depends on history, so a design uses the largest.
+    """
     return ([solution for solution in solutions if solution.stable] or solutions)[-1]
 
 
@@ -76,13 +79,14 @@ def find_motions(
     max_steps: int = 60,
     aim: float | None = None,
 ) -> list[Solution]:
-    """Return the solutions of F(x) = x that the starts lead to, distinct, least motion first.
+    """Return the distinct solutions of F(x) = x found from the starts, smallest motion first.
 
-    By the sum of ln Γ, which agrees with the order of all Γ wherever solutions are ordered.
+    They are sorted by the sum of ln Γ, which agrees with the order of all Γ if solutions are
+    ordered.
 
-    The starts are followed on the fewest lines, F_k, and each distinct end is then moved to where
-    it satisfies F on more and more lines and at last on all: F_k(x) + [F(x₀) − F_k(x₀)] = x is
-    solved from x₀, repeatedly until F agrees. One evaluation of F then gains about two digits.
+    The starts are followed on the fewest lines, F_k. Each distinct end is then moved to satisfy F
+    on more and more lines and finally on all: F_k(x) + [F(x₀) − F_k(x₀)] = x is solved from x₀,
+    repeatedly until F agrees. One evaluation of F then gains about two digits.
     """
     coarse = maps[-1]
     enough = aim or (tolerance / 10 if len(maps) == 1 else DISTINCT / 10)

@@ -1,4 +1,4 @@
-"""How sharp the resonances of a loaded panel are, and the lines on their flanks.
+"""Sharpness of the resonances of a loaded panel, and the lines on their flanks.
 
 A mass that does not damp lowers the damping ratio of what it loads: with m″ + m_a in place of m″
 all over the panel that of a mode is ζ/√(1 + m_a/m″).
@@ -32,9 +32,9 @@ def loaded_modes(
     Parameters
     ----------
     modal, overlap, mass
-        As of `least_damping_ratio`.
+        Same as in `least_damping_ratio`.
     mass_per_area
-        Of the panel [kg/m²].
+        Mass of the panel per area [kg/m²].
     """
     loaded = np.diag(modal.modal_mass) + np.tensordot(mass, overlap, 1)
     square, shape = la.eigh(np.diag(modal.modal_mass * modal.angular_frequency**2), loaded)
@@ -58,7 +58,7 @@ def least_damping_ratio(
     mass
         (n_patches,) [kg/m²].
     frequency_range
-        In which modes count [Hz].
+        Frequency range of the modes [Hz].
 
     Examples
     --------
@@ -75,7 +75,7 @@ def least_damping_ratio(
 
 
 def flanks(frequency: Array, psd: Sequence[Array], damping_ratio: float, count: int) -> Array:
-    """Return lines beside peaks, half a bandwidth off, where a shifted resonance shows most.
+    """Return lines half a bandwidth off peaks, where a shifted resonance shows most.
 
     Parameters
     ----------
@@ -98,6 +98,6 @@ def flanks(frequency: Array, psd: Sequence[Array], damping_ratio: float, count: 
 
 
 def _peaks(psd: Array) -> Index:
-    """(n,) lines at which the mean over the points is larger than beside them, ends included."""
+    """Return the lines (n,) at which the mean over the points has a peak, including the ends."""
     mean = np.pad(np.sum(psd / np.maximum(psd.max(axis=0), 1e-300), axis=1), 1)
     return np.flatnonzero((mean[1:-1] > mean[:-2]) & (mean[1:-1] >= mean[2:]))

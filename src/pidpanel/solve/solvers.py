@@ -34,7 +34,7 @@ from pidpanel.solve.panel import ModalPanel
 SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3
 
 # Share of the shapes from which on several patches are solved directly: their low-rank update
-# multiplies two matrices of its width beside the solve, four times the cost of the solve alone.
+# multiplies two matrices of its width in addition, four times the cost of the solve alone.
 DIRECT_SHARE = 0.6
 
 # Most memory for the matrices of direct solves on the lines of a search.
@@ -42,7 +42,7 @@ KEPT_BYTES = 400e6
 
 Loaded = tuple[int, ...]  # indices of the patches that carry dampers together
 
-# C_e and m_a (n_patches, nf) on some lines, and whether the slope is wanted → the response.
+# C_e and m_a (n_patches, nf) on some lines, and whether the slope is requested → the response.
 SolutionPath = Callable[[Array, Array, bool], PanelResponse]
 
 
@@ -53,17 +53,17 @@ def damper_key(patches: Loaded, equivalent_damping: Array, apparent_mass: Array)
 
 @dataclass(frozen=True)
 class Request:
-    """Dampers whose response is wanted."""
+    """Dampers whose response is requested."""
 
     patches: Loaded
     # (n_loads, nf) C_e [N s/m³] and m_a [kg/m²]
     equivalent_damping: Array
     apparent_mass: Array
-    with_slope: bool = False  # whether the derivatives of the PSDs are wanted too
+    with_slope: bool = False  # whether to compute the derivatives of the PSDs too
 
     @property
     def key(self) -> Hashable:
-        """What the answer depends on."""
+        """Key of all that the response depends on."""
         return self.with_slope, damper_key(
             self.patches, self.equivalent_damping, self.apparent_mass
         )
@@ -180,7 +180,7 @@ class PanelSolver:
         Raises
         ------
         UnstableDamping
-            Where C_e is negative.
+            If C_e is negative.
         """
         distinct = {request.key: request for request in requests}
         answers = dict(zip(distinct, self._responses(list(distinct.values())), strict=True))

@@ -1,8 +1,8 @@
 """The force of the particles that is not linear in the motion of their patch, as a load.
 
-It acts on the panel beside the excitation, independently of it. Two cells a distance d apart have
-the cross-PSD S c exp(−d f/λ), with S the PSD of a cell and c and λ as coupled runs find them; the
-rest of each cell, 1 − c, is independent. On the modes that is
+It acts on the panel in addition to the excitation, independently of it. Two cells at a distance d
+have the cross-PSD S c exp(−d f/λ), with S the PSD of a cell and c and λ from coupled runs; the rest
+of each cell, 1 − c, is independent. On the modes that is
 
     S [c ∬ φ φ′ᵀ exp(−d f/λ) dA dA′ + (1 − c) A_cell D],    D = ∫ φ φᵀ dA over the patch.
 """
@@ -139,7 +139,7 @@ def interpolated_load(frequency: Array, nodes: Array, load: Array) -> Callable[[
     Parameters
     ----------
     frequency, nodes
-        (nf,) and (k,) rising [Hz]; values are held beyond the nodes.
+        (nf,) and (k,) rising [Hz]; values are constant beyond the nodes.
     load
         (k, n, n) at the nodes.
     """

@@ -8,10 +8,10 @@ The von Mises stress σ_v² = σᵀ A σ of a plane state is a quadratic form, w
 
     E[σ_v²] = ∫ tr(A S_σ) df,    A = [[1, −½, 0], [−½, 1, 0], [0, 0, 3]]
 
-(Segalman, Fulcher, Reese and Field, J. Sound Vib. 230 (2000) 393-410): correlations between the
-components count, and the three rms values alone would not do. The components are Gaussian with
-zero mean, so three times the rms is exceeded 0.27 % of the time; the von Mises stress is neither,
-and three times its rms is a custom of design, with no such share to it.
+(Segalman, Fulcher, Reese and Field, J. Sound Vib. 230 (2000) 393-410): it depends on correlations
+between the components, so the three rms values are not enough. The components are Gaussian with
+zero mean, so three times the rms is exceeded 0.27 % of the time. The von Mises stress is neither,
+and three times its rms is a custom of design without such a probability.
 """
 
 from collections.abc import Sequence
@@ -74,12 +74,12 @@ def distinct_layers(names: Sequence[str], strain: Array, stress: Array) -> Layer
 
 
 def layer_psd(response: PanelResponse, layers: Layers) -> Array:
-    """PSDs of strain and stress in every layer at every point.
+    """Return PSDs of strain and stress in every layer at every point.
 
     Parameters
     ----------
     response
-        With the motions (w, κ_xx, κ_yy, κ_xy, …) at its points.
+        Response with the motions (w, κ_xx, κ_yy, κ_xy, …) at its points.
 
     Returns
     -------
@@ -91,12 +91,12 @@ def layer_psd(response: PanelResponse, layers: Layers) -> Array:
 
 
 def core_psd(response: PanelResponse, core_stress: Array) -> Array:
-    """PSDs of the shear stresses in the core.
+    """Return PSDs of the shear stresses in the core.
 
     Parameters
     ----------
     response
-        With the motions (w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz) at its points.
+        Response with the motions (w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz) at its points.
     core_stress
         (2, 2) shear stress per shear angle [Pa].
 

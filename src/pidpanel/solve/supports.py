@@ -29,7 +29,7 @@ TABLE_MASS = 1e8
 
 @dataclass(frozen=True)
 class Inertia:
-    """What the shapes of a panel have in common with a translation.
+    """Coupling of the shapes of a panel with a translation.
 
     Attributes
     ----------
@@ -119,16 +119,16 @@ class SupportedPanel:
 def supported_panel(
     basis: PanelBasis, plate: StoredPlate, further_shapes: Array, highest: float, mass: float
 ) -> SupportedPanel:
-    """Return the panel in its basis with further shapes, and with K⁻¹ M 1 beside it.
+    """Return the panel in its basis with further shapes, and K⁻¹ M 1.
 
     Parameters
     ----------
     further_shapes
-        (n_free, k) what the basis is known to miss.
+        (n_free, k) shapes that the basis lacks.
     highest
         Highest frequency [Hz].
     mass
-        Of the panel with attached masses [kg].
+        Mass of the panel with attached masses [kg].
     """
     # a panel on hinges in a line has a singular K; the shift is of a hundredth of the frequency
     shift = (2 * np.pi * 0.01 * highest) ** 2
@@ -172,7 +172,7 @@ class BaseExcitation:
 
 
 def observed_motions(basis: PanelBasis, inertia: Inertia) -> Array:
-    """Return motions that are looked at, as rows over the shapes with the translation.
+    """Return observed motions, as rows over the shapes with the translation.
 
     Returns
     -------

@@ -64,7 +64,7 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class StandardErrors:
-    """Of the logarithms of what a scenario answers."""
+    """Standard errors of the logarithms of a scenario's responses."""
 
     log_psd: Array  # (nf, n_points) of ln S_a
     log_rms: Array  # (n_points,) of ln of the rms acceleration: its relative standard error
@@ -84,14 +84,14 @@ def sensitivity(
     nodes: Array,
     further: FurtherPsd | None = None,
 ) -> Sensitivity:
-    """Return how the response of a layout follows its damping.
+    """Return the sensitivity of a layout's response to its damping.
 
     Parameters
     ----------
     solver, layout
-        As of `layout.solve_layouts`.
+        Same as in `layout.solve_layouts`.
     response
-        Its answer; with its slopes, or they are computed here.
+        Response of the layout; its slopes are computed here if it has none.
     nodes
         (n,) rising [Hz], of all loads.
     further
@@ -138,7 +138,7 @@ def sensitivity(
 def _motion(
     solver: PanelSolver, loads: Sequence[Load], response: LayoutResponse, nodes: Array
 ) -> tuple[Array, Array]:
-    """J (n_loads, n_loads) and q (k, n_loads), changes of ln Γ_out."""
+    """Return J (n_loads, n_loads) and q (k, n_loads), changes of ln Γ_out."""
     motions = solver.motions(tuple(load.patch for load in loads))
     lines = solver.panel.search_frequency
     gamma = response.acceleration_g
@@ -157,7 +157,7 @@ def _motion(
 def _with_motion(
     loads: Sequence[Load], frequency: Array, gamma: Array, moving: Sequence[int]
 ) -> tuple[Array, Array]:
-    """∂ ln C_e/∂ ln Γ and ∂ m_a/∂ ln Γ (n_loads, nf) of some loads; 0 of the others."""
+    """Return ∂ ln C_e/∂ ln Γ and ∂ m_a/∂ ln Γ (n_loads, nf) of some loads; 0 of the others."""
     of_damping, of_mass = np.zeros((2, len(loads), frequency.size))
     for load in moving:
         high, high_mass, _ = loads[load].damping(frequency, float(gamma[load] * np.exp(STEP)))
@@ -169,13 +169,13 @@ def _with_motion(
 
 
 def _rows(local: tuple[Array, Array], by_node: Array) -> Array:
-    """(k, nf, n_points) from A and B (n_loads, nf, n_points) and the nodes (n, nf)."""
+    """Return (k, nf, n_points) from A and B (n_loads, nf, n_points) and the nodes (n, nf)."""
     terms = np.stack(local, axis=1)[:, :, None] * by_node[:, :, None]  # load, A or B, node, line
     return terms.reshape(-1, *terms.shape[3:])
 
 
 def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tuple[Array, Array]:
-    """A and B (n_loads, nf, n) of PSDs (nf, n) with the slopes t (n_loads, nf, n)."""
+    """Return A and B (n_loads, nf, n) of PSDs (nf, n) with the slopes t (n_loads, nf, n)."""
     omega = 2 * np.pi * frequency[:, None]
     inverse = _inverse(psd)
     of_damping = 2 * omega * damping[:, :, None] * slope.imag * inverse
@@ -184,17 +184,17 @@ def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tu
 
 
 def _inverse(psd: Array) -> Array:
-    """1/S; 0 where nothing moves, as at a support: there is no error either."""
+    """Return 1/S; 0 where nothing moves, as at a support, so that the error is 0 too."""
     return np.divide(1.0, psd, out=np.zeros_like(psd), where=psd > 0)
 
 
 def _hats(frequency: Array, nodes: Array) -> Array:
-    """(n, nf) the piecewise linear functions of ln f that are 1 at one node and 0 at the others."""
+    """Return (n, nf) piecewise linear functions of ln f, 1 at one node and 0 at the others."""
     x, x_nodes = np.log(frequency), np.log(nodes)
     return np.stack([np.interp(x, x_nodes, unit) for unit in np.eye(len(nodes))])
 
 
 def _log_rms(frequency: Array, psd: Array, log_psd: Array) -> Array:
-    """Change of the ln of an rms value (k, …) from that of ln of its PSD (k, nf, …)."""
+    """Return the change of the ln of an rms value (k, …) from that of ln of its PSD (k, nf, …)."""
     whole = np.asarray(np.trapezoid(psd, frequency, axis=0))
     return np.asarray(np.trapezoid(psd * log_psd, frequency, axis=1) / 2 * _inverse(whole))

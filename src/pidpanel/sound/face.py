@@ -72,7 +72,7 @@ def _folded(load: Array) -> tuple[Array, Array]:
     half = (len(load) + 1) // 2
     even, odd = load + load[::-1], load - load[::-1]
     if len(load) % 2:
-        even[half - 1] /= 2  # the middle counts once
+        even[half - 1] /= 2  # the middle is counted once
     return even[-half:], odd[-half:]
 
 

@@ -51,10 +51,10 @@ DIRECTIONS_AT_ONCE = 256
 # half of `FACE_ERROR`.
 PLANE_WAVE_MARGIN = 2.0
 
-# Of ∫|φ| dA, in the force of a plane wave on a shape, by a face that is condensed twice.
+# Error of the modal force of a plane wave over ∫|φ| dA, for a face that is condensed twice.
 FACE_ERROR = 2e-10
 
-SHAPES_CHECKED = 48  # shapes, spread over all, on which a table is held to the direct sum
+SHAPES_CHECKED = 48  # shapes, spread over all, on which a table is compared with the direct sum
 
 
 def wavenumber(frequency: ArrayLike, speed_of_sound: float) -> Array:
@@ -218,11 +218,11 @@ def _check_table(
 ) -> None:
     """Refuse a table that misses the direct G at k by more than the tolerance.
 
-    The force of a wave is known to `FACE_ERROR` of ∫|φ| dA: of a shape that waves longer than the
-    panel hardly push, G is known to less than the tolerance.
+    The force of a wave has an error of `FACE_ERROR` ∫|φ| dA: for shapes that long waves hardly
+    excite, G is less accurate than the tolerance.
     """
     largest = np.sqrt(np.max(np.diagonal(table.even, axis1=1, axis2=2), axis=0))
-    largest = np.maximum(largest, 1e-6 * largest.max())  # a shape that no wave of it pushes
+    largest = np.maximum(largest, 1e-6 * largest.max())  # a shape that is not excited
     face_error = FACE_ERROR / TABLE_TOLERANCE * (panel.weight @ np.abs(panel.shape))
     miss = np.abs(table.matrix([k])[0] - direct)
     allowance = np.outer(largest, face_error)
@@ -250,7 +250,7 @@ def half_circle(k: float, diameter: float) -> Array:
 def transform(radial: Array, azimuth: Array, panel: PanelQuadrature) -> tuple[Array, Array]:
     """Return ∫ φ cos(κ n_α·x) dA and ∫ φ sin(κ n_α·x) dA, each (n_radial, n_azimuth, n) [m²].
 
-    x counts from the middle of the panel, so that both vary as slowly as they can with κ.
+    x is measured from the middle of the panel, so that both vary as slowly as possible with κ.
     """
     direction = np.stack([np.cos(azimuth), np.sin(azimuth)])
     along = (panel.position - panel.center) @ direction  # (nq, n_azimuth)
@@ -277,9 +277,9 @@ class SoundExcitation:
     """
 
     pressure: Spectrum
-    table: WavenumberTable  # G over wavenumber, which tells the fields apart (`sound.field`)
+    table: WavenumberTable  # G over wavenumber, which depends on the field (`sound.field`)
     speed: float  # speed of sound [m/s]
-    # As of `spectrum.pressure_psd`
+    # See `spectrum.pressure_psd`
     reference: PressureReference = "surface"
     loaded_sides: int = 1
 

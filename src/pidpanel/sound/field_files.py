@@ -10,7 +10,7 @@ from pidpanel.sound.wavenumber_table import WavenumberTable
 
 MODAL_FORCE = "modal_force"  # G of the field that drives the panel [m⁴]
 
-# G of the diffuse field [m⁴], which tells the radiation, and V of the added mass [m³].
+# G of the diffuse field [m⁴], which gives the radiation, and V of the added mass [m³].
 DIFFUSE, ADDED_VOLUME = "diffuse_modal_force", "added_volume"
 
 KINDS = {
@@ -30,7 +30,7 @@ def write_tables(
     path
         The ``.nc`` file.
     tables
-        By the names of `KINDS`.
+        Tables by the names of `KINDS`.
     """
     import xarray as xr  # slow to import, and reading does without
 
@@ -56,7 +56,7 @@ def read_table(path: Path, name: str) -> WavenumberTable:
     Raises
     ------
     KeyError
-        Where the file has no such table.
+        If the file has no such table.
     """
     from scipy.io import netcdf_file  # slow to import, and a check needs none
 

@@ -42,7 +42,7 @@ def spectrum_of(sound: Sound) -> Spectrum:
     Raises
     ------
     SpectrumError
-        Where the table cannot be read (`read_spectrum`).
+        If the table cannot be read (`read_spectrum`).
     """
     spectrum = read_spectrum(sound.spectrum).shifted(sound.shift_db)
     if sound.oaspl_db is None:
@@ -133,7 +133,7 @@ def modal_force_at(sound: Sound, frequency: float, shapes: MovedFace) -> Array |
 
 
 def _constant_force(sound: Sound, shapes: MovedFace) -> Array:
-    """G of a field that is the same at every frequency."""
+    """Return G of a field that is the same at every frequency."""
     if sound.field == "uniform":
         return field.uniform_modal_force(PanelQuadrature.from_face(shapes))
     area = field.lumped_area(shapes.vertex_position, shapes.cells)
@@ -159,7 +159,7 @@ def air_tables(
 
 
 def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
-    """Write the bands, the modal force of the field and, where it is asked for, the air's tables.
+    """Write the bands, the modal force of the field and, if requested, the tables of the air.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
     Raises
     ------
     ValueError
-        As of `modal_force_table` and `air_tables`.
+        If `modal_force_table` or `air_tables` raises it.
     """
     band_table(study.acoustics).to_csv(output.spectrum, index=False, float_format="%.7g")
     force = modal_force_table(study.acoustics, study.response.frequency_hz[1], shapes)
@@ -185,7 +185,7 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
 
 
 def _tell(title: str, table: WavenumberTable) -> None:
-    """Say in the log of the stage what stands."""
+    """Print the size of a table to the log of the stage."""
     count, shapes = table.even.shape[:2]
     text = f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m"
     print(text, file=sys.stderr)

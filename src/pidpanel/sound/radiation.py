@@ -1,4 +1,4 @@
-"""What the air does to the panel that moves it: radiation damping and added mass.
+"""Effect of the air on the panel: radiation damping and added mass.
 
 The pressure on a baffled plate that moves at the velocity v (Rayleigh's integral) is
 
@@ -105,11 +105,11 @@ class Air:
 def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> WavenumberTable:
     """Tabulate V [m³], symmetric positive semidefinite, for 0 ≤ k ≤ k_max [rad/m].
 
-    The integral goes to the wavenumber K that the face serves; a `FieldError` says that it is less
-    than twice k_max. What a shape has beyond K is at most wrong by Q_ii/2K for any fall of κ⁻³ or
-    faster, and by Q_ii/K whatever it does. Q_ii is a share of ∫ φ_i² dA, so the error of M_air is
-    less than ρ₀/K kg/m² on a shape that lies wholly beyond K, 0.02 kg/m² for the sound of 2 kHz,
-    and in proportion less on those of the range.
+    The integral extends to the largest wavenumber K of the face; raises `FieldError` if K is less
+    than 2 k_max. The part of a shape beyond K is wrong by at most Q_ii/2K if it falls with κ⁻³ or
+    faster, and by Q_ii/K in any case. Q_ii is a share of ∫ φ_i² dA, so the error of M_air is less
+    than ρ₀/K kg/m² for a shape that lies wholly beyond K, 0.02 kg/m² for sound up to 2 kHz, and
+    proportionally less for the shapes of the range.
     """
     k_max = float(wavenumber_max)
     reach = panel.wavenumber
@@ -160,7 +160,7 @@ def _content(upper: float, reach: float, count: int) -> Array:
 
 
 def _rest(k: float, reach: float, farther: Array, nearer: Array) -> Array:
-    """Return what V(k) has beyond K, (n, n), from Q(K) and Q_ii(K/√2), which tells the fall p."""
+    """Return the part of V(k) beyond K, (n, n), from Q(K) and the fall p by Q_ii(K/√2)."""
     diagonal = np.maximum(np.diagonal(farther), np.finfo(float).tiny)
     fall = 2 + np.log(np.maximum(nearer / diagonal, 1.0)) / np.log(np.sqrt(2))
     p = np.clip(fall, *FALL)

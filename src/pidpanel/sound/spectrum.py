@@ -138,7 +138,7 @@ class BandSpectrum(Spectrum):
 
 
 def _level(mean_square: ArrayLike) -> Array:
-    """Levels of mean squares [Pa²], dB re 20 µPa."""
+    """Return levels of mean squares [Pa²], dB re 20 µPa."""
     return 10 * np.log10(np.asarray(mean_square) / REFERENCE_PRESSURE**2)
 
 
@@ -158,7 +158,7 @@ def pressure_psd(
     Raises
     ------
     SpectrumError
-        Where a frequency lies outside the table: nothing is extrapolated.
+        If a frequency is outside the table: nothing is extrapolated.
 
     Examples
     --------

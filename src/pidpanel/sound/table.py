@@ -42,7 +42,7 @@ PSD_COLUMNS = {
     "psd_pa2_hz": Allowed(0.0, low_itself=False, high=4e10),
 }
 
-# How a comment line `# band: …` may state the kind, which must be what the centres say.
+# Words of a comment line `# band: …` for the kind, which must agree with the centres.
 BAND_WORDS: dict[str, BandKind] = {"1/3 octave": "third octave", "1/1 octave": "octave"}
 
 
@@ -55,10 +55,10 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
     Raises
     ------
     ColumnsError
-        With all faults of the file: where it is missing or not text, columns have other names, a
-        value is not a number, a level is outside `LEVEL_RANGE`, a centre is not a preferred one; if
-        there are none of these, where centres are unsorted, double or leave a gap, there are fewer
-        than two bands, or a comment states another kind.
+        If the file has faults; all are listed: a missing file, no text, other columns, values that
+        are no numbers, levels outside `LEVEL_RANGE`, centres that are not preferred ones. Without
+        these, centres that are unsorted, double or leave a gap, fewer than two bands, or a comment
+        that states another kind.
     """
     table = numbers(read_rows(Path(path)), BAND_COLUMNS)
     table.faults.hints.update(_overall_hints(table.text))
@@ -147,7 +147,7 @@ def read_spectrum(path: str | Path) -> Spectrum:
     Raises
     ------
     ColumnsError
-        With all faults of the file.
+        If the file has faults; all are listed.
     """
     text = read_rows(Path(path))
     if not any(name.lower().startswith("psd") for name in text.header):

@@ -25,16 +25,16 @@ SPARE_NODES = 14
 
 SPARE_UP_TO = 66.0  # kL up to which `SPARE_NODES` will do
 
-# What the factors of G leave out of the force on a shape, as a share of its mean square: the
-# least that the rounding of the table allows, for a wing of 4 m × 2.5 m to 2 kHz the first.
+# Relative error of the mean square of the force on a shape by the factors of G: the smallest that
+# the rounding of the table allows, for a wing of 4 m × 2.5 m up to 2 kHz the first.
 FACTOR_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7)
 
 SLACK = 10.0  # times as much at lower wavenumbers of a band, where the pivots are not the best ones
 
-# Of the largest mean square of a force: what the table knows of smaller ones is rounding.
+# Share of the largest mean square of a force below which the table is rounding.
 LEAST_FORCE = 1e-10
 
-BAND = 1.1  # ratio of wavenumbers for which the same shapes stand for all
+BAND = 1.1  # ratio of wavenumbers for which the same shapes represent all
 
 # Rows of G that are read together, so that they stay in the processor's own memory.
 ROWS_AT_ONCE = 16
@@ -48,7 +48,7 @@ class FieldError(ValueError):
 
 @dataclass(frozen=True)
 class WavenumberTable:
-    """A matrix at Chebyshev nodes, to be read at any k up to `wavenumber_max`.
+    """A matrix at Chebyshev nodes, interpolated at any k up to `wavenumber_max`.
 
     The nodes are the positive ones of a Chebyshev rule on [−k_max, k_max].
     """
@@ -77,7 +77,7 @@ class WavenumberTable:
         Raises
         ------
         FieldError
-            Where a wavenumber is above k_max: polynomials must not be extrapolated.
+            If a wavenumber is above k_max: polynomials must not be extrapolated.
         """
         k = self._checked(wavenumber)
         weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
@@ -90,18 +90,18 @@ class WavenumberTable:
     def factors_at(self, wavenumber: ArrayLike) -> Array | Complexes | None:
         """Return L (nf, n, r) with the matrix equal to L Lᴴ at the wavenumbers (nf,) [rad/m].
 
-        Sound of long waves pushes a panel in few ways: of 371 shapes of a wing of 2.1 m × 1.2 m
-        19 stand for all at 30 Hz, 130 at 470 Hz. Cholesky's method with pivots tells which, at the
-        highest wavenumber of a band P of shapes; the rest follows from them line by line,
+        Long waves excite few combinations of shapes: of 371 shapes of a wing of 2.1 m × 1.2 m 19
+        represent all at 30 Hz, 130 at 470 Hz. Cholesky's method with pivots selects the shapes P of
+        a band at its highest wavenumber; the others follow from them line by line,
 
             L Lᴴ = G_P (G_PP)⁻¹ G_Pᴴ,
 
-        and what is left, whose diagonal is not negative, is looked at on each line.
+        and the remainder, whose diagonal is not negative, is checked on each line.
 
         Returns
         -------
-        None where so many shapes are needed that the matrix is as cheap, or where more than
-        `SLACK` times the tolerance of the band of the mean square of a force would be left.
+        None if the number of shapes makes the matrix as cheap, or if the remainder would exceed
+        `SLACK` times the tolerance of the band for the mean square of a force.
         """
         k = self._checked(wavenumber)
         if not k.size or not k.max() > 0:
@@ -137,9 +137,9 @@ class WavenumberTable:
         return WavenumberTable(k_max, nodes, read(self.even), None if odd is None else read(odd))
 
     def _stand_for_all(self, band: int) -> tuple[Index, float]:
-        """Return the shapes (r,) whose forces tell those of all in a band, and how well.
+        """Return the shapes (r,) whose forces represent all in a band, and the accuracy.
 
-        An empty array where no tolerance holds.
+        The array is empty if no tolerance is met.
         """
         empty = np.zeros(0, dtype=np.int64), 0.0
         top = self.wavenumber_max / BAND**band

@@ -1,6 +1,6 @@
 """Tables of break points of an acceleration PSD in CSV files.
 
-The columns are `frequency_hz`, `acceleration_psd_g2_hz` and, where wanted, `slope_db_octave`, the
+The columns are `frequency_hz`, `acceleration_psd_g2_hz` and optionally `slope_db_octave`, the
 slope from a row to the next. A level may be left empty where a slope gives it.
 """
 
@@ -30,9 +30,9 @@ def read_base_table(path: Path) -> BreakPoints:
     Raises
     ------
     ColumnsError
-        With all faults of the file: columns with other names, values that are no numbers or out of
-        range, frequencies that do not increase, levels that neither a value nor a slope gives,
-        slopes that contradict the levels.
+        If the file has faults; all are listed: columns with other names, values that are no numbers
+        or out of range, frequencies that do not increase, levels without a value or slope, slopes
+        that contradict the levels.
     """
     table = numbers(read_rows(path), COLUMNS)
     table.refuse(fewest=2, too_few="must have at least two break points")

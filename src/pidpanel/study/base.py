@@ -1,4 +1,4 @@
-"""What all sections of a study are made of: the model, its mistakes, ranges of numbers, files."""
+"""Base of all sections of a study: the model, its mistakes, ranges of numbers, files."""
 
 import stat
 from collections.abc import Iterator, Mapping
@@ -30,7 +30,7 @@ class SectionModel(BaseModel):
     # docstrings of keys are for the schema, which reads them itself: pydantic does at each import
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    removed_keys: ClassVar[Mapping[str, str]] = {}  # keys of earlier versions, what to say of each
+    removed_keys: ClassVar[Mapping[str, str]] = {}  # keys of earlier versions, a message for each
 
     @model_validator(mode="wrap")
     @classmethod
@@ -70,7 +70,7 @@ OVERALL = Quantity(60, 200, unit="level")
 Level = Annotated[float, OVERALL]  # overall sound pressure level [dB re 20 µPa]
 Coordinate = Annotated[float, Quantity(-100, 100, unit="metres")]  # x or y [m]
 Size = Annotated[float, Quantity(1e-4, 30, unit="metres")]  # of anything on a panel [m]
-# Of a solid [kg/m³]: expanded foam to osmium.
+# Density of a solid [kg/m³]: expanded foam to osmium.
 Density = Annotated[float, Quantity(5, 25000, unit="density")]
 
 

@@ -24,7 +24,7 @@ class RandomMotion(SectionModel):
 
     spectrum: Annotated[Path, file_in(DATA / "base")]
     """CSV table of break points, relative to the study or from pidpanel: ``frequency_hz``,
-    ``acceleration_psd_g2_hz`` and, where wanted, ``slope_db_octave`` from a row to the next."""
+    ``acceleration_psd_g2_hz`` and optionally ``slope_db_octave`` from a row to the next."""
     overall_g: GRms | None = None
     """Overall acceleration that the table is meant to have [g rms]; checked within 3 %."""
 
@@ -95,7 +95,7 @@ class BaseMotion(SectionModel):
 
     @property
     def parts(self) -> dict[str, bool]:
-        """Which parts the section has."""
+        """Parts that the section has."""
         return {name: getattr(self, name) is not None for name in ("random", "limits", "sine")}
 
     def mistakes(self) -> Iterator[Mistake]:

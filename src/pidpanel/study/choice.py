@@ -21,7 +21,7 @@ def keys_of(model: type[BaseModel]) -> list[str]:
 
 
 def kinds_of(model: type[BaseModel] | None) -> tuple[str, ...]:
-    """Return the values of ``kind`` that a model stands for."""
+    """Return the values of ``kind`` of a model."""
     field = model.model_fields.get("kind") if model else None
     return get_args(field.annotation) if field else ()
 
@@ -36,7 +36,7 @@ class Choice:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        """Return the schema by which pydantic chooses."""
+        """Return the schema for the choice in pydantic."""
         options = {f"{TAG}{number}": option for number, option in enumerate(get_args(source))}
         alternatives = {tag: _alternative(_bare(option)) for tag, option in options.items()}
         tags = {form: tag for tag, (forms, _) in alternatives.items() for form in forms}

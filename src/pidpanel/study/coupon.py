@@ -184,7 +184,7 @@ class Coupon(SectionModel):
 
     @property
     def largest_mass_per_area(self) -> float:
-        """About the mass of the particles over the area of the patch at the highest fill [kg/m²].
+        """Approximate mass per area of the particles at the highest fill [kg/m²].
 
         Of spheres in random close packing, 0.64, to the height r times the depth.
         """

@@ -9,7 +9,7 @@ from pidpanel.study.coupon import Coupon
 from pidpanel.study.mistakes import LONGEST_NAME, Mistake
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"  # also of wildcards, in which Snakemake allows no braces
-# Of what names folders: studies and dampers.
+# Rule for names of folders: studies and dampers.
 NAME_WORDS = (
     f"up to {LONGEST_NAME} letters a to z or A to Z, digits, '_' and '-', the first a letter or a "
     "digit"
@@ -19,7 +19,7 @@ RESERVED = ("coupon", "verification")  # folders of the results that belong to a
 
 
 def is_name(name: str) -> bool:
-    """Whether a name suits a folder."""
+    """Return whether a name suits a folder."""
     return len(name) <= LONGEST_NAME and re.fullmatch(NAME, name) is not None
 
 

@@ -38,7 +38,7 @@ RELATIVE_ERRORS = {
     "equivalent_damping_n_s_m3": "equivalent_damping_error_n_s_m3",
     "loss_factor": "loss_factor_error",
 }
-# Kinds of a damper, by the key that makes it one, and the keys that may stand beside it.
+# Kinds of a damper, by the key that selects it, and the further keys that are allowed with it.
 ALLOWED: Mapping[Kind, tuple[str, ...]] = {
     "coupon": (),
     "law": (),
@@ -201,8 +201,8 @@ class Damper(SectionModel):
     def largest_mass_per_area(self, frequency: float) -> float:
         """Return about the largest apparent mass [kg/m²], for the choice of shapes; 0 if unknown.
 
-        A dashpot counts with the mass whose inertia is as large, C_e/ω, at the highest frequency of
-        the response [Hz].
+        A dashpot is replaced by the mass of equal inertia, C_e/ω, at the highest frequency of the
+        response [Hz].
         """
         if self.coupon is not None:
             return self.coupon.largest_mass_per_area

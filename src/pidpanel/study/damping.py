@@ -1,4 +1,4 @@
-"""The section ``damping`` of a study: the readings of C_e and m_a, and the target of a sweep."""
+"""The section ``damping`` of a study: the damping models, and the target of a sweep."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -17,7 +17,7 @@ from pidpanel.study.sweep import Gamma
 Prior = Literal["closed_form", "atlas"]
 Reading = Literal["stated", "dem", "paper_corrected", "paper_printed", "table", "coupled", "atlas"]
 REMOVED = "was removed; use 'coupled', the default for sound"
-COUPLED: Reading = "coupled"  # reading of panel and particles in one time integration
+COUPLED: Reading = "coupled"  # damping from panel and particles in one time integration
 
 
 class Level(SectionModel):

@@ -1,7 +1,7 @@
 """The JSON schema of a study (draft 2020-12), made from the models.
 
-Editors complete and check a study with it. It knows keys, types, ranges and what is required; what
-keys require of each other, and of the files that they name, `pidpanel check` tells.
+Editors complete and check a study with it. It has keys, types, ranges and required keys.
+`pidpanel check` also checks keys against each other and the files that they name.
 """
 
 import ast

@@ -18,7 +18,7 @@ T = TypeVar("T")
 Keys = tuple[str | int, ...]  # way to a place of a study: names of keys, and indices in lists
 
 
-# What messages say of mistakes that pydantic and pyyaml find, and units given by mistake.
+# Messages for mistakes found by pydantic and pyyaml, and for wrong units.
 WORDS = yaml.safe_load(Path(__file__).with_name("words.yaml").read_text(encoding="utf-8"))
 
 LONGEST_NAME = 80
@@ -26,7 +26,7 @@ MOST_NAMES = 1000  # under one key; what reads them takes a time that grows with
 
 
 class Mistake(NamedTuple):
-    """What is wrong at a key."""
+    """A mistake at a key."""
 
     keys: Keys  # way from the model that speaks; empty for the whole model
     says: str  # what is wrong or allowed, without the key and its value
@@ -101,7 +101,7 @@ def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
 
 
 def unknown_key(key: str, allowed: Sequence[str]) -> str:
-    """Return what to say of an unknown key: the nearest allowed one, or all of them.
+    """Return the message for an unknown key: the nearest allowed one, or all of them.
 
     Examples
     --------
@@ -115,7 +115,7 @@ def unknown_key(key: str, allowed: Sequence[str]) -> str:
 
 
 def not_among(section: str, name: str, allowed: Sequence[str]) -> str:
-    """Return what to say of a name that is not among those of a section.
+    """Return the message for a name that is not in a section.
 
     Examples
     --------
@@ -133,7 +133,7 @@ def _meant(name: str, allowed: Sequence[str], cutoff: float) -> str:
 
 
 def in_words(error: ErrorDetails) -> str:
-    """Return what pydantic says of a mistake, in the words of a study's reader.
+    """Return the message of pydantic for a mistake, in words for the user of a study.
 
     Examples
     --------
@@ -172,7 +172,7 @@ def mistakes_of(error: ValidationError, model: type[BaseModel]) -> Iterator[Mist
             continue  # pydantic counts the good items only
         else:
             mistake = _mistake_at(keys, item, model)
-            # of the items of a list with the same mistake the first stands for all
+            # the first item of a list with the same mistake represents all
             around = keys[:-1] if keys and isinstance(keys[-1], int) else keys
             if (alike := (around, mistake.says.partition(";")[0])) not in reported:
                 yield mistake

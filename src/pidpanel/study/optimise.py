@@ -39,14 +39,14 @@ class Optimise(SectionModel):
     fill_fraction: tuple[Fill, ...] = ()
     """Fill fractions to choose from, for dampers that have one."""
     points: tuple[Text, ...] = ()
-    """Response points that count; by default all."""
+    """Response points of the objective; by default all."""
     objective: Literal["largest", "mean_square", "panel", "stress", "oscillators"] = "largest"
-    """What is to be small: the ``largest`` rms acceleration of the points, or their mean square;
+    """Quantity to minimise: the ``largest`` rms acceleration of the points, or their mean square;
     that over the ``panel``, at 24 further vertices; the largest von Mises ``stress`` of 3σ at the
     points; the largest rms acceleration of ``oscillators`` on the points, in ``band_hz``."""
     excitation: Literal["sound", "base", "both"] | None = None
-    """What counts: the response under ``sound``, under the random motion of ``base``, or the
-    smaller reduction of ``both``; by default all that the study has."""
+    """Excitation of the search: ``sound``, the random motion of ``base``, or ``both``, with the
+    smaller reduction; by default all that the study has."""
     band_hz: tuple[Frequency, Frequency] | None = None
     """Natural frequencies of the oscillators [Hz]."""
     quality: Annotated[float, Quantity(1, 50)] = 10.0

@@ -90,7 +90,7 @@ class Mesh(SectionModel):
 
 
 def _mistakes_of_corners(shape: Shape | None, key: str) -> Iterator[Mistake]:
-    """Yield corners, under a key, that are given twice, and a radius that they have no room for."""
+    """Yield corners of a key that are given twice, and a corner radius that does not fit."""
     try:
         if isinstance(shape, Polygon):
             check_distinct(shape.points)
@@ -205,7 +205,7 @@ class Panel(SectionModel):
         Raises
         ------
         ColumnsError
-            With all faults of its file.
+            If its file has faults; all are listed.
         """
         return damping_ratio_of(self.damping_ratio)
 
@@ -237,10 +237,10 @@ class Panel(SectionModel):
 
     @property
     def single_points(self) -> tuple[str, ...]:
-        """What stands at single points of which frequencies depend on the mesh, like a logarithm.
+        """Names of points that make frequencies depend logarithmically on the mesh.
 
-        With transverse shear supports without a foot, springs and point masses; on a thin plate
-        hold-downs without a foot, since no single point of it resists a slope.
+        With transverse shear these are supports without a foot, springs and point masses; on a thin
+        plate hold-downs without a foot, since a point support of it cannot prevent rotation.
         """
         points = self.support_input.points.items()
         if self.section.kind == "thin":
@@ -249,7 +249,7 @@ class Panel(SectionModel):
         return (*supports, *(name for name, mass in self.masses.items() if mass.from_m is None))
 
     def places(self) -> Iterator[tuple[Keys, Position | Node | PointSupportInput | Mass]]:
-        """Yield all that has a position, or a node of a mesh file, with the way to it."""
+        """Yield everything with a position or a node of a mesh file, with its key path."""
         yield from ((("points", name), point) for name, point in self.points.items())
         for name, support in self.support_input.points.items():
             yield ("supports", "points", name), support
@@ -269,7 +269,7 @@ class Panel(SectionModel):
         yield from first or self._mistakes_of_place()
 
     def _mistakes_of_extent(self) -> Iterator[Mistake]:
-        """Yield an outline that is too small or too large, and one with too many elements."""
+        """Yield an outline that is too small, too large or has too many elements."""
         if self.outline is None:
             return
         xs, ys = zip(*self.outline.points, strict=True)
@@ -344,19 +344,18 @@ class Panel(SectionModel):
 
 
 def named_place(panel: Panel, message: str) -> Keys:
-    """Return the way to the place that a message of the panel's geometry begins with.
+    """Return the key path of the place named at the start of a message about the geometry.
 
     Parameters
     ----------
-    panel
     message
-        Such as ``point 'support H1' = (3, 0) m leaves the panel``; the names are those that
+        Message such as ``point 'support H1' = (3, 0) m leaves the panel``, with the names that
         `StudiedPanel` gives to places.
 
     Returns
     -------
     tuple of str or int
-        Such as ``("supports", "points", "H1", "at_m")``; empty if the message names no place.
+        Key path such as ``("supports", "points", "H1", "at_m")``; empty if no place is named.
     """
     begun = [entry for entry in _named_places(panel) if message.startswith(entry[0])]
     return max(begun, key=lambda entry: len(entry[0]))[1] if begun else ()

@@ -84,7 +84,7 @@ class Particles(SectionModel):
     diameter_mm: Diameter = 2.0
     """Diameter [mm]; the mean one of a distribution, the first one of a binary mixture."""
     distribution: Distribution = Mono()
-    """How diameters differ from particle to particle."""
+    """Distribution of the diameters of particles."""
     density_kg_m3: Annotated[float, Quantity(10, 25000, unit="density")] = 1190.0
     """Density of the material [kg/m³]."""
     shell_mm: Spread | None = None
@@ -154,7 +154,7 @@ class Walls(SectionModel):
         return None if self.youngs_modulus_mpa is None else self.youngs_modulus_mpa * 1e6
 
 
-# Of a period or a radius [1].
+# Share of a period or a radius [1].
 Share = Annotated[float, Quantity(0, 0.5, low_itself=False, unit="percent")]
 Stroke = Annotated[float, Quantity(0, 100, low_itself=False)]  # W/L [1]
 
@@ -175,7 +175,7 @@ class Crossing(SectionModel):
     """Deepest overlap there, over the radius of a particle."""
 
     def holds_at(self, stroke_per_gap: float) -> bool:
-        """Whether W/L is in the range."""
+        """Return whether W/L is in the range."""
         start, stop = self.stroke_per_gap
         return start <= stroke_per_gap <= stop
 
@@ -210,7 +210,7 @@ class Stiffness(SectionModel):
     """Stricter limits where a bed may ride or cross its gap."""
 
     def limits(self, stroke_per_gap: float) -> tuple[float, float]:
-        """Longest contact over the period and deepest overlap over the radius that are allowed [1].
+        """Return the allowed contact time over the period and overlap over the radius [1].
 
         Parameters
         ----------

@@ -28,8 +28,7 @@ def level_of(pressure: float) -> float:
     return 20 * math.log10(pressure / 20e-6) if pressure > 0 else math.nan
 
 
-# What turns a value in a unit into the right one, by the name of the right one: a factor or a
-# function.
+# Conversion of a value in another unit, by the name of the required unit: a factor or a function.
 UNITS: Mapping[str, Mapping[str, float | Callable[[float], float]]]
 UNITS = {"": {}, "level": {"Pa": level_of}, **WORDS["units"]}
 
@@ -58,7 +57,7 @@ class Quantity:
 
     @property
     def allowed(self) -> str:
-        """What is allowed, in words."""
+        """Allowed values in words."""
         if self.high == math.inf:
             return f"must be {'at least' if self.low_itself else 'above'} {self.low:g}"
         if self.low_itself and self.high_itself:
@@ -67,7 +66,7 @@ class Quantity:
         return f"must be {low} and {'at most' if self.high_itself else 'below'} {self.high:g}"
 
     def holds(self, value: float) -> bool:
-        """Whether a value lies within the bounds."""
+        """Return whether a value lies within the bounds."""
         above_low = value >= self.low if self.low_itself else value > self.low
         return above_low and (value <= self.high if self.high_itself else value < self.high)
 
@@ -133,7 +132,7 @@ class Quantity:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        """Return the schema by which pydantic calls this quantity."""
+        """Return the schema of this quantity for pydantic."""
         return core_schema.no_info_before_validator_function(self, handler(source))
 
     def __get_pydantic_json_schema__(
@@ -158,7 +157,7 @@ def inside(low: float, high: float) -> Quantity:
 
 
 def text_hint(value: Any) -> str:
-    """Return what to say of a text that is nearly a number."""
+    """Return the hint for a text that is nearly a number."""
     if not isinstance(value, str):
         return ""
     if NUMBER.fullmatch(value):

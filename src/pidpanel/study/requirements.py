@@ -1,4 +1,4 @@
-"""What the sections of a study require of each other, and the atlas of a coupon (docs/atlas.md)."""
+"""Requirements between the sections of a study, and of the atlas of a coupon (docs/atlas.md)."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from pidpanel.study.coupon import Coupon
     from pidpanel.study.study import Study
 
-# Of a record, 1/T apart, in the range of the response: their scatter is the error of C_e.
+# Lines of a record, 1/T apart, in the range of the response: their scatter is the error of C_e.
 FEWEST_LINES = 10
 
-# Of the lowest frequency in a record: both of its halves then resolve a third octave there.
+# Periods of the lowest frequency in a record: both halves then resolve a third octave there.
 FEWEST_PERIODS = 10
 
 

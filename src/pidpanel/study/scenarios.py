@@ -62,7 +62,7 @@ class Family(SectionModel):
             yield Mistake((), says)
 
     def fillings(self) -> Iterator[FilledPatches]:
-        """Yield the way to what says how patches are filled, the patches with theirs, and that."""
+        """Yield the key path of each filling, the patches with their paths, and the filling."""
         yield (), list(items_of("patch", self.patch)), self
 
     @property
@@ -200,7 +200,7 @@ class Scenario(SectionModel):
 
     @property
     def layout_label(self) -> str:
-        """Its label without the sound level."""
+        """Label without the sound level."""
         return self.label.removesuffix(level_suffix(self.oaspl_db))
 
     @property

@@ -140,7 +140,7 @@ class PlyInput(SectionModel):
 
     @property
     def angle(self) -> float:
-        """From the panel's x to the fibre [rad]."""
+        """Angle from the panel's x to the fibre [rad]."""
         return math.radians(self.angle_deg)
 
 
@@ -178,7 +178,7 @@ class CoreInput(SectionModel):
 
     @property
     def ribbon(self) -> float:
-        """From the panel's x to the ribbon (L) direction [rad]."""
+        """Angle from the panel's x to the ribbon (L) direction [rad]."""
         return math.radians(self.ribbon_deg)
 
     @property

@@ -1,4 +1,4 @@
-"""The section ``severity`` of a study: what is read off the responses beside rms values."""
+"""The section ``severity`` of a study: results from the responses in addition to rms values."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -55,9 +55,9 @@ class Strengths(SectionModel):
     """Strengths that 3σ stresses at the points are compared with."""
 
     layers: PlyStrength | None = None
-    """Of all layers but the core."""
+    """Strength of all layers but the core."""
     core: CoreStrength | None = None
-    """Of the core of a sandwich."""
+    """Strength of the core of a sandwich."""
 
     def mistakes(self) -> Iterator[Mistake]:
         if self.layers is None and self.core is None:
@@ -77,4 +77,4 @@ class Severity(SectionModel):
     """Strengths of layers and core; without them, no failure index is computed."""
     limits: Mapping[Text, Annotated[Path, file_in()]] = {}
     """CSV table of the largest acceleration PSD allowed at a point, by its name: ``frequency_hz``,
-    ``acceleration_psd_g2_hz`` and, where wanted, ``slope_db_octave``."""
+    ``acceleration_psd_g2_hz`` and optionally ``slope_db_octave``."""

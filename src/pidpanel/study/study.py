@@ -1,4 +1,4 @@
-"""A whole study: its sections, dampers, readings and scenarios."""
+"""A whole study: its sections, dampers, damping models and scenarios."""
 
 import itertools
 from collections.abc import Iterator, Mapping
@@ -23,7 +23,7 @@ from pidpanel.study.scenarios import Compared, Family, Filled, Filling, Layout, 
 from pidpanel.study.severity import Severity
 from pidpanel.study.sound import SPEED, Sound
 
-BARE = "bare"  # the only reading of a study without scenarios: there is nothing to read
+BARE = "bare"  # the only damping model of a study without scenarios
 
 
 class Study(CouponStudy):
@@ -33,7 +33,7 @@ class Study(CouponStudy):
     """Dampers that can fill patches, by name. The section ``coupon`` is also a damper, ``coupon``.
     A damper that is in no scenario is not simulated."""
     damping: Damping = Damping()
-    """Where C_e and m_a come from."""
+    """Damping models of C_e and m_a."""
     panel: Panel
     """The panel."""
     base: BaseMotion | None = None
@@ -100,13 +100,13 @@ class Study(CouponStudy):
 
     @property
     def all_dampers(self) -> Mapping[str, Damper]:
-        """What patches can be filled with: the section ``coupon``, then those of ``dampers``."""
+        """All dampers: the section ``coupon``, then those of ``dampers``."""
         section = {SECTION: Damper.model_construct(coupon=self.coupon)} if self.coupon else {}
         return {**section, **self.dampers}
 
     @property
     def used_dampers(self) -> tuple[str, ...]:
-        """Names of the dampers that are filled in with a reading of `BY_DAMPER`."""
+        """Names of the dampers used with a damping model of `BY_DAMPER`."""
         named = {filling.damper for filling in self.fillings}
         used = tuple(name for name in self.all_dampers if name in named)
         return used if set(BY_DAMPER) & set(self.readings) else ()
@@ -115,7 +115,7 @@ class Study(CouponStudy):
     def massless_dampers(self) -> dict[str | None, str]:
         """Dampers whose particles weigh nothing in the computation, and the key that changes it.
 
-        None stands for the table of all patches.
+        None means the table of all patches.
         """
         if not self.response.damper_mass:
             return {}
@@ -271,7 +271,7 @@ class Study(CouponStudy):
                     yield Mistake(keys, f"must be in the range of {way}.sweep, {low:g} to {high:g}")
         if filled.fill_fraction is not None and damper is not None and not needed:
             kind = self.all_dampers[damper].kind
-            if kind != "table":  # whose columns tell
+            if kind != "table":  # its columns decide
                 says = f"not allowed: the {kind} of {damper} does not depend on the fill fraction"
                 yield Mistake(("fill_fraction",), says)
 

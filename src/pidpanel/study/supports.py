@@ -1,4 +1,4 @@
-"""What holds the panel, and masses on it; a place is a position or a node of a mesh file."""
+"""Supports of the panel and masses on it, at positions or nodes of a mesh file."""
 
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal

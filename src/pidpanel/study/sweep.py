@@ -58,7 +58,7 @@ class Range(SectionModel):
 
 # Amplitude of an acceleration [g].
 Gamma = Annotated[float, Quantity(0, LARGEST_GAMMA, low_itself=False, unit="gravities")]
-# Of a displacement [mm].
+# Amplitude of a displacement [mm].
 Amplitude = Annotated[float, Quantity(0, 1000, low_itself=False, unit="millimetres")]
 
 # Frequencies and amplitudes of a sweep, below which an interpolation cannot be checked.
@@ -156,7 +156,7 @@ class Sweep(SectionModel):
                 texts.add(text)
 
 
-# Of a coupon that names none: coarse, from below the first mode of a panel to 2 kHz.
+# Sweep of a coupon without one: coarse, from below the first mode of a panel to 2 kHz.
 USUAL_SWEEP = Sweep(
     frequency_hz=(30, 80, 250, 700, 2000), acceleration_g=(4, 20, 120, 700), max_velocity_m_s=7
 )

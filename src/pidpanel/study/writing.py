@@ -12,7 +12,7 @@ from pidpanel.study.document import CORE, Document, WrittenFloat, WrittenInt
 
 
 def values_of(file: Path) -> dict[str, Any]:
-    """Return the values of a study file; the names of files beside it are absolute."""
+    """Return the values of a study file; the names of its files are absolute."""
     return dict(_with_absolute_files(plain(Document(file).data), file.parent))
 
 

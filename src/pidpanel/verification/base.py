@@ -1,4 +1,4 @@
-"""Base motion held to closed forms: an oscillator, a simply supported plate, its limits."""
+"""Base motion compared with closed forms: an oscillator, a simply supported plate, its limits."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -44,7 +44,7 @@ METHOD = f"{ELEMENTS[0]} × {ELEMENTS[1]} elements"
 
 
 def oscillator_rows(folder: Path) -> list[Row]:
-    """An oscillator of 50 Hz, ζ = 5 %, under a white acceleration of its base, 2 (m/s²)²/Hz."""
+    """Compute an oscillator of 50 Hz, ζ = 5 %, under white base acceleration, 2 (m/s²)²/Hz."""
     own, ratio, mass, level = 50.0, 0.05, 3.0, 2.0
     basis = ModalBasis([own, 0.0], [mass, TABLE_MASS * mass], [ratio, ratio])
     motions = np.array([[[1.0, 1.0], [1.0, 0.0]]])  # absolute and relative
@@ -124,7 +124,7 @@ def _navier(frequency: Array, points: Array, highest: int = 400) -> tuple[Comple
 
 
 def plate_rows(folder: Path) -> list[Row]:
-    """The simply supported plate of the paper, ζ = 2 %, against its modal series."""
+    """Compute the simply supported plate of the paper, ζ = 2 %, against its modal series."""
     plate = _Plate(folder)
     frequency = np.array([40.0, 64.9, 180.0, 224.7])
     gain, force, _ = plate.solve(frequency)
@@ -141,7 +141,7 @@ def plate_rows(folder: Path) -> list[Row]:
 
 
 def limit_rows(folder: Path) -> list[Row]:
-    """What holds of any panel on a moving base: near 0 Hz, and of all its modes."""
+    """Compute limits for any panel on a moving base: near 0 Hz, and for all its modes."""
     plate = _Plate(folder)
     gain, force, _ = plate.solve(np.array([0.02]), 0.0, APPARENT)
     rigid, weight, of_modes, whole = (
@@ -172,7 +172,7 @@ def limit_rows(folder: Path) -> list[Row]:
 
 
 def balance_rows(folder: Path) -> list[Row]:
-    """Power of the shaker against the losses in the structure and in a damper."""
+    """Compute the power of the shaker against the losses in the structure and in a damper."""
     plate = _Plate(folder)
     frequency = np.array([30.0, 65.0, 224.0, 390.0])
     _, force, shapes = plate.solve(frequency, DAMPING, APPARENT)

@@ -1,7 +1,7 @@
 """Experiments that others made, computed from their stated inputs.
 
-Nothing is fitted: the inputs stand here, and the page (`validation_page`) shows measured, computed
-and difference, and what was not known. Numbers without a reference of their own are shown alone.
+Nothing is fitted: the inputs are listed here, and the page (`validation_page`) shows measured and
+computed values, differences and unknowns. Numbers without a reference are shown alone.
 """
 
 import math
@@ -20,7 +20,7 @@ from pidpanel.paths import DATA
 from pidpanel.verification.coupon import contacts, shaken
 from pidpanel.verification.rows import COMPARISONS, Row, comparison
 
-# What was measured, and what was not known of each case.
+# Measured values, and unknowns of each case.
 PUBLISHED = yaml.safe_load((DATA / "reference" / "experiments.yaml").read_text(encoding="utf-8"))
 RESTITUTION, SPIN, COLLISION = (PUBLISHED[name] for name in ("restitution", "spin", "collision"))
 
@@ -34,7 +34,7 @@ SOFTENED = (1.0, 100.0, 1000.0)  # moduli of the materials over those of the run
 
 
 def impact_rows(folder: Path) -> list[Row]:
-    """Tangential restitution and spin over the angle, at real and at softened moduli."""
+    """Compute tangential restitution and spin over the angle, at real and at softened moduli."""
     rows = []
     for softened in SOFTENED:
         moduli = "moduli of the materials" if softened == 1 else f"softened {softened:g} times"
@@ -48,7 +48,7 @@ def impact_rows(folder: Path) -> list[Row]:
 
 
 def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, float], Array]]:
-    """Quantity, unit, measured and computed values."""
+    """Return quantity, unit, measured and computed values of impacts."""
     constants = replace(
         ALUMINA_GLASS,
         youngs_modulus=ALUMINA_GLASS.youngs_modulus / softened,
@@ -87,7 +87,7 @@ SCALE = 100.0
 
 
 def lammps_rows(folder: Path) -> list[Row]:
-    """Distance, velocity and force of two spheres that collide."""
+    """Compute distance, velocity and force of two spheres that collide."""
     diameter, density, gap, speed, step = 4e-3, 2500.0, 1.6e-4, 1.0, 2e-7
     faster = math.sqrt(SCALE)
     spheres = [
@@ -125,7 +125,7 @@ OPEN_GAMMAS, MASS_GAMMAS = (8.0, 12.0, 20.0, 30.0), (1.5, 2.0, 2.5, 3.0)
 
 
 def open_bed_rows(folder: Path) -> list[Row]:
-    """Exponents of the loss factor and of the apparent mass over Γ, and the apparent mass."""
+    """Compute the exponents of loss factor and apparent mass over Γ, and the apparent mass."""
     bed = shaken.poured(folder / "pour")[: shaken.BED_SIZES[-1]]
     loss, mass = {}, {}
     for gamma in (*MASS_GAMMAS, *OPEN_GAMMAS):
@@ -154,7 +154,7 @@ BOX_GAPS = (2.5, 2.8, 3.1, 3.3, 3.5, 3.7, 4.0)  # L/A
 
 
 def box_rows(folder: Path) -> list[Row]:
-    """L/A at which the loss of a bed falls to three quarters of the largest."""
+    """Compute L/A at which the loss of a bed falls to three quarters of the largest."""
     settled = shaken.poured(folder / "pour")
     energy = [
         shaken.slug(folder / f"{gap:g}", settled, shaken.BED_SIZES[-1], gap, count=16)[1]
@@ -167,7 +167,7 @@ def box_rows(folder: Path) -> list[Row]:
 
 
 def falls_to(share: float, points: Sequence[float], values: Sequence[float]) -> float:
-    """First point behind the largest value where that share of it is met; NaN for none.
+    """Return the first point behind the largest value where that share of it is met; NaN for none.
 
     Examples
     --------
@@ -190,7 +190,7 @@ LONGEST_PERIOD, REPEATS = 8, 0.75
 
 
 def period_rows(folder: Path) -> list[Row]:
-    """The periods of a bed as Γ rises, in their order."""
+    """Compute the periods of a bed as Γ rises, in their order."""
     bed = shaken.poured(folder / "pour")[: shaken.BED_SIZES[-1]]
     periods = []
     for gamma in PERIOD_GAMMAS:
@@ -219,7 +219,7 @@ def period_rows(folder: Path) -> list[Row]:
 
 
 def period(energy: Array) -> int:
-    """Cycles after which the losses of cycles repeat; 0 for none up to `LONGEST_PERIOD`.
+    """Return the cycles after which the losses of cycles repeat; 0 for none up to `LONGEST_PERIOD`.
 
     The shortest that repeats nearly as well as the best, if that repeats clearly better than
     neighbours do.
@@ -248,5 +248,5 @@ CASES = {
     "periods": period_rows,
 }
 
-# What was not known of each, by the names of their cases.
+# Unknowns, by the names of their cases.
 UNKNOWN = {COMPARISONS[name]["case"]: PUBLISHED["unknown"][name] for name in CASES}

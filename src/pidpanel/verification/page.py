@@ -1,4 +1,4 @@
-"""The pages of verification and validation: what is computed beside what is known or measured.
+"""The pages of verification and validation: computed values with known or measured ones.
 
 The rows of `pidpanel.verification.rows` come from any stage.
 """

@@ -91,7 +91,7 @@ TURNS = {"turned by 37°": np.radians(37.0), "turned by 90°": np.pi / 2}
 
 
 def _orthotropic_frequencies(mesh: PanelMesh, turn: float) -> Array:
-    """Frequencies of a layup without symmetry, clamped on one edge, all turned about the origin."""
+    """Return frequencies of an unsymmetric layup, clamped on one edge, rotated about the origin."""
     matrix = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     face = tuple(Ply(TAPE, 0.15e-3, np.radians(angle) + turn) for angle in (20.0, 75.0))
     section = SandwichSection(face, face, Core(310e6, 138e6, 50.0, 20e-3, np.radians(25.0) + turn))
@@ -102,7 +102,7 @@ def _orthotropic_frequencies(mesh: PanelMesh, turn: float) -> Array:
 
 
 def turned_rows(folder: Path) -> list[Row]:
-    """Return an orthotropic panel turned with its layup and ribbon beside the unturned one."""
+    """Compare an orthotropic panel rotated with its layup and ribbon with the original one."""
     outline = Polygon(tuple((float(x), float(y)) for x, y in CORNERS))
     mesh = mesh_triangles(folder / "panel.msh", outline, 0.08, {}, {})
     reference = _orthotropic_frequencies(mesh, 0.0)

@@ -1,4 +1,4 @@
-"""The response held to published benchmarks, closed forms and the solution on all elements."""
+"""Response compared with published benchmarks, closed forms and the solution on all elements."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
@@ -30,7 +30,7 @@ from pidpanel.verification.rows import Row, comparison
 
 
 def nafems_rows(folder: Path) -> list[Row]:
-    """NAFEMS selected benchmarks for forced vibration, test 13 and 13R (report R0016).
+    """Compute NAFEMS selected benchmarks for forced vibration, tests 13 and 13R (report R0016).
 
     A square plate of 10 m, E = 200 GPa, ν = 0.3, ρ = 8000 kg/m³, 0.05 m thick, simply supported,
     ζ = 2 %, under one pressure of (100 Pa)²/Hz all over its face.
@@ -74,7 +74,7 @@ def nafems_rows(folder: Path) -> list[Row]:
 
 
 def miles_rows(folder: Path) -> list[Row]:
-    """One mode in white noise: ∫₀^∞ |H|² S df = (π/2) f Q S/k² (Miles 1954)."""
+    """Compute one mode in white noise: ∫₀^∞ |H|² S df = (π/2) f Q S/k² (Miles 1954)."""
     mass, frequency, zeta, force_psd = 2.0, 100.0, 0.02, 4.0
     lines = frequency_grid(1.0, 1e4, zeta, [frequency])
     modal, white = ModalBasis([frequency], [mass], zeta), np.full(lines.size, force_psd)
@@ -160,7 +160,7 @@ class DampedPanel:
 
 
 def _values(dampers: Mapping[str, UniformDamper], count: int) -> tuple[Array, Array]:
-    """C_e and m_a of dampers, (n_dampers, count) each."""
+    """Return C_e and m_a of dampers, (n_dampers, count) each."""
     values = np.array(list(dampers.values())).reshape(-1, 2)
     damping, mass = np.repeat(values.T[:, :, None], count, axis=2)
     return damping, mass
@@ -199,7 +199,7 @@ HIGHEST = 1000.0
 
 
 def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> list[Row]:
-    """Return layouts of dampers in the basis of a study beside all elements."""
+    """Compare layouts of dampers in the basis of a study with all elements."""
     rows = []
     frequency = np.array(LINES)
     for name in names:
@@ -217,7 +217,7 @@ def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> list[R
 
 
 def power_rows(folder: Path) -> list[Row]:
-    """Return the power that panel and damper lose beside what the field puts in."""
+    """Compare the power lost in panel and damper with the power input of the field."""
     dampers = {"middle": STRONG}
     panel = damped_panel(folder, dampers, HIGHEST)
     frequency = np.array(LINES)

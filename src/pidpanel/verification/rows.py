@@ -35,16 +35,16 @@ class Row:
     Attributes
     ----------
     case
-        What is computed, common to its rows: "Inelastic slug in a box without gravity".
+        Problem, common to its rows, such as "Inelastic slug in a box without gravity".
     quantity
-        What is compared, and at which point.
+        Compared quantity and its point.
     computed, reference
         Values in ``unit``.
     unit
         Unit; "1" for a quantity without dimension.
     tolerance
-        Largest |error| with which the reference counts as met; NaN for a row that is only shown:
-        how the error falls with the resolution, or where the reference ceases to hold.
+        Largest |error| that agrees with the reference; NaN for a row that is only shown, such as
+        convergence with the resolution, or the limit of validity of the reference.
     at
         The point as a number, for figures; NaN if there is none.
     resolution
@@ -145,7 +145,7 @@ def read_rows(path: Path) -> list[Row]:
     Raises
     ------
     ValueError
-        With the file and its columns, if they are others.
+        If the file has other columns; they are listed.
     """
     table = pd.read_csv(path, dtype=str, keep_default_na=False)
     if list(table) != [*COLUMNS, "error"]:

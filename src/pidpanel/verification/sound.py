@@ -73,7 +73,7 @@ def field_rows(folder: Path) -> list[Row]:
 def piston_volume(a: float, b: float) -> float:
     """Return V = (1/2π) ∬∬ dA dA′/R [m³] over a rectangle of the sides a, b [m].
 
-    By four integrations of 1/R, the energy of a plate of even charge.
+    By four integrations of 1/R, the energy of a plate of uniform charge.
 
     Examples
     --------

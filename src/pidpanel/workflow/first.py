@@ -39,7 +39,7 @@ def main(name: str, jobs: str) -> int:
             return 0
         study = load_study(path)
         check_owner(study, path, results)
-    except (StudyError, OwnerError):  # the run itself says so
+    except (StudyError, OwnerError):  # the run itself reports it
         return 0
     plan = Plan(study, path.resolve())
     if not run_rules(plan, panel_rules(plan, study), int(jobs)):

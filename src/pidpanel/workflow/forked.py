@@ -32,9 +32,9 @@ def run_rules(plan: Plan, rules: Mapping[str, Rule], jobs: int) -> bool:
     Parameters
     ----------
     rules
-        By name, each after those whose results it reads.
+        Rules by name, each after those whose results it reads.
     jobs
-        How many run at the same time.
+        Number of parallel jobs.
 
     Returns
     -------
@@ -108,7 +108,7 @@ class _Calls:
         return [name for name in self.waiting if awaited.isdisjoint(_inputs(self.rules[name]))]
 
     def start(self, name: str, cores: int) -> None:
-        """Fork a job, which may use so many cores."""
+        """Fork a job, which may use up to ``cores`` cores."""
         rule = self.rules[name]
         self.waiting.remove(name)
         importlib.import_module(f"scripts.{name}")

@@ -1,4 +1,4 @@
-"""What the workflow runs: a study, its LIGGGHTS runs, and the requests of its jobs."""
+"""Plan of the workflow: a study, its LIGGGHTS runs, and the requests of its jobs."""
 
 from __future__ import annotations
 
@@ -257,7 +257,7 @@ class Plan:
         Raises
         ------
         StudyError, OwnerError
-            In a line for each: what is wrong with the study, the machine or the results.
+            If the study, the machine or the results have faults, with a line for each.
         """
         file = study_file(config, files)
         study = checked_study(file)

@@ -38,7 +38,7 @@ SEVERITY = ("oscillators", "peaks", "fatigue", "strength", "margins")
 class Rule:
     """A rule: its files, and what these depend on besides."""
 
-    log: str  # file that takes what the job says
+    log: str  # file with the output of the job
     input: Mapping[str, str | Sequence[str]]
     output: Mapping[str, str]
     values: Mapping[str, Any]  # what the output depends on besides other results and the package
@@ -77,7 +77,7 @@ def panel_rules(plan: Plan, study: Study) -> dict[str, Rule]:
 
 
 def air_files(sound: Rule) -> list[str]:
-    """Return the file of the air, where it counts."""
+    """Return the file of the air if it is included."""
     return [sound.output["air"]] if "air" in sound.output else []
 
 

@@ -11,5 +11,5 @@ Nothing outside this folder speaks its language.
 `output`
     What it wrote, read: logs, cycle rows, dumps.
 `failures`
-    Why a run does not count, by name.
+    Reasons for a failed run, by name.
 """

@@ -31,18 +31,18 @@ def cells_file(leg: int) -> str:
 
 
 def lists_contacts(template: Path) -> bool:
-    """Whether a template can list the contacts of spheres with walls."""
+    """Return whether a template can list the contacts of spheres with walls."""
     return "compute touches" in template.read_text(encoding="utf-8")
 
 
 @cache
 def digest(name: str, folder: Path, values: tuple[tuple[str, Any], ...]) -> str:
-    """Hash of a deck without comments, rendered once in a process for the same values."""
+    """Return the hash of a deck without comments; equal values are rendered once per process."""
     return text_digest([without_comments(render(name, dict(values), folder))])
 
 
 def _number(value: Any) -> Any:
-    """Numbers as LIGGGHTS reads them back exactly; text as it is."""
+    """Return numbers as LIGGGHTS reads them back exactly; text as it is."""
     if isinstance(value, float):
         return f"{value:.15g}"
     return value
@@ -63,12 +63,12 @@ def _environment(folder: Path) -> jinja2.Environment:
 
 
 def render(name: str, values: Mapping[str, Any], folder: Path = TEMPLATES) -> str:
-    """Text of the deck ``templates/<name>`` with all its variables filled in.
+    """Return the text of the deck ``templates/<name>`` with all its variables filled in.
 
     Raises
     ------
     jinja2.UndefinedError
-        For a variable that the template names and ``values`` does not hold.
+        If a variable of the template is not in ``values``.
     """
     return _environment(folder).get_template(name).render(values)
 
@@ -78,7 +78,7 @@ _BLANKS = re.compile(r"""("[^"]*"|'[^']*')|\s+""")
 
 
 def without_comments(text: str) -> str:
-    r"""A deck as LIGGGHTS takes it: no comments, no blank lines, no indents, one space for several.
+    r"""Return a deck without comments, blank lines, indents and repeated spaces.
 
     Examples
     --------
@@ -91,12 +91,12 @@ def without_comments(text: str) -> str:
 
 
 def undeclared(text: str, declared: Iterable[str]) -> list[str]:
-    """Variables that a template asks for and that are not among the ``declared`` ones.
+    """Return the variables of a template that are not among the ``declared`` ones.
 
     Raises
     ------
     jinja2.TemplateSyntaxError
-        With the line.
+        If the template has a syntax error, with its line.
     """
     tree = jinja2.Environment().parse(text)
     return sorted(jinja2.meta.find_undeclared_variables(tree) - set(declared))

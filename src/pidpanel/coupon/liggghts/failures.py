@@ -1,8 +1,8 @@
-"""Why a run does not count: one class for each reason; the text says where."""
+"""Failures of a run: one class for each reason; the text has the place."""
 
 
 class SolverFailure(RuntimeError):
-    """A LIGGGHTS run that does not count; the class says why, the text where."""
+    """A failed LIGGGHTS run; the class is the reason, the text has the place."""
 
 
 class SolverMissing(SolverFailure):
@@ -54,11 +54,11 @@ class NotSteady(SolverFailure):
 
 
 class EnergyNotClosed(SolverFailure):
-    """What the contacts dissipate is not what the shaker put in."""
+    """The loss of the contacts differs from the work of the shaker."""
 
 
 class LossesApart(SolverFailure):
-    """What the contacts dissipate in the window is of another size than what the rows say."""
+    """The loss of the contacts in the window differs from that of the rows by a large factor."""
 
 
 # Failures that the same inputs give again; any other is tried again in the next call.

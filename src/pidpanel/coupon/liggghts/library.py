@@ -24,7 +24,7 @@ def load_library() -> CDLL:
     Raises
     ------
     SolverMissing
-        With the package that brings it.
+        If the library is not installed, with its package.
     """
     os.environ.update(LONE_RANK)
     try:
@@ -38,7 +38,7 @@ def load_library() -> CDLL:
 
 
 def commands(text: str) -> list[str]:
-    r"""Commands of a deck as the library takes them, one by one.
+    r"""Return the commands of a deck as the library takes them, one by one.
 
     Examples
     --------
@@ -54,21 +54,21 @@ class Spheres:
     Parameters
     ----------
     library
-        From `load_library`.
+        Library returned by `load_library`.
     deck
         ``templates/coupled.in.j2`` with its values, or text that ends likewise in ``run 0``.
     cell, mass
         (n,) the cell and the mass [kg] of each sphere, in the order of the data file and of the
         cells.
     gravity
-        Along z, as in the deck [m/s²].
+        Gravity along z, the same as in the deck [m/s²].
     time_step
-        As in the deck [s].
+        Time step, the same as in the deck [s].
 
     Raises
     ------
     ParticlesLost
-        If LIGGGHTS holds other spheres than ``cell``, or in another order.
+        If LIGGGHTS has other spheres than ``cell``, or in another order.
     """
 
     # (n, 3) of the spheres; the force includes gravity [m/s], [N]

@@ -1,8 +1,8 @@
-"""What LIGGGHTS wrote, read: cycle rows, log, dumps.
+"""Readers for the output of LIGGGHTS: cycle rows, log, dumps.
 
 Nothing is accepted silently. LIGGGHTS exits 0 after a SIGTERM and after too few insertions,
-writes a footer that claims all steps, and leaves cut rows behind a SIGKILL, so a run counts
-only when the marks, the rows and the atom counts agree.
+writes a footer that claims all steps, and leaves cut rows after a SIGKILL. So a run is accepted
+only if the marks, the rows and the atom counts agree.
 """
 
 import math
@@ -89,7 +89,7 @@ MOTION = (
 )
 
 
-# As LIGGGHTS writes numbers; Python takes more for one, such as 1_000.
+# Numbers as LIGGGHTS writes them; Python accepts more, such as 1_000.
 _NUMBER = re.compile(r"-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?")
 
 
@@ -101,7 +101,7 @@ CYCLES_HEADER = (
 
 
 def cells_header(cells: int) -> tuple[str, str]:
-    """First lines of the file of rows by cell: momentum times sin ωt and cos ωt of each."""
+    """Return the header of the file of rows by cell: momentum times sin ωt and cos ωt of each."""
     names = " ".join(f"v_p{cell}_sin v_p{cell}_cos" for cell in range(1, cells + 1))
     return "# Time-averaged data for fix cycle_cells", f"# TimeStep {names}"
 
@@ -114,7 +114,7 @@ def read_cycles(
     cycles_before: int = 0,
     header: tuple[str, str] = CYCLES_HEADER,
 ) -> Array:
-    """Read the rows of a cycle file, SI: columns `CYCLE_COLUMNS`, or as many as the header says.
+    """Read the rows of a cycle file, SI: columns `CYCLE_COLUMNS`, or those of another header.
 
     The step column must be 1, 2, …, ``cycles`` times the steps of a cycle, after the cycles that
     an earlier process ran. The source is the name of the file for messages.
@@ -122,7 +122,7 @@ def read_cycles(
     Raises
     ------
     LogTruncated, NotFinite
-        With the file, the line and the offending text.
+        If rows are missing or not finite, with file, line and text.
     """
     rows: list[list[float]] = []
     if text and not text.endswith("\n"):
@@ -197,7 +197,7 @@ _BINARY_HEADER = np.dtype(
 
 
 class SphereMotion(NamedTuple):
-    """How every sphere moves in each frame."""
+    """Motion of every sphere in each frame."""
 
     # (frames, spheres, 3) [m], [m/s], [rad/s], [N], [N m]
     position: Array
@@ -214,7 +214,7 @@ def read_motion(content: bytes, source: str, *, spheres: int) -> SphereMotion:
 
 
 def contact_columns(compute: str, *, with_wall: bool, rolling: bool) -> str:
-    """Columns of the dump of a compute that lists contacts; `read_contacts` reads them.
+    """Return the columns of the dump of a compute that lists contacts; see `read_contacts`.
 
     ``pair/gran/local`` gives the two ids, ``wall/gran/local`` the mesh, the triangle and the id;
     then follow the force and, for rolling friction, the torque.
@@ -247,7 +247,7 @@ def read_contacts(
 
 
 def read_binary_dump(content: bytes, source: str, *, atoms: int, columns: int) -> Array:
-    """Frames of a ``dump custom <file>.bin`` sorted by id, (frames, atoms, columns).
+    """Return the frames of a ``dump custom <file>.bin`` sorted by id, (frames, atoms, columns).
 
     The first column is the id.
     """

@@ -28,8 +28,8 @@ from pidpanel.coupon.liggghts import failures, output
 
 COMMAND = "liggghts"
 
-# Silence after which LIGGGHTS counts as hung, besides that of its steps [s]. Reading the largest
-# deck takes a second.
+# Silence after which LIGGGHTS is taken as hung, in addition to that of its steps [s]. Reading the
+# largest deck takes a second.
 QUIET = 30.0
 
 # Longest time of a step, and of it for each sphere [s]: thirty times what they take on an
@@ -39,7 +39,7 @@ SLOWEST_STEP = 4.5e-4, 1.05e-5
 # Longest time of a deck and of the end [s], in which lines may come one by one.
 LONGEST_DECK, LONGEST_END = 86_400.0, 600.0
 
-MOST_LINES = 10_000_000  # lines after which a command counts as hung
+MOST_LINES = 10_000_000  # lines after which a command is taken as hung
 
 # Lines that are not read yet, after which LIGGGHTS waits, and characters of a line: what a
 # process that prints without end takes of the memory.
@@ -73,7 +73,7 @@ class Instant(NamedTuple):
 
 
 class ContactFiles(NamedTuple):
-    """What `Liggghts.list_contacts` writes."""
+    """Output of `Liggghts.list_contacts`."""
 
     motion: Path
     pairs: Path
@@ -86,7 +86,7 @@ def check_installed() -> str:
     Raises
     ------
     SolverMissing
-        With the command that installs it.
+        If LIGGGHTS is not installed, with the command that installs it.
     """
     path = shutil.which(COMMAND)
     if path is None:
@@ -110,7 +110,7 @@ class Liggghts:
         self._folder = folder
         self.log = folder / f"{name}.log"
         self._err = folder / f"{name}.err"
-        # a step of srun's without PMI is not wanted
+        # srun must not start a step of its own without PMI
         env = {k: v for k, v in os.environ.items() if k != "SLURM_STEP_ID"}
         env |= LONE_RANK | {"OMP_NUM_THREADS": "1"}
         self._deck = (folder / f"{name}.in").open("w", encoding="utf-8")
@@ -159,7 +159,7 @@ class Liggghts:
 
     def _check_version(self) -> None:
         first = next(self._lines("its first line"), None)
-        if first is None:  # killed before it said anything
+        if first is None:  # killed before any output
             raise self._failure([])
         if VERSION not in first:
             raise failures.SolverMissing(
@@ -174,7 +174,7 @@ class Liggghts:
         Parameters
         ----------
         text
-            Of a deck; see `deck`.
+            Text of a deck; see `deck`.
         """
         reports = _THERMO.findall(text)
         self._report_steps = int(reports[-1]) if reports and int(reports[-1]) else math.inf
@@ -182,11 +182,11 @@ class Liggghts:
         self._execute(text, steps=steps, is_deck=True)
 
     def run(self, steps: int, *, read_energy: bool = False) -> Instant:
-        """Run so many steps more, and read the kinetic energy at the end."""
+        """Run further steps, and read the kinetic energy at the end."""
         return self._execute(RUN.format(steps=steps), "ke" if read_energy else "0", steps=steps)
 
     def run_cycles(self, cycles: int, steps: int, restart: str) -> Instant:
-        """Run so many cycles of so many steps; write a restart, from which a deck can go on."""
+        """Run cycles of a number of steps; write a restart, from which a deck can continue."""
         commands = [CYCLE.format(steps=steps)] * cycles
         text = "\n".join([*commands, f"write_restart {restart}"])
         return self._execute(text, steps=cycles * steps, report=steps)
@@ -214,7 +214,7 @@ class Liggghts:
         self._execute("unfix cycle" + ("\nunfix cycle_cells" if by_cell else ""))
 
     def list_contacts(self, steps: int, stride: int, *, rolling: bool) -> tuple[int, ContactFiles]:
-        """Run so many steps and list the motion and all contacts every few of them."""
+        """Run steps and list the motion and all contacts every few of them."""
         files = ContactFiles(
             *(self._folder / name for name in ("spheres.bin", "pairs.dump", "touches.dump"))
         )
@@ -234,16 +234,17 @@ class Liggghts:
         self._execute(f"velocity all set {x} {y} {z}")
 
     def instant(self) -> Instant:
-        """The step that the simulation has reached."""
+        """Return the step that the simulation has reached."""
         return self._execute("")
 
     def finish(self, last_step: int | None = None, spheres: int | None = None) -> None:
-        """End the input, wait for a clean exit and hold the log to what should have been run.
+        """End the input, wait for a clean exit and check the log against the expected run.
 
         Parameters
         ----------
         last_step, spheres
-            Of the end of the simulation; see `output.check_log`. The log is not read if left out.
+            Last step and number of spheres at the end; see `output.check_log`. The log is not read
+            without them.
 
         Raises
         ------
@@ -288,7 +289,7 @@ class Liggghts:
         return failures.RunHung(f"{self.log}: {says}; ended")
 
     def _patience(self, steps: float) -> float:
-        """Longest time of so many steps [s]."""
+        """Return the longest time of a number of steps [s]."""
         return QUIET + (SLOWEST_STEP[0] + SLOWEST_STEP[1] * self._spheres) * steps
 
     def _execute(
@@ -300,10 +301,10 @@ class Liggghts:
         *,
         is_deck: bool = False,
     ) -> Instant:
-        """Send commands that run so many steps, then evaluate an expression of LIGGGHTS.
+        """Send commands that run a number of steps, then evaluate an expression of LIGGGHTS.
 
-        A line comes at least every ``report`` steps; by default, as often as the deck says. How
-        many spheres a deck makes is not known, so it may take `LONGEST_DECK`.
+        A line comes at least every ``report`` steps; by default as often as the deck states. The
+        number of spheres that a deck makes is not known, so it may take `LONGEST_DECK`.
         """
         text = f'{commands.rstrip()}\nprint "MARK step $(step) atoms $(atoms) value $({value})"\n'
         self._deck.write(text)
@@ -332,7 +333,7 @@ class Liggghts:
             raise failures.NotFinite(f"{self.log}: not a number, {word!r}") from None
 
     def _failure(self, lines: Iterable[str]) -> failures.SolverFailure:
-        """The failure that the exit status and the last words of the process tell of."""
+        """Return the failure by the exit status and the last output of the process."""
         try:
             status = self._process.wait(timeout=QUIET)
         except subprocess.TimeoutExpired:

@@ -9,7 +9,7 @@ from pidpanel.arrays import Array
 
 
 def data_file(positions: Array, diameters: Array, density: float, box: Array) -> str:
-    """LIGGGHTS data file of spheres: centres (n, 3) and diameters (n,) [m], density [kg/m³].
+    """Return a data file of LIGGGHTS: centres (n, 3), diameters (n,) [m], density [kg/m³].
 
     The box has the lower and upper bounds of the simulation (3, 2) [m].
     """
@@ -25,13 +25,13 @@ def data_file(positions: Array, diameters: Array, density: float, box: Array) ->
 
 
 def read_diameters(data: str) -> Array:
-    """Diameters of the spheres of a `data_file`, (n,) [m]."""
+    """Return the diameters of the spheres of a `data_file`, (n,) [m]."""
     rows = data.partition("Atoms\n\n")[2].splitlines()
     return np.array([float(row.split()[2]) for row in rows])
 
 
 def walls_file(triangles: Array) -> str:
-    """STL of wall triangles, (n, 3, 3) [m]."""
+    """Return an STL file of wall triangles, (n, 3, 3) [m]."""
     facets = "".join(
         "facet normal 0 0 0\nouter loop\n"
         + "".join("vertex {:.12g} {:.12g} {:.12g}\n".format(*corner) for corner in triangle)

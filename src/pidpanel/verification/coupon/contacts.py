@@ -1,4 +1,4 @@
-"""Single contacts of LIGGGHTS beside closed forms: impacts, slides, rolls."""
+"""Single contacts of LIGGGHTS compared with closed forms: impacts, sliding, rolling."""
 
 import math
 from collections.abc import Sequence
@@ -43,7 +43,7 @@ IMPACT_SPEED = 0.1  # [m/s]
 def alike(
     youngs_modulus: float, restitution: float, friction: float, rolling_friction: float = 0.0
 ) -> Constants:
-    """Constants of contacts where walls are of the spheres' material."""
+    """Return the constants of contacts with walls of the spheres' material."""
     return Constants.alike(youngs_modulus, POISSONS_RATIO, restitution, friction, rolling_friction)
 
 
@@ -110,7 +110,7 @@ def moved(
 
 
 def energy_lost(folder: Path, restitution: float, step: float) -> Array:
-    """Share of the kinetic energy that head-on collisions take, (`PAIRS`,).
+    """Return the share of the kinetic energy that head-on collisions take, (`PAIRS`,).
 
     ``step`` is the time step over the Rayleigh time.
     """
@@ -130,7 +130,7 @@ def energy_lost(folder: Path, restitution: float, step: float) -> Array:
 
 
 def rolling_speed(folder: Path, speed: float, spin: float = 0.0) -> float:
-    """Final speed [m/s] of a sphere on a floor that starts with a speed and a spin ω_y [rad/s]."""
+    """Return the final speed [m/s] of a sphere on a floor from a speed and a spin ω_y [rad/s]."""
     # sliding lasts 2 |v − ωR|/(7 μ g); three times that and it rolls
     slip = abs(speed - spin * DIAMETER / 2)
     steps = math.ceil(3 * 2 * slip / (7 * FRICTION * STANDARD_GRAVITY) / STEP)
@@ -155,12 +155,12 @@ def _final_speed(
 
 
 def _effective_modulus() -> float:
-    """E* of two bodies of the spheres' material [Pa]."""
+    """Return E* of two bodies of the spheres' material [Pa]."""
     return MODULUS / (2 * (1 - POISSONS_RATIO**2))
 
 
 def collision_rows(folder: Path) -> list[Row]:
-    """Head-on collisions over restitution, the worst pair of each."""
+    """Compute head-on collisions over restitution, the worst pair of each."""
     rows = []
     for restitution in (0.3, 0.6, 0.8, 0.95, 1.0):
         reference = 1 - restitution**2
@@ -174,7 +174,7 @@ def collision_rows(folder: Path) -> list[Row]:
 
 
 def sliding_rows(folder: Path) -> list[Row]:
-    """Spheres that friction brings to roll: one sets off sliding, the other spinning."""
+    """Compute two spheres that roll due to friction: one starts sliding, the other spinning."""
     speed = 0.2
     slid = rolling_speed(folder / "slide", speed) / speed
     spun = rolling_speed(folder / "spin", 0.0, spin=speed / (DIAMETER / 2)) / speed
@@ -186,7 +186,7 @@ def sliding_rows(folder: Path) -> list[Row]:
 
 
 def rolling_rows(folder: Path) -> list[Row]:
-    """A sphere that rolls and is slowed by its rolling friction alone."""
+    """Compute a sphere that rolls and is slowed by its rolling friction alone."""
     speed = 0.05
     slowing = 5 / 7 * ROLLING_FRICTION * STANDARD_GRAVITY
     steps = math.ceil(0.5 * speed / slowing / STEP)
@@ -198,7 +198,7 @@ def rolling_rows(folder: Path) -> list[Row]:
 def impacts(
     folder: Path, angles: Sequence[float], constants: Constants, *, pairs: bool = False
 ) -> tuple[Array, Array]:
-    """Velocities before and after oblique impacts, (angles, 3) each: v_x, v_z [m/s], spin [rad/s].
+    """Return v_x, v_z [m/s] and spin [rad/s] before and after oblique impacts, (angles, 3) each.
 
     The angles [°] are from the normal. With ``pairs`` two spheres meet with opposite velocities.
     """
@@ -220,7 +220,7 @@ def impacts(
 
 
 def oblique_rows(folder: Path) -> list[Row]:
-    """Impacts on a wall and of pairs that slide throughout, with μ times the normal force."""
+    """Compute sliding impacts on a wall and of pairs, with μ times the normal force."""
     restitution = 0.8
     impulse = FRICTION * (1 + restitution)  # over m v_n
     ratio = comparison("oblique", restitution=restitution, friction=FRICTION, step=STEP_TEXT)
@@ -245,7 +245,7 @@ def oblique_rows(folder: Path) -> list[Row]:
 
 
 def peak_rows(folder: Path) -> list[Row]:
-    """The largest force of an elastic impact on a wall."""
+    """Compute the largest force of an elastic impact on a wall."""
     speed, radius = IMPACT_SPEED, DIAMETER / 2
     deepest = SPHERE.wall_overlap(speed)
     sphere = FreeSphere(0.0, radius + 0.001 * DIAMETER, vz=-speed)
@@ -259,7 +259,7 @@ def peak_rows(folder: Path) -> list[Row]:
 
 
 def growth_rows(folder: Path) -> list[Row]:
-    """Impacts on a wall at all angles, with and without loss: the largest growth of the energy."""
+    """Compute the largest growth of energy in impacts on a wall at all angles."""
     angles = [float(angle) for angle in range(90)]
     growth, rows = comparison("growth", step=STEP_TEXT), []
     for restitution, friction in ((1.0, FRICTION), (0.8, FRICTION), (0.8, 1.0)):

@@ -30,7 +30,7 @@ HIGH = 0.1  # depth of a cell whose lid is never met [m]
 def shaken(
     folder: Path, run: Run, positions: Array, count: int, velocity: float | None = None
 ) -> tuple[Array, Array]:
-    """Energy [m A²ω²] and apparent mass [m] of each cycle of spheres shaken with the usual deck.
+    """Return energy [m A²ω²] and apparent mass [m] of each cycle of spheres in the usual deck.
 
     They start at ``positions`` (n, 3) [m] with a velocity along z in the frame of the cell [m/s];
     at rest in space if left out.
@@ -83,7 +83,7 @@ def _packing(diameter: float, depth: float, constants: Constants) -> Packing:
 
 
 def ball(folder: Path, restitution: float = 0.5, gamma: float = 1.25) -> tuple[Run, float]:
-    """A ball in its period-one orbit on a shaken floor: the run, and E/(m A²ω²) per cycle.
+    """Return a ball in its period-one orbit on a shaken floor: the run, and E/(m A²ω²) per cycle.
 
     The orbit is one of several attractors, so the ball begins on it: at phase 0 it is falling,
     and it will land at φ₀, cos φ₀ = π (1 − e)/(Γ (1 + e)), at the speed gT/2.
@@ -104,7 +104,7 @@ def ball(folder: Path, restitution: float = 0.5, gamma: float = 1.25) -> tuple[R
 
 
 def ball_rows(folder: Path) -> list[Row]:
-    """The ball that lands once a period."""
+    """Compute the ball that lands once a period."""
     restitution, gamma = 0.5, 1.25
     run, energy = ball(folder, restitution, gamma)
     reference = inelastic.ball_energy(gamma, restitution)
@@ -141,12 +141,12 @@ FLOOR_HELD = 2.8
 
 
 def _bed_constants(youngs_modulus: float) -> Constants:
-    """Of the spheres of a bed; the walls of their cell only guide, and have no friction."""
+    """Return the constants of a bed whose walls only guide it and have no friction."""
     return replace(alike(youngs_modulus, BED_RESTITUTION, BED_FRICTION), wall_friction=0.0)
 
 
 def poured(folder: Path) -> Array:
-    """Centres of the spheres of a poured bed from the bottom up, (n, 3) [m], n ≥ `BED_SIZES`."""
+    """Return the centres of the spheres of a poured bed from the bottom up, (n, 3) [m]."""
     packing = _packing(BED_DIAMETER, 4.8 * BED_DIAMETER, _bed_constants(SLUG_MODULUS))
     preparation.pour(packing, folder)
     _, spheres = preparation.read_packing(folder)
@@ -154,7 +154,7 @@ def poured(folder: Path) -> Array:
 
 
 def _lowest(settled: Array, spheres: int) -> Array:
-    """The lowest spheres of a bed; a lone one on the axis of the cell."""
+    """Return the lowest spheres of a bed; a lone one on the axis of the cell."""
     if spheres == 1:
         return np.array([[0.0, 0.0, BED_DIAMETER / 2]])
     return settled[:spheres]
@@ -163,7 +163,7 @@ def _lowest(settled: Array, spheres: int) -> Array:
 def slug(
     folder: Path, settled: Array, spheres: int, gap_over_amplitude: float, *, count: int = 8
 ) -> tuple[Run, float]:
-    """A bed between two shaken walls without gravity: the run, and E/(m A²ω²) per cycle.
+    """Return a bed between two shaken walls without gravity: the run, and E/(m A²ω²) per cycle.
 
     The clear gap L is the free path of the bed's centre of mass from where it lies at one wall,
     as poured, to where it lies at the other: the depth of the cell less twice its height.
@@ -181,14 +181,14 @@ def slug(
 def floor_bed(
     folder: Path, settled: Array, spheres: int, gamma: float, *, count: int = 14
 ) -> tuple[Run, float]:
-    """A bed on a shaken floor under gravity: the run, and E/(m A²ω²) per cycle."""
+    """Return a bed on a shaken floor under gravity: the run, and E/(m A²ω²) per cycle."""
     run = open_bed(FLOOR_FREQUENCY, gamma, FLOOR_MODULUS)
     energy, _ = shaken(folder, run, _lowest(settled, spheres), count)
     return run, float(energy[4:].mean())
 
 
 def open_bed(frequency: float, gamma: float, youngs_modulus: float) -> Run:
-    """A bed on a shaken floor under gravity, under a lid that it never meets [Hz], [1], [Pa]."""
+    """Return a bed on a shaken floor that never meets its lid [Hz], [1], [Pa]."""
     constants = _bed_constants(youngs_modulus)
     packing = _packing(BED_DIAMETER, HIGH, constants)
     amplitude = gamma * STANDARD_GRAVITY / (2 * math.pi * frequency) ** 2
@@ -209,7 +209,7 @@ def _bed_rows(
     points: Mapping[float, tuple[str, bool]],
     closed_form: Callable[[float], float],
 ) -> list[Row]:
-    """Beds beside a closed form.
+    """Compare beds with a closed form.
 
     ``points`` have the name of their comparison, and whether the largest bed has to meet it.
     """
@@ -227,13 +227,13 @@ def _bed_rows(
 
 
 def slug_rows(folder: Path) -> list[Row]:
-    """The inelastic slug, over the gap and the number of spheres."""
+    """Compute the inelastic slug, over the gap and the number of spheres."""
     points = {gap: ("slug", gap <= SLUG_HELD) for gap in SLUG_GAPS}
     return _bed_rows(folder, "L/A", slug, points, inelastic.slug_energy)
 
 
 def floor_rows(folder: Path) -> list[Row]:
-    """The inelastic bed on a floor, over Γ and the number of spheres."""
+    """Compute the inelastic bed on a floor, over Γ and the number of spheres."""
     points = {
         gamma: ("floor" if gamma > 1 else "onset", gamma <= FLOOR_HELD) for gamma in FLOOR_GAMMAS
     }
