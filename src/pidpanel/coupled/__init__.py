@@ -20,7 +20,7 @@ linear damper (C_e, m_a) and the own force of the bed follow from the same run.
 `scenario`, `excited_panel`, `scenario_runs`
     Settings, the panel with the stations of the patches of a scenario, and its runs.
 `checkpoints`
-    What runs leave.
+    Results of the runs.
 `from_study`
     The runs of a study, and the files of their estimates.
 """

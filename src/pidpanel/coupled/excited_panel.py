@@ -24,7 +24,7 @@ from pidpanel.solve.source import PatchParts
 from pidpanel.solve.supports import BaseExcitation
 from pidpanel.sound.radiation import Air
 
-AIR_NODES = 25  # frequencies at which the air is looked at
+AIR_NODES = 25  # frequencies at which the air is evaluated
 
 
 class LinearDamper(NamedTuple):

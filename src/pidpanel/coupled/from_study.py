@@ -212,7 +212,7 @@ def write_estimate(
     runs: int,
     attributes: Mapping[str, str],
 ) -> None:
-    """Write the estimate of a scenario from so many runs to a ``.nc`` file."""
+    """Write the estimate of a scenario from its runs to a ``.nc`` file."""
     dataset = xr.Dataset(
         {**_patch_variables(estimate, beds), **_point_variables(estimate)},
         coords={
@@ -228,7 +228,7 @@ def write_estimate(
 
 
 def _patch_variables(estimate: ScenarioEstimate, beds: Sequence[SimulatedBed]) -> dict[str, Any]:
-    """Values by patch, and by band where there is one for each."""
+    """Return values by patch, and by patch and band."""
     rows = [
         {
             "impedance_frequency": (patch.impedance.frequency, "Hz"),
@@ -255,7 +255,7 @@ def _patch_variables(estimate: ScenarioEstimate, beds: Sequence[SimulatedBed]) -
 
 
 def _point_variables(estimate: ScenarioEstimate) -> dict[str, Any]:
-    """Values by point, and by line or band where there is one for each."""
+    """Return values by point, and by point and line or band."""
     lines, bands = "frequency point", "band point"
     return {
         "displacement_psd": variable(lines, estimate.psd, "m2 Hz-1"),

@@ -87,7 +87,7 @@ def _work(
     if hard != resource.RLIM_INFINITY:
         soft = min(soft, hard)
     resource.setrlimit(resource.RLIMIT_CPU, (soft, hard))
-    faulthandler.disable()  # that of the caller would tell of an abort on the caller's screen
+    faulthandler.disable()  # that of the caller would print an abort to the caller's screen
     os.dup2(output, 1)
     os.dup2(output, 2)
 

@@ -128,8 +128,8 @@ def batches_of(cases: Iterable[Case], job: float = math.inf) -> Iterator[Batch]:
 def compare_results(batch: Batch, folder: Path) -> tuple[bool, list[str]]:
     """Compare what is there in ``results/coupon`` with what a batch left.
 
-    Returns whether it has to be shaken again (runs that are sound are only judged again), and a
-    line with the file for each that is damaged, lost, or tells of a failure of the machine.
+    Returns whether it has to be shaken again (intact runs are only evaluated again), and a line
+    with the file for each that is damaged, lost or reports a failure of the machine.
     """
     file = folder / "batch" / f"{batch.label}.json"
     if not file.exists():
@@ -184,7 +184,7 @@ def _faults_of_run(run: Run, outcome: ShakeOutcome, folder: Path) -> Iterator[st
 def _fault_of_bed(bed: Bed, folder: Path) -> str:
     packing = folder / "packing" / bed.packing.label / "packing.json"
     bed_file = folder / "bed" / bed.label / "bed.json"
-    try:  # what was deleted is made again when it is asked for
+    try:  # deleted files are made again when they are needed
         if packing.exists():
             check_sound(coding.read(PourOutcome, packing), packing)
         if bed_file.exists():

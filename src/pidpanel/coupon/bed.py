@@ -59,12 +59,12 @@ class Bed:
     constants: Constants
 
     def stroke_per_gap(self, drive: Tone) -> float:
-        """W/L of a drive, L = (1 − r) depth the clear gap [1]; infinite without one."""
+        """Return W/L of a drive, L = (1 − r) depth the clear gap [1]; infinite without one."""
         gap = (1 - self.fill_fraction) * self.packing.depth
         return drive.amplitude / gap if gap > 0 else math.inf
 
     def deepening(self, drive: Tone) -> float:
-        """How much more it is biased by long contacts than at half fill [1]; 1 where it crosses.
+        """Return the bias by long contacts over that at half fill [1]; 1 if the bed crosses.
 
         See `contact.deepening`.
         """

@@ -227,7 +227,7 @@ def scatter_of_packings(means: Sequence[Array], errors: Sequence[Array]) -> floa
     Parameters
     ----------
     means, errors
-        Of each case (n_i,) of its seeds, C_e and its standard error.
+        C_e and its standard error for the seeds (n_i,) of each case.
 
     Examples
     --------

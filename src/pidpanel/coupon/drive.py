@@ -57,12 +57,12 @@ class Tone:
 
     @property
     def speed(self) -> float:
-        """Velocity amplitude ωW [m/s]."""
+        """Return the velocity amplitude ωW [m/s]."""
         return self.acceleration / self.angular_frequency
 
     @property
     def amplitude(self) -> float:
-        """Displacement amplitude W [m]."""
+        """Return the displacement amplitude W [m]."""
         return self.acceleration / self.angular_frequency**2
 
     @property

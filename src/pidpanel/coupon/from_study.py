@@ -129,7 +129,7 @@ def _swept(coupon: Coupon, varied: Mapping[str, Any]) -> Iterator[Case]:
 
 
 def _case(coupon: Coupon, beds: Sequence[Bed], drive: Tone, varied: Mapping[str, Any]) -> Case:
-    """The case of a drive, a bed of every seed; those beyond ``accuracy.seeds`` are its reserve."""
+    """Return the case of a drive, a bed per seed; seeds over ``accuracy.seeds`` are its reserve."""
     accuracy = coupon.accuracy
     stroke = _stroke_of_crossing(beds[0], drive)
     state_cycles = accuracy.state_cycles if coupon.stiffness.crossing.holds_at(stroke) else 0
@@ -154,7 +154,7 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Tone, varied: Mapping[str,
 
 
 def _stroke_of_crossing(bed: Bed, drive: Tone) -> float:
-    """W/L; 0 where the bed is not thrown up to the lid, and so rides whatever its stroke.
+    """Return W/L; 0 if the bed is not thrown up to the lid, and so rides at any stroke.
 
     With gravity g along the motion a bed thrown at ωW rises by (ωW)²/2g, which is less than L where
     a W/L < 2g (`jump.reach` of the surface).
@@ -170,7 +170,7 @@ def _start_of(coupon: Coupon, seed: int) -> Literal["rest", "hard"]:
 
 
 def _drives(coupon: Coupon) -> Iterator[Tone]:
-    """Every drive of the sweep that is not too fast, frequency by frequency."""
+    """Yield every drive of the sweep that is not too fast, frequency by frequency."""
     sweep = coupon.sweep
     fastest = sweep.max_velocity_m_s or math.inf
     for frequency in sweep.frequencies:
@@ -247,7 +247,7 @@ def _constants(
     )
 
 
-# Statuses of cases that count. A run that is not steady has an error as large as its drift. The
+# Statuses of the cases used. A run that is not steady has an error as large as its drift. The
 # energy balance misses losses of strongly damped contacts with friction (docs/atlas.md); the
 # momentum, from which C_e and m_a come, does not.
 COUNTED = ("ok", "NotSteady", "EnergyNotClosed")
@@ -256,8 +256,8 @@ COUNTED = ("ok", "NotSteady", "EnergyNotClosed")
 def atlas_table(cases: Mapping[str, Case], rows: pd.DataFrame, source: str) -> pd.DataFrame:
     """Return the rows of the atlas, in the order of the cases, by label.
 
-    Rows are those of ``coupon/cases.csv``, failed cases left out; the source says who computed them
-    with which study. A `ValueError` names a case that the groups do not describe.
+    Rows are those of ``coupon/cases.csv`` without failed cases; the source names who computed them
+    with which study. Raises `ValueError` for a case that the groups do not describe.
     """
     import pandas as pd
 
@@ -327,7 +327,7 @@ def _check_groups(case: Case) -> None:
 
 
 def _direction(bed: Bed) -> Direction:
-    """Direction of gravity by its name in the groups."""
+    """Return the direction of gravity by its name in the groups."""
     size, along = bed.gravity / STANDARD_GRAVITY, bed.gravity_direction[2]
     if size == 0:
         return "none"

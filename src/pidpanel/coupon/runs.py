@@ -45,7 +45,7 @@ def time_limit(seconds: float) -> Iterator[None]:
     Parameters
     ----------
     seconds
-        From now; infinite for none.
+        Time from now [s]; infinite for no limit.
     """
     previous = _Deadline.end
     _Deadline.end = min(previous, time.monotonic() + seconds)

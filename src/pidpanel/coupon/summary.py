@@ -24,7 +24,7 @@ from pidpanel.coupon.window import CLOSURE_LIMIT
 
 @dataclass(frozen=True)
 class SeedEstimate:
-    """What one seed of a case gives."""
+    """Estimates from one seed of a case."""
 
     damping: cycles.Estimate  # C_e [N s/m³]
     apparent_mass: cycles.Estimate  # m_a [kg/m²]
@@ -35,7 +35,7 @@ class SeedEstimate:
 
 
 def read_run(run: Run, file: Path) -> SeedEstimate:
-    """Estimates of one run from the outcome in its folder."""
+    """Return the estimates of one run from the outcome in its folder."""
     outcome = coding.read(ShakeOutcome, file)
     outcome.check_run(run, file)
     shaken = outcome.shaken
@@ -47,19 +47,18 @@ def read_run(run: Run, file: Path) -> SeedEstimate:
     return SeedEstimate(damping, apparent_mass, cells, ends, shaken)
 
 
-# Largest ratio of what the contacts lose in the window of the energy balance, often one cycle, to
-# the mean of the rows [1]. In 180 runs of the paper's study it lay between 0.145 and 2.28; a single
-# cell that lands every third cycle loses next to nothing in the two between (0.01 was seen), so
-# that less than nothing is the lower limit.
+# Largest ratio of the loss of the contacts in the window of the energy balance, often one cycle, to
+# the mean of the rows [1]. In 180 runs of the paper's study it was 0.145 to 2.28. A cell that lands
+# every third cycle loses almost nothing in the two between (0.01 was seen): the lower limit is 0.
 LOSSES_APART = 30.0
 
-# How far the work of the window may lie outside that of the rows, over their range and size [1]: a
-# bed may do next what it did not do before, but not of another order.
+# Largest distance of the work of the window from that of the rows, over their range and size [1]: a
+# bed may change its motion, but not by an order of magnitude.
 WORK_APART = 3.0
 
 
 def problems_of(run: Run, read: SeedEstimate, folder: Path) -> Iterator[failures.SolverFailure]:
-    """What speaks against a run that came to its end."""
+    """Yield the problems of a finished run."""
     damping, done = read.damping, read.shaken.cycles
     if not rows.is_steady(damping, done):
         yield failures.NotSteady(
@@ -91,7 +90,7 @@ def problems_of(run: Run, read: SeedEstimate, folder: Path) -> Iterator[failures
 
 
 def judged_by(case: Case, outcomes: Sequence[Path]) -> list[tuple[Run, Path]]:
-    """Runs by which a case is judged, and their outcomes: with its reserve if that was run."""
+    """Return the runs used for a case, and their outcomes: with its reserve if that was run."""
     for path in outcomes:
         with suppress(failures.SolverFailure):
             if coding.read(ShakeOutcome, path).seeds > len(case.runs):
@@ -102,10 +101,10 @@ def judged_by(case: Case, outcomes: Sequence[Path]) -> list[tuple[Run, Path]]:
 
 
 def error_of(read: SeedEstimate) -> float:
-    """Standard error of C_e of one seed [N s/m³], with what it drifts where it is not steady.
+    """Return the standard error of C_e of one seed [N s/m³], with its drift if it is not steady.
 
-    The halves of the run differ by `drift` of the error of their difference, twice that of the
-    mean: half of it is what the mean may be off.
+    The halves of the run differ by `drift` times the error of their difference, twice that of the
+    mean. The mean may be wrong by half of that.
     """
     damping = read.damping
     if rows.is_steady(damping, read.shaken.cycles):
@@ -220,7 +219,7 @@ def summarise(
     mean = _mean_of_seeds(case, seeds, scatter)
     cell_states = mean.states
     if len(cell_states.damping) > 1:
-        # a run on its way from one state to another is not steady; that is in the error
+        # a run that changes from one state to another is not steady; its error includes this
         problems = [problem for problem in problems if problem[0] != failures.NotSteady.__name__]
     c, m = mean.damping, mean.apparent_mass
     per_area = mean.mass_kg / packing.area

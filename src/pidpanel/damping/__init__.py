@@ -9,7 +9,7 @@
 `tables`, `table_files`, `interpolation`
     Measured or foreign damping as CSV; mistakes are reported by line.
 `measured`
-    Measured points beside simulated cases and the atlas.
+    Measured points compared with simulated cases and the atlas.
 `laws`
     The paper's law, as printed and corrected; C_e and m_a as numbers, a loss factor.
 `fit`

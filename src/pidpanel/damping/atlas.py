@@ -95,7 +95,7 @@ REGIMES = (0.1, 0.5)
 # gives 0.28 and 0.78, a normal distribution 0.34 and 0.84. Crossing beds and m_a have longer tails.
 TAILS = 5.0
 
-# Columns of the coordinates with the loss, the friction, the width and the depth of the bed.
+# Columns of loss, friction, width and depth of the bed among the coordinates.
 LOSS, FRICTION, WIDTH, DEPTH = 3, 4, 5, 6
 
 # Correlation lengths of the jump, over the coordinates without the stroke.

@@ -80,7 +80,7 @@ class SimulatedRange:
 
 
 def _logarithmic(points: Array) -> Array:
-    """(n, 3) r, f, Γ → r, ln f, ln Γ."""
+    """Return (n, 3) r, f, Γ → r, ln f, ln Γ."""
     return np.stack([points[:, 0], np.log(points[:, 1]), np.log(points[:, 2])], axis=1)
 
 

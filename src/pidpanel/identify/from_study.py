@@ -186,15 +186,15 @@ def _from_table(
 def measured_table(
     columns: Mapping[str, Array], tones: Tones, relative_error: float, particle_mass: float
 ) -> MeasuredDamping:
-    """Return what a table says of C_e and m_a.
+    """Return measured C_e and m_a from the columns of a table.
 
     Parameters
     ----------
     relative_error
-        Standard error of C_e over itself, and of m_a over ``particle_mass``, where the table has
-        no errors.
+        Standard error of C_e over C_e, and of m_a over ``particle_mass``, if the table has no
+        errors.
     particle_mass
-        m″ of the particles [kg/m²].
+        Mass per area m″ of the particles [kg/m²].
     """
     damping, error, mass, mass_error = measured_values(columns)
     damping = np.where(damping > 0, damping, np.nan)

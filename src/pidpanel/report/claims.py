@@ -199,7 +199,7 @@ def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
 def verdicts(
     study: Study, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
 ) -> Iterator[Verdict]:
-    """Test every claim of the paper that the study's scenarios allow, in each reading."""
+    """Test every claim of the paper that the study's scenarios allow, for each damping model."""
     points = moving_points(summary, list(study.panel.points))
     for name, reading in itertools.product(study.families, study.readings if points else ()):
         _, _, varied, scenarios = family_of(study, name)
@@ -264,7 +264,7 @@ class Finding(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """The finding on a claim in one reading."""
+    """The finding on a claim for one damping model."""
 
     claim: str
     reading: str

@@ -21,7 +21,7 @@ from pidpanel.report.rms import moving_points
 
 
 class CouponResults(NamedTuple):
-    """What the coupon stage left."""
+    """Results of the coupon stage."""
 
     cases: pd.DataFrame  # ``coupon/cases.csv``
     words: str = ""  # particles, cell, gravity, requested accuracy
@@ -32,14 +32,14 @@ class CouponResults(NamedTuple):
 
 
 class DampingResults(NamedTuple):
-    """What the damping stage left."""
+    """Results of the damping stage."""
 
     surface: DampingSurface  # ``damping/surface.nc``
     law: pd.DataFrame  # ``damping/law.csv``
 
 
 class CoupledResults(NamedTuple):
-    """What the runs of panel and particles together left; points as text."""
+    """Results of the coupled runs; points as text."""
 
     summary: pd.DataFrame  # ``coupled/summary.csv``
     impedance: pd.DataFrame  # ``coupled/impedance.csv``
@@ -55,7 +55,7 @@ class AtlasResults(NamedTuple):
 
 
 class ProposalResults(NamedTuple):
-    """What the optimise stage left; points as text."""
+    """Results of the optimise stage; points as text."""
 
     layouts: pd.DataFrame  # ``optimise/layouts.csv``
     front: pd.DataFrame  # ``optimise/front.csv``
@@ -71,7 +71,7 @@ class ProposalResults(NamedTuple):
 
 
 class SeverityResults(NamedTuple):
-    """What the severity stage left."""
+    """Results of the severity stage."""
 
     oscillators: pd.DataFrame  # ``severity/oscillators.csv``
     peaks: pd.DataFrame  # ``severity/peaks.csv``
@@ -83,14 +83,14 @@ class SeverityResults(NamedTuple):
 
 
 class MeasurementResults(NamedTuple):
-    """What the measurement stage left."""
+    """Results of the measurement stage."""
 
     measured: pd.DataFrame  # ``measurement/measured.csv``
     differences: pd.DataFrame  # ``measurement/differences.csv``
 
 
 class BaseResults(NamedTuple):
-    """What the base stage left; None for a motion or limits that the study does not have."""
+    """Results of the base stage; None for a motion or limits that the study does not have."""
 
     modes: pd.DataFrame  # ``base/modes.csv``
     summary: pd.DataFrame | None  # ``base/summary.csv``

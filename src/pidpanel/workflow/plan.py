@@ -175,7 +175,7 @@ class CouponRuns:
 
     @property
     def retries(self) -> int | None:
-        """How often a job whose time is over continues from its last restart."""
+        """Number of times that a job out of time continues from its last restart."""
         return 50 if self.job_seconds < math.inf else None
 
 

@@ -123,7 +123,7 @@ def check_trust(template: Path) -> None:
     Raises
     ------
     DeckRefused
-        With what such a deck can do, and how to allow it.
+        If the deck is not trusted, with its risks and how to allow it.
     """
     if os.environ.get(TRUST) != "1" and not comes_with_pidpanel(template):
         raise DeckRefused(

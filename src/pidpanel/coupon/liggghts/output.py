@@ -23,7 +23,7 @@ POSITION_AND_VELOCITY = (*POSITION, "vx", "vy", "vz")
 
 
 def read_dump(text: str, source: str, columns: tuple[str, ...] = POSITION) -> Array:
-    """Frames of a ``dump custom id <columns>``, (frames, atoms, len(columns)) sorted by id.
+    """Read frames of a ``dump custom id <columns>``, (frames, atoms, len(columns)), by id.
 
     Packings and beds are read by this code, so it enters their labels; see
     `pidpanel.coupon.packing`.
@@ -43,7 +43,7 @@ def read_dump(text: str, source: str, columns: tuple[str, ...] = POSITION) -> Ar
 
 
 def read_frames(text: str, source: str, title: str, columns: int) -> tuple[list[int], Array]:
-    """Rows of each frame of a text dump, and all of them, (n, columns); the title is theirs."""
+    """Read rows of each frame of a text dump with a title, and all of them, (n, columns)."""
     if not text.endswith("\n"):
         raise LogTruncated(f"{source}: cut in its last line")
     counts: list[int] = []
