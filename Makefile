@@ -14,7 +14,7 @@ export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
 # the answer of the atlas first, if the study has it next to simulated damping; then the study
 run: ready
-	-@python -m pidpanel.workflow.first "$$STUDY" $(CORES)
+	-@python -m pidpanel.workflow.first_answer "$$STUDY" $(CORES)
 	snakemake -j$(CORES) --configfile "$$STUDY"
 
 verification: ready

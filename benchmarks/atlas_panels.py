@@ -29,10 +29,10 @@ from coupled_scenarios import ACRYLIC, STEEL
 from pidpanel import Model
 from pidpanel.atlas.table import read_atlas as read_table
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.atlas import Atlas, AtlasDamping, bed_of
+from pidpanel.damping.atlas import Atlas, AtlasDamping, atlas_bed
 from pidpanel.damping.atlas_files import read_atlas, read_rows
 from pidpanel.damping.atlas_fit import fit_constants
-from pidpanel.damping.readings import DampingReading
+from pidpanel.damping.models import DampingModel
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.files import read_plate
 from pidpanel.paths import ATLAS_CASES, DATA, WORKFLOW
@@ -87,7 +87,7 @@ def atlas_without_coupons(folder: Path) -> Atlas:
 
 def atlas_damping(atlas: Atlas, damper: str) -> AtlasDamping:
     """Return the damping of 2 mm spheres of a material in cells of 6.35 mm × 25 mm."""
-    bed = bed_of(0.8, FRICTION[damper], 6.35e-3, 25e-3, 2e-3, ["flat"])
+    bed = atlas_bed(0.8, FRICTION[damper], 6.35e-3, 25e-3, 2e-3, ["flat"])
     return atlas.damping_of(bed, atlas.bulk_fraction(3.175, 12.5) * DENSITY[damper] * 25e-3)
 
 
@@ -103,7 +103,7 @@ def surface(damper: str) -> DampingSurface:
 
 
 def responses(
-    values: Mapping[str, Any], cases: Sequence[Case], models: Mapping[str, DampingReading]
+    values: Mapping[str, Any], cases: Sequence[Case], models: Mapping[str, DampingModel]
 ) -> list[Rms]:
     """Return g rms of cases on the panel of a study, with the given damping of their dampers."""
     dampers = {"any": {"equivalent_damping_n_s_m3": 100.0, "apparent_mass_kg_m2": 1.0}}

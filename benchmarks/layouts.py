@@ -26,7 +26,7 @@ from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.excitation import ModalForce
-from pidpanel.solve.layout import DamperLayout, Load, solve_layouts
+from pidpanel.solve.layout import AttachedDamper, DamperLayout, solve_with
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel
@@ -76,7 +76,7 @@ def main():
     def loads(seed):
         draw = np.random.default_rng(seed)
         return [
-            Load(number, damper(*draw.uniform([200, 0.3, 1], [800, 0.9, 6])))
+            AttachedDamper(number, damper(*draw.uniform([200, 0.3, 1], [800, 0.9, 6])))
             for number in range(len(PATCHES))
         ]
 
@@ -92,7 +92,7 @@ def main():
     solver = PanelSolver(ModalPanel(modal, patches, frequency, motion, search), excitation)
 
     def solve_layout(loads, stated=None):
-        (answer,) = solve_layouts(solver, [DamperLayout(loads, stated_acceleration_g=stated)])
+        (answer,) = solve_with(solver, [DamperLayout(loads, stated_acceleration_g=stated)])
         return answer
 
     first, found = clock(lambda: solve_layout(loads(0)))

@@ -9,7 +9,7 @@ sys.path.append(str(Path(__file__).parents[1] / "tests" / "optimise"))
 
 from random_panels import RandomPanel, exhaustive, problems
 
-from pidpanel.optimise.search import branch_and_bound, greedy, sample_property
+from pidpanel.optimise.search import branch_and_bound, greedy, sample_submodularity
 
 PANELS = int(sys.argv[1]) if sys.argv[1:] else 20
 
@@ -23,7 +23,7 @@ def main() -> None:
         for seed in range(PANELS):
             panels = [RandomPanel(seed, seed % 4 == 3, moving) for moving in (False, True)]
             problem, whole = (problems(*panels, is_largest=seed % 2 == 0)[number] for _ in range(2))
-            sampling = sample_property(problem)
+            sampling = sample_submodularity(problem)
             proof = branch_and_bound(problem, greedy(problem), sampling, 100)
             excesses[seed] = 10 * np.log10(proof.value / exhaustive(whole))
             gaps[seed], violated[seed] = proof.gap_db, sampling.violations > 0

@@ -173,7 +173,7 @@ def test_an_example_runs_and_says_what_it_should(path, capsys, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "says"),
+    ("key", "value", "message"),
     [
         ("fill_fraction", 7, "fill_fraction = 7: must be above 0 and at most 1"),
         ("frequency_hz", -1, "frequency_hz = -1: must be above 0"),
@@ -181,8 +181,8 @@ def test_an_example_runs_and_says_what_it_should(path, capsys, monkeypatch):
         ("acceleration_g", [1, np.nan], "acceleration_g = nan: must be above 0"),
     ],
 )
-def test_damping_is_read_at_values_that_there_are(key, value, says):
+def test_damping_is_read_at_values_that_there_are(key, value, message):
     # red: C_e at r = 7 as at r = 0.9, NaN at −1 Hz
     with pytest.raises(pidpanel.StudyError) as caught:
         pidpanel.Model("l_panel.yaml").damping(**{key: value})
-    assert str(caught.value) == says
+    assert str(caught.value) == message

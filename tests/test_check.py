@@ -56,20 +56,20 @@ def test_a_deck_of_ones_own_is_found_beside_the_study(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         ("{{ cycles_file }} {{ steps_per_cycle }} {{ viscosity }}", "unknown variable viscosity; allowed are acceleration, "),
         ("{{ cycles_file }}", "must use the variable steps_per_cycle; a deck writes one row per cycle"),
         ("\n{% if %}", "{folder}/own.in.j2:2: Expected an expression"),
     ],
 )  # fmt: skip
-def test_a_deck_of_ones_own_is_checked_at_once(tmp_path, text, says, monkeypatch):
+def test_a_deck_of_ones_own_is_checked_at_once(tmp_path, text, message, monkeypatch):
     # red: check_decks returns at once
     monkeypatch.setenv(TRUST, "1")
     (tmp_path / "own.in.j2").write_text(text)
     ((line, told),) = refused(tmp_path, {"coupon": {**COUPON, "deck": "own.in.j2"}})
     assert line == "deck: own.in.j2"
-    assert told.startswith(f"coupon.deck = own.in.j2: {says}".replace("{folder}/", ""))
+    assert told.startswith(f"coupon.deck = own.in.j2: {message}".replace("{folder}/", ""))
 
 
 def test_a_varied_deck_is_told_where_it_is_in_its_list(tmp_path, monkeypatch):
@@ -112,7 +112,7 @@ def test_a_varied_deck_is_told_where_it_is_in_its_list(tmp_path, monkeypatch):
 def test_what_the_stages_refuse_is_told_at_the_key_that_they_name(
     tmp_path, study, way, value, at, told
 ):
-    # red: named_place without the place; min in place of max of the beginnings
+    # red: key_path without the place; min in place of max of the beginnings
     ((line, message),) = refused(tmp_path, changed(study, way, value))
     assert line.startswith(at)
     assert message.startswith(told.replace("{studies}", str(STUDIES)))
@@ -236,7 +236,7 @@ def test_particles_without_a_mass_are_named_in_check_and_on_the_page(tmp_path, c
 
 
 @pytest.mark.parametrize(
-    ("study", "way", "value", "says"),
+    ("study", "way", "value", "message"),
     [
         # 900 mm at 300 Hz is 326 000 g
         ("coupon_size", ("coupon", "sweep", "displacement_mm"), [0.1, 900], "at most 2000 g, "),
@@ -244,13 +244,13 @@ def test_particles_without_a_mass_are_named_in_check_and_on_the_page(tmp_path, c
         ("coupon_size", ("damping",), {"table": "acrylic_2mm.csv"}, "only in a study with a panel"),
     ],
 )
-def test_what_no_test_is_like_is_refused_with_what_is_allowed(study, way, value, says, tmp_path):
+def test_what_no_test_is_like_is_refused_with_what_is_allowed(study, way, value, message, tmp_path):
     # red: no `_mistakes_of_displacements`; no LEAST_SPAN; a coupon with `damping` asked for panel
     values = changed(study, way, value)
     if "displacement_mm" in way:
         del values["coupon"]["sweep"]["acceleration_g"]
     told = [line for _, line in refused(tmp_path, values)]
-    assert len(told) == 1 and says in told[0]
+    assert len(told) == 1 and message in told[0]
 
 
 def test_a_spectrum_in_pascal_is_refused_unless_its_level_is_stated(tmp_path):
@@ -290,10 +290,10 @@ def test_points_on_supported_edges_and_tables_that_end_early_are_named(tmp_path)
     path = tmp_path / "mine.yaml"
     path.write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
     lines = overview(checked_study(path)).splitlines()
-    says = (
+    message = (
         "short.csv has 100 to 1000 Hz, the response 30 to 2000 Hz; damping is held constant outside"
     )
-    assert f"  data     {says}" in lines
+    assert f"  data     {message}" in lines
     (points,) = (line for line in lines if line.startswith("  points"))
     assert "A on no patch, on a supported edge, where it does not move; B on corner; C on" in points
     assert not any(

@@ -87,10 +87,10 @@ def test_a_list_by_mode_is_the_table_at_the_frequencies_of_the_modes(with_table,
 def test_the_smallest_ratio_of_a_range_is_that_of_its_modes():
     # red: min of all rows, inside or not
     falling = DampingRatio((0.04, 0.01, 0.03), (50.0, 200.0, 800.0))
-    assert falling.least(20.0, 60.0) == pytest.approx(0.04 - 0.03 * np.log(1.2) / np.log(4))
-    assert falling.least(60.0, 400.0) == 0.01
-    assert falling.least(800.0, 2000.0) == 0.03
-    assert DampingRatio((0.02, 0.01)).least(0.0, 10.0) == 0.01
+    assert falling.smallest(20.0, 60.0) == pytest.approx(0.04 - 0.03 * np.log(1.2) / np.log(4))
+    assert falling.smallest(60.0, 400.0) == 0.01
+    assert falling.smallest(800.0, 2000.0) == 0.03
+    assert DampingRatio((0.02, 0.01)).smallest(0.0, 10.0) == 0.01
 
 
 def test_modes_count_from_the_slowest_that_bends_and_ratios_scale():
@@ -108,7 +108,7 @@ def test_a_file_may_have_values_up_to_one_half_and_close_rows(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         ("frequency_hz,damping_ratio\n50,0.54\n", r"line 2: damping_ratio = 0\.54: .*in %"),
         ("frequency_hz,damping_ratio\n50,0\n", "line 2: damping_ratio = 0"),
@@ -121,10 +121,10 @@ def test_a_file_may_have_values_up_to_one_half_and_close_rows(tmp_path):
         ("frequency_hz,damping_ratio\n", "no rows"),
     ],
 )
-def test_a_file_that_is_wrong_is_refused_by_its_line(tmp_path, text, says):
+def test_a_file_that_is_wrong_is_refused_by_its_line(tmp_path, text, message):
     # red: `faults` left out of read_damping_ratio one by one
     (tmp_path / "zeta.csv").write_text(text)
-    with pytest.raises(ColumnsError, match=says):
+    with pytest.raises(ColumnsError, match=message):
         read_damping_ratio(tmp_path / "zeta.csv")
-    with pytest.raises(pidpanel.StudyError, match=says):
+    with pytest.raises(pidpanel.StudyError, match=message):
         model("zeta.csv", tmp_path)

@@ -21,8 +21,8 @@ STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
 def lines_of(study, tmp_path):
     found = {}
     for line in overview(checked_study(study), tmp_path).split("\n")[1:]:
-        what, says = line.split(maxsplit=1)
-        found.setdefault(what, []).append(says)
+        what, message = line.split(maxsplit=1)
+        found.setdefault(what, []).append(message)
     return found
 
 
@@ -79,11 +79,11 @@ def test_coupled_runs_are_counted_and_their_time_is_told(tmp_path):
 def test_supports_at_single_points_of_a_sandwich_are_named(tmp_path):
     # red: `single_points` without `radius_m`, or of hinges of a thin plate
     study = checked_study(STUDIES / "bdf_panel.yaml")
-    says = (
+    message = (
         "H1, H2, H3, H4 at single points, where frequencies depend on the mesh; state radius_m, "
         "of a mass from_m and to_m"
     )
-    assert f"  supports {says}" in overview(study, tmp_path).split("\n")
+    assert f"  supports {message}" in overview(study, tmp_path).split("\n")
     limits = environment().get_template("limits.html").module
     at_points = {"names": study.panel.single_points, "shift": 0.014, "rms": 0.002}
     sentence = " ".join(limits.supports(at_points).split())
@@ -177,13 +177,15 @@ def test_the_motions_of_the_supports_are_summed_up(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "says"),
+    ("key", "value", "message"),
     [
         ("panel.damping_ratio", 0.3, "panel.damping_ratio = 0.3 is 30 %; bare panels have 0.001 to 0.1, and 0.3 % would be 0.003"),
         ("dampers.heavy.equivalent_damping_n_s_m3", 0.03, "dampers.heavy.equivalent_damping_n_s_m3 = 0.03 does nothing; it is per area"),
     ],
 )  # fmt: skip
-def test_an_allowed_value_that_was_most_likely_meant_otherwise_is_named(tmp_path, key, value, says):
+def test_an_allowed_value_that_was_most_likely_meant_otherwise_is_named(
+    tmp_path, key, value, message
+):
     # red: no `_unusual`; dead weight, whose C_e is 0, taken for unusual
     base = Path(__file__).parent / "corpus" / "bases" / "design.yaml"
     model = Model(base).changed({"dampers.heavy.equivalent_damping_n_s_m3": 0})
@@ -193,4 +195,4 @@ def test_an_allowed_value_that_was_most_likely_meant_otherwise_is_named(tmp_path
         for t in overview(model.changed({key: value}).study, tmp_path).split("\n")
         if "unusual" in t
     )
-    assert line.startswith(f"  unusual  {says}")
+    assert line.startswith(f"  unusual  {message}")

@@ -11,7 +11,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 import snakemake_logger_plugin_pidpanel as plugin
 from pidpanel.geometry.plane_waves import PanelQuadrature
-from pidpanel.progress import CORES, computed, time_left, tracked
+from pidpanel.progress import CORES, map_in_forks, time_left, with_progress
 from pidpanel.sound.field import tabulate_diffuse
 from pidpanel.sound.radiation import tabulate_added_mass
 
@@ -23,10 +23,10 @@ def test_the_time_left_is_that_of_the_rest_at_the_pace_so_far():
 
 def test_a_stage_says_how_many_are_done_where_it_takes_long(capsys, monkeypatch):
     # red: a line for each item; `print` to stdout
-    assert list(tracked("abc", "cases")) == ["a", "b", "c"]
+    assert list(with_progress("abc", "cases")) == ["a", "b", "c"]
     assert capsys.readouterr().err == ""
     monkeypatch.setattr("pidpanel.progress.SECONDS_BETWEEN_LINES", 0.0)
-    assert list(tracked("abc", "cases")) == ["a", "b", "c"]
+    assert list(with_progress("abc", "cases")) == ["a", "b", "c"]
     said = capsys.readouterr()
     assert said.out == "" and said.err.splitlines()[1].startswith("2 of 3 cases, 0:00:00 left")
 
@@ -39,7 +39,7 @@ def test_pieces_come_in_their_order_from_forks_of_this_process(monkeypatch):
     def piece(number):
         return number * factor[0], os.getpid(), os.environ[CORES]
 
-    values, processes, cores = zip(*computed(piece, range(5)), strict=True)
+    values, processes, cores = zip(*map_in_forks(piece, range(5)), strict=True)
     assert values == (0, 7, 14, 21, 28)
     assert os.getpid() not in processes and len(set(processes)) <= 2
     assert set(cores) == {"1"}
@@ -48,16 +48,16 @@ def test_pieces_come_in_their_order_from_forks_of_this_process(monkeypatch):
 def test_a_single_piece_or_a_single_core_needs_no_fork(monkeypatch):
     # red: forks for all
     monkeypatch.setenv(CORES, "2")
-    assert list(computed(lambda _: os.getpid(), [0])) == [os.getpid()]
+    assert list(map_in_forks(lambda _: os.getpid(), [0])) == [os.getpid()]
     monkeypatch.delenv(CORES)
-    assert list(computed(lambda _: os.getpid(), [0, 1])) == 2 * [os.getpid()]
+    assert list(map_in_forks(lambda _: os.getpid(), [0, 1])) == 2 * [os.getpid()]
 
 
 def test_the_error_of_a_piece_is_that_of_the_whole(monkeypatch):
     # red: errors of forks lost
     monkeypatch.setenv(CORES, "2")
     with pytest.raises(ZeroDivisionError):
-        list(computed(lambda number: 1 / number, [1, 0]))
+        list(map_in_forks(lambda number: 1 / number, [1, 0]))
 
 
 def test_only_a_line_that_tells_the_time_left_is_taken_from_a_log(tmp_path):
@@ -103,7 +103,7 @@ def test_a_run_tells_of_its_long_jobs_without_control_characters(tmp_path, monke
 
 
 def test_the_sound_and_the_maps_say_how_far_they_have_come(capsys, monkeypatch):
-    # red: `tracked` left out of tabulate_diffuse or tabulate_added_mass
+    # red: `with_progress` left out of tabulate_diffuse or tabulate_added_mass
     monkeypatch.setattr("pidpanel.progress.SECONDS_BETWEEN_LINES", 0)
     clock = itertools.count(0, 30)
     monkeypatch.setattr("pidpanel.progress.time.monotonic", lambda: next(clock))

@@ -25,13 +25,13 @@ from pidpanel.check import checked_study
 from pidpanel.cli.snakemake import command
 from pidpanel.constants import BY_DAMPER, STANDARD_GRAVITY
 from pidpanel.damping.from_study import (
+    atlas_model,
+    damper_model,
     read_cases,
-    reading_from_atlas,
-    reading_of,
-    reading_of_damper,
+    study_model,
     surface_of,
 )
-from pidpanel.damping.readings import DampingReading
+from pidpanel.damping.models import DampingModel
 from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
@@ -116,8 +116,8 @@ class Model:
         >>> model.modes().sizes["point"]
         3
         """
-        whole = plain(self._values) if self._file is None else values_of(self._file)
-        return Model(with_changes({"name": self.study.name, **whole}, values), self.folder)
+        full = plain(self._values) if self._file is None else values_of(self._file)
+        return Model(with_changes({"name": self.study.name, **full}, values), self.folder)
 
     def __repr__(self) -> str:
         return f"<pidpanel model {self.study.name!r} in {str(self.folder)!r}>"
@@ -204,7 +204,7 @@ class Model:
         dims = "fill_fraction frequency acceleration"
         variables = {}
         for name, (units, meaning) in DAMPING.items():
-            array = np.array([[getattr(of_gamma, name) for of_gamma in row] for row in values])
+            array = np.array([[getattr(entry, name) for entry in row] for row in values])
             variables[name] = variable(dims, array.swapaxes(1, 2).astype(float), units, meaning)
         coordinates = {
             "fill_fraction": variable("fill_fraction", fills, "1"),
@@ -326,30 +326,30 @@ class Model:
         files |= {name: folder / name for name in RESPONSE.values()}
         return files
 
-    def _reading(self, source: str | None) -> DampingReading:
+    def _reading(self, source: str | None) -> DampingModel:
         study = self.study
         if not isinstance(study, Study):
             return surface_of(study.coupons[SECTION], self.cases())
         # that of coupled runs is of their scenarios, and no function of r, f and Γ
-        of_all = [n for n in study.readings if n not in (*BY_DAMPER, "bare")]
+        models = [n for n in study.readings if n not in (*BY_DAMPER, "bare")]
         swept = [n for n, d in study.dampers.items() if d.coupon is None or n in study.surfaces]
-        sources = dict.fromkeys([*swept, *study.atlas_coupons, *of_all])
+        sources = dict.fromkeys([*swept, *study.atlas_coupons, *models])
         if source is None and len(sources) == 1:
             (source,) = sources
         if source not in sources:
             table = f"results/{study.name}/coupled/impedance.csv"
             hint = f"; results of coupled runs are in {table}" if study.is_coupled else ""
-            says = f"must be one of {', '.join(sources)}"
-            says = says if sources else "it has no damping over r, f and Γ"
-            raise StudyError(f"source = {source}: {says}{hint}")
+            message = f"must be one of {', '.join(sources)}"
+            message = message if sources else "it has no damping over r, f and Γ"
+            raise StudyError(f"source = {source}: {message}{hint}")
         if source in study.atlas_coupons and source not in study.surfaces:
-            return reading_from_atlas(study.atlas_coupons[source], is_broadband=False)
+            return atlas_model(study.atlas_coupons[source], is_broadband=False)
         if source in study.dampers:
             damper = study.dampers[source]
             surface = None if damper.coupon is None else self._surface(source)
-            return reading_of_damper(damper, surface, study.damping.prior)
+            return damper_model(damper, surface, study.damping.prior)
         name = next(n for n in study.damping.readings or ("dem",) if n == source)
-        return reading_of(name, study, self._surface(SECTION) if name == "dem" else None)
+        return study_model(name, study, self._surface(SECTION) if name == "dem" else None)
 
     def _surface(self, damper: str) -> Path:
         return self._result(str(of_damper(Path("damping"), damper, "surface.nc")))

@@ -16,7 +16,7 @@ from pidpanel.study.base import OVERALL
 from pidpanel.study.base_motion import BaseMotion, RandomMotion
 from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
-from pidpanel.study.panel import Panel, named_place
+from pidpanel.study.panel import Panel, key_path
 from pidpanel.study.response import LEAST_SPAN, Response
 from pidpanel.study.sound import Sound
 from pidpanel.text_files import TextFileError, read_text
@@ -120,7 +120,7 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
             continue
         except TextFileError as error:
             place = path if error.line is None else f"{path}:{error.line}"
-            yield Mistake(keys, f"{place}: {error.says}")
+            yield Mistake(keys, f"{place}: {error.message}")
             continue
         except jinja2.TemplateSyntaxError as error:
             yield Mistake(keys, f"{path}:{error.lineno}: {error.message}")
@@ -134,8 +134,8 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         for name in unknown:
             yield Mistake(keys, f"unknown variable {name}; allowed are {', '.join(sorted(names))}")
         for name in unused:
-            says = f"must use the variable {name}; a deck writes one row per cycle, as "
-            yield Mistake(keys, f"{says}templates/shake.in.j2 does")
+            message = f"must use the variable {name}; a deck writes one row per cycle, as "
+            yield Mistake(keys, f"{message}templates/shake.in.j2 does")
 
 
 def check_panel(study: Study) -> Iterator[Mistake]:
@@ -150,18 +150,20 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     outside_law = not (FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1])
     laws = [name for name in study.used_dampers if study.all_dampers[name].law is not None]
     if outside_law and (laws or any(name.startswith("paper") for name in study.readings)):
-        says = "must be in the range of the paper's law, {:g} to {:g} Hz".format(*FREQUENCY_RANGE)
-        yield Mistake(("response", "frequency_hz"), says)
+        message = "must be in the range of the paper's law, {:g} to {:g} Hz".format(
+            *FREQUENCY_RANGE
+        )
+        yield Mistake(("response", "frequency_hz"), message)
     table_mistakes = list(_check_tables(study))
     yield from table_mistakes
-    lines = line_count(low, high, study.panel.modal_damping.least(low, high))
+    lines = line_count(low, high, study.panel.modal_damping.smallest(low, high))
     if lines > LINES_AT_MOST:
         ratio = smallest_damping_ratio(low, high)
         figures = 2 - math.floor(math.log10(ratio))
         ratio = math.ceil(ratio * 10**figures) / 10**figures
-        says = f"resolving its resonances takes {lines} frequency lines from {low:g} to {high:g} "
-        says += f"Hz; allowed are {LINES_AT_MOST}, for ratios from {ratio:g}"
-        yield Mistake(("panel", "damping_ratio"), says)
+        message = f"resolving its resonances takes {lines} frequency lines from {low:g} to "
+        message += f"{high:g} Hz; allowed are {LINES_AT_MOST}, for ratios from {ratio:g}"
+        yield Mistake(("panel", "damping_ratio"), message)
     yield from _check_layouts(study)
     if study.base is not None and study.base.random is not None:
         yield from _check_base(study.base, study.base.random, study.response)
@@ -211,8 +213,8 @@ def _check_layouts(study: Study) -> Iterator[Mistake]:
                 continue
             width = min(float(np.ptp(s.corners, axis=0).min()) for s in (shape, second_shape))
             if overlap(shape.corners, second_shape.corners, 1e-3 * width):
-                says = f"covers cells of {patch} too; a cell has only one fill fraction"
-                yield Mistake(("scenarios", name, "layout", second), says)
+                message = f"covers cells of {patch} too; a cell has only one fill fraction"
+                yield Mistake(("scenarios", name, "layout", second), message)
 
 
 def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iterator[Mistake]:
@@ -220,9 +222,9 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
     low, high = study.response.frequency_hz
     lowest, highest = (float(f(columns["frequency_hz"])) for f in (min, max))
     if lowest > high or highest < low:
-        says = f"its frequencies are {lowest:g} to {highest:g} Hz, all outside those of the "
-        says += f"response, {low:g} to {high:g} Hz"
-        yield Mistake(keys, f"{says}; in kHz?" if low <= 1e3 * highest <= 2 * high else says)
+        message = f"its frequencies are {lowest:g} to {highest:g} Hz, all outside those of the "
+        message += f"response, {low:g} to {high:g} Hz"
+        yield Mistake(keys, f"{message}; in kHz?" if low <= 1e3 * highest <= 2 * high else message)
     if "fill_fraction" not in columns:
         return
     emptiest, fullest = (float(f(columns["fill_fraction"])) for f in (min, max))
@@ -241,19 +243,19 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
         return
     sums = f"its {spectrum.rows} sum to {spectrum.oaspl:.1f} dB"
     if not OVERALL.holds(spectrum.oaspl):
-        says = f"{sums}; {OVERALL.allowed}: are they in Pa?"
-        yield Mistake(("sound", "spectrum"), says)
+        message = f"{sums}; {OVERALL.allowed}: are they in Pa?"
+        yield Mistake(("sound", "spectrum"), message)
     elif spectrum.oaspl < QUIETEST and sound.oaspl_db is None:
-        says = f"{sums}, far below a launch; in Pa or Pa²/Hz? "
-        says += f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
-        yield Mistake(("sound", "spectrum"), says)
+        message = f"{sums}, far below a launch; in Pa or Pa²/Hz? "
+        message += f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
+        yield Mistake(("sound", "spectrum"), message)
     low, high = spectrum.reach
     if response.frequency_hz[0] < low or response.frequency_hz[1] > high:
-        says = f"must be in the {spectrum.rows} of {sound.spectrum.name}, {low:.5g} to "
-        says += f"{high:.5g} Hz"
+        message = f"must be in the {spectrum.rows} of {sound.spectrum.name}, {low:.5g} to "
+        message += f"{high:.5g} Hz"
         if "frequency_hz" not in response.model_fields_set:
-            says += "; by default it is {:g} to {:g} Hz".format(*response.frequency_hz)
-        yield Mistake(("response", "frequency_hz"), says)
+            message += "; by default it is {:g} to {:g} Hz".format(*response.frequency_hz)
+        yield Mistake(("response", "frequency_hz"), message)
 
 
 def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) -> Iterator[Mistake]:
@@ -266,20 +268,20 @@ def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) ->
         return
     stated = random.overall_g
     if stated is not None and abs(spectrum.rms / stated - 1) > OVERALL_TOLERANCE:
-        says = f"the table integrates to {spectrum.rms:.3g} g rms; must agree within "
-        yield Mistake((*keys, "overall_g"), f"{says}{100 * OVERALL_TOLERANCE:.0f} %")
+        message = f"the table integrates to {spectrum.rms:.3g} g rms; must agree within "
+        yield Mistake((*keys, "overall_g"), f"{message}{100 * OVERALL_TOLERANCE:.0f} %")
     low, high = spectrum.frequency[[0, -1]]
     if max(low, response.frequency_hz[0]) * LEAST_SPAN > min(high, response.frequency_hz[1]):
-        says = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"
-        yield Mistake(("response", "frequency_hz"), says)
+        message = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"
+        yield Mistake(("response", "frequency_hz"), message)
     least = {"psd_g2_hz": float(spectrum.psd.min()) * DEEPEST}
     least["rms_g"] = math.sqrt(DEEPEST) * spectrum.rms
     for name, limit in () if motion.limits is None else motion.limits.points.items():
         for key, lowest in least.items():
             value = getattr(limit, key)
             if value is not None and value < lowest:
-                says = f"must be at least {lowest:.2g}, 30 dB below all of the input; lower that"
-                yield Mistake(("base", "limits", "points", name, key), says)
+                message = f"must be at least {lowest:.2g}, 30 dB below all of the input; lower that"
+                yield Mistake(("base", "limits", "points", name, key), message)
 
 
 def _check_masses(panel: Panel) -> Iterator[Mistake]:
@@ -293,9 +295,11 @@ def _check_masses(panel: Panel) -> Iterator[Mistake]:
         return
     for name, mass in panel.masses.items():
         if mass.mass_kg > MOST_CARRIED * weight:
-            says = f"more than {MOST_CARRIED} times the panel itself, which weighs {weight:.3g} kg"
+            message = (
+                f"more than {MOST_CARRIED} times the panel itself, which weighs {weight:.3g} kg"
+            )
             grams = f"; {mass.mass_kg:g} g would be {mass.mass_kg / 1e3:g}"
-            yield Mistake(("panel", "masses", name, "mass_kg"), says + grams)
+            yield Mistake(("panel", "masses", name, "mass_kg"), message + grams)
 
 
 def _check_mesh(
@@ -307,9 +311,9 @@ def _check_mesh(
         StudiedPanel(panel).check(highest, damper_mass)
     except ValueError as error:
         for fault in getattr(error, "faults", (str(error),)):
-            keys = named_place(panel, fault)
-            says = fault.removeprefix("mesh: ").removeprefix(f"{panel.mesh.file}: ")
-            yield Mistake(("panel", *keys), says)
+            keys = key_path(panel, fault)
+            message = fault.removeprefix("mesh: ").removeprefix(f"{panel.mesh.file}: ")
+            yield Mistake(("panel", *keys), message)
 
 
 def damping_tables(study: Study) -> Iterator[tuple[Keys, Path]]:

@@ -72,19 +72,19 @@ class LineFaults:
     def __bool__(self) -> bool:
         return bool(self._alike)
 
-    def add(self, line: int, says: str, kind: str = "") -> None:
+    def add(self, line: int, message: str, kind: str = "") -> None:
         """Add a fault; of many of a kind the first is reported, with the lines of all."""
         if kind:
-            self._alike.setdefault(kind, []).append((line, says))
+            self._alike.setdefault(kind, []).append((line, message))
         else:
-            self._alike[f"{line}: {says}"] = [(line, says)]
+            self._alike[f"{line}: {message}"] = [(line, message)]
 
     def texts(self) -> list[str]:
         """Return all faults with their places, in the order of the lines."""
-        faults = [fault for alike in self._alike.values() for fault in _alike_once(alike)]
+        faults = [fault for group in self._alike.values() for fault in _alike_once(group)]
         return [
-            f"{self.path}, line {line}: {says}{self.hints.get(line, '')}"
-            for line, says in sorted(faults, key=lambda fault: fault[0])
+            f"{self.path}, line {line}: {message}{self.hints.get(line, '')}"
+            for line, message in sorted(faults, key=lambda fault: fault[0])
         ]
 
 
@@ -115,7 +115,7 @@ def read_rows(path: Path) -> TableRows:
         text = read_text(path, LARGEST)
     except TextFileError as error:
         place = path if error.line is None else f"{path}, line {error.line}"
-        raise ColumnsError([f"{place}: {error.says}"]) from None
+        raise ColumnsError([f"{place}: {error.message}"]) from None
     comments, rows = [], []
     for number, content in enumerate(lines_of(text), start=1):
         values, mark, comment = content.partition("#")
@@ -132,11 +132,11 @@ def read_rows(path: Path) -> TableRows:
         raise ColumnsError([f"{path}: empty; the first line must name the columns"])
     (line, header), *rows = rows
     separator = next((mark for mark in ";\t|" if mark in "".join(header)), None)
-    says = f"{path}, line {line}: columns must be separated by ','"
+    message = f"{path}, line {line}: columns must be separated by ','"
     if separator is not None:
-        raise ColumnsError([f"{says} with '.' in numbers, not by {separator!r}"])
+        raise ColumnsError([f"{message} with '.' in numbers, not by {separator!r}"])
     if len(header) == 1 and len(header[0].split()) > 1 and "#" not in header[0]:
-        raise ColumnsError([f"{says}, not by blanks"])
+        raise ColumnsError([f"{message}, not by blanks"])
     return TableRows(path, comments, header, line, rows)
 
 
@@ -182,8 +182,8 @@ def _unknown(name: str, place: int, allowed: Sequence[str]) -> str:
     if not name:
         return f"column {place + 1} has no name"
     near = nearest(name, allowed)
-    says = f"did you mean {near}?" if near else f"allowed are {', '.join(allowed)}"
-    return f"column {name!r}: unknown; {says}"
+    message = f"did you mean {near}?" if near else f"allowed are {', '.join(allowed)}"
+    return f"column {name!r}: unknown; {message}"
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class UserTable:
     def __getitem__(self, name: str) -> Array:
         return self.columns[name]
 
-    def note(self, wrong: ArrayLike, says: str, *, first: bool = False, **values: Array) -> None:
+    def note(self, wrong: ArrayLike, message: str, *, first: bool = False, **values: Array) -> None:
         """Note a fault in the rows, or the first, in which something is wrong.
 
         Parameters
@@ -210,7 +210,7 @@ class UserTable:
         """
         for row in np.flatnonzero(wrong)[: 1 if first else None].tolist():
             named = {name: column[row] for name, column in {**self.columns, **values}.items()}
-            self.faults.add(self.lines[row], says.format(**named))
+            self.faults.add(self.lines[row], message.format(**named))
 
     def refuse(self, fewest: int = 0, too_few: str = "") -> None:
         """Raise a `ColumnsError` with all faults, if there are any or there are too few rows."""
@@ -222,7 +222,7 @@ class UserTable:
 
 
 def numbers(
-    text: TableRows, columns: Mapping[str, Allowed], of_header: Sequence[str] | None = None
+    text: TableRows, columns: Mapping[str, Allowed], header_faults: Sequence[str] | None = None
 ) -> UserTable:
     """Return the numbers of a table.
 
@@ -230,46 +230,46 @@ def numbers(
     ----------
     columns
         Allowed values of each column.
-    of_header
+    header_faults
         Faults of the header; by default names that are unknown or given twice; if there are none,
         columns that are missing.
     """
     header, faults = text.header, LineFaults(text.path)
-    if of_header is None:
-        of_header = list(faults_of_names(header, tuple(columns))) or [
+    if header_faults is None:
+        header_faults = list(faults_of_names(header, tuple(columns))) or [
             f"column {name}: missing"
             for name, allowed in columns.items()
             if not allowed.may_be_missing and name not in header
         ]
-    for says in of_header:
-        faults.add(text.line, says)
+    for message in header_faults:
+        faults.add(text.line, message)
     lines, rows = [], []
     for line, cells in text.rows:
         if len(cells) != len(header):
             commas = " (decimal commas?)" if len(cells) > len(header) else ""
-            says = f"has {len(cells)} values, must have {len(header)} as the header{commas}"
-            faults.add(line, says, says)
+            message = f"has {len(cells)} values, must have {len(header)} as the header{commas}"
+            faults.add(line, message, message)
             continue
         lines.append(line)
         rows.append([float(cell) if NUMBER.fullmatch(cell) else np.nan for cell in cells])
         for name, cell, value in zip(header, cells, rows[-1], strict=True):
-            if name in columns and (says := _fault_of_cell(cell, value, columns[name])):
+            if name in columns and (message := _fault_of_cell(cell, value, columns[name])):
                 # one line represents all mistakes of a kind
-                faults.add(line, f"{name} = {says}", f"{name}: {says.rpartition(': ')[2]}")
+                faults.add(line, f"{name} = {message}", f"{name}: {message.rpartition(': ')[2]}")
     array = np.array(rows).reshape(len(lines), len(header))
     return UserTable(text, lines, dict(zip(header, array.T, strict=True)), faults)
 
 
-def _alike_once(alike: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
+def _alike_once(group: Sequence[tuple[int, str]]) -> Sequence[tuple[int, str]]:
     """Return faults of a kind, each a line and a text: of many the first, with the lines of all."""
-    if len(alike) <= MOST_ALIKE:
-        return alike
-    (line, says), *repeats = alike
+    if len(group) <= MOST_ALIKE:
+        return group
+    (line, message), *repeats = group
     lines = [number for number, _ in repeats]
     where = f"{', '.join(map(str, lines[:3]))} and {len(lines) - 3} more"
     if lines[-1] - lines[0] == len(lines) - 1:
         where = f"{lines[0]} to {lines[-1]}"
-    return [(line, f"{says}; likewise in lines {where}")]
+    return [(line, f"{message}; likewise in lines {where}")]
 
 
 def _fault_of_cell(cell: str, value: float, allowed: Allowed) -> str:
@@ -280,5 +280,5 @@ def _fault_of_cell(cell: str, value: float, allowed: Allowed) -> str:
         text = repr(cell if len(cell) <= 40 else f"{cell[:40]}…")
         comma = " with a decimal point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
         return f"{text}: must be a finite number{comma}" if cell else "(empty): must be a number"
-    says = allowed.refuses(value)
-    return f"{cell}: {says}" if says else ""
+    message = allowed.refuses(value)
+    return f"{cell}: {message}" if message else ""

@@ -26,14 +26,14 @@ class DampingRatio:
     # (n,) rising [Hz]. Between them ζ is linear in ln f, beyond them constant.
     frequency: tuple[float, ...] = ()
 
-    def at(self, frequency: float) -> float:
+    def ratio_at(self, frequency: float) -> float:
         """Return ζ far above the modes that are listed, or at a frequency [Hz].
 
         Examples
         --------
-        >>> round(DampingRatio((0.01, 0.02), (50.0, 200.0)).at(100.0), 6)
+        >>> round(DampingRatio((0.01, 0.02), (50.0, 200.0)).ratio_at(100.0), 6)
         0.015
-        >>> DampingRatio((0.01, 0.02)).at(100.0)
+        >>> DampingRatio((0.01, 0.02)).ratio_at(100.0)
         0.02
         """
         if not self.frequency:
@@ -57,16 +57,16 @@ class DampingRatio:
         """Return the same, multiplied by a factor."""
         return replace(self, ratio=tuple(factor * ratio for ratio in self.ratio))
 
-    def least(self, low: float, high: float) -> float:
+    def smallest(self, low: float, high: float) -> float:
         """Return the smallest ζ of modes between two frequencies [Hz]."""
         if not self.frequency:
             return min(self.ratio)
         inside = [z for f, z in zip(self.frequency, self.ratio, strict=True) if low < f < high]
-        return min(self.at(low), self.at(high), *inside)
+        return min(self.ratio_at(low), self.ratio_at(high), *inside)
 
     def _interpolated(self, frequency: Array) -> Array:
-        known = np.log(self.frequency)
-        return np.interp(np.log(np.maximum(frequency, self.frequency[0])), known, self.ratio)
+        log_f = np.log(self.frequency)
+        return np.interp(np.log(np.maximum(frequency, self.frequency[0])), log_f, self.ratio)
 
 
 def read_damping_ratio(path: Path) -> DampingRatio:

@@ -35,7 +35,7 @@ def time_left(elapsed: float, done: int, total: int) -> timedelta:
     return timedelta(seconds=round(elapsed * (total - done) / done))
 
 
-def tracked(items: Sequence[T], noun: str) -> Iterator[T]:
+def with_progress(items: Sequence[T], noun: str) -> Iterator[T]:
     """Yield items, and print progress to stderr if it takes long.
 
     Parameters
@@ -66,7 +66,7 @@ def last_line(log: Path) -> str:
     return next((line.strip() for line in reversed(text.splitlines()) if line.strip()), "")
 
 
-def computed(function: Callable[[T], Result], items: Sequence[T]) -> Iterator[Result]:
+def map_in_forks(function: Callable[[T], Result], items: Sequence[T]) -> Iterator[Result]:
     """Yield the function of each item, computed in forks if the stage has several cores.
 
     Parameters
@@ -78,7 +78,7 @@ def computed(function: Callable[[T], Result], items: Sequence[T]) -> Iterator[Re
 
     Examples
     --------
-    >>> list(computed(abs, [-1, 2]))
+    >>> list(map_in_forks(abs, [-1, 2]))
     [1, 2]
     """
     cores = min(int(os.environ.get(CORES, "1")), len(items))

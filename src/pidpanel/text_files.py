@@ -12,9 +12,9 @@ UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # marks at the beginning of a text in UTF-1
 class TextFileError(ValueError):
     """A file that is no text, or cannot be read."""
 
-    def __init__(self, says: str, line: int | None = None) -> None:
-        self.says, self.line = says, line
-        super().__init__(says if line is None else f"line {line}: {says}")
+    def __init__(self, message: str, line: int | None = None) -> None:
+        self.message, self.line = message, line
+        super().__init__(message if line is None else f"line {line}: {message}")
 
 
 def read_text(path: Path, limit: int = LARGEST) -> str:
@@ -44,8 +44,8 @@ def read_text(path: Path, limit: int = LARGEST) -> str:
     except TextFileError:
         raise
     except (OSError, ValueError) as error:  # such as a NUL in its name
-        says = getattr(error, "strerror", None) or error
-        raise TextFileError(f"cannot be read: {says}") from None
+        message = getattr(error, "strerror", None) or error
+        raise TextFileError(f"cannot be read: {message}") from None
     return decoded(data)
 
 
@@ -59,7 +59,7 @@ def decoded(data: bytes) -> str:
     >>> try:
     ...     decoded("a\ngröße".encode("latin-1"))
     ... except TextFileError as error:
-    ...     error.line, error.says
+    ...     error.line, error.message
     (2, 'must be text in UTF-8; the byte 0xf6 is ö in Latin-1')
     """
     if data.startswith(UTF_16):
@@ -73,8 +73,8 @@ def decoded(data: bytes) -> str:
         line, byte = data[: error.start].count(b"\n") + 1, data[error.start]
         letter = bytes([byte]).decode("latin-1")
         reading = f"is {letter} in Latin-1" if letter.isprintable() else "is not text"
-        says = f"must be text in UTF-8; the byte 0x{byte:02x} {reading}"
-        raise TextFileError(says, line) from None
+        message = f"must be text in UTF-8; the byte 0x{byte:02x} {reading}"
+        raise TextFileError(message, line) from None
 
 
 def lines_of(text: str) -> list[str]:

@@ -16,15 +16,15 @@ from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.solve.basis_error import modal_basis
-from pidpanel.solve.dampers import patch_stiffness
-from pidpanel.solve.model import Patches
-from pidpanel.solve.supports import (
+from pidpanel.solve.base_motion import (
     BaseExcitation,
     observed_motions,
     supported_panel,
     with_translation,
 )
+from pidpanel.solve.basis_error import modal_basis
+from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.model import Patches
 from pidpanel.study import load_study
 from tests.jobs import PANEL, files, within
 

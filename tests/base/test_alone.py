@@ -127,7 +127,7 @@ COUPON = """dampers:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "says"),
+    ("old", "new", "message"),
     [
         ("", "", None),
         ("base:", f"{SOUND}base:", "base = "),
@@ -135,7 +135,9 @@ COUPON = """dampers:
         ("  random:", "  x-random:", "base.random: missing; required for the damping model"),
     ],
 )
-def test_coupled_runs_move_the_supports_of_a_study_without_sound(alone, tmp_path, old, new, says):
+def test_coupled_runs_move_the_supports_of_a_study_without_sound(
+    alone, tmp_path, old, new, message
+):
     # red: coupled and base refused together
     text = alone.read_text().replace("[table, paper_printed]", "[coupled, table]")
     text = text.replace("damping:", f"{COUPON}damping:", 1)
@@ -147,12 +149,12 @@ def test_coupled_runs_move_the_supports_of_a_study_without_sound(alone, tmp_path
         ]
         text, old, new = "\n".join(lines), "", ""
     path.write_text(text.replace(old, new) if old else text)
-    if says is None:
+    if message is None:
         study = load_study(path)
         assert list(coupled_scenarios(study)) == ["PID-1_r0.5"]
         assert depends_on(study, "PID-1_r0.5")["base"]["random"]["overall_g"] == 10.0
         return
-    with pytest.raises(StudyError, match=says):
+    with pytest.raises(StudyError, match=message):
         load_study(path)
 
 

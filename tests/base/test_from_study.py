@@ -56,7 +56,7 @@ def test_a_basis_is_checked_for_each_layout_at_each_point(shaken):
 
 
 def test_the_input_is_the_table_within_the_range_of_the_response(shaken):
-    spectrum = read_base_table(DATA / "base" / "gevs_acceptance.csv").between(30, 300)
+    spectrum = read_base_table(DATA / "base" / "gevs_acceptance.csv").segment(30, 300)
     stated = read(shaken, "summary.csv").query("input == 'stated' and status == 'ok'")
     np.testing.assert_allclose(stated["input_rms_g"], spectrum.rms, rtol=1e-4)
 

@@ -12,13 +12,13 @@ from pidpanel.base.random import Limit, force_slopes, interface_force_psd
 from pidpanel.damping.broadband import BroadbandError
 from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import SolvedCase
+from pidpanel.solve.base_motion import TABLE_MASS, BaseExcitation
 from pidpanel.solve.excitation import ModalForce
-from pidpanel.solve.layout import DamperLayout, Load, layouts, solve_layouts
+from pidpanel.solve.layout import AttachedDamper, DamperLayout, solve_layouts, solve_with
 from pidpanel.solve.lines import frequency_grid, root_mean_square
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.solvers import PanelSolver
-from pidpanel.solve.supports import TABLE_MASS, BaseExcitation
 from pidpanel.solve.uncertainty import StandardErrors
 
 MASS, OWN, RATIO, LEVEL = 2.0, 50.0, 0.05, 3.0
@@ -37,8 +37,8 @@ def oscillator(frequency, damping=0.0, mass=0.0):
     points[0] = [[1, 1], [1, 0]]
     points[1] = [[MASS, MASS], [area, area]]
     panel = ModalPanel(basis, patches, frequency, points, frequency)
-    load = Load(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
-    (answer,) = layouts(panel, excitation, [DamperLayout((load,) if damping or mass else ())])
+    load = AttachedDamper(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
+    (answer,) = solve_layouts(panel, excitation, [DamperLayout((load,) if damping or mass else ())])
     cross = answer.response.cross_psd
     force = interface_force_psd(answer, cross[:, 1])
     omega = 2 * np.pi * frequency
@@ -58,10 +58,10 @@ def test_the_own_force_of_particles_reaches_the_supports_through_the_spring():
         ModalPanel(basis, Patches(np.ones((1, 2, 2)), [1.0]), frequency, points, frequency),
         excitation,
     )
-    load = Load(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
+    load = AttachedDamper(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
     force = ModalForce(lambda f: np.ones(f.shape), own * np.ones((2, 2)))
     layout = DamperLayout((load,), force=force)
-    (answer,) = solve_layouts(solver, [layout])
+    (answer,) = solve_with(solver, [layout])
     none = SolvedCase(*[None] * len(fields(SolvedCase)))
     case = replace(none, solver=solver, layout=layout, dampers=(), model=COUPLED)
     made = random._response(case, answer)
@@ -113,8 +113,8 @@ def test_the_solver_agrees_with_transfer_functions(panel, loaded):
     # red: factors of the excitation without the translation
     frequency = np.array([30.0, 65.0, 130.0, 224.0, 390.0])
     modal = ModalPanel(panel.modal, panel.patches, frequency, panel.observed, frequency)
-    load = Load(0, lambda f, _gamma: (0 * f + DAMPING, 0 * f + APPARENT, f > 0), False)
-    (answer,) = layouts(modal, panel.excitation, [DamperLayout((load,) if loaded else ())])
+    load = AttachedDamper(0, lambda f, _gamma: (0 * f + DAMPING, 0 * f + APPARENT, f > 0), False)
+    (answer,) = solve_layouts(modal, panel.excitation, [DamperLayout((load,) if loaded else ())])
     motion, force, _ = solved(panel, frequency, *((DAMPING, APPARENT) if loaded else ()))
     psd = np.einsum("fpii->fpi", answer.response.cross_psd).real
     np.testing.assert_allclose(psd, WHITE * np.abs(motion) ** 2, rtol=1e-5)
@@ -129,8 +129,8 @@ def test_the_slopes_of_the_force_are_those_of_the_solver(panel):
     solver = PanelSolver(modal, panel.excitation)
 
     def answer(damping, mass):
-        load = Load(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
-        (response,) = layouts(modal, panel.excitation, [DamperLayout((load,))])
+        load = AttachedDamper(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
+        (response,) = solve_layouts(modal, panel.excitation, [DamperLayout((load,))])
         return response, interface_force_psd(response, response.response.cross_psd[:, -1])
 
     response, psd = answer(DAMPING, APPARENT)
@@ -154,7 +154,7 @@ def made_up(square, inside=None, loads=(), stiffness=(0.0, 0.0), model="stated")
     answer = SimpleNamespace(
         response=SimpleNamespace(frequency=LINES, cross_psd=cross),
         inside=np.zeros((0, 2), bool) if inside is None else inside,
-        loads=np.array(loads, int), equivalent_damping=C, apparent_mass=m,
+        patches=np.array(loads, int), equivalent_damping=C, apparent_mass=m,
         patch_acceleration_g=np.zeros(len(loads)),
     )  # fmt: skip
     excitation = SimpleNamespace(spectrum=lambda f: 3 * f)
@@ -226,7 +226,7 @@ def test_a_linear_panel_is_solved_once_more_with_its_notches(monkeypatch):
         return random.RandomResponse(response, 9 * response[:, None], none, response, None, 0.0)
 
     monkeypatch.setattr(random, "_with_level", lowered)
-    monkeypatch.setattr(random, "solve_layouts", lambda solver, _: [solver])
+    monkeypatch.setattr(random, "solve_with", lambda solver, _: [solver])
     monkeypatch.setattr(random, "_response", answer)
     solver = SimpleNamespace(with_excitation=lambda psd: psd)
     case = SolvedCase(*[None] * len(fields(SolvedCase)))

@@ -6,7 +6,7 @@ from moving import solved, transfer_of
 
 from pidpanel.base.sine import Transfer, _Damping, _other_motion, interface_force, sweep
 from pidpanel.solve.dampers import patch_stiffness
-from pidpanel.solve.layout import Load
+from pidpanel.solve.layout import AttachedDamper
 
 FREQUENCY = np.linspace(55.0, 75.0, 161)
 AMPLITUDE = 1.0
@@ -14,7 +14,7 @@ AMPLITUDE = 1.0
 
 def damper(law):
     """A load whose C_e is a law of Γ."""
-    return Load(0, lambda f, gamma: (0 * f + law(gamma), 0 * f + 0.5, f > 0), True)
+    return AttachedDamper(0, lambda f, gamma: (0 * f + law(gamma), 0 * f + 0.5, f > 0), True)
 
 
 def test_the_damping_is_that_of_each_frequencys_own_amplitude(panel):
@@ -38,7 +38,7 @@ def test_the_damping_is_held_beyond_a_thousand_times_the_motion_of_the_base():
     damping = _Damping(loads, np.array([50.0]), 2.0, None)
     highest = patch_stiffness(np.array([50.0]), np.array([[2000.0**2]]), np.array([[0.5]]))
     for gamma in (2000.0, 9000.0):
-        np.testing.assert_allclose(damping.at(0, np.log([gamma])), highest, rtol=1e-12)
+        np.testing.assert_allclose(damping.stiffness_at(0, np.log([gamma])), highest, rtol=1e-12)
 
 
 def test_the_damping_is_straight_between_sixty_motions_and_held_below_the_lowest():
@@ -51,7 +51,7 @@ def test_the_damping_is_straight_between_sixty_motions_and_held_below_the_lowest
         (0.02 * ratio**0.5, 0.02**2 * (1 + ratio**2) / 2),
     ):
         exact = 2j * np.pi * 50 * value - (2 * np.pi * 50) ** 2 * 0.5
-        read = damping.at(0, np.log([gamma]))[0, 0]
+        read = damping.stiffness_at(0, np.log([gamma]))[0, 0]
         assert (read.real, read.imag) == pytest.approx((exact.real, exact.imag), rel=1e-9)
 
 
@@ -132,7 +132,8 @@ def test_where_two_motions_are_possible_the_sweeps_differ(panel):
 
     transfer = transfer_of(panel, FREQUENCY)
     up, down = (
-        sweep(transfer, [Load(0, leaving, True)], AMPLITUDE, down=down) for down in (False, True)
+        sweep(transfer, [AttachedDamper(0, leaving, True)], AMPLITUDE, down=down)
+        for down in (False, True)
     )
     assert max(up.residual.max(), down.residual.max()) < 1e-5
     up, down = up.acceleration_g[0], down.acceleration_g[0]

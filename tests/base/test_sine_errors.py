@@ -7,7 +7,7 @@ import pytest
 from moving import solved, transfer_of
 
 from pidpanel.base.sine import damping_errors, sweep, sweep_errors
-from pidpanel.damping.readings import DampingValues
+from pidpanel.damping.models import DampingValues
 from pidpanel.response.dampers import PatchDamper
 
 FREQUENCY = np.linspace(55.0, 75.0, 41)
@@ -42,7 +42,7 @@ def errors_of(panel, model):
         run = sweep(transfer, loads, AMPLITUDE)
         return {"points": np.abs(run.motion.reshape(FREQUENCY.size, -1)[:, [0, 2]])}
 
-    gamma = sweep(transfer, [damper.load], AMPLITUDE).acceleration_g[0]
+    gamma = sweep(transfer, [damper.attached], AMPLITUDE).acceleration_g[0]
     errors = [damping_errors(damper, FREQUENCY, gamma)]
     return gamma, sweep_errors([damper], errors, amplitudes)["points"]
 

@@ -19,7 +19,7 @@ from moving import (
     solved,
 )
 
-from pidpanel.solve.supports import TABLE_MASS, inertia_of
+from pidpanel.solve.base_motion import TABLE_MASS, inertia_of
 
 
 def table_frequency(m, n):

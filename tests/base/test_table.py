@@ -48,7 +48,10 @@ def test_the_last_level_alone_leads_back_and_the_first_not_to_the_last(read):
     np.testing.assert_allclose(read("20,0.1,\n40,,3.0103\n80,0.1,\n").psd, [0.1, 0.05, 0.1], 1e-5)
     with pytest.raises(ColumnsError) as error:
         read("20,0.1,\n40,,3\n80,,\n")
-    assert [says.split("empty at ")[1][:5] for says in error.value.faults] == ["40 Hz", "80 Hz"]
+    assert [message.split("empty at ")[1][:5] for message in error.value.faults] == [
+        "40 Hz",
+        "80 Hz",
+    ]
 
 
 def test_the_ends_of_what_is_allowed_are_allowed(read):
@@ -65,7 +68,7 @@ def test_the_slope_of_minus_three_decibels_has_its_own_integral(read):
 
 
 @pytest.mark.parametrize(
-    ("text", "line", "says"),
+    ("text", "line", "message"),
     [
         ("20,0.01,\n50,,\n800,0.16,\n", 3, "a gap: acceleration_psd_g2_hz is empty at 50 Hz"),
         ("20,0.01,\n20,0.16,\n", 3, "frequencies must increase"),
@@ -84,11 +87,11 @@ def test_the_slope_of_minus_three_decibels_has_its_own_integral(read):
         ("20,0.01\n50,0.1,\n", 2, "has 2 values, must have 3"),
     ],
 )
-def test_each_mistake_is_told_in_a_line(read, text, line, says):
+def test_each_mistake_is_told_in_a_line(read, text, line, message):
     with pytest.raises(ColumnsError) as error:
         read(text)
     (told,) = error.value.faults
-    assert f"line {line}: " in told and says in told
+    assert f"line {line}: " in told and message in told
 
 
 def test_a_table_needs_its_columns_and_two_rows(read):

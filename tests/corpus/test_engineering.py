@@ -32,10 +32,10 @@ FILES = [
 ]  # fmt: skip
 
 
-def compare(told, says):
+def compare(told, message):
     """Assert what is told after file and line: whole, or up to ``@``."""
-    assert len(told) == len(says), told
-    for line, expected in zip(told, says, strict=True):
+    assert len(told) == len(message), told
+    for line, expected in zip(told, message, strict=True):
         said = line.split(": ", 1)[1]
         assert said.startswith(expected[:-1]) if expected.endswith("@") else said == expected
 
@@ -43,14 +43,14 @@ def compare(told, says):
 @pytest.mark.parametrize("case", FILES, ids=lambda case: f"{case[1]}: {case[3][-40:]!r}")
 def test_what_an_engineer_confuses_in_a_file_is_told(written, folder, bases, files, case):
     # red: _overall_hints without its condition; `_told_once` that returns all
-    base, name, content, *says = case
+    base, name, content, *message = case
     path = folder / name
     try:
         path.write_text(content(files[name]), encoding="utf-8")
         told = written(bases[base]).told()
     finally:
         path.write_text(files[name], encoding="utf-8")
-    compare(told, says)
+    compare(told, message)
 
 
 def test_mistakes_between_sections_are_told_where_there_are_none_within(written, bases, change):

@@ -161,7 +161,7 @@ def matches(told, expected):
     return told.startswith(expected[:-1]) if expected.endswith("@") else told == expected
 
 
-def checked(place, folder, name, content, says):
+def checked(place, folder, name, content, message):
     """Assert what is told of a study one of whose files has another content."""
     path = folder / name
     before = path.read_bytes()
@@ -170,12 +170,12 @@ def checked(place, folder, name, content, says):
         told = [one.split(": ", 1)[1] for one in place.told()]
     finally:
         path.write_bytes(before)
-    if says[-1] == "@@":  # at least these
-        says = says[:-1]
-        assert len(told) >= max(1, len(says))
-        told = told[: len(says)]
-    assert len(told) == len(says), told
-    for line, expected in zip(told, says, strict=True):
+    if message[-1] == "@@":  # at least these
+        message = message[:-1]
+        assert len(told) >= max(1, len(message))
+        told = told[: len(message)]
+    assert len(told) == len(message), told
+    for line, expected in zip(told, message, strict=True):
         assert matches(line, expected), line
         assert "Traceback" not in line
 
@@ -195,13 +195,13 @@ def test_a_file_that_cannot_be_read_is_told_line_by_line(
     written, folder, bases, files, change, case
 ):
     # red: any one of the checks of columns, sound.table, damping.table_files, nastran, flat_mesh
-    base, name, old, new, *says = case
+    base, name, old, new, *message = case
     study = bases[base]
     if name.endswith(".msh"):
         for old_text, new_text in FOR_GMSH:
             study = change(study, old_text, new_text)
     content = new if old is None else change(files[name], old, new)
-    checked(written(study), folder, name, content, says)
+    checked(written(study), folder, name, content, message)
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read every file")

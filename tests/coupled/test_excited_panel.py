@@ -8,7 +8,7 @@ import pytest
 from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, SimulatedPatch
 from pidpanel.coupled.softening import RmsMotion, softened_modulus, softening_bias
 from pidpanel.coupon.from_study import bed_of
-from pidpanel.damping.readings import DampingValues
+from pidpanel.damping.models import DampingValues
 from pidpanel.study.coupon import Coupon
 
 STIFF = 3.3e9

@@ -18,7 +18,7 @@ from pidpanel.coupon.liggghts.failures import EnergyNotClosed
 from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.coupon.preparation import BED_FILE
 from pidpanel.coupon.records import OK, Loosened, LoosenOutcome, files_of
-from pidpanel.solve.supports import BaseExcitation, inertia_of, with_translation
+from pidpanel.solve.base_motion import BaseExcitation, inertia_of, with_translation
 from pidpanel.study.coupon import Coupon
 
 DURATION, SETTLING = 0.5043, 0.031

@@ -192,7 +192,7 @@ def test_seeds_that_are_apart_go_on_until_they_agree_or_to_the_end(tmp_path, mon
     asked = []
 
     def cycles_of(name, apart):
-        monkeypatch.setattr(attempts, "are_apart", lambda found: asked.append(found) or apart)
+        monkeypatch.setattr(attempts, "seeds_disagree", lambda found: asked.append(found) or apart)
         outcomes = attempts.shake_seeds(case, case.target, tmp_path / name)
         assert {o.status for o in outcomes} == {"ok"}
         assert {o.target.min_cycles for o in outcomes} == {10}
@@ -206,7 +206,7 @@ def test_seeds_that_are_apart_go_on_until_they_agree_or_to_the_end(tmp_path, mon
 
 def test_seeds_are_apart_beyond_a_quarter_of_their_mean_and_four_errors():
     def apart(*values):
-        return attempts.are_apart(
+        return attempts.seeds_disagree(
             [cycles.Estimate(mean, error, 0, 10, 0.0) for mean, error in values]
         )
 

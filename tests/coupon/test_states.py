@@ -149,7 +149,7 @@ def test_a_run_shaken_hard_has_its_rows_after_that(shaken):
 
 @pytest.mark.liggghts
 def test_what_was_run_is_not_run_again_and_a_lost_outcome_of_the_reserve_is_named(shaken):
-    # red: `judged_by` takes the outcomes that are there
+    # red: `runs_to_evaluate` takes the outcomes that are there
     folder, case = shaken
     before = summary.summarise(case, *summary.read_seeds(case, case.outcomes(folder)))
     third = case.with_reserve.folders(folder)[2]

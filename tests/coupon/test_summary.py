@@ -128,7 +128,7 @@ def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
     record(case, tmp_path, closure=-0.021)
     (file,) = case.outcomes(tmp_path)
     read = summary.read_run(case.point, file)
-    problems = list(summary.problems_of(case.point, read, file.parent))
+    problems = list(summary.find_problems(case.point, read, file.parent))
     assert "EnergyNotClosed" in [type(problem).__name__ for problem in problems]
     assert any("-2.10% of the work is missing" in str(problem) for problem in problems)
     assert (
@@ -142,7 +142,7 @@ def problems(folder, **changes):
     record(case, folder, **changes)
     (file,) = case.outcomes(folder)
     read = summary.read_run(case.point, file)
-    found = list(summary.problems_of(case.point, read, file.parent))
+    found = list(summary.find_problems(case.point, read, file.parent))
     return [type(problem).__name__ for problem in found]
 
 
@@ -209,16 +209,16 @@ def test_a_run_that_drifts_counts_with_the_error_that_says_so(tmp_path):
     read = summary.read_run(case.point, case.outcomes(tmp_path)[0])
     for drift, times in ((1.0, 1.0), (-5.0, 5.0)):
         damping = replace(read.damping, start=0, drift=drift)
-        assert summary.error_of(replace(read, damping=damping)) == pytest.approx(
+        assert summary.total_damping_error(replace(read, damping=damping)) == pytest.approx(
             times * damping.error
         )
     late = replace(read.damping, start=11, drift=0.5)  # not steady, though it drifts little
-    assert summary.error_of(replace(read, damping=late)) == late.error
+    assert summary.total_damping_error(replace(read, damping=late)) == late.error
 
 
 def test_runs_that_are_not_steady_count_by_their_error():
     """Sixty cycles of noise with memory, on which a transient of fifteen dies away."""
-    # red: `max(1.0, abs(damping.drift))` → `1.0` in error_of
+    # red: `max(1.0, abs(damping.drift))` → `1.0` in total_damping_error
     rng, count, memory = np.random.default_rng(0), 60, 0.3
     transient = 0.5 * np.exp(-np.arange(count) / 15)
     off = []
@@ -229,7 +229,7 @@ def test_runs_that_are_not_steady_count_by_their_error():
         found = cycles.estimate(series)
         if not rows.is_steady(found, count):
             read = SimpleNamespace(damping=found, shaken=SimpleNamespace(cycles=count))
-            off.append((found.mean - 1) / summary.error_of(read))
+            off.append((found.mean - 1) / summary.total_damping_error(read))
     assert len(off) > 40
     assert np.sqrt(np.mean(np.square(off))) < 1.6  # 1.8 without what they drift
     assert np.mean(np.abs(off) < 2) > 0.75

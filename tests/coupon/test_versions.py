@@ -120,7 +120,7 @@ def test_a_run_is_judged_and_its_energy_measured_as_by_this_version(prepared, tm
         # relative to 1e-9: sums differ in their last digits between processors
         "values": pytest.approx([damping.mean, damping.error, mass.mean, mass.error], rel=1e-9),
         "states": len(states.states_of(np.array([1.0, 1.1, 3.0]), np.array([0.05, 0.05, 0.1]))),
-        "apart": [states.are_apart(1.0, 0.01, 1.0 + gap, 0.01) for gap in (0.05, 0.3, 1.0)],
+        "apart": [states.are_separated(1.0, 0.01, 1.0 + gap, 0.01) for gap in (0.05, 0.3, 1.0)],
     }
     assert GOLDEN["judging"] == judged
     energies = found.balance.energies

@@ -10,12 +10,12 @@ import pytest
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import atlas_fit
 from pidpanel.damping.atlas import (
+    DOF,
     JUMP_LENGTHS,
     REGIMES,
-    TAILS,
     AtlasDamping,
-    bed_of,
-    cases_in,
+    atlas_bed,
+    dimensional,
     dimensionless,
 )
 from pidpanel.damping.atlas_files import SPREAD, atlas_data, by_state, extended_atlas, read_atlas
@@ -33,7 +33,7 @@ from pidpanel.damping.atlas_fit import (
 )
 from pidpanel.damping.broadband import broadband_share
 from pidpanel.damping.jump import Jump
-from pidpanel.damping.readings import DampingValues
+from pidpanel.damping.models import DampingValues
 from pidpanel.damping.surface_cases import (
     AXES,
     ERROR,
@@ -49,13 +49,13 @@ F = np.array([40.0, 150.0, 600.0, 1800.0])
 
 
 def reading(scale=1.0, mass=14.0, gravity=1.0, direction="flat"):
-    bed = bed_of(0.8, 0.3, 6.35e-3 * scale, 25e-3 * scale, 2e-3 * scale, [direction], gravity)
+    bed = atlas_bed(0.8, 0.3, 6.35e-3 * scale, 25e-3 * scale, 2e-3 * scale, [direction], gravity)
     return read_atlas().damping_of(bed, mass)
 
 
 def test_coordinates_are_the_groups():
     # red: the gap of (1 − r) depth; the logarithm of W/L without that of the gap
-    bed = bed_of(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat"])
+    bed = atlas_bed(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat"])
     fill, gamma = np.full(4, 0.5), np.full(4, 20.0)
     points = bed.points(fill, F, gamma)
     stroke = 20 * STANDARD_GRAVITY / (2 * np.pi * F) ** 2 / (0.03 * clear_gap(np.array(0.5)))
@@ -68,8 +68,8 @@ def test_coordinates_are_the_groups():
 
 
 def test_beds_of_several_cases_have_unit_mass_and_the_onset_of_their_direction():
-    beds = bed_of(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat", "upright"], 0.2)
-    assert beds.mass_per_fill == bed_of(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat"]).mass_per_fill == 1
+    beds = atlas_bed(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat", "upright"], 0.2)
+    assert beds.mass_per_fill == atlas_bed(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat"]).mass_per_fill == 1
     np.testing.assert_array_equal(beds.onset_g, [0.2, 0.0])
 
 
@@ -79,7 +79,7 @@ def test_a_reading_has_the_mass_of_the_particles_and_the_share_under_sound():
         ones = np.ones(len(frequency))
         return DampingValues(3 * ones, 0.3 * ones, 0.4 * ones, frequency < 100)
 
-    bed = bed_of(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
+    bed = atlas_bed(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
     tone = AtlasDamping(surface, bed, 14.0, np.ones((2, 3)))
     values, sound = tone(F, 0.5, 20.0), tone.under_sound()(F, 0.5, 20.0)
     np.testing.assert_allclose(values.equivalent_damping, 42.0)
@@ -99,7 +99,7 @@ def test_a_bed_crosses_only_where_its_flight_reaches_the_lid():
     stroke = np.log(1 / np.array([0.95, 1.05, 3.3, 3.5]))
     points[:, STROKE] = stroke + points[:, 1]
     shape = [0.8, 0.3, 6e-3, 25e-3, 2e-3]
-    flat, upright = (bed_of(*shape, [direction]) for direction in ("flat", "upright"))
+    flat, upright = (atlas_bed(*shape, [direction]) for direction in ("flat", "upright"))
     np.testing.assert_allclose(flat.reached(points)[[0, 2]], stroke[[0, 2]])
     assert (flat.reached(points)[[1, 3]] == -np.inf).all()
     np.testing.assert_allclose(upright.reached(points), stroke)
@@ -138,7 +138,9 @@ def test_errors_are_calibrated_by_regime():
         errors.equivalent_damping_error, 14 * factor[0, regime] * of_one.equivalent_damping_error
     )
     assert np.linalg.eigvalsh(damping.covariance(F, 0.5, 20.0)).min() > 0
-    np.testing.assert_array_equal(damping.is_between(F, 0.5, 20.0), (stroke > 0.1) & (stroke < 0.5))
+    np.testing.assert_array_equal(
+        damping.is_near_jump(F, 0.5, 20.0), (stroke > 0.1) & (stroke < 0.5)
+    )
 
 
 def test_beds_of_a_tenth_to_half_of_the_gap_may_ride_or_cross():
@@ -146,8 +148,8 @@ def test_beds_of_a_tenth_to_half_of_the_gap_may_ride_or_cross():
     stroke = np.array([0.095, 0.105, 0.48, 0.52])
     frequency = 100 * np.sqrt(damping.stroke_per_gap(np.array([100.0]), 0.5, 20.0) / stroke)
     np.testing.assert_allclose(damping.stroke_per_gap(frequency, 0.5, 20.0), stroke)
-    is_between = damping.is_between(frequency, 0.5, 20.0)
-    np.testing.assert_array_equal(is_between, [False, True, True, False])
+    is_near_jump = damping.is_near_jump(frequency, 0.5, 20.0)
+    np.testing.assert_array_equal(is_near_jump, [False, True, True, False])
 
 
 def test_a_dashpot_has_the_same_damping_and_no_mass():
@@ -245,7 +247,7 @@ def test_the_stored_trend_and_volume_are_those_of_the_shipped_table():
 
 
 def test_beds_differ_less_from_the_trend_than_without_one():
-    bed = bed_of(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
+    bed = atlas_bed(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
     assert (bed.least_spread, replace(bed, trend=np.zeros(11)).least_spread) == (1.0, 0.5)
 
 
@@ -289,7 +291,7 @@ def test_the_scale_is_that_of_students_t():
     # scores drawn with a scale, and a packing of many cases that are nearly exact
     # red: weights of cases; one degree of freedom more
     rng = np.random.default_rng(2)
-    scores = np.concatenate([0.6 * rng.standard_t(TAILS, 20_000), rng.normal(0, 1e-3, 20_000)])
+    scores = np.concatenate([0.6 * rng.standard_t(DOF, 20_000), rng.normal(0, 1e-3, 20_000)])
     packing = np.concatenate([np.arange(20_000), np.full(20_000, 20_000)])
     predicted = Predicted(scores, np.ones(40_000), 2 * scores, np.ones(40_000))
     scales = student_scale_of(predicted, np.full(40_000, 2.0), packing)
@@ -300,7 +302,7 @@ def test_the_scale_is_that_of_students_t():
 def test_cases_of_a_coupon_narrow_the_atlas_there():
     # a bed twice as lossy as the atlas has it. red: rows without the mass of the particles; the
     # table without them
-    bed, mass = bed_of(0.55, 0.15, 9e-3, 30e-3, 2e-3, ["flat"]), 14.0
+    bed, mass = atlas_bed(0.55, 0.15, 9e-3, 30e-3, 2e-3, ["flat"]), 14.0
     prior = read_atlas().damping_of(bed, mass)
     fill, gamma = 0.4, 30.0
     frequency = np.array([200.0, 500.0, 1200.0])
@@ -315,7 +317,7 @@ def test_cases_of_a_coupon_narrow_the_atlas_there():
             MASS_ERROR: 0.1,
         }
     )
-    back = cases_in(dimensionless(cases, bed.depth, 1.0, mass), bed.depth)
+    back = dimensional(dimensionless(cases, bed.depth, 1.0, mass), bed.depth)
     columns = [VALUE, ERROR, MASS, MASS_ERROR]
     np.testing.assert_allclose(mass * back[columns], cases[columns], rtol=1e-12)
     moon = dimensionless(cases, bed.depth, 0.2, mass)

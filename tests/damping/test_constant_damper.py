@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.damping.laws import ConstantDamper, PaperLaw
-from pidpanel.damping.readings import correlated_covariance
+from pidpanel.damping.models import correlated_covariance
 
 F = np.array([20.0, 77.0, 2000.0])
 

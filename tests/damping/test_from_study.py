@@ -9,16 +9,16 @@ import yaml
 
 from pidpanel.columns import ColumnsError
 from pidpanel.damping.atlas import AtlasDamping
-from pidpanel.damping.from_study import reading_from_atlas, reading_of, reading_of_damper
+from pidpanel.damping.from_study import atlas_model, damper_model, study_model
 from pidpanel.damping.laws import ConstantDamper, PaperLaw, paper_corrected, paper_printed
-from pidpanel.damping.readings import DampingError
+from pidpanel.damping.models import DampingError
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_files import to_dataset
 from pidpanel.paths import SECTION, STUDIES
 from pidpanel.report.text import READINGS
 from pidpanel.study import StudyError, load_study
 from pidpanel.study.dampers import Damper
-from pidpanel.study.damping import Prior, Reading
+from pidpanel.study.damping import ModelName, Prior
 from pidpanel.study.study import BARE
 
 
@@ -32,7 +32,7 @@ def study(tmp_path_factory, write_study, table_values):
 )
 def test_a_law_is_the_one_that_is_named(study, name, law):
     # red: `printed=False` for both
-    reading = reading_of(name, study, None)
+    reading = study_model(name, study, None)
     assert isinstance(reading, PaperLaw)
     assert reading(100.0, 0.5, 20.0).equivalent_damping == law(100.0, 0.5)
 
@@ -41,17 +41,17 @@ def test_a_law_is_the_one_that_is_named(study, name, law):
 def test_a_reading_that_is_not_there_is_no_other_one(study, name):
     # red: a law for every name that is left over
     with pytest.raises(DampingError, match=f"damping model {name}: unknown, or its file"):
-        reading_of(name, study, None)
+        study_model(name, study, None)
 
 
 def test_a_table_is_a_reading_with_motion_and_errors(study):
-    reading = reading_of("table", study, None)
+    reading = study_model("table", study, None)
     assert reading.depends_on_acceleration
     assert (reading(np.array([80.0]), 0.5, 30.0).equivalent_damping_error > 0).all()
 
 
 def damper(**values):
-    return reading_of_damper(Damper.model_validate(values), None)
+    return damper_model(Damper.model_validate(values), None)
 
 
 def test_constants_are_a_damper():
@@ -107,7 +107,7 @@ def test_a_coupon_is_read_from_its_surface():
 
 def test_every_reading_has_a_name_on_the_page():
     # red: a line of READINGS left out
-    assert set(READINGS) == {*get_args(Reading), BARE}
+    assert set(READINGS) == {*get_args(ModelName), BARE}
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def coupon():
 def test_the_prior_of_a_surface_is_the_one_that_is_named(coupon, tmp_path):
     # four cases of C_e as the atlas has it, but for one; between them they say little alone
     # red: the atlas without the cases; m₁ of the atlas in place of that of the cases
-    atlas = reading_from_atlas(coupon.coupon, is_broadband=False)
+    atlas = atlas_model(coupon.coupon, is_broadband=False)
     frequency = np.array([100.0, 200.0, 500.0, 1000.0])
     damping = atlas(frequency, 0.4, 30.0).equivalent_damping * [1, 1, 1, 2]
     surface = DampingSurface.from_frame(
@@ -146,7 +146,7 @@ def test_the_prior_of_a_surface_is_the_one_that_is_named(coupon, tmp_path):
     )  # fmt: skip
     to_dataset(surface).to_netcdf(tmp_path / "surface.nc", engine="scipy")
     own, with_atlas = (
-        reading_of_damper(coupon, tmp_path / "surface.nc", prior) for prior in get_args(Prior)
+        damper_model(coupon, tmp_path / "surface.nc", prior) for prior in get_args(Prior)
     )
     assert isinstance(own, DampingSurface) and isinstance(with_atlas, AtlasDamping)
     assert with_atlas.mass_per_area(0.4) == pytest.approx(1.1 * atlas.mass_per_area(0.4))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pidpanel.damping import laws
-from pidpanel.damping.readings import DampingError
+from pidpanel.damping.models import DampingError
 
 FREQUENCY = np.geomspace(5, 2000, 50)
 

@@ -8,8 +8,8 @@ import pytest
 
 from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.from_study import measured_beside, reading_from_atlas
-from pidpanel.damping.measured import compared, measured_points
+from pidpanel.damping.from_study import atlas_model, compare_measured
+from pidpanel.damping.measured import compare, measured_points
 from pidpanel.damping.table_files import read_columns
 from pidpanel.study.coupon import Coupon
 
@@ -82,7 +82,7 @@ def test_the_case_at_a_measured_point_is_the_one_that_counts_within_one_per_cent
         [case(0.5, 100.9, 5.0, 1000), case(0.5, 300, 21, 2000), case(0.35, 170, 33, 700),
          case(0.5, 100, 5, 1, "NotFinite")]
     )  # fmt: skip
-    found = compared(points, cases, None)
+    found = compare(points, cases, None)
     np.testing.assert_array_equal(found[f"simulated_{C}"], [1000, np.nan, np.nan])
     assert found[f"simulated_{M}"].iloc[0] == 1.5
     assert found[f"atlas_{C}"].isna().all()
@@ -98,7 +98,7 @@ def test_a_case_counts_within_one_per_cent_on_either_side(tmp_path, axis, side):
         moved = at_point[axis] * math.exp(side * away)
         if axis == "fill_fraction":
             moved = at_point[axis] + side * away
-        found = compared(points, pd.DataFrame([at_point | {axis: moved}]), None)
+        found = compare(points, pd.DataFrame([at_point | {axis: moved}]), None)
         np.testing.assert_array_equal(found[f"simulated_{C}"], [expected])
 
 
@@ -108,8 +108,8 @@ def test_the_atlas_is_read_under_a_tone_where_it_holds(tmp_path):
     coupon = Coupon.model_validate(
         {"measured": "lab.csv", "cell": {"depth_mm": 25}}, context={"folder": tmp_path}
     )
-    found = measured_beside(coupon, pd.DataFrame([case(0.5, 100, 5, 1000)]))
-    reading = reading_from_atlas(coupon, is_broadband=False)
+    found = compare_measured(coupon, pd.DataFrame([case(0.5, 100, 5, 1000)]))
+    reading = atlas_model(coupon, is_broadband=False)
     tone = reading(np.array([300.0]), 0.5, 20.0)
     assert found[f"atlas_{C}"].iloc[1] == pytest.approx(tone.equivalent_damping[0])
     assert found[f"atlas_{C}_error"].iloc[1] == pytest.approx(tone.equivalent_damping_error[0])
@@ -117,4 +117,6 @@ def test_the_atlas_is_read_under_a_tone_where_it_holds(tmp_path):
     assert found[f"atlas_{M}_error"].iloc[1] ** 2 == pytest.approx(variance)
     assert np.isnan(found[f"atlas_{C}"].iloc[3])
     squares = coupon.model_copy(update={"cell": coupon.cell.model_copy(update={"shape": "square"})})
-    assert measured_beside(squares, pd.DataFrame([case(0.5, 100, 5, 1)]))[f"atlas_{C}"].isna().all()
+    assert (
+        compare_measured(squares, pd.DataFrame([case(0.5, 100, 5, 1)]))[f"atlas_{C}"].isna().all()
+    )

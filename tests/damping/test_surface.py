@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from pidpanel.damping import surface_files
-from pidpanel.damping.readings import DampingError
+from pidpanel.damping.models import DampingError
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import (
     AXES,

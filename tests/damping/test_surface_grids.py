@@ -5,7 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.damping.readings import NODE_STEP
+from pidpanel.damping.models import NODE_STEP
 from pidpanel.damping.surface import ACCELERATION_STEP, FREQUENCY_STEP, DampingSurface
 from pidpanel.damping.surface_cases import (
     AXES,

@@ -11,7 +11,7 @@ from pidpanel.damping.from_study import read_table
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_files import to_frame
 from pidpanel.damping.table_files import COLUMNS, read_columns
-from pidpanel.damping.tables import TableReading
+from pidpanel.damping.tables import TableDamping
 
 F, C, M = "frequency_hz", "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
 C_ERROR, M_ERROR = "equivalent_damping_error_n_s_m3", "apparent_mass_error_kg_m2"
@@ -23,7 +23,7 @@ def reading(interpolation="log", **columns):
     count = max(np.size(values) for values in columns.values())
     full = {name: np.full(count, values, float) for name, values in columns.items()}
     assert set(full) <= set(COLUMNS)
-    return TableReading(full, interpolation)
+    return TableDamping(full, interpolation)
 
 
 def at(table, frequency, fill=0.5, gamma=10.0):
@@ -108,7 +108,7 @@ def test_any_table_reads_back_at_its_rows(rows, amplitude, interpolation, kind, 
         columns |= {"loss_factor": damping / (12 * fill * omega), PARTICLES: 12 * fill, M: mass}
     else:
         columns |= {C: damping, M: mass}
-    table = TableReading(columns, interpolation)
+    table = TableDamping(columns, interpolation)
     for r, f, level, value, own in zip(fill, frequency, gamma, damping, mass, strict=True):
         found = at(table, f, r, level)
         # Γ becomes a displacement and back: a few roundings of 1e-16, times the steepest slope,

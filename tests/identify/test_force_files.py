@@ -78,7 +78,7 @@ def test_a_band_has_the_mean_of_its_lines(tmp_path, first, size):
 
 
 @pytest.mark.parametrize(
-    ("values", "options", "says"),
+    ("values", "options", "message"),
     [
         (apparent_mass(), {"function": 9}, "must be a frequency response"),
         (apparent_mass(), {"kinds": (12, 12)}, "of force over acceleration or the inverse"),
@@ -86,7 +86,7 @@ def test_a_band_has_the_mean_of_its_lines(tmp_path, first, size):
         (apparent_mass().conj(), {}, "C_e is negative in all third octaves"),
     ],
 )
-def test_other_functions_are_refused(tmp_path, values, options, says):
+def test_other_functions_are_refused(tmp_path, values, options, message):
     # red: one of the conditions left out
-    with pytest.raises(ColumnsError, match=says):
+    with pytest.raises(ColumnsError, match=message):
         read_force(written(tmp_path / "a.uff", values, **options), None, AREA, FIXTURE)

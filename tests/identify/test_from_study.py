@@ -107,8 +107,8 @@ def test_regions_of_single_points_are_drawn(weights):
 
 def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(laboratory):
     # red: compared only where the table has the mass of the particles
-    says = "an apparent mass of 44. kg/m².*times the mass of the particles.* in g/m²"
-    with pytest.raises(StudyError, match=says):
+    message = "an apparent mass of 44. kg/m².*times the mass of the particles.* in g/m²"
+    with pytest.raises(StudyError, match=message):
         identify_file(laboratory(table=TABLE.replace("4.4555", "445.55")))
 
 
@@ -118,9 +118,9 @@ def test_a_damper_on_its_side_is_said_to_tell_less_of_e(tmp_path, capsys, identi
     across = "  gravity_direction: [1, 0, 0]\n"
     file.write_text(STUDY + across + MEASURED)
     assert main(["identify", str(file), "-d", str(tmp_path)]) == 0
-    says = "Gravity acts across the motion"
-    assert says in capsys.readouterr().out
-    assert not any(says in line for line in identified[1])
+    message = "Gravity acts across the motion"
+    assert message in capsys.readouterr().out
+    assert not any(message in line for line in identified[1])
 
 
 def test_the_identified_particles_are_a_damper_of_a_study(identified, tmp_path):
@@ -232,7 +232,7 @@ def test_rows_in_which_the_particles_ride_along_do_not_count(laboratory):
 
 
 @pytest.mark.parametrize(
-    ("rest", "table", "says"),
+    ("rest", "table", "message"),
     [
         (MEASURED, "fill_fraction," + ROWS + "0.5,30,20,1479,4\n", "use the key fill_fraction"),
         (MEASURED, ROWS + "\n".join(f"{f},20,1479,4" for f in range(10, 90)), "has 80 rows; allowed are 60"),
@@ -241,9 +241,9 @@ def test_rows_in_which_the_particles_ride_along_do_not_count(laboratory):
         ("measured: {file: tones.csv}\n", ROWS + "80,20,413,5\n", "measured.relative_error: missing; needed"),
     ],
 )  # fmt: skip
-def test_tables_that_do_not_suffice_are_refused(laboratory, rest, table, says):
+def test_tables_that_do_not_suffice_are_refused(laboratory, rest, table, message):
     # red: one of the conditions left out
-    with pytest.raises(StudyError, match=says):
+    with pytest.raises(StudyError, match=message):
         read_measurement(laboratory(rest, table), read_atlas())
 
 

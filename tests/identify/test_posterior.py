@@ -14,8 +14,8 @@ from pidpanel.identify.posterior import (
     Posterior,
     _fill_range,
     _support,
+    grid_posterior,
     identify,
-    posterior_on,
     quadrature,
     quantiles,
 )
@@ -79,7 +79,7 @@ def test_a_fill_fraction_that_is_not_known_is_found():
 def test_weights_are_those_of_students_t_of_each_value():
     # red: one outlier for all values; whitened by Σ in place of its correlations; σ left out
     measured, axes = drawn(4, factor=1.3), (np.array([0.5, 0.6]), np.log([0.2, 0.3]), np.r_[0.5])
-    posterior = posterior_on(ATLAS, SPECIMEN, measured, EXACT, axes)
+    posterior = grid_posterior(ATLAS, SPECIMEN, measured, EXACT, axes)
     predicted = predict(ATLAS, SPECIMEN, posterior.particles, TONES)
     expected, chi_square = [], []
     for mean, covariance, scale in zip(*predicted, strict=True):
@@ -128,7 +128,7 @@ def test_the_answer_does_not_depend_on_the_grid():
     # red: end points of the trapezoidal rule with full weight
     fine = identify(ATLAS, SPECIMEN, drawn(2), EXACT, RANGES)
     axes = tuple(np.linspace(a[0], a[-1], 2 * len(a) - 1) for a in fine.axes)
-    finer = posterior_on(ATLAS, SPECIMEN, drawn(2), EXACT, axes)
+    finer = grid_posterior(ATLAS, SPECIMEN, drawn(2), EXACT, axes)
     for axis in range(2):
         coarse, exact = fine.estimate(axis), finer.estimate(axis)
         assert coarse.mean == pytest.approx(exact.mean, abs=0.05 * exact.error)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pidpanel.damping.atlas import REGIMES, bed_of
+from pidpanel.damping.atlas import REGIMES, atlas_bed
 from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.damping.broadband import CORRECTED_TONES
 from pidpanel.identify.prediction import Specimen, Tones, predict
@@ -20,7 +20,7 @@ TONES = Tones(F, GAMMA, np.zeros(4, bool))
 
 
 def reading(specimen, e, log_friction, *, is_broadband):
-    bed = bed_of(
+    bed = atlas_bed(
         e, np.exp(log_friction), specimen.width, specimen.depth, specimen.diameter,
         [specimen.direction],
     )  # fmt: skip
@@ -57,7 +57,7 @@ def test_as_student_errors_of_several_values_are_a_fifth_larger_than_of_each():
     # red: JOINT_SCALE left out, or of covariances
     predicted = predict(ATLAS, STEEL, PARTICLES[:1], TONES)
     ratio = np.diag(predicted.student_covariance[0]) / np.diag(predicted.covariance[0])
-    bed = bed_of(0.8, 0.3, STEEL.width, STEEL.depth, STEEL.diameter, ["flat"])
+    bed = atlas_bed(0.8, 0.3, STEEL.width, STEEL.depth, STEEL.diameter, ["flat"])
     stroke = np.exp(bed.log_stroke(bed.points(np.full(4, 0.4), F, GAMMA)))
     regime = np.digitize(stroke, REGIMES)
     np.testing.assert_allclose(np.sqrt(ratio), 1.2 * ATLAS.student_scale[:, regime].ravel())

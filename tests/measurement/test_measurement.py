@@ -47,7 +47,7 @@ def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "says"),
+    ("name", "content", "message"),
     [
         ("a.csv", "frequency_hz,psd\n20,1\n", "column 'psd': unknown"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n", "at least two lines"),
@@ -59,14 +59,14 @@ def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
         ("a.uff", "    -1\n    58\nbroken\n    -1\n", "no universal file that can be read"),
     ],
 )
-def test_a_file_that_is_wrong_is_refused_in_a_line(tmp_path, name, content, says):
+def test_a_file_that_is_wrong_is_refused_in_a_line(tmp_path, name, content, message):
     # red: `except ColumnsError: raise` alone around the library
     path = tmp_path / name
     path.write_text(content)
     with pytest.raises(ColumnsError) as error:
         read_measured(path)
     (fault,) = error.value.faults
-    assert fault.startswith(str(path)) and says in fault
+    assert fault.startswith(str(path)) and message in fault
 
 
 def test_a_universal_file_of_another_function_or_of_several_is_refused(tmp_path):

@@ -49,19 +49,19 @@ FORMULAS = {
     "geometry": "cells plane_mesh plane_waves polygon sizes",
     "atlas": "groups",
     "coupon": "balance contact cycles design drive geometry rows states",
-    "damping": "atlas atlas_fit broadband coupled fit gaussian_process inelastic interpolation jump laws measured readings sides "
+    "damping": "atlas atlas_fit broadband coupled fit gaussian_process inelastic interpolation jump laws measured models sides "
     "surface surface_cases tables",
-    "panel": "attachments basis eigen fit grid mindlin modes navier plate reactions resolution section shapes "
+    "panel": "attachments basis eigen checks grid mindlin modes navier plate point_supports resolution section shapes "
     "supports thin triangles",
     "sound": "face field radiation spectrum table wavenumber_table",
     "solve": "bands basis_error dampers direct elements excitation layout lines maps mesh_error modal "
-    "model motions moved panel power search sharpness solvers source stress supports uncertainty",
+    "model motions bare_motions panel power search sharpness solvers source stress base_motion uncertainty",
     "coupled": "coupled_panel estimate impedance integration linear own_force "
     "excited_panel scenario_runs segments softening force_record spectra variants",
     "response": "cases dampers extrapolation mapping model_error nastran panel tables",
     "base": "basis_check random sine",
     "severity": "fatigue moments oscillators strength",
-    "optimise": "objectives places proposal reduced search variants",
+    "optimise": "objectives places proposal reduced_panel search variants",
     "measurement": "computed differences",
     "identify": "force_files next_tones posterior prediction",
     "report": "verdict",

@@ -88,7 +88,7 @@ OTHERS = {
     "coupled": "beds checkpoints from_study pieces scenario",
     "base": "from_study tables",
     "severity": "from_study tables",
-    "optimise": "excited from_study options",
+    "optimise": "excitations from_study options",
     "measurement": "files from_study",
     "identify": "from_study",
     "response": "exports from_study psd_files refinement results trust",

@@ -8,11 +8,11 @@ import shapely
 from pidpanel.optimise.objectives import accelerations
 from pidpanel.optimise.options import FilledDamper, frozen_options
 from pidpanel.optimise.places import places_on
-from pidpanel.optimise.reduced import JointPanel, ReducedPanel
+from pidpanel.optimise.reduced_panel import JointPanel, ReducedPanel
 from pidpanel.optimise.search import Problem
+from pidpanel.solve.base_motion import TABLE_MASS, BaseExcitation
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.solve.supports import TABLE_MASS, BaseExcitation
 
 
 class RandomPanel:
@@ -115,7 +115,7 @@ def exhaustive(problem):
     """The least that counts over all layouts within the limits."""
     best = float(problem.objective(problem.panel.bare))
     count = problem.options.mass.size
-    for size in range(problem.most):
+    for size in range(problem.max_patches):
         for layout in itertools.combinations(range(count), size):
             later = np.arange(count) > max(layout, default=-1)
             is_feasible = all(

@@ -12,11 +12,11 @@ from pidpanel.optimise.objectives import (
     spread_vertices,
     stresses,
 )
-from pidpanel.optimise.reduced import ReducedPanel
+from pidpanel.optimise.reduced_panel import ReducedPanel
 from pidpanel.severity.oscillators import response_spectrum
-from pidpanel.solve import layouts
+from pidpanel.solve import solve_layouts
 from pidpanel.solve.dampers import patch_stiffness
-from pidpanel.solve.layout import DamperLayout, Load
+from pidpanel.solve.layout import AttachedDamper, DamperLayout
 from pidpanel.solve.model import root_mean_square
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.stress import QUANTITIES, Layers, layer_psd
@@ -40,9 +40,9 @@ def motions(panel):
 def response(panel):
     """Of two dampers, with all motions at the points."""
     fillings = [panel.fillings[0], panel.fillings[1]]
-    loads = [Load(p, f.damping, False) for p, f in zip(PLACES, fillings, strict=True)]
+    loads = [AttachedDamper(p, f.damping, False) for p, f in zip(PLACES, fillings, strict=True)]
     model = ModalPanel(panel.basis, panel.patches, panel.frequency, motions(panel), panel.frequency)
-    (answer,) = layouts(model, panel.excitation, [DamperLayout(tuple(loads))])
+    (answer,) = solve_layouts(model, panel.excitation, [DamperLayout(tuple(loads))])
     return answer.response
 
 

@@ -67,11 +67,11 @@ def test_a_group_has_places_that_all_overlap():
 
 
 @pytest.mark.parametrize(
-    ("size", "obstacles", "says"),
+    ("size", "obstacles", "message"),
     [((1.6, 0.2), [], "larger than the panel, 1.5 m × 1 m"), ((0.2, 0.2), [PANEL], "no place")],
 )
-def test_a_panel_without_room_is_refused(size, obstacles, says):
-    with pytest.raises(NoPlace, match=says):
+def test_a_panel_without_room_is_refused(size, obstacles, message):
+    with pytest.raises(NoPlace, match=message):
         places_on(PANEL, size, size, obstacles)
 
 

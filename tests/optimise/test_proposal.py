@@ -11,10 +11,10 @@ from random_panels import RandomPanel
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.optimise import proposal
-from pidpanel.optimise.excited import Finalist
+from pidpanel.optimise.excitations import Finalist
 from pidpanel.optimise.options import FilledDamper, Options
 from pidpanel.optimise.proposal import Proposals, damper_rows, search_table
-from pidpanel.optimise.reduced import JointPanel
+from pidpanel.optimise.reduced_panel import JointPanel
 from pidpanel.optimise.search import Problem, Proof, Sampling
 from pidpanel.optimise.variants import reductions
 from pidpanel.solve.excitation import ModalForce

@@ -15,7 +15,7 @@ from pidpanel.optimise.search import (
     _chain,
     branch_and_bound,
     greedy,
-    sample_property,
+    sample_submodularity,
     weights_of_points,
 )
 
@@ -42,7 +42,7 @@ def test_the_best_layout_is_within_1_percent_and_the_gap_holds_on_20_random_pane
     # red: without the translation's share of the places; of both, mean squares without a scale
     optimal = bounded = 0
     for problem in (each[excitation] for each in drawn):
-        sampling = sample_property(problem)
+        sampling = sample_submodularity(problem)
         proof = branch_and_bound(problem, greedy(problem), sampling, nodes=100)
         optimum = exhaustive(problem)
         optimal += proof.value <= 1.01 * optimum
@@ -78,13 +78,13 @@ def test_layouts_stay_within_mass_number_and_free_cells():
     for layout in problem.evaluated:
         place = problem.options.place[list(layout)]
         assert problem.mass(layout) <= problem.budget * (1 + 1e-9)
-        assert len(layout) <= problem.most
+        assert len(layout) <= problem.max_patches
         assert problem.places.overlap[np.ix_(place, place)].sum() == len(layout)
 
 
 def test_violations_of_the_property_are_counted_and_enlarge_the_bound():
     light, heavy = (
-        sample_property(RandomPanel(6, heavy=heavy).problem()) for heavy in (False, True)
+        sample_submodularity(RandomPanel(6, heavy=heavy).problem()) for heavy in (False, True)
     )
     assert light.checks > 100
     assert heavy.violations > 0
@@ -97,7 +97,7 @@ def test_where_the_property_fails_the_bound_is_lower_and_branches_beyond_it_are_
     # single dampers do harm on panel 5, two together do not
     # red: the excess left out; branches at the bound left out
     problem = RandomPanel(5, moving=True).problem(most=2, is_largest=False)
-    sampling, start = sample_property(problem), greedy(problem)
+    sampling, start = sample_submodularity(problem), greedy(problem)
     assert sampling.excess > 0.01
     proofs = [branch_and_bound(problem, start, each, 50) for each in (HOLDS, sampling)]
     assert proofs[1].value < 0.99 * proofs[0].value
@@ -128,15 +128,15 @@ GROUP = np.array([2, 0, 2, 1, 0])
 def test_with_mass_to_spare_the_best_of_the_best_groups_are_removed(count, most):
     # red: two of a group; a damper that adds counted as less than none
     prices = PriceOfMass(GAIN, np.full(5, 2.0), GROUP, count)
-    np.testing.assert_allclose(prices.most(np.ones(5, bool), 100.0), most)
+    np.testing.assert_allclose(prices.largest_reduction(np.ones(5, bool), 100.0), most)
 
 
 def test_only_what_is_allowed_is_removed():
     # red: options in another order than their groups
     prices = PriceOfMass(GAIN, np.full(5, 2.0), GROUP, 3)
     allowed = np.array([False, True, True, True, False])
-    np.testing.assert_allclose(prices.most(allowed, 100.0), [11.0, 11.0])
-    np.testing.assert_allclose(prices.most(~allowed, 100.0), [13.0, 3.0])
+    np.testing.assert_allclose(prices.largest_reduction(allowed, 100.0), [11.0, 11.0])
+    np.testing.assert_allclose(prices.largest_reduction(~allowed, 100.0), [13.0, 3.0])
 
 
 def test_dampers_that_share_a_mass_are_bounded_by_those_that_may_be_divided():
@@ -148,9 +148,9 @@ def test_dampers_that_share_a_mass_are_bounded_by_those_that_may_be_divided():
         p = 10 * 10 ** (-3 * number / 11)
         gain = unit * np.array([[4 * p, 2 * p], [10.0, 5.0]])
         prices = PriceOfMass(gain, np.array([4.0, 1.0]), np.array([0, 1]), 2)
-        most = prices.most(np.ones(2, bool), 3.0)
+        most = prices.largest_reduction(np.ones(2, bool), 3.0)
         np.testing.assert_allclose(most[0], unit * (10 + 2 * p))
-        least = prices.most(np.array([False, True]), 0.3)
+        least = prices.largest_reduction(np.array([False, True]), 0.3)
         np.testing.assert_allclose(least[0], 3.0 * unit)
 
 
@@ -158,7 +158,11 @@ class StatedProblem:
     """A problem of one point, with the mean squares of its layouts stated; others have 9."""
 
     def __init__(self, mass, budget, stated):
-        self.options, self.budget, self.most = SimpleNamespace(mass=np.array(mass)), budget, 2
+        self.options, self.budget, self.max_patches = (
+            SimpleNamespace(mass=np.array(mass)),
+            budget,
+            2,
+        )
         self.panel = SimpleNamespace(bare=np.array([10.0]))
         self.stated, self.evaluated = stated, {}
 
@@ -170,7 +174,7 @@ class StatedProblem:
         square = np.full((len(mass), 1), np.inf)
         for option in set(range(len(mass))).difference(layout):
             further = tuple(sorted((*layout, option)))
-            fits = len(further) <= self.most and mass[list(further)].sum() <= self.budget
+            fits = len(further) <= self.max_patches and mass[list(further)].sum() <= self.budget
             if fits and (allowed is None or allowed[option]):
                 self.evaluated[further] = square[option] = self.stated.get(further, 9.0)
         return square
@@ -185,7 +189,7 @@ def test_dampers_are_exchanged_until_none_makes_the_layout_better():
 
 @pytest.mark.parametrize(("heavy", "best"), [(4.0, (1, 2)), (2.0, (0,))])
 def test_one_heavy_damper_is_compared_with_several_light_ones(heavy, best):
-    # red: range(2, …) or problem.most - 1 in `greedy`; budget * count; >= value
+    # red: range(2, …) or problem.max_patches - 1 in `greedy`; budget * count; >= value
     stated = {(0,): heavy, (1,): 6.0, (2,): 7.0, (1, 2): 3.0}
     assert greedy(StatedProblem([2.0, 1.0, 1.0, 1.0], 2.0, stated)) == best
 
@@ -217,7 +221,7 @@ def stated_problem(removed, most=2, mass=None, budget=10.0, together=0.0):
 def test_what_adds_up_violates_nothing():
     # three dampers of four at two points: 3 and 2 further ones are compared, in five chains
     problem = stated_problem([[1, 2], [3, 1], [2, 2], [0.5, 4]], most=3)
-    sampling = sample_property(problem)
+    sampling = sample_submodularity(problem)
     assert (sampling.checks, sampling.violations, sampling.excess) == (50, 0, 0.0)
     assert sampling.ratio == pytest.approx(1) and sampling.largest == pytest.approx(0, abs=1e-12)
 
@@ -237,7 +241,7 @@ def test_what_adds_up_violates_nothing():
 )  # fmt: skip
 def test_dampers_that_remove_more_together_are_counted(alone, together, most, expected):
     # red: the state before in place of that after; the ratio of the last damper alone
-    sampling = sample_property(stated_problem(alone, most, together=together))
+    sampling = sample_submodularity(stated_problem(alone, most, together=together))
     values = [getattr(sampling, name) for name in ("checks", "violations", "largest", "ratio")]
     assert [*values, sampling.excess] == pytest.approx(expected, rel=1e-9, abs=1e-12)
 

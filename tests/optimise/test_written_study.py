@@ -41,12 +41,12 @@ def test_the_study_of_the_best_layouts_has_their_patches_and_passes_its_check(de
 
 def test_a_study_is_written_beside_the_first_and_over_nothing(design):
     # red: a study elsewhere, which does not find its tables; the study itself with --force
-    for name, force, says in (
+    for name, force, message in (
         ("design.yaml", False, "exists; --force"),
         ("design.yaml", True, "exists; --force"),
         ("best.txt", False, "must end in .yaml"),
         ("folder/best.yaml", False, "must be in the folder of"),
     ):
-        with pytest.raises(StudyError, match=says):
+        with pytest.raises(StudyError, match=message):
             check_target(design.parent / name, design, force=force)
     check_target(design.with_name("best.yaml"), design, force=False)

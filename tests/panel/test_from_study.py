@@ -50,7 +50,7 @@ def test_a_core_by_its_grade_has_the_makers_moduli():
 
 
 @pytest.mark.parametrize(
-    ("name", "keys", "value", "says"),
+    ("name", "keys", "value", "message"),
     [
         ("sandwich_hole_hinge", "section.core.grade", "3/16-5056-0.0008", "grade = 3/16-5056-0.0008: unknown grade; the nearest are 3/16-5056-0.0007"),
         ("sandwich_hole_hinge", "section.core.density_kg_m3", 32, "either grade, or density_kg_m3, shear_modulus_l_mpa"),
@@ -79,9 +79,9 @@ def test_a_core_by_its_grade_has_the_makers_moduli():
         ("bdf_panel", "patches.side.centre_m", [1.1, 0.7], "cover 0 m² of its 0.04 m²"),
     ],
 )  # fmt: skip
-def test_a_panel_that_cannot_be_is_refused_in_one_line(tmp_path, name, keys, value, says):
+def test_a_panel_that_cannot_be_is_refused_in_one_line(tmp_path, name, keys, value, message):
     with pytest.raises(StudyError) as caught:
         checked_study(variant(tmp_path, name, at(keys, value)))
     text = str(caught.value)
-    assert says in text, text
+    assert message in text, text
     assert "\n" not in text and "mine.yaml" in text

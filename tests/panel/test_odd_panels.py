@@ -6,7 +6,7 @@ import pytest
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import first_frequencies, normal_modes, quadratic_form
-from pidpanel.panel.reactions import added_compliance
+from pidpanel.panel.point_supports import added_compliance
 from pidpanel.panel.resolution import FOOT_SHIFT
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
@@ -165,11 +165,11 @@ def test_an_odd_panel_that_is_accepted_is_carried_out(tmp_path, name):
 @pytest.mark.parametrize("name", REFUSED)
 def test_an_odd_panel_that_the_stage_cannot_carry_out_is_refused_in_one_line(tmp_path, name):
     # red: without `check_fit` or `check_feet` in `StudiedPanel.check`
-    (panel, frequency), says = REFUSED[name]
+    (panel, frequency), message = REFUSED[name]
     studied = StudiedPanel(Panel(**panel))
     with pytest.raises(ValueError) as caught:
         studied.check(frequency)
-    assert says in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
     with pytest.raises(ValueError):
         basis_for(studied, frequency, tmp_path)
 
@@ -211,7 +211,7 @@ def test_modes_of_a_thin_plate_do_not_hang_on_elements_beside_its_supports(
 def test_the_stated_shift_of_a_thin_plate_contains_that_of_feet():
     # red: `feet` left out of `roughness`
     panel, _ = of([1.2, 0.9], THIN, triangles(0.19), 500, held(*(foot(*at, 0.03) for at in FEET)))
-    shift = StudiedPanel(Panel(**panel)).shift_of_wave(1e-3, 100.0, 0.0)
+    shift = StudiedPanel(Panel(**panel)).wave_shift(1e-3, 100.0, 0.0)
     assert shift == pytest.approx(0.1 * FOOT_SHIFT, abs=1e-6)
 
 
@@ -220,18 +220,18 @@ def test_the_stated_shift_of_rectangles_contains_that_at_the_ends_of_clamped_par
     # 38.658 Hz as above; red: `ends` left out, or those at corners counted
     grid = quadrilaterals(12 * count, 9 * count)
     panel = Panel(**of([1.2, 0.9], THIN, grid, 500, PARTS)[0])
-    shift = StudiedPanel(panel).shift_of_wave(0.1 / count, 1.0, 0.0)
+    shift = StudiedPanel(panel).wave_shift(0.1 / count, 1.0, 0.0)
     assert 1 < shift / (first / 38.658 - 1) < 1.2
     whole = panel.model_copy(
         update={
             "supports": Panel(**of([1.2, 0.9], THIN, grid, 500, edge([0, 0], [1.2, 0]))[0]).supports
         }
     )
-    assert StudiedPanel(whole).shift_of_wave(0.1, 1.0, 0.0) < 1e-6
+    assert StudiedPanel(whole).wave_shift(0.1, 1.0, 0.0) < 1e-6
     refined = panel.model_copy(
         update={"mesh": panel.mesh.model_copy(update={"kind": "triangles", "size_m": 0.1})}
     )
-    assert StudiedPanel(refined).shift_of_wave(0.1, 1.0, 0.0) < 1e-6
+    assert StudiedPanel(refined).wave_shift(0.1, 1.0, 0.0) < 1e-6
 
 
 def grid(nx, ny, a, b):
@@ -281,16 +281,16 @@ GIVEN = {
 @pytest.mark.parametrize("name", GIVEN)
 def test_an_odd_mesh_of_a_file_is_carried_out_or_refused_in_one_line(tmp_path, name):
     # red: without `check_held`; without NONE_FREE in `assembled_plate`; `foot_cells` that may be none
-    mesh, panel, says = GIVEN[name]
+    mesh, panel, message = GIVEN[name]
     bulk_data(tmp_path / "panel.bdf", *grid(*mesh))
     file = {"kind": "file", "file": tmp_path / "panel.bdf"}
     studied = StudiedPanel(Panel(**panel, mesh=file))
-    if not says:
+    if not message:
         carried_out(studied, 100.0, tmp_path)
         return
     with pytest.raises(ValueError) as caught:
         studied.check(100.0)
-    assert says in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
     with pytest.raises(ValueError):
         basis_for(studied, 100.0, tmp_path)
 
@@ -317,7 +317,7 @@ def test_the_stated_shift_of_a_file_contains_that_at_the_ends_of_clamped_parts(
     # 4 to 7 % with 10 cm, half of it with 5 cm; red: ends of rectangles alone
     panel = of_file(tmp_path / "panel.bdf", section, count, PARTS)
     studied, found = first_modes(panel, tmp_path)
-    stated = studied.shift_of_wave(0.12 / count, float(found[0]), 0.0)
+    stated = studied.wave_shift(0.12 / count, float(found[0]), 0.0)
     assert 1 < stated / np.max(found / converged - 1) < 3
     assert studied.cause_of_shift(0.12 / count, float(found[0])) == "ends"
 
@@ -364,7 +364,7 @@ def test_the_motion_near_a_single_support_changes_with_the_logarithm_of_its_foot
     panel, _ = of([1, 1], SANDWICH, triangles(0.06), 500,
                   held(foot(0.5, 0.5, 0), foot(0.9, 0.9, 0, "hinge"), foot(0.1, 0.9, 0.02)),
                   points={"near": [0.5, 0.56], "far": [0.5, 0.999], "foot": [0.1, 0.93]})  # fmt: skip
-    change = StudiedPanel(Panel(**panel)).change_near_points(500.0)
+    change = StudiedPanel(Panel(**panel)).point_refinement_error(500.0)
     before, after = (np.log(0.06 / foot) / np.log(0.5 / foot) for foot in (6e-3, 3e-3))
     assert change[0] == pytest.approx(after / before - 1, abs=0.03)
     assert change[1] < 0.03 and change[2] < 0.03
@@ -373,13 +373,13 @@ def test_the_motion_near_a_single_support_changes_with_the_logarithm_of_its_foot
         "light": {"at_m": [0.1, 0.9], "mass_kg": 1e-3},
     }
     loaded = StudiedPanel(Panel(**{**panel, "supports": "free", "masses": masses}))
-    heavy, light = loaded.change_near_points(500.0)[[0, 2]]
-    both = StudiedPanel(Panel(**{**panel, "masses": masses})).change_near_points(500.0)
+    heavy, light = loaded.point_refinement_error(500.0)[[0, 2]]
+    both = StudiedPanel(Panel(**{**panel, "masses": masses})).point_refinement_error(500.0)
     assert both[0] == change[0]  # red: a mass in place of the support on which it stands
     assert 0.5 * change[0] < heavy < change[0] and light < 0.01
     thin = {**panel, "section": THIN}
     thin["supports"] = held(foot(0.5, 0.5, 0, "hinge"))
-    assert not StudiedPanel(Panel(**thin)).change_near_points(500.0).any()
+    assert not StudiedPanel(Panel(**thin)).point_refinement_error(500.0).any()
 
 
 def test_a_force_on_a_thin_plate_needs_no_foot():
@@ -401,9 +401,9 @@ def test_the_stated_shift_of_a_file_contains_that_of_feet_of_whole_elements(
     round_feet, _ = of([1.2, 0.9], section, triangles(0.08), 300, feet)
     rounded, right = first_modes(round_feet, tmp_path)
     shift = np.max(found / right - 1)
-    assert 0.01 < shift < MARGIN * studied.shift_of_wave(1e-3, 1.0, 0.0) < 5 * shift
+    assert 0.01 < shift < MARGIN * studied.wave_shift(1e-3, 1.0, 0.0) < 5 * shift
     assert studied.cause_of_shift(1e-3, 1.0) == "feet"
-    assert rounded.shift_of_wave(1e-3, 1.0, 0.0) < 1e-3
+    assert rounded.wave_shift(1e-3, 1.0, 0.0) < 1e-3
 
 
 def test_shorter_elements_at_the_rims_of_feet_lower_modes_as_stated(tmp_path):
@@ -414,6 +414,6 @@ def test_shorter_elements_at_the_rims_of_feet_lower_modes_as_stated(tmp_path):
         panel, _ = of([1.2, 0.9], THIN, mesh, 500, held(foot(0.55, 0.7, 0.03)), patches={})
         studied, found = first_modes(panel, tmp_path)
         modes.append(found)
-        shifts.append(MARGIN * studied.shift_of_wave(1e-3, 10.0, 0.0))
+        shifts.append(MARGIN * studied.wave_shift(1e-3, 10.0, 0.0))
     assert 1 < (shifts[0] - shifts[1]) / np.max(modes[0] / modes[1] - 1) < 1.5
     assert studied.cause_of_shift(1e-3, 10.0) == "feet"

@@ -86,9 +86,9 @@ def test_a_gain_within_its_error_is_none(study, respond, inputs):
 
 
 def test_nothing_is_told_apart_with_an_error_that_is_not_a_number():
-    # red: `not abs(…) <= …` in are_apart
+    # red: `not abs(…) <= …` in are_distinct
     one, other = PointResponse(1.0, math.nan, 6.0, math.nan), PointResponse(1.0, 0.1, 0.0, 0.1)
-    assert not answer.are_apart(one, other)
+    assert not answer.are_distinct(one, other)
     assert answer.is_gain(one) is None and answer.is_gain(other) is False
 
 
@@ -99,9 +99,9 @@ def test_the_error_of_the_damping_model_is_common_to_both():
         for db, error in ((6.0, 1.5), (5.0, 1.4))
     )
     # two errors of 0.2 and a difference of 0.1
-    assert answer.are_apart(one, other)
+    assert answer.are_distinct(one, other)
     closer = other._replace(reduction=5.45)
-    assert not answer.are_apart(one, closer)
+    assert not answer.are_distinct(one, closer)
 
 
 def test_a_point_on_a_support_takes_no_part(study, respond):

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from pidpanel.damping.readings import DampingValues
+from pidpanel.damping.models import DampingValues
 from pidpanel.report import style
 from pidpanel.report.coupled_section import atlas_section, atlas_text, curves
 from pidpanel.report.inputs import AtlasResults

@@ -78,9 +78,9 @@ def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
     assert lines[0].split()[:4] == ["damping", "model", "scenario", "point"]
     assert lines[2].startswith("DEM")  # red: the model's name in the tables, "dem"
     # red: "4 values: …", of which study; the names without their masses
-    says = "other against one, 3 rms accelerations: 1 the same, 2 lower by 2.9 to 4.1 dB. "
+    message = "other against one, 3 rms accelerations: 1 the same, 2 lower by 2.9 to 4.1 dB. "
     assert (
-        lines[-3].startswith(says)
+        lines[-3].startswith(message)
         and lines[3].endswith("lower     0.10 | 0.30")
         and lines[-1] == "only in other: z"
     )

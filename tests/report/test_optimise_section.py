@@ -50,12 +50,12 @@ def test_a_search_without_a_bound_says_why_and_what_it_tried():
 
 
 @pytest.mark.parametrize(
-    ("violations", "says"), [(0.0, "holds in all of 6 864"), (3.0, "fails in 3 of 6 864")]
+    ("violations", "message"), [(0.0, "holds in all of 6 864"), (3.0, "fails in 3 of 6 864")]
 )
-def test_a_gap_is_proved_where_no_check_fails(violations, says):
+def test_a_gap_is_proved_where_no_check_fails(violations, message):
     # red: violations left out
     bound = proposal(0.31, violations)
-    assert "leaves 0.31 dB" in gap_text(bound) and says in gap_text(bound)
+    assert "leaves 0.31 dB" in gap_text(bound) and message in gap_text(bound)
     # with twice the 0.1 dB between search and consistent motion, rounded up
     assert ("Not proved" in proposal_headline(bound)) == bool(violations)
     assert "0.55 dB" in proposal_headline(bound)
@@ -66,8 +66,8 @@ def test_where_every_layout_was_evaluated_no_property_is_needed():
     # red: not proved
     every = proposal(0.0, 796.0)
     every.search["is_exhaustive"] = 1.0
-    says = "Every layout was evaluated: no layout here is better by more than 0.25 dB"
-    assert says in proposal_headline(every)
+    message = "Every layout was evaluated: no layout here is better by more than 0.25 dB"
+    assert message in proposal_headline(every)
     assert "Every layout" in gap_text(every) and "fails" not in gap_text(every)
 
 

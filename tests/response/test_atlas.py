@@ -55,5 +55,5 @@ def test_beds_softer_than_those_of_the_atlas_are_extrapolated(model, modulus, is
     soft = model.changed({"coupon.particles.youngs_modulus_mpa": modulus})
     row = soft.summary().set_index("scenario").loc["PID-1_r0.5"]
     assert (row["extrapolated_share"] > 0.05) == is_soft
-    says = "extrapolated, extend the atlas to particles as soft as coupon from "
-    assert (says in str(row["doubts"])) == is_soft and (row["trusted"] == "no") >= is_soft
+    message = "extrapolated, extend the atlas to particles as soft as coupon from "
+    assert (message in str(row["doubts"])) == is_soft and (row["trusted"] == "no") >= is_soft

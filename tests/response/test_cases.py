@@ -13,7 +13,7 @@ from pidpanel.response.cases import (
     ResponseScenario,
     heaviest_dampers,
     plan_cases,
-    resolving,
+    resolve,
 )
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.solve.layout import DamperLayout
@@ -93,7 +93,7 @@ def uniform_panel(ratio, extent):
 def test_four_lines_of_a_bandwidth_are_enough_for_the_resonances_of_a_mass(mass, ratio):
     # of eight: twice the damping ratio; red: the larger; ENOUGH_LINES = 4.4
     panel = uniform_panel(0.01, (30.0, 1000.0))
-    assert resolving(panel, np.array([mass])).least_damping_ratio == pytest.approx(ratio)
+    assert resolve(panel, np.array([mass])).least_damping_ratio == pytest.approx(ratio)
 
 
 @pytest.mark.parametrize(("share", "refused"), [(0.76, False), (0.74, True)])
@@ -105,9 +105,9 @@ def test_three_lines_of_a_bandwidth_are_the_fewest(share, refused):
     mass = np.array([4 * ((4 / share) ** 2 - 1)])  # 2 · 2ζ₀/√(1 + m/4) = share ζ₀
     if refused:
         with pytest.raises(ResponseError, match="leave resonances"):
-            resolving(panel, mass)
+            resolve(panel, mass)
     else:
-        assert resolving(panel, mass).least_damping_ratio == pytest.approx(smallest)
+        assert resolve(panel, mass).least_damping_ratio == pytest.approx(smallest)
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,9 @@ def test_the_power_balance_of_a_scenario_is_that_at_its_level_and_its_worst_line
         excitation=Force(), carrier_patches=SimpleNamespace(subset=lambda loads: loads),
     )  # fmt: skip
     response = SimpleNamespace(
-        loads=np.array([0]), equivalent_damping=np.zeros((1, 120)), apparent_mass=np.zeros((1, 120))
+        patches=np.array([0]),
+        equivalent_damping=np.zeros((1, 120)),
+        apparent_mass=np.zeros((1, 120)),
     )
     assert BalanceCheck(panel).error(response, 2.5) == 3e-9
     np.testing.assert_array_equal(given["frequency"], [21, 61, 101])
@@ -175,10 +177,10 @@ def test_masses_that_do_not_damp_are_solved_once_for_each_set_of_masses():
     assert [key[2] for key in plan.keys[:3]] == [None] * 3
     layout = plan.layouts[dead[0]]
     assert isinstance(layout, DamperLayout) and not layout.with_motion and layout.factor == 2.5
-    assert [load.patch for load in layout.loads] == [1, 2]  # both elements of the patch
-    damping, mass, inside = layout.loads[0].damping(np.array([20.0, 50.0]), 3.0)
+    assert [load.patch for load in layout.dampers] == [1, 2]  # both elements of the patch
+    damping, mass, inside = layout.dampers[0].damping(np.array([20.0, 50.0]), 3.0)
     assert not damping.any() and mass.tolist() == [6.0, 6.0] and inside.all()
-    assert not layout.loads[0].depends_on_acceleration
+    assert not layout.dampers[0].depends_on_acceleration
     assert all(key[2] is None for key in plan_of(heavy, dead_weight=False).keys)
     alone = plan.response_alone().layouts.values()
     assert not any(layout.with_motion or layout.with_slope for layout in alone)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from pidpanel.atlas.groups import Bead
-from pidpanel.damping.atlas import AtlasDamping, bed_of
-from pidpanel.damping.readings import DampingValues
+from pidpanel.damping.atlas import AtlasDamping, atlas_bed
+from pidpanel.damping.models import DampingValues
 from pidpanel.damping.table_files import read_columns
-from pidpanel.damping.tables import TableReading
+from pidpanel.damping.tables import TableDamping
 from pidpanel.response.dampers import PatchDamper
 from pidpanel.response.extrapolation import (
     FAR,
@@ -30,7 +30,7 @@ def damper(tmp_path):
     path.write_text(
         "frequency_hz,acceleration_g,equivalent_damping_n_s_m3\n" + "\n".join(rows) + "\n"
     )
-    return PatchDamper(0, 0, "lab", TableReading(read_columns(path), "log"), 1.0)
+    return PatchDamper(0, 0, "lab", TableDamping(read_columns(path), "log"), 1.0)
 
 
 @dataclasses.dataclass
@@ -137,7 +137,7 @@ def of_the_atlas(bead):
         ones = np.ones(len(frequency))
         return DampingValues(ones, ones, ones, ones > 0)
 
-    bed = bed_of(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
+    bed = atlas_bed(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
     return PatchDamper(
         0, 0, "rubber", AtlasDamping(surface, bed, 1.0, np.ones((2, 3)), bead=bead), 0.5
     )

@@ -8,7 +8,7 @@ import pytest
 import pidpanel
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.response.cases import resolving
+from pidpanel.response.cases import resolve
 from pidpanel.response.refinement import MARGIN
 from pidpanel.solve.mesh_error import decibels
 from pidpanel.solve.model import ModalBasis, ResponseError
@@ -183,7 +183,7 @@ def test_resonances_that_no_lines_resolve_are_refused():
     settings = SimpleNamespace(frequency_range=(30.0, 2000.0), damping_ratio=DampingRatio((0.001,)))
     panel = SimpleNamespace(modal=modal, basis=basis, settings=settings)
     with pytest.raises(ResponseError, match=r"takes \d+ frequency lines .* panel\.damping_ratio"):
-        resolving(panel, np.array([150.0]))
+        resolve(panel, np.array([150.0]))
 
 
 FOIL = {"foil": {"youngs_modulus_gpa": 70, "poissons_ratio": 0.33, "density_kg_m3": 2700}}
@@ -214,7 +214,7 @@ def test_the_stated_error_of_the_mesh_contains_that_of_the_shear_at_free_edges(s
     )
     of_range = (fine[: len(coarse)] > 1) & (fine[: len(coarse)] < 400)
     true = np.max(coarse[of_range] / fine[: len(coarse)][of_range] - 1)
-    stated = MARGIN * StudiedPanel(free.study.panel).shift_of_wave(size, 400.0, 0.0)
+    stated = MARGIN * StudiedPanel(free.study.panel).wave_shift(size, 400.0, 0.0)
     assert 0.2 * stated < true < stated
     assert free.summary()["doubts"].str.contains("mesh too coarse").all()
 

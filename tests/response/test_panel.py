@@ -63,7 +63,7 @@ def test_elements_carry_dampers_where_a_study_wants_it_and_they_are_known(elemen
     assert made.carrier_patches.area.tolist() == ([1, 2, 3] if split else [1, 5])
     solver = made.solver()
     assert (solver.panel.cells is None) == (elements is None or by_element)
-    loads = SimpleNamespace(loads=np.array([1, 0]))
+    loads = SimpleNamespace(patches=np.array([1, 0]))
     assert made.load_area(loads).tolist() == ([2, 1] if split else [5, 1])
     none = PatchElements(SimpleNamespace(), np.zeros(0, int))
     assert panel(none, by_element=by_element).carrier_patches.area.tolist() == [1, 5]

@@ -62,7 +62,7 @@ def test_motion_outside_the_simulated_range_is_marked_or_refused(summary_of):
 
 
 def test_without_damper_mass_the_patch_is_a_dashpot(summary_of):
-    # red: reading_of that always returns the reading itself
+    # red: study_model that always returns the reading itself
     heavy = summary_of("heavy", lambda values: None)
     plain = summary_of("plain", lambda values: values["response"].update(damper_mass=False))
     at = ("PID-1_r0.8_150dB", "centre")

@@ -7,7 +7,7 @@ from solving import panel_solver, solve_layout
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response import tables
 from pidpanel.solve import uncertainty
-from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load
+from pidpanel.solve.layout import AttachedDamper, DamperLayout, LayoutResponse
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 
@@ -100,7 +100,7 @@ def test_a_light_panel_follows_a_light_damper_as_a_heavy_one_a_heavy():
     # red: where=low > 0 → where=low > 1 in `sensitivity`
     found = []
     for size in (1.0, 1e-4):
-        solver, loads = panel(size), [Load(0, law(size))]
+        solver, loads = panel(size), [AttachedDamper(0, law(size))]
         one = solve_layout(solver, loads, 2.5)
         got = uncertainty.sensitivity(solver, DamperLayout(loads, 2.5), one, NODES)
         found.append(np.concatenate([got.log_rms[:3].ravel(), got.log_acceleration[:3, 0]]))
@@ -113,13 +113,13 @@ def test_a_mass_that_follows_the_level_is_followed():
     # kg/m² at one node; the search closes to 1e-6 over 2e-3, STEP is good to 4e-4 of the scale
     # red: (high_mass - low_mass) / (2 * STEP) → 3 * STEP in `sensitivity`
     solver, step = panel(1.0), 1e-3
-    loads = [Load(0, law(follows=0))]
+    loads = [AttachedDamper(0, law(follows=0))]
     found = solve_layout(solver, loads, 2.5)
     got = uncertainty.sensitivity(solver, DamperLayout(loads, 2.5), found, NODES)
     for node in range(3):
         change = step * np.eye(3)[node]
         up, down = (
-            solve_layout(solver, [Load(0, law(heavier=sign * change, follows=0))], 2.5)
+            solve_layout(solver, [AttachedDamper(0, law(heavier=sign * change, follows=0))], 2.5)
             for sign in (1, -1)
         )
         anew = np.log(up.response.acceleration_rms / down.response.acceleration_rms) / (2 * step)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pidpanel.solve.excitation import ModalForce
-from pidpanel.solve.layout import DamperLayout, solve_layouts
+from pidpanel.solve.layout import DamperLayout, solve_with
 from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.solvers import PanelSolver
@@ -28,7 +28,7 @@ def panel_solver(basis, patches, lines, points, force, spectrum=white, search=No
 
 def solve_layout(solver, loads, factor=1.0, **more):
     """The response to one layout, or its error."""
-    (answer,) = solve_layouts(solver, [DamperLayout(tuple(loads), factor, **more)])
+    (answer,) = solve_with(solver, [DamperLayout(tuple(loads), factor, **more)])
     if isinstance(answer, UnstableDamping):
         raise answer
     return answer

@@ -78,7 +78,7 @@ def dense_psd(plate, frequency, damping, mass, zeta=ZETA, wavenumbers=((0.0, 0.0
     K, M = plate.stiffness.toarray(), plate.mass.toarray()
     value, vector = la.eigh(K, M)
     omega, cutoff, w = np.sqrt(value), 2 * np.pi * CUTOFF, 2 * np.pi * frequency
-    above = zeta.at(CUTOFF) * omega / cutoff
+    above = zeta.ratio_at(CUTOFF) * omega / cutoff
     ratio = np.where(omega < cutoff, zeta.of_modes(omega / (2 * np.pi)), above)
     C = M @ vector @ np.diag(2 * ratio * omega) @ vector.T @ M
     D = plate.patch_overlap["large"].toarray()

@@ -7,7 +7,7 @@ from solving import panel_solver, solve_bare, solve_layout
 from pidpanel import solve
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.response.tables import PSD_VARIABLES, cases_dataset, summary_columns
-from pidpanel.solve.layout import DamperLayout, Load, solve_layouts
+from pidpanel.solve.layout import AttachedDamper, DamperLayout, solve_with
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
 
@@ -24,7 +24,7 @@ def one_mode(is_diagonal=False):
 
 
 def solved(solver, damping, factor, *, depends=True, stated=None):
-    load = Load(0, damping, depends)
+    load = AttachedDamper(0, damping, depends)
     return solve_layout(solver, [load], factor, stated_acceleration_g=stated)
 
 
@@ -75,10 +75,12 @@ def test_where_nothing_is_searched_nothing_is_left():
 
 def test_responses_are_the_same_bits_on_two_cores(monkeypatch):
     # red: parts of the range in the order in which they end
-    layouts = [DamperLayout([Load(0, law)]) for law in (falling, dashpot(300.0), dashpot(-1.0))]
-    alone = solve_layouts(one_mode(), layouts)
+    layouts = [
+        DamperLayout([AttachedDamper(0, law)]) for law in (falling, dashpot(300.0), dashpot(-1.0))
+    ]
+    alone = solve_with(one_mode(), layouts)
     monkeypatch.setenv("PIDPANEL_CORES", "2")
-    together = solve_layouts(one_mode(), layouts)
+    together = solve_with(one_mode(), layouts)
     for first, second in zip(alone[:2], together[:2], strict=True):
         np.testing.assert_array_equal(first.response.cross_psd, second.response.cross_psd)
         np.testing.assert_array_equal(first.acceleration_g, second.acceleration_g)
@@ -152,11 +154,11 @@ def test_a_scenario_without_response_is_nan_in_the_file():
 
 
 def test_the_entry_for_arrays_answers_as_a_solver_that_is_kept():
-    # red: PanelSolver(panel, excitation) → another panel in `layouts`
-    solver, louder = one_mode(), DamperLayout([Load(0, falling)], 100.0)
-    kept = solve_layouts(solver, [DamperLayout(()), louder])
+    # red: PanelSolver(panel, excitation) → another panel in `solve_layouts`
+    solver, louder = one_mode(), DamperLayout([AttachedDamper(0, falling)], 100.0)
+    kept = solve_with(solver, [DamperLayout(()), louder])
     for found, wanted in zip(
-        solve.layouts(solver.panel, solver.excitation, [DamperLayout(()), louder]),
+        solve.solve_layouts(solver.panel, solver.excitation, [DamperLayout(()), louder]),
         kept,
         strict=True,
     ):
@@ -189,7 +191,7 @@ def test_a_stated_level_is_one_level():
     def law(f, level):
         return np.full(f.shape, 300.0), np.zeros(f.shape), np.ones(f.shape, bool)
 
-    follows, stays = Load(0, law), Load(0, law, False)
+    follows, stays = AttachedDamper(0, law), AttachedDamper(0, law, False)
     stated = solve_layout(solver, [follows], 1.0, stated_acceleration_g=3.0)
     assert stated.fixed_points == 1
     assert solve_layout(solver, [stays], 1.0).fixed_points == 1

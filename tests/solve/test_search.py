@@ -7,7 +7,7 @@ import pytest
 from solving import panel_solver, solve_layout
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.solve.layout import Load
+from pidpanel.solve.layout import AttachedDamper
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.search import (
@@ -181,7 +181,7 @@ def test_one_mode_with_a_dashpot_that_grows_with_level_moves_as_miles_says():
     basis = ModalBasis([100.0], [mass], 0.01)
     solver = panel_solver(basis, patches, frequency, [[1.0]], np.array([[force_psd]]))
     (gamma,) = solve_layout(
-        solver, [Load(0, lambda f, gamma: (0 * f + slope * gamma, 0 * f, f > 0))]
+        solver, [AttachedDamper(0, lambda f, gamma: (0 * f + slope * gamma, 0 * f, f > 0))]
     ).acceleration_g
     damping = 2 * 0.01 * mass * omega + slope * gamma * area
     half_width = damping / (2 * mass) / (2 * np.pi)
@@ -195,7 +195,7 @@ def test_a_motion_that_is_no_motion_is_refused():
     lines, patches = np.array([50.0, 60.0]), Patches(np.array([[[0.1]]]), np.array([0.1]))
     solver = panel_solver(ModalBasis([55.0], [1.0], 0.01), patches, lines, [[1.0]], np.eye(1))
     with pytest.raises(LinearisationError, match="finite, positive motion"):
-        solve_layout(solver, [Load(0, lambda f, _gamma: (0 * f, 0 * f + np.inf, f > 0))])
+        solve_layout(solver, [AttachedDamper(0, lambda f, _gamma: (0 * f, 0 * f + np.inf, f > 0))])
 
 
 @pytest.mark.parametrize(

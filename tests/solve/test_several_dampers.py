@@ -6,7 +6,7 @@ from solving import panel_solver, solve_bare, solve_layout
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.solve import solvers
-from pidpanel.solve.layout import DamperLayout, Load, solve_layouts
+from pidpanel.solve.layout import AttachedDamper, DamperLayout, solve_with
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError, UnstableDamping
 from pidpanel.solve.panel import PatchElements
@@ -191,11 +191,13 @@ def test_a_patch_in_two_halves_is_the_whole_patch(panel, is_diagonal):
     halves = [((0.5, 0.3), (0.1, 0.2)), ((0.6, 0.3), (0.1, 0.2))]
     law = constant(1500.0, 6.0)
     one = solve_layout(
-        solver_of(panel, patches_at(panel, whole), is_diagonal), [Load(0, law, False)], 1.0
+        solver_of(panel, patches_at(panel, whole), is_diagonal),
+        [AttachedDamper(0, law, False)],
+        1.0,
     )
     two = solve_layout(
         solver_of(panel, patches_at(panel, halves), is_diagonal),
-        [Load(0, law, False), Load(1, law, False)],
+        [AttachedDamper(0, law, False), AttachedDamper(1, law, False)],
         1.0,
     )
     np.testing.assert_allclose(psd(two), psd(one), rtol=1e-5)
@@ -208,8 +210,11 @@ def test_two_dampers_of_half_the_size_on_one_place_are_one(panel):
     place = ((0.5, 0.3), (0.2, 0.2))
     alone = solver_of(panel, patches_at(panel, [place]))
     twice = solver_of(panel, patches_at(panel, [place, place]))
-    one = solve_layout(alone, [Load(0, constant(1500.0, 6.0), False)], 1.0)
-    parts = [Load(0, constant(1000.0, 1.5), False), Load(1, constant(500.0, 4.5), False)]
+    one = solve_layout(alone, [AttachedDamper(0, constant(1500.0, 6.0), False)], 1.0)
+    parts = [
+        AttachedDamper(0, constant(1000.0, 1.5), False),
+        AttachedDamper(1, constant(500.0, 4.5), False),
+    ]
     np.testing.assert_allclose(psd(solve_layout(twice, parts, 1.0)), psd(one), rtol=1e-6)
 
 
@@ -217,8 +222,8 @@ def test_the_order_of_loads_plays_no_part_and_comes_back(panel, places):
     # red: range(len(loads)) for layout.patches in `_scenario`
     solver = solver_of(panel, patches_at(panel, places))
     laws = [follows(9000.0, 0.6, 5.0), follows(4000.0, 0.3, 9.0)]
-    ways = [solve_layout(solver, [Load(p, laws[p]) for p in order], FACTOR) for order in ((0, 1), (1, 0))]  # fmt: skip
-    assert [way.loads.tolist() for way in ways] == [[0, 1], [1, 0]]
+    ways = [solve_layout(solver, [AttachedDamper(p, laws[p]) for p in order], FACTOR) for order in ((0, 1), (1, 0))]  # fmt: skip
+    assert [way.patches.tolist() for way in ways] == [[0, 1], [1, 0]]
     # two searches, each closed to 1e-6
     np.testing.assert_allclose(ways[1].acceleration_g[::-1], ways[0].acceleration_g, rtol=1e-5)
     np.testing.assert_allclose(psd(ways[1]), psd(ways[0]), rtol=1e-5)
@@ -228,8 +233,8 @@ def test_a_damper_of_nothing_changes_nothing(panel, places):
     # 2e-6 twice over: the cutoffs of one patch and of two; dead weight: C_e = 0 is a damper too
     # red: taken → -taken in `attach_dampers`
     solver = solver_of(panel, patches_at(panel, places))
-    nothing = Load(1, lambda f, _gamma: (0 * f, 0 * f, f > 0), False)
-    damper = Load(0, constant(900.0, 6.0), False)
+    nothing = AttachedDamper(1, lambda f, _gamma: (0 * f, 0 * f, f > 0), False)
+    damper = AttachedDamper(0, constant(900.0, 6.0), False)
     with_it, without = (solve_layout(solver, loads, 1.0) for loads in ([damper, nothing], [damper]))
     np.testing.assert_allclose(psd(with_it), psd(without), rtol=2e-6)
     bare = solve_bare(solver, 1.0)
@@ -246,7 +251,9 @@ def test_dead_weight_takes_no_power_and_needs_no_search(panel, places):
 
     patches = patches_at(panel, places)
     solver = solver_of(panel, patches)
-    found = solve_layout(solver, [Load(0, weight, False), Load(1, weight, False)], 1.0)
+    found = solve_layout(
+        solver, [AttachedDamper(0, weight, False), AttachedDamper(1, weight, False)], 1.0
+    )
     assert np.isnan(asked).all() and np.isnan(found.acceleration_g).all()
     assert (found.fixed_points, found.residual) == (1, 0.0)
     some = slice(None, None, 20)
@@ -267,7 +274,10 @@ def test_the_motions_read_are_the_motions_that_result(panel, places, is_diagonal
     # of the solver; red: √ of factor left out in `_LogMotion`
     patches = patches_at(panel, places)
     solver = solver_of(panel, patches, is_diagonal)
-    loads = [Load(0, follows(9000.0, 0.6, 5.0)), Load(1, follows(4000.0, 0.3, 9.0))]
+    loads = [
+        AttachedDamper(0, follows(9000.0, 0.6, 5.0)),
+        AttachedDamper(1, follows(4000.0, 0.3, 9.0)),
+    ]
     found = solve_layout(solver, loads, FACTOR)
     assert found.residual <= 1e-6 and found.fixed_points == 1
     np.testing.assert_allclose(found.patch_acceleration_g, found.acceleration_g, rtol=2e-6)
@@ -295,9 +305,11 @@ def test_dampers_on_modes_that_do_not_meet_are_as_each_alone(is_diagonal):
     # red: self._value[index], … = read → self._value[0], … in `_LogMotion`
     solver = two_modes(is_diagonal)
     laws = [follows(3000.0, 1.2, 1.0), follows(900.0, -0.5, 4.0)]
-    together = solve_layout(solver, [Load(0, laws[0]), Load(1, laws[1])], FACTOR)
+    together = solve_layout(
+        solver, [AttachedDamper(0, laws[0]), AttachedDamper(1, laws[1])], FACTOR
+    )
     for patch, law in enumerate(laws):
-        alone = solve_layout(solver, [Load(patch, law)], FACTOR)
+        alone = solve_layout(solver, [AttachedDamper(patch, law)], FACTOR)
         assert together.acceleration_g[patch] == pytest.approx(alone.acceleration_g[0], rel=1e-5)
         np.testing.assert_allclose(psd(together)[:, patch], psd(alone)[:, patch], rtol=1e-5)
 
@@ -310,19 +322,24 @@ def test_several_motions_of_a_layout_are_counted_and_the_most_governs():
         return 2e4 / (1 + (gamma / 16) ** 16) + 10 + 0 * f, 0 * f, f > 0
 
     solver = two_modes()
-    alone = [solve_layout(solver, [Load(patch, steep)], 100.0) for patch in (0, 1)]
+    alone = [solve_layout(solver, [AttachedDamper(patch, steep)], 100.0) for patch in (0, 1)]
     assert [one.fixed_points for one in alone] == [2, 2]
-    found = solve_layout(solver, [Load(0, steep), Load(1, steep)], 100.0)
+    found = solve_layout(solver, [AttachedDamper(0, steep), AttachedDamper(1, steep)], 100.0)
     assert found.fixed_points >= 4
     expected = np.concatenate([one.acceleration_g for one in alone])
     np.testing.assert_allclose(found.acceleration_g, expected, rtol=1e-5)
 
 
 def test_a_law_without_motion_and_one_with_it_stand_side_by_side(panel, places):
-    # red: np.full(len(layout.loads), np.nan) → zeros in `_motion`
+    # red: np.full(len(layout.dampers), np.nan) → zeros in `_motion`
     solver = solver_of(panel, patches_at(panel, places))
     found = solve_layout(
-        solver, [Load(0, follows(9000.0, 0.6, 5.0)), Load(1, constant(300.0, 2.0), False)], 1.0
+        solver,
+        [
+            AttachedDamper(0, follows(9000.0, 0.6, 5.0)),
+            AttachedDamper(1, constant(300.0, 2.0), False),
+        ],
+        1.0,
     )
     assert np.isnan(found.acceleration_g).tolist() == [False, True]
     assert found.patch_acceleration_g[0] == pytest.approx(found.acceleration_g[0], rel=2e-6)
@@ -356,7 +373,9 @@ def test_cells_of_a_patch_say_what_its_mean_hides(panel, places):
     rows = np.concatenate([rows_over(panel, *place, cells=3) for place in places])
     cells = Patches.of_rows(rows, np.repeat([size[0] * size[1] / 9 for _, size in places], 9))
     solver = solver_of(panel, patches, cells=PatchElements(cells, np.repeat([0, 1], 9)))
-    loads = [Load(p, lambda f, _g, p=p: (damping[p], mass[p], f > 0), False) for p in (0, 1)]
+    loads = [
+        AttachedDamper(p, lambda f, _g, p=p: (damping[p], mass[p], f > 0), False) for p in (0, 1)
+    ]
     found = solve_layout(solver, loads, FACTOR)
     S = dense(panel, patches, SEARCH, damping, mass).real
     total = FACTOR * np.trapezoid((2 * np.pi * SEARCH[:, None, None]) ** 4 * S, SEARCH, axis=0)
@@ -378,10 +397,12 @@ def test_every_cell_with_a_motion_of_its_own(panel):
     by_cell = solver_of(panel, cells)
     by_patch = solver_of(panel, patches_at(panel, [(corner, size)]))
     same = constant(900.0, 6.0)
-    every = solve_layout(by_cell, [Load(c, same, False) for c in range(36)], 1.0)
-    whole = solve_layout(by_patch, [Load(0, same, False)], 1.0)
+    every = solve_layout(by_cell, [AttachedDamper(c, same, False) for c in range(36)], 1.0)
+    whole = solve_layout(by_patch, [AttachedDamper(0, same, False)], 1.0)
     np.testing.assert_allclose(psd(every), psd(whole), rtol=1e-6)
-    found = solve_layout(by_cell, [Load(c, follows(9000.0, 0.7, 5.0)) for c in range(36)], 1.0)
+    found = solve_layout(
+        by_cell, [AttachedDamper(c, follows(9000.0, 0.7, 5.0)) for c in range(36)], 1.0
+    )
     assert found.residual <= 1e-6
     np.testing.assert_allclose(found.patch_acceleration_g, found.acceleration_g, rtol=2e-6)
     assert found.acceleration_g.max() > 1.05 * found.acceleration_g.min()
@@ -395,13 +416,15 @@ def test_layouts_together_are_those_alone(panel, places):
     frequency = np.geomspace(30.0, 1500.0, 300)  # ten chunks of lines
     patches = patches_at(panel, places)
     layouts = [
-        DamperLayout([Load(p, constant(900.0, 6.0), False) for p in loaded], 1.0, with_slope=True)
+        DamperLayout(
+            [AttachedDamper(p, constant(900.0, 6.0), False) for p in loaded], 1.0, with_slope=True
+        )
         for loaded in ((0, 1), (0,), (), (1,))
     ]
-    together = solve_layouts(solver_of(panel, patches, frequency=frequency), layouts)
+    together = solve_with(solver_of(panel, patches, frequency=frequency), layouts)
     solver = solver_of(panel, patches, frequency=frequency)
     for layout, one in zip(layouts, together, strict=True):
-        (alone,) = solve_layouts(solver, [layout])
+        (alone,) = solve_with(solver, [layout])
         np.testing.assert_allclose(psd(alone), psd(one), rtol=1e-12)
         np.testing.assert_allclose(alone.response.slope, one.response.slope, rtol=1e-9)
 
@@ -410,9 +433,12 @@ def test_a_layout_that_feeds_the_panel_is_told_in_its_place(panel, places):
     # red: check_stable left out in `_dampers`
     solver = solver_of(panel, patches_at(panel, places))
     good, bad = constant(900.0, 6.0), constant(-900.0, 6.0)
-    found = solve_layouts(
+    found = solve_with(
         solver,
-        [DamperLayout([Load(0, good, False), Load(1, law, False)]) for law in (good, bad, good)],
+        [
+            DamperLayout([AttachedDamper(0, good, False), AttachedDamper(1, law, False)])
+            for law in (good, bad, good)
+        ],
     )
     assert [isinstance(one, UnstableDamping) for one in found] == [False, True, False]
     np.testing.assert_array_equal(psd(found[2]), psd(found[0]))

@@ -8,7 +8,7 @@ import scipy.integrate
 from solving import panel_solver, solve_layout
 
 from pidpanel.solve.excitation import ModalForce, Superposition
-from pidpanel.solve.layout import Load
+from pidpanel.solve.layout import AttachedDamper
 from pidpanel.solve.solvers import Request
 from pidpanel.solve.source import (
     ParticleForce,
@@ -185,13 +185,13 @@ def test_a_solver_under_another_excitation_keeps_the_bare_panel_of_its_own(panel
 
 
 def test_a_force_beside_the_excitation_adds_its_own_response_whatever_the_level(panel):
-    # red: 1 / layout.factor → 1 in `solve_layouts`; inverse left out in `Superposition`
+    # red: 1 / layout.factor → 1 in `solve_with`; inverse left out in `Superposition`
     frequency = np.geomspace(40.0, 600.0, 30)
     force, other = np.outer(exact(panel), exact(panel)), np.diag(exact(panel) ** 2)
     inputs = (panel.basis, panel.patches, frequency, panel.points)
     solver = panel_solver(*inputs, force, lambda f: 1e3 / f)
     particles = ParticleForce(np.array([30.0, 700.0]), np.stack([other, other]))
-    load = Load(0, lambda f, _gamma: (0 * f + 500.0, 0 * f + 2.0, f > 0), False)
+    load = AttachedDamper(0, lambda f, _gamma: (0 * f + 500.0, 0 * f + 2.0, f > 0), False)
     whole, sound, alone = (
         solve_layout(of, [load], factor, force=beside).response.acceleration_psd
         for of, factor, beside in (

@@ -5,7 +5,7 @@ import pytest
 from solving import panel_solver, solve_layout
 
 from pidpanel.solve import uncertainty
-from pidpanel.solve.layout import DamperLayout, Load
+from pidpanel.solve.layout import AttachedDamper, DamperLayout
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.solvers import Request
@@ -48,7 +48,7 @@ def moved(log_damping=0.0, mass=0.0):
 
 
 def solve(solver, damping, stated=None):
-    load = Load(0, damping)
+    load = AttachedDamper(0, damping)
     return solve_layout(solver, [load], FACTOR, stated_acceleration_g=stated)
 
 
@@ -91,7 +91,7 @@ def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
 def test_derivatives_are_those_of_scenarios_solved_anew(solver, stated):
     found = solve(solver, moved(), stated)
     got = uncertainty.sensitivity(
-        solver, DamperLayout([Load(0, moved())], FACTOR, stated), found, NODES
+        solver, DamperLayout([AttachedDamper(0, moved())], FACTOR, stated), found, NODES
     )
     step = 1e-3
     for number in range(8):
@@ -125,7 +125,7 @@ def test_a_mass_that_alone_depends_on_the_motion_is_followed_to_where_the_motion
     step = 2e-3
     found = solve(solver, damping(0.0))
     got = uncertainty.sensitivity(
-        solver, DamperLayout([Load(0, damping(0.0))], FACTOR), found, NODES
+        solver, DamperLayout([AttachedDamper(0, damping(0.0))], FACTOR), found, NODES
     )
     up, down = (solve(solver, damping(sign * step)).response.acceleration_psd for sign in (1, -1))
     anew = np.log(up / down) / (2 * step)
@@ -158,7 +158,7 @@ def test_a_standard_error_is_the_scatter_of_scenarios_with_other_damping(solver)
     root = root_of_errors(np.random.default_rng(3))
     found = solve(solver, moved())
     errors = uncertainty.sensitivity(
-        solver, DamperLayout([Load(0, moved())], FACTOR), found, NODES
+        solver, DamperLayout([AttachedDamper(0, moved())], FACTOR), found, NODES
     ).standard_errors(root @ root.T)
     # what the linearisation leaves out
     expected = [*errors.log_rms, *errors.log_acceleration]
@@ -203,10 +203,10 @@ def loads_with(change, stays=False):
     second = heavier(two[:4], two[4:])
     if stays:
         return [
-            Load(0, moved(one[:4], one[4:])),
-            Load(1, lambda f, _level: second(f, 3.0), False),
+            AttachedDamper(0, moved(one[:4], one[4:])),
+            AttachedDamper(1, lambda f, _level: second(f, 3.0), False),
         ]
-    return [Load(0, moved(one[:4], one[4:])), Load(1, second)]
+    return [AttachedDamper(0, moved(one[:4], one[4:])), AttachedDamper(1, second)]
 
 
 @pytest.mark.parametrize("form", ["full", "diagonal"])
@@ -252,7 +252,10 @@ def test_slopes_are_computed_where_they_are_not_at_hand(three):
 
 def test_dead_weight_has_no_slope_in_its_damping(three):
     # ∂/∂ ln C_e at C_e = 0 is 0, its mass counts; red: damping[:, :, None] * slope.imag → slope.imag
-    loads = [Load(patch, lambda f, _level: (0 * f, 0 * f + 4.0, f > 0), False) for patch in (0, 1)]
+    loads = [
+        AttachedDamper(patch, lambda f, _level: (0 * f, 0 * f + 4.0, f > 0), False)
+        for patch in (0, 1)
+    ]
     found = solve_layout(three["full"], loads, FACTOR)
     got = uncertainty.sensitivity(three["full"], DamperLayout(loads, FACTOR), found, NODES)
     by_load = got.log_rms.reshape(2, 2, 4, 2)
@@ -260,7 +263,9 @@ def test_dead_weight_has_no_slope_in_its_damping(three):
     assert np.all(np.abs(by_load[:, 1]).max(axis=(1, 2)) > 1e-3)
     heavier_by = 1e-4
     more = [
-        Load(load.patch, lambda f, _level: (0 * f, 0 * f + 4.0 + heavier_by, f > 0), False)
+        AttachedDamper(
+            load.patch, lambda f, _level: (0 * f, 0 * f + 4.0 + heavier_by, f > 0), False
+        )
         for load in loads
     ]
     up = solve_layout(three["full"], more, FACTOR).response.acceleration_rms
@@ -276,7 +281,7 @@ def test_damping_that_sets_in_with_the_motion_has_no_slope_where_there_is_none_b
         return value, 2 * np.log(level) + 0 * frequency, np.ones(frequency.shape, bool)
 
     lines, gamma = np.array([90.0, 100.0, 110.0]), np.array([1.0])
-    of_damping, of_mass = uncertainty._with_motion([Load(0, damping)], lines, gamma, [0])
+    of_damping, of_mass = uncertainty._with_motion([AttachedDamper(0, damping)], lines, gamma, [0])
     np.testing.assert_allclose(of_damping, [[1.5, 0, 0]])
     np.testing.assert_allclose(of_mass, [[2, 2, 2]])
 

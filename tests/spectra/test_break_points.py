@@ -33,6 +33,6 @@ def test_the_mean_square_is_that_of_many_lines(low, high):
 def test_a_part_has_the_break_points_within_it_and_its_ends(low, high, frequency):
     # red: the second for the last; break points above the first end alone
     whole = BreakPoints(np.array([20.0, 80.0, 300.0, 500.0]), np.array([1.0, 16.0, 16.0, 2.0]))
-    part = whole.between(low, high)
+    part = whole.segment(low, high)
     np.testing.assert_allclose(part.frequency, frequency)
     np.testing.assert_allclose(part.psd, whole(np.array(frequency, float)))

@@ -107,8 +107,8 @@ def test_the_diagonal_form_is_not_coupled_by_default_and_refused_when_asked_for(
 
 def test_a_study_without_a_coupon_in_a_scenario_cannot_be_coupled(refusal):
     # red: `_has_filled_coupon` that is always True
-    says = "the damping model 'coupled' needs a scenario with a coupon; there is none"
-    expected = [f"damping.readings = [coupled]: {says}"]
+    message = "the damping model 'coupled' needs a scenario with a coupon; there is none"
+    expected = [f"damping.readings = [coupled]: {message}"]
     assert told(refusal, pot_alone(values())) == expected
     without = {key: value for key, value in values().items() if key != "coupon"}
     assert told(refusal, without) == expected
@@ -118,8 +118,8 @@ def test_a_damper_that_is_not_there_is_told_as_without_coupled_runs(refusal):
     # red: `self.all_dampers[filling.damper]` of an unknown damper in `beds_of`
     found = with_pot(values())
     found["scenarios"]["pot"]["layout"]["left"]["damper"] = "gold"
-    says = "scenarios.pot.layout.left.damper = gold: must be one of dampers: coupon, pot"
-    assert told(refusal, found) == [says]
+    message = "scenarios.pot.layout.left.damper = gold: must be one of dampers: coupon, pot"
+    assert told(refusal, found) == [message]
 
 
 def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
@@ -131,7 +131,7 @@ def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "says"),
+    ("key", "value", "message"),
     [
         ("seeds", 4, "damping.coupled.seeds = 4: unknown key"),
         ("relative_error", 0, "damping.coupled.relative_error = 0: must be above 0"),
@@ -142,10 +142,10 @@ def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
         ("scenarios", ["one"], "damping.coupled.scenarios = [one]: was removed; every scenario"),
     ],
 )  # fmt: skip
-def test_a_key_of_coupled_runs_that_does_not_fit_is_told(refusal, key, value, says):
+def test_a_key_of_coupled_runs_that_does_not_fit_is_told(refusal, key, value, message):
     # red: a bound of a field of `Coupled`; `Coupled.mistakes` that yields nothing
     (line,) = told(refusal, values(coupled={key: value}))
-    assert line.startswith(says)
+    assert line.startswith(message)
 
 
 def test_the_keys_need_no_reading_where_coupled_is_the_default(loaded, refusal):
@@ -154,5 +154,5 @@ def test_the_keys_need_no_reading_where_coupled_is_the_default(loaded, refusal):
     found["damping"] = {"coupled": {"runs": 3}}
     study = loaded(found)
     assert study.readings == ("coupled",) and study.damping.coupled.runs == 3
-    says = "damping.coupled = {runs: 3}: only allowed with the damping model 'coupled'"
-    assert told(refusal, pot_alone(found)) == [says]
+    message = "damping.coupled = {runs: 3}: only allowed with the damping model 'coupled'"
+    assert told(refusal, pot_alone(found)) == [message]

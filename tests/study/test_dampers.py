@@ -24,7 +24,9 @@ KINDS = {
 def mistakes(values):
     with pytest.raises(ValidationError) as caught:
         Damper.model_validate(values)
-    return [(".".join(map(str, one.keys)), one.says) for one in mistakes_of(caught.value, Damper)]
+    return [
+        (".".join(map(str, one.keys)), one.message) for one in mistakes_of(caught.value, Damper)
+    ]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -35,7 +37,7 @@ def test_every_kind_is_one(kind):
 
 
 @pytest.mark.parametrize(
-    ("values", "key", "says"),
+    ("values", "key", "message"),
     [
         ({}, "", "must have exactly one of coupon, law, table, impedance, "
          "equivalent_damping_n_s_m3, loss_factor, not none"),
@@ -66,11 +68,11 @@ def test_every_kind_is_one(kind):
          "only allowed in a study without a panel"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_told_at_its_key(values, key, says):
+def test_a_mistake_is_told_at_its_key(values, key, message):
     # red: the line that yields it left out
     ((found, told),) = mistakes(values)
     assert found == key
-    assert told.startswith(says)
+    assert told.startswith(message)
 
 
 def test_zero_damping_and_zero_loss_are_allowed():
@@ -123,16 +125,16 @@ def test_particles_with_a_mass_that_does_not_act_are_known(damper, is_massless, 
 
 
 @pytest.mark.parametrize(
-    ("values", "says"),
+    ("values", "message"),
     [
         ({"apparent_mass_kg_m2": 357, "particle_mass_per_area_kg_m2": 1}, "more than 10 times"),
         ({"apparent_mass_kg_m2": 1, "apparent_mass": "particles"}, "not allowed with"),
         ({"apparent_mass": "particles"}, "requires particle_mass_per_area_kg_m2"),
     ],
 )
-def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(values, says):
+def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(values, message):
     # red: no bound of the apparent mass
-    assert any(says in told for _, told in mistakes({C: 800, **values}))
+    assert any(message in told for _, told in mistakes({C: 800, **values}))
 
 
 def test_the_mass_of_a_table_is_that_of_the_rows_about_a_fill(tmp_path):

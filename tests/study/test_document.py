@@ -62,8 +62,8 @@ def test_a_duplicate_key_is_refused_though_all_values_are_good(tmp_path):
         text.split("\n").index("title: Smoke test of the whole workflow; do not use its numbers")
         + 1
     )
-    says = f"mine.yaml:{last}: title: duplicate key; already in line {first}"
-    assert refused(tmp_path, text) == says
+    message = f"mine.yaml:{last}: title: duplicate key; already in line {first}"
+    assert refused(tmp_path, text) == message
 
 
 def test_a_number_and_the_same_text_are_one_key(tmp_path):

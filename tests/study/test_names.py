@@ -112,11 +112,11 @@ def check(refusal, case, name, quoted):
     section[name] = value
     told, line = refusal(values, quoted)
     assert len(told) == len(mistakes), told
-    for key, says in mistakes.items():
+    for key, message in mistakes.items():
         at = line.get((*way, name, key)) or line[(*way, name)]
         dotted = f"{where}.{name}" + (f".{key}" if key else "")
-        says = says.replace("{{", "{").replace("}}", "}").replace("{name!r}", repr(name))
-        assert any(one.startswith(f"mine.yaml:{at}: {dotted}{says}") for one in told), told
+        message = message.replace("{{", "{").replace("}}", "}").replace("{name!r}", repr(name))
+        assert any(one.startswith(f"mine.yaml:{at}: {dotted}{message}") for one in told), told
 
 
 def names_of_case(case):

@@ -51,8 +51,8 @@ def faults_of(texts: pd.DataFrame, columns: list[Mapping[str, Any]]) -> Iterator
     for column in columns:
         values = texts[str(column["name"])]
         for index, value in enumerate(values.tolist()):
-            if says := _refusal(value, str(column["type"]), column.get("constraints", {})):
-                yield f"row {index}: {column['name']} = {value!r}: {says}"
+            if message := _refusal(value, str(column["type"]), column.get("constraints", {})):
+                yield f"row {index}: {column['name']} = {value!r}: {message}"
         if column.get("constraints", {}).get("unique") and values.duplicated().any():
             yield f"{column['name']}: duplicate value {values[values.duplicated()].iloc[0]!r}"
 

@@ -18,10 +18,10 @@ from pidpanel.response.cases import ResponseScenario, plan_cases
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.refinement import ATTEMPTS, stiffness_on_patches
+from pidpanel.solve.base_motion import SupportedPanel, integrals_of_shapes, supported_panel
 from pidpanel.solve.basis_error import ALLOWED, BasisCheck, ErrorsAt, check_basis, lines_to_try
 from pidpanel.solve.elements import ElementMotion
 from pidpanel.solve.layout import LayoutResponse
-from pidpanel.solve.supports import SupportedPanel, integrals_of_shapes, supported_panel
 
 # A panel in some basis → the panel under each motion of a study
 Shaken = Callable[[SupportedPanel], Sequence[ResponsePanel]]
@@ -63,8 +63,8 @@ def checked_panel(
         print(f"the basis misses up to {error:.1%} of a PSD; it is widened", file=sys.stderr)
         further_shapes = np.hstack([further_shapes, missing])
     if error > ALLOWED:
-        says = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
-        print(says, file=sys.stderr)
+        message = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
+        print(message, file=sys.stderr)
     return supported, error
 
 
@@ -84,7 +84,7 @@ def _check(
     solver = panel.solver(rms_only=True).with_lines(lines, panel.deflection_at_points)
     answers = {id(case.response): case.response for case in plan.solve(solver)}.values()
     stiffness = [
-        stiffness_on_patches(panel, each) for each in answers if isinstance(each, LayoutResponse)
+        stiffness_on_patches(panel, item) for item in answers if isinstance(item, LayoutResponse)
     ]
     basis = supported.basis
     return check_basis(
@@ -104,15 +104,15 @@ def base_errors(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Errors
     everything = np.column_stack([plate.inertia, integrals_of_shapes(basis, plate)[:, :-1]])
     in_shapes = vectors.T @ everything
 
-    def psds(of_point: Complexes, omega: float, s: Complexes, loads: Array) -> Array:
+    def psds(point_motion: Complexes, omega: float, s: Complexes, loads: Array) -> Array:
         """Return PSDs (n_points,) of the absolute accelerations over that of the supports."""
         force = loads[:, 1:] @ s / omega**2 - loads[:, 0]
-        return np.asarray(np.abs(1 - omega**2 * (of_point.T @ force)) ** 2)
+        return np.asarray(np.abs(1 - omega**2 * (point_motion.T @ force)) ** 2)
 
     def errors(frequency: float, stiffness: Complexes, motions: Sequence[ElementMotion]) -> Array:
-        omega, both = 2 * np.pi * frequency, list(zip(stiffness, motions, strict=True))
-        whole = np.stack([psds(motion.whole, omega, s, everything) for s, motion in both])
-        reduced = np.stack([psds(motion.of_basis, omega, s, in_shapes) for s, motion in both])
-        return np.asarray((np.abs(reduced - whole) / whole.max(axis=1)[:, None]).max(axis=1))
+        omega, pairs = 2 * np.pi * frequency, list(zip(stiffness, motions, strict=True))
+        full = np.stack([psds(motion.whole, omega, s, everything) for s, motion in pairs])
+        reduced = np.stack([psds(motion.of_basis, omega, s, in_shapes) for s, motion in pairs])
+        return np.asarray((np.abs(reduced - full) / full.max(axis=1)[:, None]).max(axis=1))
 
     return errors

@@ -25,22 +25,22 @@ from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
-from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolving
+from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolve
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import damping_models, read_panel_mass
 from pidpanel.response.model_error import read_errors
-from pidpanel.response.panel import ResponsePanel, Settings, ShiftOfWave
+from pidpanel.response.panel import ResponsePanel, Settings, WaveShift
 from pidpanel.response.refinement import mesh_shifts
 from pidpanel.response.results import write_csv
-from pidpanel.solve.layout import Load
-from pidpanel.solve.mesh_error import mesh_error
-from pidpanel.solve.supports import (
+from pidpanel.solve.base_motion import (
     BaseExcitation,
     Inertia,
     SupportedPanel,
     observed_motions,
     with_translation,
 )
+from pidpanel.solve.layout import AttachedDamper
+from pidpanel.solve.mesh_error import mesh_error
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
 from pidpanel.study import Study
@@ -56,8 +56,8 @@ class Shaker:
     settings: Settings  # of the panel; its frequencies are those of the spectrum
     spectrum: BreakPoints  # [g²/Hz]
     mass_per_area: float  # of the panel, without dampers [kg/m²]
-    shift_of_wave: ShiftOfWave  # see `ResponsePanel`
-    change_near_points: Array | float  # (n_points,) see `StudiedPanel`
+    wave_shift: WaveShift  # see `ResponsePanel`
+    point_refinement_error: Array | float  # (n_points,) see `StudiedPanel`
 
     def panel(self, supported: SupportedPanel) -> ResponsePanel:
         """Return a panel under the motion."""
@@ -69,8 +69,8 @@ class Shaker:
             with_translation(supported.basis, inertia),
             BaseExcitation.of_inertia(level, inertia),
             self.mass_per_area,
-            self.shift_of_wave,
-            self.change_near_points,
+            self.wave_shift,
+            self.point_refinement_error,
         )
 
     def panel_with(
@@ -81,7 +81,7 @@ class Shaker:
     ) -> ResponsePanel:
         """Return the panel with lines for the resonances that the dampers of scenarios make."""
         panel = self.panel(supported)
-        return resolving(panel, heaviest_dampers(panel, scenarios, models))
+        return resolve(panel, heaviest_dampers(panel, scenarios, models))
 
 
 def base_scenarios(study: Study) -> list[ResponseScenario]:
@@ -160,16 +160,16 @@ def write_base(
     scenarios = base_scenarios(study)
     shakers = shakers_of(study)
 
-    def shaken(supported: SupportedPanel) -> list[ResponsePanel]:
+    def shaker_panels(supported: SupportedPanel) -> list[ResponsePanel]:
         return [shaker.panel_with(supported, scenarios, models) for shaker in shakers.values()]
 
     plate = read_plate(files.plate)
     supported, error = checked_panel(
         read_basis(files.modes), plate, np.zeros((len(plate.shapes), 0)),
         study.response.frequency_hz[1],
-        read_panel_mass(study, files.section), shaken, scenarios, models,
+        read_panel_mass(study, files.section), shaker_panels, scenarios, models,
     )  # fmt: skip
-    panels = dict(zip(shakers, shaken(supported), strict=True))
+    panels = dict(zip(shakers, shaker_panels(supported), strict=True))
     attributes = {**stamp(study), "basis_error": error}
     write_csv(output["modes_table"], tables.mode_rows(supported.basis, supported.inertia))
     if motion.random is not None:
@@ -206,7 +206,7 @@ def shakers_of(study: Study) -> dict[str, Shaker]:
     levels, motion = {}, study.base
     if motion is not None and motion.random is not None:
         table = read_base_table(motion.random.spectrum)
-        levels["random"] = table.between(*study.response.frequency_hz)
+        levels["random"] = table.segment(*study.response.frequency_hz)
     if motion is not None and motion.sine is not None:
         levels["sine"] = BreakPoints(np.array(motion.sine.frequency_hz), np.ones(2))
     settings = Settings(
@@ -215,9 +215,9 @@ def shakers_of(study: Study) -> dict[str, Shaker]:
         stated_acceleration_g=study.damping.level.acceleration_g,
     )
     panel = StudiedPanel(study.panel)
-    near = panel.change_near_points(study.response.frequency_hz[1])
-    of_mesh = panel.section.mass_per_area, panel.shift_of_wave, near
-    return {name: Shaker(settings, level, *of_mesh) for name, level in levels.items()}
+    near = panel.point_refinement_error(study.response.frequency_hz[1])
+    mesh_terms = panel.section.mass_per_area, panel.wave_shift, near
+    return {name: Shaker(settings, level, *mesh_terms) for name, level in levels.items()}
 
 
 def _sweeps(
@@ -231,10 +231,10 @@ def _sweeps(
     observed = observed_motions(panel.basis, inertia)
     force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
     shifts = mesh_shifts(panel, scenarios, models)
-    of_tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
+    tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
     results = {}
     for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:
-        if model not in of_tones:
+        if model not in tones:
             continue
         transfer = Transfer.of_panel(
             panel.frequency, panel.modal,
@@ -255,7 +255,7 @@ def _sweeps(
             ).line
             results[model, scenario.label, direction] = values
     labels = [scenario.label for scenario in scenarios]
-    place = {"reading": of_tones, "scenario": labels, "direction": tables.DIRECTIONS}
+    place = {"reading": tones, "scenario": labels, "direction": tables.DIRECTIONS}
     return tables.curves_dataset(results, panel.frequency, panel.basis.point_names, **place)
 
 
@@ -272,22 +272,24 @@ def _sweep(
     f, stated_g = panel.frequency, panel.settings.stated_acceleration_g
     amplitude, omega = sine.acceleration_g * STANDARD_GRAVITY, 2 * np.pi * f[:, None]
 
-    def swept(loads: Sequence[Load]) -> tuple[SineSweep, Complexes, dict[str, Array]]:
-        run = sweep(transfer, loads, sine.acceleration_g, stated_g, down=down)
+    def respond(
+        attached: Sequence[AttachedDamper],
+    ) -> tuple[SineSweep, Complexes, dict[str, Array]]:
+        run = sweep(transfer, attached, sine.acceleration_g, stated_g, down=down)
         motion = run.motion.reshape(f.size, *shape)
-        pull = interface_force(f, motion[:, -1], [load.patch for load in loads], run.stiffness)
+        reaction = interface_force(f, motion[:, -1], [d.patch for d in attached], run.stiffness)
         acceleration = amplitude * omega**2 * np.abs(motion[:, :-1, 0])
-        force = amplitude * np.abs(pull)
+        force = amplitude * np.abs(reaction)
         return run, motion, {"acceleration": acceleration, "interface_force": force}
 
-    run, motion, values = swept([damper.load for damper in dampers])
+    run, motion, values = respond([damper.attached for damper in dampers])
     if np.any(run.stiffness.imag < 0):
         return None
     gammas = run.acceleration_g if stated_g is None else np.full((len(dampers), f.size), stated_g)
     errors = [
         damping_errors(damper, f, gamma) for damper, gamma in zip(dampers, gammas, strict=True)
     ]
-    log_errors = sweep_errors(dampers, errors, lambda loads: swept(loads)[2])
+    log_errors = sweep_errors(dampers, errors, lambda attached: respond(attached)[2])
     for name, value in tuple(values.items()):
         values[f"{name}_log_error"] = log_errors.get(name, np.full(value.shape, np.nan))
     return {

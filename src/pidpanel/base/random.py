@@ -20,11 +20,11 @@ from pidpanel.response.model_error import (
 )
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.results import standard_errors
+from pidpanel.solve.base_motion import BaseExcitation
 from pidpanel.solve.dampers import patch_stiffness
-from pidpanel.solve.layout import LayoutResponse, solve_layouts
+from pidpanel.solve.layout import LayoutResponse, solve_with
 from pidpanel.solve.model import UnstableDamping
 from pidpanel.solve.solvers import PanelSolver
-from pidpanel.solve.supports import BaseExcitation
 from pidpanel.solve.uncertainty import FurtherPsd, StandardErrors
 
 ROUNDS = 12  # most rounds of notching: damping changes with the motion
@@ -56,7 +56,7 @@ class NotchedInput:
     reason: Index  # (nf,) index of the limit that applies; −1 where there is no notch
 
 
-def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) -> NotchedInput:
+def notch_input(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) -> NotchedInput:
     """Return the input reduced until all limits are met.
 
     A limit c of a PSD allows an input of c/|H|². A limit of an overall value becomes the highest
@@ -75,12 +75,12 @@ def notched(frequency: Array, psd: Array, gain: Array, limits: Sequence[Limit]) 
     caps = np.array([np.inf if limit.is_rms else limit.value for limit in limits])
     gains = gain[[limit.location for limit in limits]]
     for _ in range(CAP_ROUNDS):
-        before = caps.copy()
+        previous = caps.copy()
         for index in [index for index, limit in enumerate(limits) if limit.is_rms]:
             caps[index] = np.inf
             lowest = np.minimum(psd, (caps[:, None] / gains).min(axis=0))
             caps[index] = _cap(frequency, gains[index] * lowest, limits[index].value)
-        if np.allclose(caps, before, rtol=1e-9, atol=0.0):
+        if np.allclose(caps, previous, rtol=1e-9, atol=0.0):
             break
     allowed = caps[:, None] / gains
     lowest = np.minimum(psd, allowed.min(axis=0))
@@ -187,14 +187,14 @@ def _with_notches(
     stated = response.input
     for _ in range(ROUNDS):
         outputs = np.column_stack([response.absolute, response.force]).T
-        lowered = notched(frequency, stated, outputs / response.input, limits)
+        lowered = notch_input(frequency, stated, outputs / response.input, limits)
         change = np.abs(np.log(lowered.psd / response.input)).max()
         if change < SETTLED:
             break
         excitation = _with_level(solver, frequency, lowered.psd)
-        again = solver.with_excitation(excitation)
-        (answer,) = solve_layouts(again, [case.layout])
-        response = _response(replace(case, solver=again, response=answer), steady(answer))
+        notched_solver = solver.with_excitation(excitation)
+        (answer,) = solve_with(notched_solver, [case.layout])
+        response = _response(replace(case, solver=notched_solver, response=answer), steady(answer))
     return replace(random, notched=response, notches=lowered)
 
 
@@ -230,15 +230,15 @@ def own_force_on_supports(case: SolvedCase, response: LayoutResponse) -> Array:
     M_t z̈ = N − Σ s_p ∫_p u dA from it, so that −ω² 1ᵀM u + Σ s_p ∫_p u dA − N, what the supports
     feel, is −ω² (1ᵀM u − M_t z).
     """
-    own, solver = case.layout.force, case.solver
-    if own is None:
+    own_force, solver = case.layout.force, case.solver
+    if own_force is None:
         raise ValueError("no own force")
     f, interface = response.response.frequency, solver.panel.points[-1]
     table = solver.panel.basis.modal_mass[-1] * np.eye(interface.shape[1])[-1]
     rows = np.vstack([interface, table])[None]
-    alone = solver.with_lines(f, rows).with_excitation(own)
+    force_solver = solver.with_lines(f, rows).with_excitation(own_force)
     layout = replace(case.layout, force=None, factor=1.0, with_slope=False, with_motion=False)
-    (answer,) = solve_layouts(alone, [layout])
+    (answer,) = solve_with(force_solver, [layout])
     cross = steady(answer).response.cross_psd[:, 0]
     motion = interface_force_psd(response, cross[:, :-1, :-1])
     relative = cross[:, 0, 0] - 2 * cross[:, 0, -1] + cross[:, -1, -1]
@@ -261,37 +261,37 @@ def _errors(case: SolvedCase, response: LayoutResponse, force: Array) -> Standar
         f, without = response.response.frequency, case.dead_weight or case.bare
         undamped = interface_force_psd(without, without.response.cross_psd[:, -1])
         error = broadband_error_of(case)
-        of_psd = log_error(BroadbandError(error.of_effect, 2 * error.of_rms), undamped, force)
+        psd_error = log_error(BroadbandError(error.of_effect, 2 * error.of_rms), undamped, force)
         rms = np.sqrt([np.trapezoid(psd, f) for psd in (undamped, force)])
-        model.log_psd[:, -1], model.log_rms[-1] = of_psd, log_error(error, rms[0], rms[1])
+        model.log_psd[:, -1], model.log_rms[-1] = psd_error, log_error(error, rms[0], rms[1])
     return with_model_error(stated, model)
 
 
 def force_slopes(solver: PanelSolver, response: LayoutResponse, force: Array) -> FurtherPsd:
     """Return how ln of the PSD of the force (nf,) follows C_e and m_a, by central differences."""
-    excitation, panel, loads = solver.excitation, solver.panel, response.loads.tolist()
+    excitation, panel, patches = solver.excitation, solver.panel, response.patches.tolist()
     if not isinstance(excitation, BaseExcitation):
         raise TypeError("the panel is not under base motion")
     f, observed = panel.frequency, panel.points[-1]
     transfer = Transfer.of_panel(
-        f, panel.basis, panel.patches.subset(loads), excitation.force, observed
+        f, panel.basis, panel.patches.subset(patches), excitation.force, observed
     )
 
     def log_psd(damping: Array, mass: Array) -> Array:
         stiffness = patch_stiffness(f, damping, mass)
         motion = transfer.motions(slice(None), stiffness)[:, : len(observed)]
-        pull = interface_force(f, motion, loads, stiffness)
-        return np.asarray(2 * np.log(np.abs(pull)))
+        reaction = interface_force(f, motion, patches, stiffness)
+        return np.asarray(2 * np.log(np.abs(reaction)))
 
     value, mass = response.equivalent_damping, response.apparent_mass
-    of_damping, of_mass = np.empty((2, len(loads), f.size, 1))
-    for index, unit in enumerate(np.eye(len(loads))[:, :, None]):
+    damping_slope, mass_slope = np.empty((2, len(patches), f.size, 1))
+    for index, unit in enumerate(np.eye(len(patches))[:, :, None]):
         step = STEP * unit
         change = log_psd(value * (1 + step), mass) - log_psd(value * (1 - step), mass)
-        of_damping[index, :, 0] = change / (2 * STEP)
+        damping_slope[index, :, 0] = change / (2 * STEP)
         change = log_psd(value, mass + step) - log_psd(value, mass - step)
-        of_mass[index, :, 0] = change / (2 * STEP)
-    return FurtherPsd(force[:, None], of_damping, of_mass)
+        mass_slope[index, :, 0] = change / (2 * STEP)
+    return FurtherPsd(force[:, None], damping_slope, mass_slope)
 
 
 def interface_force_psd(response: LayoutResponse, cross_psd: Complexes) -> Array:
@@ -308,7 +308,7 @@ def interface_force_psd(response: LayoutResponse, cross_psd: Complexes) -> Array
     share = np.zeros(cross_psd.shape[:2], dtype=np.complex128)
     share[:, 0] = -((2 * np.pi * frequency) ** 2)
     stiffness = patch_stiffness(frequency, response.equivalent_damping, response.apparent_mass)
-    for patch, s in zip(response.loads.tolist(), stiffness, strict=True):
+    for patch, s in zip(response.patches.tolist(), stiffness, strict=True):
         share[:, 1 + patch] += s
     psd = np.einsum("fi,fij,fj->f", share, cross_psd, share.conj()).real
     return np.asarray(psd, dtype=np.float64)

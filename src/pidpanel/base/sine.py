@@ -20,7 +20,7 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes, Flags
 from pidpanel.response.dampers import PatchDamper
 from pidpanel.solve.dampers import patch_stiffness, weighted_sum
-from pidpanel.solve.layout import Load
+from pidpanel.solve.layout import AttachedDamper
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.search import Map, NotConverged, approach, find_motions, iterate
 
@@ -121,30 +121,34 @@ class _Damping:
     """s of all loads over Γ, on the lines of a sweep."""
 
     def __init__(
-        self, loads: Sequence[Load], frequency: Array, amplitude_g: float, stated_g: float | None
+        self,
+        dampers: Sequence[AttachedDamper],
+        frequency: Array,
+        amplitude_g: float,
+        stated_g: float | None,
     ) -> None:
         self._log = np.log(amplitude_g * np.geomspace(*RANGE, GRID))
-        self._values = np.empty((len(loads), GRID, frequency.size), np.complex128)
-        for load, values in zip(loads, self._values, strict=True):
-            follows = load.depends_on_acceleration and stated_g is None
+        self._values = np.empty((len(dampers), GRID, frequency.size), np.complex128)
+        for damper, values in zip(dampers, self._values, strict=True):
+            follows = damper.depends_on_acceleration and stated_g is None
             gammas = np.exp(self._log) if follows else [stated_g or np.nan]
             for index, gamma in enumerate(gammas):
-                damping, mass, _ = load.damping(frequency, float(gamma))
+                damping, mass, _ = damper.damping(frequency, float(gamma))
                 values[index:] = patch_stiffness(frequency, damping[None], mass[None])
 
-    def at(self, line: int, log_gamma: Array) -> Complexes:
+    def stiffness_at(self, line: int, log_gamma: Array) -> Complexes:
         """Return s (n_loads, 1) on a line."""
         place = np.interp(log_gamma, self._log, np.arange(GRID))
         low = np.minimum(place.astype(int), GRID - 2)
         part = (place - low)[:, None]
-        loads = np.arange(len(log_gamma))
-        lower, upper = self._values[loads, low, line], self._values[loads, low + 1, line]
+        dampers = np.arange(len(log_gamma))
+        lower, upper = self._values[dampers, low, line], self._values[dampers, low + 1, line]
         return (1 - part) * lower[:, None] + part * upper[:, None]
 
 
 def sweep(
     transfer: Transfer,
-    loads: Sequence[Load],
+    dampers: Sequence[AttachedDamper],
     amplitude_g: float,
     stated_g: float | None = None,
     *,
@@ -161,19 +165,19 @@ def sweep(
     down
         Whether the sweep starts at the highest frequency.
     """
-    count, size = len(loads), transfer.frequency.size
+    count, size = len(dampers), transfer.frequency.size
     gamma, residual = np.full((count, size), np.nan), np.zeros(size)
     stiffness = np.zeros((count, size), np.complex128)
     if count:
-        damping = _Damping(loads, transfer.frequency, amplitude_g, stated_g)
+        damping = _Damping(dampers, transfer.frequency, amplitude_g, stated_g)
         x = np.full(count, np.log(amplitude_g))
         lines = range(size - 1, -1, -1) if down else range(size)
         for number, line in enumerate(lines):
 
             def outcome(log_gamma: Array, line: int = line) -> Array:
                 """Return the ln Γ that a ln Γ leads to."""
-                pull = damping.at(line, log_gamma)
-                (ratio,) = transfer.patch_acceleration(slice(line, line + 1), pull)
+                line_stiffness = damping.stiffness_at(line, log_gamma)
+                (ratio,) = transfer.patch_acceleration(slice(line, line + 1), line_stiffness)
                 return np.log(amplitude_g * ratio)
 
             start = approach(outcome, x) if number == 0 else x
@@ -182,10 +186,10 @@ def sweep(
                 x = followed
             else:  # the motion that was followed has ended
                 x, residual[line] = _other_motion(outcome, x)
-            gamma[:, line], stiffness[:, line] = np.exp(x), damping.at(line, x)[:, 0]
+            gamma[:, line], stiffness[:, line] = np.exp(x), damping.stiffness_at(line, x)[:, 0]
     motion = transfer.motions(slice(None), stiffness)
-    looked_at = motion.shape[1] - transfer.width
-    return SineSweep(motion[:, :looked_at], stiffness, gamma, residual)
+    observed_count = motion.shape[1] - transfer.width
+    return SineSweep(motion[:, :observed_count], stiffness, gamma, residual)
 
 
 def _other_motion(outcome: Map, x: Array) -> tuple[Array, float]:
@@ -243,8 +247,8 @@ def damping_errors(damper: PatchDamper, frequency: Array, gamma: Array) -> Dampi
         ]
     )
     error = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-    both = error.prod(axis=1)
-    correlation = np.divide(covariance[:, 0, 1], both, out=np.zeros_like(both), where=both > 0)
+    norm = error.prod(axis=1)
+    correlation = np.divide(covariance[:, 0, 1], norm, out=np.zeros_like(norm), where=norm > 0)
     at_lines = (np.interp(frequency, nodes, row) for row in (*error.T, correlation))
     return DampingErrors(*at_lines)
 
@@ -252,7 +256,7 @@ def damping_errors(damper: PatchDamper, frequency: Array, gamma: Array) -> Dampi
 def sweep_errors(
     dampers: Sequence[PatchDamper],
     errors: Sequence[DampingErrors | None],
-    amplitudes: Callable[[Sequence[Load]], Amplitudes],
+    amplitudes: Callable[[Sequence[AttachedDamper]], Amplitudes],
 ) -> dict[str, Array]:
     """Return the standard errors of ln of the amplitudes of a sweep; none where none are known.
 
@@ -261,32 +265,36 @@ def sweep_errors(
     variance: dict[str, Array] = {}
     pairs = list(zip(dampers, errors, strict=True))
     for source in dict.fromkeys(damper.source for damper, error in pairs if error is not None):
-        of_source = [
+        source_errors = [
             (damper, error if damper.source == source else None) for damper, error in pairs
         ]
-        correlation = next(error.correlation for _, error in of_source if error is not None)
+        correlation = next(error.correlation for _, error in source_errors if error is not None)
         by_damping, by_mass = (
             [
-                amplitudes([_changed(damper.load, error, *change) for damper, error in of_source])
+                amplitudes(
+                    [_changed(damper.attached, error, *change) for damper, error in source_errors]
+                )
                 for change in changes
             ]
             for changes in (((1, 0), (-1, 0)), ((0, 1), (0, -1)))
         )
         for name in by_damping[0]:
             a, b = (np.log(up[name] / down[name]) / 2 for up, down in (by_damping, by_mass))
-            both = 2 * correlation.reshape(-1, *[1] * (a.ndim - 1)) * a * b
-            variance[name] = variance.get(name, 0.0) + a**2 + b**2 + both
+            covariance = 2 * correlation.reshape(-1, *[1] * (a.ndim - 1)) * a * b
+            variance[name] = variance.get(name, 0.0) + a**2 + b**2 + covariance
     return {name: np.sqrt(np.maximum(square, 0.0)) for name, square in variance.items()}
 
 
-def _changed(load: Load, error: DampingErrors | None, damping: int, mass: int) -> Load:
+def _changed(
+    damper: AttachedDamper, error: DampingErrors | None, damping: int, mass: int
+) -> AttachedDamper:
     """Return a load with ln C_e and m_a changed by numbers of standard errors."""
     if error is None:
-        return load
+        return damper
 
     def values(frequency: Array, gamma: float) -> tuple[Array, Array, Flags]:
-        stated, apparent_mass, inside = load.damping(frequency, gamma)
+        stated, apparent_mass, inside = damper.damping(frequency, gamma)
         factor = np.exp(damping * error.log_damping)
         return factor * stated, apparent_mass + mass * error.mass, inside
 
-    return replace(load, damping=values)
+    return replace(damper, damping=values)

@@ -13,8 +13,8 @@ from pidpanel.base.random import Limit, RandomCase
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.response.tables import cases_dataset
+from pidpanel.solve.base_motion import Inertia
 from pidpanel.solve.mesh_error import MeshShift, mesh_error
-from pidpanel.solve.supports import Inertia
 from pidpanel.solve.uncertainty import StandardErrors
 
 INPUTS, DIRECTIONS = ("stated", "notched"), ("up", "down")
@@ -65,8 +65,8 @@ def random_dataset(
     """
     results: dict[tuple[str, str, str], dict[str, Array | float]] = {}
     for case in cases:
-        none = np.full((len(case.frequency), len(points) + 1), np.nan)
-        unknown = StandardErrors(none, none[0], none[0])
+        empty = np.full((len(case.frequency), len(points) + 1), np.nan)
+        unknown = StandardErrors(empty, empty[0], empty[0])
         for name, part in zip(INPUTS, (case.stated, case.notched), strict=True):
             if part is None:
                 continue

@@ -117,11 +117,11 @@ def _fills(table: Path) -> Sequence[float]:
     try:
         rows = read_rows(found_file(table, Path(), DATA / "damping"))
         place = rows.header.index("fill_fraction")
-        known = sorted({float(cells[place]) for _, cells in rows.rows})
+        fractions = sorted({float(cells[place]) for _, cells in rows.rows})
     except (ValueError, IndexError):  # such as a table without fill fractions
         return FILLS
-    inside = [fill for fill in FILLS if known[0] <= fill <= known[-1]]
-    return inside if len(inside) > 1 else known[:4]
+    inside = [fill for fill in FILLS if fractions[0] <= fill <= fractions[-1]]
+    return inside if len(inside) > 1 else fractions[:4]
 
 
 def _mass_key(table: Path) -> str:

@@ -28,14 +28,14 @@ class Parser(argparse.ArgumentParser):
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command with all its subcommands."""
-    whole = Parser(
+    root = Parser(
         prog="pidpanel",
         description=STATED["description"],
         epilog=STATED["epilog"],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    whole.add_argument("--version", action="version", version=f"%(prog)s {version('pidpanel')}")
-    commands = whole.add_subparsers(
+    root.add_argument("--version", action="version", version=f"%(prog)s {version('pidpanel')}")
+    commands = root.add_subparsers(
         dest="command", required=True, metavar="command", title="commands, in the order of use"
     )
     for name, stated in STATED["commands"].items():
@@ -54,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
                 groups[title] = subparser.add_argument_group(title)
             _add(groups[title], settings)
         subparser.set_defaults(call=module.call, **stated.get("defaults", {}))
-    return whole
+    return root
 
 
 def _add(group: argparse.ArgumentParser, stated: Mapping[str, Any]) -> None:
@@ -71,13 +71,13 @@ def _add(group: argparse.ArgumentParser, stated: Mapping[str, Any]) -> None:
 def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the arguments of a command; `further` is what follows ``--``, for Snakemake."""
     end = list(arguments).index("--") if "--" in arguments else len(arguments)
-    whole = parser()
+    root = parser()
     if arguments[:1] == ["estimate"]:
-        whole.error("estimate was removed: check prints the time of the LIGGGHTS runs")
-    args = whole.parse_args(arguments[:end])
+        root.error("estimate was removed: check prints the time of the LIGGGHTS runs")
+    args = root.parse_args(arguments[:end])
     args.further = list(arguments[end + 1 :])
     if args.further and args.command != "run":
-        whole.error("options after -- are for Snakemake and only allowed with run")
+        root.error("options after -- are for Snakemake and only allowed with run")
     return args
 
 

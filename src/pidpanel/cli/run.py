@@ -57,7 +57,7 @@ def call(args: argparse.Namespace) -> int:
 def run_forked(study: Study, file: Path, folder: Path, jobs: int) -> int:
     """Run a study without LIGGGHTS in this process; return the exit code."""
     from pidpanel.cli.snakemake import check_space
-    from pidpanel.workflow.forked import run_rules
+    from pidpanel.workflow.fork_runner import run_rules
     from pidpanel.workflow.plan import Plan
     from pidpanel.workflow.rules import panel_rules
 

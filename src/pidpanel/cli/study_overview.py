@@ -129,9 +129,9 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     if names := study.panel.single_points:
         yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "
                                 "the mesh; state radius_m, of a mass from_m and to_m")  # fmt: skip
-    of_patch = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
+    patch_area = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
     yield _line("points", "; ".join(_of_points(study, mesh)))
-    for label, weights in _damper_masses(study, of_patch).items():
+    for label, weights in _damper_masses(study, patch_area).items():
         shares = [100 * weight / (mass + attached) for weight in weights]
         yield _line(
             "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
@@ -245,16 +245,16 @@ def _range(values: Sequence[float]) -> str:
 
 def _mass_per_area(study: Study, filling: Filling) -> float:
     """Return about what a damper weighs [kg/m²]; NaN where it is not known."""
-    from pidpanel.damping.from_study import reading_of, reading_of_damper
+    from pidpanel.damping.from_study import damper_model, study_model
 
     fill = math.nan if filling.fill_fraction is None else filling.fill_fraction
     damper = study.all_dampers.get(filling.damper or "")
     if damper is None:
         if "table" not in study.readings:
             return math.nan
-        return float(reading_of("table", study, None).mass_per_area(fill))
+        return float(study_model("table", study, None).mass_per_area(fill))
     if damper.coupon is None:
-        return float(reading_of_damper(damper, None).mass_per_area(fill))
+        return float(damper_model(damper, None).mass_per_area(fill))
     coupon = damper.coupon
     diameter = coupon.diameters[0]
     bulk = bulk_fraction(diameter, coupon.cell.across_flats)
@@ -312,5 +312,5 @@ def _duration(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
-def _line(label: str, says: str) -> str:
-    return f"  {label:8} {says}"
+def _line(label: str, message: str) -> str:
+    return f"  {label:8} {message}"

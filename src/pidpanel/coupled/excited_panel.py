@@ -15,13 +15,13 @@ from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings
 from pidpanel.coupled.softening import RmsMotion, Softened, softened_modulus, softening_bias
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
+from pidpanel.solve.base_motion import BaseExcitation
 from pidpanel.solve.basis_error import modal_basis
 from pidpanel.solve.excitation import Excitation, ModalForce
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.panel import deflection_at_points
 from pidpanel.solve.source import PatchParts
-from pidpanel.solve.supports import BaseExcitation
 from pidpanel.sound.radiation import Air
 
 AIR_NODES = 25  # frequencies at which the air is evaluated
@@ -194,7 +194,7 @@ class ExcitedPanel:
     def coarse_frequency(self) -> Array:
         """(nf,) lines that give rms values within 1e-3 [Hz]."""
         span = self.settings.frequency_range
-        ratio = self.settings.damping_ratio.least(*span)
+        ratio = self.settings.damping_ratio.smallest(*span)
         return frequency_grid(*span, ratio, lines_per_bandwidth=LINES_PER_BANDWIDTH)
 
     @property

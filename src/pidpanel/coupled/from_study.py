@@ -20,14 +20,14 @@ from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupled.softening import usual_modulus
 from pidpanel.coupon.estimate import spheres_in
 from pidpanel.coupon.from_study import bed_of
-from pidpanel.damping.from_study import reading_of_damper
+from pidpanel.damping.from_study import damper_model
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.solve.bands import band_rms, whole_third_octaves
-from pidpanel.solve.supports import BaseExcitation, supported_panel, with_translation
+from pidpanel.solve.base_motion import BaseExcitation, supported_panel, with_translation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import excitation_of, read_air, spectrum_of
 from pidpanel.spectra.acceleration_table import read_base_table
@@ -66,7 +66,7 @@ def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
 
 
 def _given_damper(study: Study, filling: Filling) -> GivenDamper:
-    model = reading_of_damper(study.all_dampers[str(filling.damper)], None)
+    model = damper_model(study.all_dampers[str(filling.damper)], None)
     if not study.response.damper_mass:
         model = model.without_mass()
     return GivenDamper(filling.patch, model, filling.fill_fraction or 1.0)
@@ -98,7 +98,7 @@ def _random_motion(study: Study) -> BreakPoints:
     """Return the acceleration PSD of the supports within the response [(m/s²)²/Hz]."""
     if study.base is None or study.base.random is None:
         raise StudyError(f"{study.name}: base.random: missing; coupled runs need it without sound")
-    table = read_base_table(study.base.random.spectrum).between(*study.response.frequency_hz)
+    table = read_base_table(study.base.random.spectrum).segment(*study.response.frequency_hz)
     return replace(table, psd=STANDARD_GRAVITY**2 * table.psd)
 
 

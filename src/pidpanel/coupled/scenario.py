@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pidpanel.coupon.bed import Bed
-from pidpanel.damping.readings import DampingReading
+from pidpanel.damping.models import DampingModel
 from pidpanel.damping_ratio import DampingRatio
 
 
@@ -40,7 +40,7 @@ class GivenDamper:
     """A damper without simulated particles, on a patch."""
 
     patch: str
-    model: DampingReading
+    model: DampingModel
     fill_fraction: float
 
 

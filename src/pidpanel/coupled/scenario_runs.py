@@ -22,7 +22,7 @@ from pidpanel.coupled.softening import Softened
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed, FilesFailed
 from pidpanel.provenance import durable
 from pidpanel.solve.bands import whole_third_octaves
-from pidpanel.solve.supports import BaseExcitation
+from pidpanel.solve.base_motion import BaseExcitation
 
 # Rows of a record in a period of the highest frequency: what is linear between them is 3 % low
 # there, for which the modal forces are corrected.

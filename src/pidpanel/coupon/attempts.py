@@ -28,7 +28,7 @@ from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.coupon.packing import Packing
 from pidpanel.coupon.preparation import BED_FILE, PACKING_FILE, loosen, pour
 from pidpanel.coupon.runs import Continues, shake, time_limit
-from pidpanel.progress import tracked
+from pidpanel.progress import with_progress
 from pidpanel.provenance import durable
 from pidpanel.provenance.locks import exclusive_lock
 
@@ -138,7 +138,7 @@ def shake_seeds(case: Case, target: RunTarget, folder: Path) -> list[records.Sha
 
     A bed can dwell in a state of motion that does not last, and look steady (100 Hz, 80 g,
     μ = 0.1: C_e = 1250 N s/m³ for 60 or 90 cycles, 190 ever after). Where two seeds are apart
-    (`states.are_apart`), the shorter continues by half, until they agree or have run
+    (`states.are_separated`), the shorter continues by half, until they agree or have run
     ``max_cycles``. What they leave is that of the case's own target.
     """
     beds = [folder / "bed" / run.bed.label / "bed.json" for run in case.runs]
@@ -154,7 +154,7 @@ def shake_seeds(case: Case, target: RunTarget, folder: Path) -> list[records.Sha
             damping.append(rows.estimates(run, read, record.mass_kg)[0])
         k = min(range(len(shaken)), key=lambda i: shaken[i].cycles)
         done = shaken[k].cycles
-        if not are_apart(damping) or done >= target.max_cycles:
+        if not seeds_disagree(damping) or done >= target.max_cycles:
             break
         longer = replace(target, min_cycles=min(target.max_cycles, math.ceil(1.5 * done)))
         run, bed, home = seeds[k]
@@ -162,10 +162,10 @@ def shake_seeds(case: Case, target: RunTarget, folder: Path) -> list[records.Sha
     return [replace(outcome, target=case.target) for outcome in outcomes]
 
 
-def are_apart(damping: Sequence[cycles.Estimate]) -> bool:
+def seeds_disagree(damping: Sequence[cycles.Estimate]) -> bool:
     """Return whether the range of values exceeds `states.MARGIN` and four errors."""
     ends = min(damping, key=lambda e: e.mean), max(damping, key=lambda e: e.mean)
-    return bool(states.are_apart(*np.array([(end.mean, end.error) for end in ends]).ravel()))
+    return bool(states.are_separated(*np.array([(end.mean, end.error) for end in ends]).ravel()))
 
 
 def shake_case(case: Case, folder: Path) -> list[records.ShakeOutcome]:
@@ -226,7 +226,7 @@ def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
     One process for all of them: what Python imports is paid once.
     """
     ended = {}
-    for case in tracked(cases, "cases"):
+    for case in with_progress(cases, "cases"):
         with exclusive_lock(folder / case.label / ".lock"):
             outcomes = shake_case(case, folder)
             paths = case.with_reserve.outcomes(folder)

@@ -146,20 +146,20 @@ def contact_losses(
     depth = np.maximum(overlap, 0.0)
     curvature, mobility = (np.sum(1 / np.array(part), axis=0) for part in (radii, masses))
     hertz, viscous, sideways_viscous = contact_forces(material, depth, curvature, mobility)
-    along = _dot(contacts.force, normal)
-    sideways = contacts.force - along[:, None] * normal
-    limit = material.friction * np.abs(along + viscous * (speed - earlier_speed))
+    push = _dot(contacts.force, normal)
+    sideways = contacts.force - push[:, None] * normal
+    limit = material.friction * np.abs(push + viscous * (speed - earlier_speed))
     sideways = _acting(
         sideways, sideways_viscous[:, None] * slip, sideways_viscous[:, None] * earlier_slip,
-        limit, material.friction * np.abs(along),
+        limit, material.friction * np.abs(push),
     )  # fmt: skip
     rolling = np.zeros(len(speed))
     if contacts.torque is not None:
         # what is left of the torque is rolling friction
-        rest = contacts.torque - np.cross(arms[0], contacts.force - along[:, None] * normal)
+        rest = contacts.torque - np.cross(arms[0], contacts.force - push[:, None] * normal)
         turning = spheres.spin[f, i] - (spheres.spin[f, j] if planes is None else 0.0)
         rolling = -_dot(rest, turning)
-    return -(along - hertz) * earlier_speed, -_dot(sideways, slip), rolling, 2 / 5 * hertz * depth
+    return -(push - hertz) * earlier_speed, -_dot(sideways, slip), rolling, 2 / 5 * hertz * depth
 
 
 def _acting(

@@ -124,9 +124,9 @@ class Case:
     @property
     def with_reserve(self) -> Case:
         """The case with its reserve among its runs, in the folder of the same label."""
-        whole = replace(self, runs=(*self.runs, *self.reserve), reserve=())
-        whole.__dict__["label"] = self.label
-        return whole
+        case = replace(self, runs=(*self.runs, *self.reserve), reserve=())
+        case.__dict__["label"] = self.label
+        return case
 
     @property
     def outcome(self) -> str:

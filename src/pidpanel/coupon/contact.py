@@ -224,9 +224,9 @@ def modulus_bias(
     0.016 and 0.064; earlier 1.6, 7.5 and 23 % at 0.011, 0.019 and 0.073. Both go into the error,
     not into the value, and hold where the bed is thrown: see `Stiffness`.
     """
-    of_time = 2.5 * deepening * (contact_per_period - material_contact_per_period)
-    of_depth = 1.5 * (overlap - material_overlap)
-    return max(of_time, of_depth, 0.0)
+    time_bias = 2.5 * deepening * (contact_per_period - material_contact_per_period)
+    depth_bias = 1.5 * (overlap - material_overlap)
+    return max(time_bias, depth_bias, 0.0)
 
 
 def softest_modulus(

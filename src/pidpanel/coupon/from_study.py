@@ -74,12 +74,12 @@ def distinct_cases(study: CouponStudy) -> dict[str, tuple[Case, ...]]:
 
 def distinct(by_coupon: Mapping[str, Mapping[str, Case]]) -> dict[str, tuple[Case, ...]]:
     """Return every case of `cases_by_coupon` once; see `distinct_cases`."""
-    of_first: dict[str, str] = {}
+    first_names: dict[str, str] = {}
     for name, cases in by_coupon.items():
         for label in cases:
-            of_first.setdefault(label, name)
+            first_names.setdefault(label, name)
     return {
-        name: tuple(case for label, case in cases.items() if of_first[label] == name)
+        name: tuple(case for label, case in cases.items() if first_names[label] == name)
         for name, cases in by_coupon.items()
     }
 
@@ -321,9 +321,9 @@ def _check_groups(case: Case) -> None:
         "there must be no rolling friction": constants.has_rolling_friction,
         "walls must have the constants of the particles": bool(walls.items() - values.items()),
     }
-    for says, is_wrong in faults.items():
+    for message, is_wrong in faults.items():
         if is_wrong:
-            raise ValueError(f"{case.label}: {says}")
+            raise ValueError(f"{case.label}: {message}")
 
 
 def _direction(bed: Bed) -> Direction:

@@ -91,7 +91,7 @@ def _settle(packing: Packing, start: Scattered, folder: Path) -> Array:
     time_step = packing.pour_time_step
     fall_time = math.sqrt(2 * start.height / STANDARD_GRAVITY)
     chunk = math.ceil(0.25 * fall_time / time_step)
-    rest = POURING.settled * float((mass * start.diameters).sum()) * STANDARD_GRAVITY
+    momentum_limit = POURING.settled * float((mass * start.diameters).sum()) * STANDARD_GRAVITY
     # terminal speed under drag: g m/c
     text = packing.deck_text(drag=float(mass.mean()) / POURING.fall_time, chunk_steps=chunk)
     dump = folder / "settled.dump"
@@ -99,12 +99,12 @@ def _settle(packing: Packing, start: Scattered, folder: Path) -> Array:
         solver.read_deck(text)
         for _ in range(200):
             step, _, energy = solver.run(chunk, read_energy=True)
-            if step * time_step > fall_time and energy < rest:
+            if step * time_step > fall_time and energy < momentum_limit:
                 break
         else:
             raise NotSteady(
                 f"{folder}: the poured bed still moves after {step * time_step:.2g} s, "
-                f"{energy:.2g} J; {rest:.2g} J counts as rest"
+                f"{energy:.2g} J; {momentum_limit:.2g} J counts as rest"
             )
         solver.dump(dump.name)
         solver.finish(step, len(mass))

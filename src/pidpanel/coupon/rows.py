@@ -145,7 +145,7 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
     """
     p_sin, p_cos, p_mean, kinetic, rotational, height = rows[:, 1:].T
     packing, drive = run.packing, run.drive
-    of_harmonics = 2 * p_sin**2 + 2 * p_cos**2 + p_mean**2
+    harmonics = 2 * p_sin**2 + 2 * p_cos**2 + p_mean**2
     lowest = (1 - OVERLAP) * mass / packing.density / packing.area / 2
     supplied = np.cumsum(work(run, rows))
     # a bed that was shaken hard has at most twice the speed of the cells then
@@ -156,7 +156,7 @@ def check_physics(run: Run, rows: Array, mass: float, folder: Path) -> None:
         (kinetic <= 0, "a kinetic energy that is not positive"),
         (rotational < 0, "a negative energy of rotation"),
         (
-            ours & (of_harmonics > 2 * mass * kinetic * (1 + ROUNDING)),
+            ours & (harmonics > 2 * mass * kinetic * (1 + ROUNDING)),
             "more momentum than its kinetic energy allows",
         ),
         (

@@ -20,7 +20,7 @@ MARGIN = 0.25
 ERRORS = 4.0  # standard errors of their difference by which they differ [1]
 
 
-def are_apart(low: Array, low_error: Array, high: Array, high_error: Array) -> Flags:
+def are_separated(low: Array, low_error: Array, high: Array, high_error: Array) -> Flags:
     """Return whether values (n,) belong to other states than lower ones (n,)."""
     difference = high - low
     far = difference > MARGIN * np.abs(high + low) / 2
@@ -39,7 +39,7 @@ def states_of(means: Array, errors: Array) -> list[Index]:
     """
     order = np.argsort(means, kind="stable")
     means, errors = means[order], errors[order]
-    cuts = are_apart(means[:-1], errors[:-1], means[1:], errors[1:])
+    cuts = are_separated(means[:-1], errors[:-1], means[1:], errors[1:])
     return np.split(order, 1 + np.flatnonzero(cuts))
 
 

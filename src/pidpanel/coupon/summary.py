@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pidpanel.coupon import coding, cycles, rows, states
-from pidpanel.coupon.attempts import are_apart
+from pidpanel.coupon.attempts import seeds_disagree
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.liggghts import failures
@@ -57,7 +57,7 @@ LOSSES_APART = 30.0
 WORK_APART = 3.0
 
 
-def problems_of(run: Run, read: SeedEstimate, folder: Path) -> Iterator[failures.SolverFailure]:
+def find_problems(run: Run, read: SeedEstimate, folder: Path) -> Iterator[failures.SolverFailure]:
     """Yield the problems of a finished run."""
     damping, done = read.damping, read.shaken.cycles
     if not rows.is_steady(damping, done):
@@ -89,7 +89,7 @@ def problems_of(run: Run, read: SeedEstimate, folder: Path) -> Iterator[failures
             )
 
 
-def judged_by(case: Case, outcomes: Sequence[Path]) -> list[tuple[Run, Path]]:
+def runs_to_evaluate(case: Case, outcomes: Sequence[Path]) -> list[tuple[Run, Path]]:
     """Return the runs used for a case, and their outcomes: with its reserve if that was run."""
     for path in outcomes:
         with suppress(failures.SolverFailure):
@@ -100,7 +100,7 @@ def judged_by(case: Case, outcomes: Sequence[Path]) -> list[tuple[Run, Path]]:
     return list(zip(case.runs, outcomes, strict=True))
 
 
-def error_of(read: SeedEstimate) -> float:
+def total_damping_error(read: SeedEstimate) -> float:
     """Return the standard error of C_e of one seed [N s/m³], with its drift if it is not steady.
 
     The halves of the run differ by `drift` times the error of their difference, twice that of the
@@ -129,11 +129,11 @@ def packing_scatter(
         packing = replace(first.packing, seed=0)
         groups.append((packing, first.fill_fraction))
         means.append(np.array([seed.damping.mean for seed in seeds]))
-        errors.append(np.array([error_of(seed) for seed in seeds]))
+        errors.append(np.array([total_damping_error(seed) for seed in seeds]))
         alike.append(
             len(seeds) > 1
             and bool(np.isfinite(errors[-1]).all())
-            and not are_apart([seed.damping for seed in seeds])
+            and not seeds_disagree([seed.damping for seed in seeds])
             and len(_states(case, seeds).damping) == 1
         )
     scatters = cycles.scatter_by_group(groups, means, errors, np.array(alike, bool))
@@ -177,7 +177,7 @@ def read_seeds(
     """Return the estimates of readable seeds, and name and text of each problem."""
     problems: list[tuple[str, str]] = []
     seeds: list[SeedEstimate] = []
-    for run, path in judged_by(case, outcomes):
+    for run, path in runs_to_evaluate(case, outcomes):
         try:
             read = read_run(run, path)
         except failures.SolverFailure as failure:
@@ -185,7 +185,7 @@ def read_seeds(
             problems.append((status, str(failure)))
         else:
             seeds.append(read)
-            problems += [(type(p).__name__, str(p)) for p in problems_of(run, read, path.parent)]
+            problems += [(type(p).__name__, str(p)) for p in find_problems(run, read, path.parent)]
     return seeds, problems
 
 
@@ -193,18 +193,18 @@ def _mean_of_seeds(case: Case, seeds: Sequence[SeedEstimate], scatter: float) ->
     if not seeds:
         return SeedMean()
     means = np.array([seed.damping.mean for seed in seeds])
-    errors = np.array([error_of(seed) for seed in seeds])
+    errors = np.array([total_damping_error(seed) for seed in seeds])
     c, c_error = float(means.mean()), cycles.packed(means, errors, scatter)
     _, seed_error = cycles.combine(means, errors)
-    if scatter == 0 or are_apart([seed.damping for seed in seeds]):
+    if scatter == 0 or seeds_disagree([seed.damping for seed in seeds]):
         c_error = max(c_error, seed_error)
     masses = np.array([[seed.apparent_mass.mean, seed.apparent_mass.error] for seed in seeds])
     m, m_error = cycles.combine(*masses.T)
     states = _states(case, seeds)
     if len(states.damping) > 1:
         c, m, m_error = states.mean, states.mass_mean, math.hypot(m_error, states.mass_error)
-    of_seeds = [(seed.shaken.spheres, seed.shaken.mass_kg) for seed in seeds]
-    spheres, mass = np.mean(of_seeds, axis=0).tolist()
+    seed_values = [(seed.shaken.spheres, seed.shaken.mass_kg) for seed in seeds]
+    spheres, mass = np.mean(seed_values, axis=0).tolist()
     return SeedMean(c, c_error, seed_error, m, m_error, spheres, mass, states)
 
 
@@ -325,11 +325,11 @@ def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: fl
     `CoverageMissed` is raised after that and names the cases that are not ok, if their share
     exceeds 1 − coverage.
     """
-    evidence = [read_seeds(case, case.outcomes(folder)) for case in cases]
-    scatters = packing_scatter(cases, [seeds for seeds, _ in evidence])
+    seeds_of_cases = [read_seeds(case, case.outcomes(folder)) for case in cases]
+    scatters = packing_scatter(cases, [seeds for seeds, _ in seeds_of_cases])
     table = [
         summarise(case, seeds, problems, scatter)
-        for case, (seeds, problems), scatter in zip(cases, evidence, scatters, strict=True)
+        for case, (seeds, problems), scatter in zip(cases, seeds_of_cases, scatters, strict=True)
     ]
     write_cases(table, file)
     check_coverage(table, coverage)

@@ -1,6 +1,6 @@
 """C_e and m_a of a filled patch at given frequencies and motion: one question, several answers.
 
-`readings`
+`models`
     Interface of the damping models, and their values.
 `surface`, `surface_cases`, `surface_files`
     The answer of simulated cases: C_e(r, f, Γ) and m_a(r, f, Γ) with standard errors.

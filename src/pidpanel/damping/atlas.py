@@ -27,7 +27,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import broadband
 from pidpanel.damping.inelastic import LONGEST_GAP, slug, thrown_height
 from pidpanel.damping.jump import Jump
-from pidpanel.damping.readings import DampingReading, DampingValues, Point
+from pidpanel.damping.models import DampingModel, DampingValues, Point
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import CASE_COLUMNS, STROKE, SurfaceBed, clear_gap
@@ -78,11 +78,11 @@ def fit_riding(points: Array, log_loss: Array, error: Array) -> Array:
     """
     scale = np.hypot(error, TREND_ERROR)
 
-    def away(constants: Array) -> Array:
+    def deviation(constants: Array) -> Array:
         residual = (riding_trend(constants, points) - log_loss) / scale
         return np.concatenate([residual, constants - TREND_START])
 
-    return np.asarray(least_squares(away, TREND_START, loss="soft_l1").x)
+    return np.asarray(least_squares(deviation, TREND_START, loss="soft_l1").x)
 
 
 Direction = Literal["flat", "upright"]  # of gravity: along the motion, or across it
@@ -93,7 +93,7 @@ REGIMES = (0.1, 0.5)
 # Degrees of freedom ν of Student's t for the errors. For held-out riding cases the 50 % and 90 %
 # quantiles of |error of C_e| are 0.28 and 0.81 of the 95 % quantile (benchmarks/atlas.py); ν = 5
 # gives 0.28 and 0.78, a normal distribution 0.34 and 0.84. Crossing beds and m_a have longer tails.
-TAILS = 5.0
+DOF = 5.0
 
 # Columns of loss, friction, width and depth of the bed among the coordinates.
 LOSS, FRICTION, WIDTH, DEPTH = 3, 4, 5, 6
@@ -156,7 +156,7 @@ class AtlasBed(SurfaceBed):
         return np.where(height > np.exp(-log_stroke), log_stroke, -np.inf)
 
 
-def bed_of(
+def atlas_bed(
     restitution: float | Array,
     friction: float | Array,
     width: float | Array,
@@ -201,7 +201,7 @@ class Atlas:
     jump: Jump | None
     # Calibration of the standard errors of ln C_e and of m_a in the three parts of `REGIMES`
     calibration: Array  # (2, 3)
-    # Scale of Student's t with `TAILS` degrees of freedom over the calibrated errors
+    # Scale of Student's t with `DOF` degrees of freedom over the calibrated errors
     student_scale: Array  # (2, 3)
     bulk: Array  # (3,) of `bulk_fraction`
     trend: Array  # (11,) of `riding_trend`
@@ -224,12 +224,12 @@ class Atlas:
         mass_per_fill
             m₁, mass of the particles per area and fill fraction [kg/m²].
         """
-        cases, bed = cases_in(self.cases, bed.depth, bed.gravity), replace(bed, trend=self.trend)
+        cases, bed = dimensional(self.cases, bed.depth, bed.gravity), replace(bed, trend=self.trend)
         surface = DampingSurface(cases, bed, self.damping, self.mass, self.jump)
         return AtlasDamping(surface, bed, mass_per_fill, self.calibration)
 
 
-def cases_in(
+def dimensional(
     cases: pd.DataFrame, depth: float | Array, gravity: float | Array = 1.0
 ) -> pd.DataFrame:
     """Return the cases for one cell, with m₁ = 1, in the columns of `surface_cases.counted`.
@@ -255,7 +255,7 @@ def cases_in(
 def dimensionless(
     cases: pd.DataFrame, depth: float | Array, gravity: float | Array, mass_per_fill: float
 ) -> pd.DataFrame:
-    """Return cases of a cell in dimensionless form; the inverse of `cases_in` for m₁ = 1."""
+    """Return cases of a cell in dimensionless form; the inverse of `dimensional` for m₁ = 1."""
     fill, frequency, gamma, *results = cases[CASE_COLUMNS].to_numpy(float).T
     omega = 2 * np.pi * frequency
     stroke = gamma * STANDARD_GRAVITY / (omega**2 * clear_gap(fill) * depth)
@@ -266,8 +266,8 @@ def dimensionless(
 
 
 @dataclass(frozen=True)
-class AtlasDamping(DampingReading):
-    """C_e and m_a of one coupon; see `readings.DampingReading`."""
+class AtlasDamping(DampingModel):
+    """C_e and m_a of one coupon; see `models.DampingModel`."""
 
     surface: DampingSurface  # with m₁ = 1
     bed: AtlasBed
@@ -302,7 +302,7 @@ class AtlasDamping(DampingReading):
             return np.ones(len(frequency), bool)
         return is_hard(self.bead, frequency, acceleration_g)
 
-    def is_between(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Flags:
+    def is_near_jump(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Flags:
         """Return whether W/L is between `REGIMES`, where beds may ride or cross, (n,)."""
         stroke = self.stroke_per_gap(frequency, fill_fraction, acceleration_g)
         return np.asarray((stroke > REGIMES[0]) & (stroke < REGIMES[1]))

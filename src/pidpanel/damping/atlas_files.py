@@ -11,7 +11,14 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.atlas import table
-from pidpanel.damping.atlas import JUMP_LENGTHS, Atlas, AtlasBed, bed_of, cases_in, dimensionless
+from pidpanel.damping.atlas import (
+    JUMP_LENGTHS,
+    Atlas,
+    AtlasBed,
+    atlas_bed,
+    dimensional,
+    dimensionless,
+)
 from pidpanel.damping.surface_cases import Constants, TrainingData, clear_gap, training_data
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
 
@@ -94,10 +101,10 @@ def atlas_data(cases: pd.DataFrame, trend: Array | None = None) -> TrainingData:
     """Return what the cases of the atlas teach, with m₁ = 1 and the trend of beds that ride."""
     names = ["restitution", "friction", "width_per_diameter", "depth_per_diameter"]
     restitution, friction, width, depth = cases[names].to_numpy(float).T
-    bed = bed_of(restitution, friction, width, depth, 1.0, cases["direction"].tolist())
+    bed = atlas_bed(restitution, friction, width, depth, 1.0, cases["direction"].tolist())
     bed = replace(bed, trend=trend)
     outliers = cases["is_of_atlas"].to_numpy(bool)
-    return replace(training_data(cases_in(cases, depth), bed), spread=SPREAD, outliers=outliers)
+    return replace(training_data(dimensional(cases, depth), bed), spread=SPREAD, outliers=outliers)
 
 
 def stored_sides(stored: Any) -> Constants:

@@ -14,7 +14,7 @@ import pandas as pd
 from scipy.optimize import minimize_scalar
 
 from pidpanel.arrays import Array, Index
-from pidpanel.damping.atlas import JUMP_LENGTHS, REGIMES, TAILS, fit_riding
+from pidpanel.damping.atlas import DOF, JUMP_LENGTHS, REGIMES, fit_riding
 from pidpanel.damping.atlas_files import atlas_data, by_state, package_version
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface_cases import STROKE, Constants, TrainingData
@@ -129,10 +129,10 @@ def _conformal_factor(scores: Array, weight: Array) -> float:
 
 
 def fit_student_scale(scores: Array, weight: Array) -> float:
-    """Return the scale of largest likelihood of Student's t with `TAILS` degrees of freedom."""
+    """Return the scale of largest likelihood of Student's t with `DOF` degrees of freedom."""
 
     def cost(log_scale: float) -> float:
-        log = 0.5 * (TAILS + 1) * np.log1p((scores / np.exp(log_scale)) ** 2 / TAILS)
+        log = 0.5 * (DOF + 1) * np.log1p((scores / np.exp(log_scale)) ** 2 / DOF)
         return float(weight @ (log + log_scale))
 
     ends = np.log(scores[scores > 0].min()), np.log(scores.max())

@@ -11,7 +11,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT
-from pidpanel.damping.readings import DampingReading, DampingValues, Point
+from pidpanel.damping.models import DampingModel, DampingValues, Point
 
 COUPLED = "coupled"  # name of this damping model in a study
 
@@ -39,7 +39,7 @@ SCALARS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class CoupledDamping(DampingReading):
+class CoupledDamping(DampingModel):
     """C_e, m_a and own force of one patch at the motion that it has.
 
     ln C_e, m_a, ln of the PSD of the own force and its coherence are linear in ln f between the
@@ -79,7 +79,7 @@ class CoupledDamping(DampingReading):
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
-        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
+        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `models.DampingModel`."""
         frequency = np.asarray(frequency, float)
         hats = self._hats(frequency)
         damping = np.exp(hats @ np.log(self.resolved_damping))

@@ -86,24 +86,24 @@ def fit_over_fill(
         )
     scale, weight = omega.max(), _weights(error)
     log_omega, share = np.log(omega), omega / scale
-    rest = np.stack([log_omega, r * log_omega, -r * share, -(r**2) * share], axis=1)
+    design = np.stack([log_omega, r * log_omega, -r * share, -(r**2) * share], axis=1)
     value = np.log(2 * np.pi * damping) + log_omega - np.log(r)
 
-    def away(constants: Array) -> Array:
+    def residual(constants: Array) -> Array:
         """Return residuals (n,) with weight, not finite where a₁ ≤ 0: the search steps back."""
         with np.errstate(invalid="ignore", divide="ignore"):
             log_factor = np.log(1 + constants[1] * r + constants[2] * r**2)
-        return np.asarray((constants[0] + log_factor + rest @ constants[3:] - value) * weight)
+        return np.asarray((constants[0] + log_factor + design @ constants[3:] - value) * weight)
 
     def slope(constants: Array) -> Array:
         factor = 1 + constants[1] * r + constants[2] * r**2
-        columns = np.column_stack([np.ones_like(r), r / factor, r**2 / factor, rest])
+        columns = np.column_stack([np.ones_like(r), r / factor, r**2 / factor, design])
         return np.asarray(columns * weight[:, None])
 
     start = np.zeros(7)
     linear = [0, 3, 4, 5, 6]
     start[linear] = np.linalg.lstsq(slope(start)[:, linear], value * weight)[0]
-    optimum = least_squares(away, start, slope, ftol=CONVERGED, xtol=CONVERGED, gtol=CONVERGED)
+    optimum = least_squares(residual, start, slope, ftol=CONVERGED, xtol=CONVERGED, gtol=CONVERGED)
     units = np.array([1, 1, 1, 1, 1, 1 / scale, 1 / scale])
     return _estimate(optimum.x, optimum.fun, optimum.jac, units)
 

@@ -17,16 +17,16 @@ from pidpanel.columns import ColumnsError
 from pidpanel.constants import ATLAS
 from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import ConstantDamper, PaperLaw
-from pidpanel.damping.readings import DampingError, DampingReading
+from pidpanel.damping.models import DampingError, DampingModel
 from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, read_columns
-from pidpanel.damping.tables import TableReading
+from pidpanel.damping.tables import TableDamping
 from pidpanel.paths import SECTION
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper, WeighsAs
-from pidpanel.study.damping import Prior, Reading
+from pidpanel.study.damping import ModelName, Prior
 from pidpanel.study.requirements import direction_of, mistakes_of_coupon
 
 if TYPE_CHECKING:  # pandas, xarray and scipy.optimize, which a table does not need
@@ -56,7 +56,7 @@ def read_cases(path: Path) -> pd.DataFrame:
     return pd.read_csv(path, keep_default_na=True)
 
 
-def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> DampingReading:
+def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> DampingModel:
     """Read the surface of ``damping/surface.nc``: of its cases alone, or added to the atlas."""
     import xarray as xr
 
@@ -65,7 +65,7 @@ def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> DampingReading:
     surface = surface_files.from_dataset(xr.load_dataset(path, engine="scipy"))
     if prior == "closed_form":
         return surface
-    return reading_from_atlas(coupon, is_broadband=False, surface=surface)
+    return atlas_model(coupon, is_broadband=False, surface=surface)
 
 
 def read_table(
@@ -74,7 +74,7 @@ def read_table(
     *,
     impedance: bool = False,
     apparent_mass: WeighsAs | None = None,
-) -> TableReading:
+) -> TableDamping:
     """Read a CSV table of damping, or of an impedance over frequency; log by default.
 
     Raises
@@ -90,10 +90,10 @@ def read_table(
         if PARTICLE_MASS not in columns:
             raise ColumnsError([f"{path}: column {PARTICLE_MASS}: missing; apparent_mass needs it"])
         columns[MASS] = columns[PARTICLE_MASS]
-    return TableReading(columns, interpolation or "log")
+    return TableDamping(columns, interpolation or "log")
 
 
-def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingReading:
+def study_model(name: ModelName, study: Study, surface: Path | None) -> DampingModel:
     """Return the damping model that a study names.
 
     Parameters
@@ -112,11 +112,11 @@ def reading_of(name: Reading, study: Study, surface: Path | None) -> DampingRead
     DampingError
         If a file is missing, or there is no such damping model.
     """
-    reading = _reading_with_mass(name, study, surface)
+    reading = _model_with_mass(name, study, surface)
     return reading if study.response.damper_mass else reading.without_mass()
 
 
-def _reading_with_mass(name: Reading, study: Study, surface: Path | None) -> DampingReading:
+def _model_with_mass(name: ModelName, study: Study, surface: Path | None) -> DampingModel:
     damping = study.damping
     match name:
         case "dem" if surface is not None:
@@ -132,9 +132,9 @@ def _reading_with_mass(name: Reading, study: Study, surface: Path | None) -> Dam
     raise DampingError(f"damping model {name}: unknown, or its file is missing")
 
 
-def reading_of_damper(
+def damper_model(
     damper: Damper, surface: Path | None, prior: Prior = "closed_form"
-) -> DampingReading:
+) -> DampingModel:
     """Return what a damper is, as the study states it.
 
     Parameters
@@ -168,7 +168,7 @@ def reading_of_damper(
 
 def models_by_damper(
     study: Study, surface: Callable[[str], Path | None], *, is_broadband: bool
-) -> dict[str, dict[str, DampingReading]]:
+) -> dict[str, dict[str, DampingModel]]:
     """Return the models of single dampers, by the names of the model and of the damper.
 
     Parameters
@@ -179,12 +179,12 @@ def models_by_damper(
         Whether the motion is random; else it is a tone.
     """
     prior = study.damping.prior
-    models: dict[str, dict[str, DampingReading]] = {
+    models: dict[str, dict[str, DampingModel]] = {
         "stated": {
-            name: reading_of_damper(study.all_dampers[name], surface(name), prior)
+            name: damper_model(study.all_dampers[name], surface(name), prior)
             for name in study.stated_dampers
         },
-        ATLAS: {**readings_from_atlas(study, is_broadband=is_broadband)},
+        ATLAS: {**atlas_models(study, is_broadband=is_broadband)},
     }
     if study.response.damper_mass:
         return models
@@ -194,15 +194,15 @@ def models_by_damper(
     }
 
 
-def readings_from_atlas(study: Study, *, is_broadband: bool) -> dict[str, AtlasDamping]:
-    """Return what a study reads from the atlas, by damper; see `reading_from_atlas`."""
+def atlas_models(study: Study, *, is_broadband: bool) -> dict[str, AtlasDamping]:
+    """Return what a study reads from the atlas, by damper; see `atlas_model`."""
     return {
-        name: reading_from_atlas(coupon, is_broadband=is_broadband)
+        name: atlas_model(coupon, is_broadband=is_broadband)
         for name, coupon in study.atlas_coupons.items()
     }
 
 
-def reading_from_atlas(
+def atlas_model(
     coupon: Coupon, *, is_broadband: bool, surface: DampingSurface | None = None
 ) -> AtlasDamping:
     """Return C_e and m_a of a coupon from the atlas of particle beds, under sound or tones.
@@ -214,7 +214,7 @@ def reading_from_atlas(
     surface
         Surface of cases of the coupon that extend the atlas.
     """
-    from pidpanel.damping.atlas import bed_of
+    from pidpanel.damping.atlas import atlas_bed
     from pidpanel.damping.atlas_files import extended_atlas, read_atlas
 
     direction = direction_of(coupon)
@@ -222,7 +222,7 @@ def reading_from_atlas(
         raise DampingError(f"gravity_direction = {coupon.gravity_direction}: not in the atlas")
     particles, cell = coupon.particles, coupon.cell
     diameter = coupon.diameters[0]
-    bed = bed_of(
+    bed = atlas_bed(
         particles.restitution, particles.friction, cell.across_flats, cell.depth, diameter,
         [direction], coupon.gravity_g,
     )  # fmt: skip
@@ -238,21 +238,21 @@ def reading_from_atlas(
     return damping.under_sound() if is_broadband else damping
 
 
-def measured_beside(coupon: Coupon, cases: pd.DataFrame) -> pd.DataFrame:
+def compare_measured(coupon: Coupon, cases: pd.DataFrame) -> pd.DataFrame:
     """Return the measured points of a coupon with its cases and the atlas; `measured.compared`.
 
     ``cases`` are the rows of its ``coupon/cases.csv``.
     """
-    from pidpanel.damping.measured import compared, measured_points
+    from pidpanel.damping.measured import compare, measured_points
 
     if coupon.measured is None:
         raise DampingError("a coupon without measured points")
     columns = read_columns(coupon.measured, scattered=True)
     atlas = None
     if not list(mistakes_of_coupon(coupon)):
-        atlas = reading_from_atlas(coupon, is_broadband=False)
+        atlas = atlas_model(coupon, is_broadband=False)
     points = measured_points(columns, coupon.sweep.fill_fraction[0])
-    return compared(points, cases, atlas)
+    return compare(points, cases, atlas)
 
 
 def _constant(damper: Damper) -> ConstantDamper:

@@ -126,8 +126,8 @@ class GaussianProcess:
         """
         if not among.any():
             return self
-        away, size = self.leave_one_out()
-        further = np.where(among, np.maximum((away / OUTLIER) ** 2 - size**2, 0.0), 0.0)
+        deviation, size = self.leave_one_out()
+        further = np.where(among, np.maximum((deviation / OUTLIER) ** 2 - size**2, 0.0), 0.0)
         return replace(self, error=np.sqrt(self.error**2 + further))
 
 
@@ -205,9 +205,9 @@ def fit(
         # Σ slope_ij (x_i − x_j)² of each axis
         along = 2 * (slope.sum(axis=1) @ scaled**2 - (scaled * (slope @ scaled)).sum(axis=0))
         gradient = np.array([*along, 2 * np.sum(pull * signal), 2 * scatter * np.trace(pull)])
-        away = (logs - median) / sd
-        value = 0.5 * y @ alpha + np.log(np.diag(factor)).sum() + 0.5 * away @ away
-        return float(value), -0.5 * gradient + away / sd
+        deviation = (logs - median) / sd
+        value = 0.5 * y @ alpha + np.log(np.diag(factor)).sum() + 0.5 * deviation @ deviation
+        return float(value), -0.5 * gradient + deviation / sd
 
     bounds = list(zip(median - 3 * sd, median + 3 * sd, strict=True))
     starts = [median, median + sd * np.array([-0.7] * len(axis) + [0, 1])]

@@ -158,12 +158,12 @@ class Interpolator:
         inner = inner_axis(fill_fraction, amplitude, frequency)
         rows = np.stack([fill_fraction, amplitude, frequency], axis=1)
         fills = np.unique(fill_fraction)
-        of_fill = [fill_fraction == fill for fill in fills]
-        several = [len(np.unique(amplitude[in_fill])) > 1 for in_fill in of_fill]
+        is_fill = [fill_fraction == fill for fill in fills]
+        several = [len(np.unique(amplitude[in_fill])) > 1 for in_fill in is_fill]
         self.depends_on_amplitude = any(several)
         lines = tuple(
             self._line(rows[in_fill], values[in_fill], (3 - inner, inner) if varies else (2,))
-            for in_fill, varies in zip(of_fill, several, strict=True)
+            for in_fill, varies in zip(is_fill, several, strict=True)
         )
         self._whole = _Line(0, fills, np.empty((0, 0)), lines, self._log)
 
@@ -179,12 +179,12 @@ class Interpolator:
         """Return rows (n, 3) with values (n, k) of one fill as lines along the last of the axes."""
         axis, *further = axes
         levels = np.unique(rows[:, axis])
-        along = np.log(levels) if self._log else levels
+        coordinate = np.log(levels) if self._log else levels
         if not further:
-            return _Line(axis, along, values[np.argsort(rows[:, axis])], (), self._log)
+            return _Line(axis, coordinate, values[np.argsort(rows[:, axis])], (), self._log)
         groups = [rows[:, axis] == level for level in levels]
         lines = tuple(self._line(rows[i], values[i], tuple(further)) for i in groups)
-        return _Line(axis, along, np.empty((0, 0)), lines, self._log)
+        return _Line(axis, coordinate, np.empty((0, 0)), lines, self._log)
 
 
 def inner_axis(fill_fraction: Array, amplitude: Array, frequency: Array) -> int:

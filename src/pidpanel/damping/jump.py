@@ -65,12 +65,12 @@ class Jump:
         rides, crosses = np.flatnonzero(self.crosses < 1), np.flatnonzero(self.crosses > 0)
         case = np.concatenate([rides, crosses])
         sign = np.repeat([-1.0, 1.0], [len(rides), len(crosses)])
-        away = self.reached[case] - CENTRE
-        tells = np.isfinite(away)
-        tells[tells] = sign[tells] * away[tells] < SURE * np.hypot(SIZE, WIDTH)
+        distance = self.reached[case] - CENTRE
+        tells = np.isfinite(distance)
+        tells[tells] = sign[tells] * distance[tells] < SURE * np.hypot(SIZE, WIDTH)
         points = self.points[case[tells]]
         prior = self._kernel(points, points)
-        precision, information = _propagated(prior, away[tells], sign[tells])
+        precision, information = _propagated(prior, distance[tells], sign[tells])
         root = np.sqrt(precision)
         inner = np.eye(len(root)) + root[:, None] * prior * root
         half = solve_triangular(cholesky(inner, lower=True), np.diag(root), lower=True)
@@ -91,9 +91,9 @@ class Jump:
         """Return of each case the probability (n,) that it crosses, as the others have it."""
         probability = self.probability(self.points, self.reached)
         for i in np.unique(self._telling):  # type: ignore[attr-defined]
-            rest = np.arange(len(probability)) != i
-            reached, crosses = self.reached[rest], self.crosses[rest]
-            remaining = Jump(self.points[rest], reached, crosses, self.lengths)
+            is_other = np.arange(len(probability)) != i
+            reached, crosses = self.reached[is_other], self.crosses[is_other]
+            remaining = Jump(self.points[is_other], reached, crosses, self.lengths)
             probability[i] = remaining.probability(self.points[[i]], self.reached[[i]])[0]
         return probability
 
@@ -103,7 +103,7 @@ class Jump:
         return SIZE**2 * matern(square)
 
 
-def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
+def _propagated(prior: Array, distance: Array, sign: Array) -> tuple[Array, Array]:
     """Return precision and information (n,) of the normal factors for Φ(±(away − δ)/w)."""
     covariance, mean = prior.copy(order="F"), np.zeros(len(sign))
     precision, information = np.zeros((2, len(sign)))
@@ -114,7 +114,7 @@ def _propagated(prior: Array, away: Array, sign: Array) -> tuple[Array, Array]:
             cavity = 1 / covariance[i, i] - precision[i]
             centre = (mean[i] / covariance[i, i] - information[i]) / cavity
             spread = np.sqrt(WIDTH**2 + 1 / cavity)
-            z = sign[i] * (away[i] - centre) / spread
+            z = sign[i] * (distance[i] - centre) / spread
             # mean and variance of its product with Φ (Rasmussen and Williams 2006, Eq. 3.58)
             ratio = np.exp(-(z**2) / 2 - np.log(2 * np.pi) / 2 - log_ndtr(z))
             moved = centre - sign[i] * ratio / (spread * cavity)

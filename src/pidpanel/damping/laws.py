@@ -18,9 +18,9 @@ from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT, PAPER_LAW
-from pidpanel.damping.readings import (
+from pidpanel.damping.models import (
     DampingError,
-    DampingReading,
+    DampingModel,
     DampingValues,
     Point,
     correlated_covariance,
@@ -90,7 +90,7 @@ def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:
     return f
 
 
-class PaperLaw(DampingReading):
+class PaperLaw(DampingModel):
     """A law of the paper, as printed (C_e is negative) or corrected; without mass, whatever Γ."""
 
     depends_on_acceleration = False
@@ -103,7 +103,7 @@ class PaperLaw(DampingReading):
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
-        """Return C_e at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
+        """Return C_e at ``frequency`` (n,) [Hz]; see `models.DampingModel`."""
         damping = self._law(frequency, fill_fraction)
         return DampingValues(
             damping, np.zeros_like(damping), np.zeros_like(damping), np.ones(damping.shape, bool)
@@ -123,7 +123,7 @@ class PaperLaw(DampingReading):
 
 
 @dataclass(frozen=True)
-class ConstantDamper(DampingReading):
+class ConstantDamper(DampingModel):
     """The same C_e, or the same loss factor η, and the same m_a at every f, r and Γ.
 
     C_e = c + η m″ ω, where one of the two is not zero. η m″ ω is the energy per cycle and area
@@ -157,14 +157,14 @@ class ConstantDamper(DampingReading):
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
-        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`."""
+        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `models.DampingModel`."""
         frequency = np.asarray(frequency, float)
         damping = self.equivalent_damping + self.loss_mass * 2 * np.pi * frequency
         mass, inside = np.full(frequency.shape, self.apparent_mass), np.ones(frequency.shape, bool)
         return DampingValues(damping, self.relative_error * damping, mass, inside)
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return the covariance (2n, 2n) of ln C_e, m_a; see `readings.correlated_covariance`."""
+        """Return the covariance (2n, 2n) of ln C_e, m_a; see `models.correlated_covariance`."""
         errors = np.repeat([self.relative_error, self.apparent_mass_error], len(frequency))
         return correlated_covariance(errors, errors)
 

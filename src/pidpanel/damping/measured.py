@@ -57,10 +57,10 @@ def measured_points(columns: Mapping[str, Array], fill_fraction: float) -> pd.Da
 
 def measured_values(columns: Mapping[str, Array]) -> tuple[Array, Array, Array, Array]:
     """Return C_e, m_a and their standard errors, as `impedance_of`; what there is not is NaN."""
-    none = np.full_like(columns[FREQUENCY], np.nan)
-    given = {**dict.fromkeys((*ERRORS.values(), MASS, IMAGINARY), none), **columns}
+    missing = np.full_like(columns[FREQUENCY], np.nan)
+    full = {**dict.fromkeys((*ERRORS.values(), MASS, IMAGINARY), missing), **columns}
     omega = 2 * np.pi * columns[FREQUENCY]
-    return impedance_of(given, omega, columns.get(PARTICLE_MASS, none))
+    return impedance_of(full, omega, columns.get(PARTICLE_MASS, missing))
 
 
 def amplitudes_g(columns: Mapping[str, Array]) -> Array | None:
@@ -78,7 +78,7 @@ def amplitudes_g(columns: Mapping[str, Array]) -> Array | None:
     return np.asarray(amplitude * gamma_per_unit(name, 2 * np.pi * columns[FREQUENCY]))
 
 
-def compared(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | None) -> pd.DataFrame:
+def compare(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | None) -> pd.DataFrame:
     """Return measured points with the simulated case and the atlas at each.
 
     Parameters

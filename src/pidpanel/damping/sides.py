@@ -24,7 +24,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.damping.gaussian_process import GaussianProcess
-from pidpanel.damping.readings import NODE_STEP
+from pidpanel.damping.models import NODE_STEP
 
 # Distance in r, ln Γ and ln W/L over which noise is no longer common; in ln f it is `NODE_STEP`.
 GRAIN = np.array([0.2, 2 * NODE_STEP, 2 * NODE_STEP])
@@ -113,9 +113,9 @@ class Sides:
                 variance.append(np.zeros(len(values)))
                 continue
             rows = side == number
-            away, size = process.leave_one_out()
+            deviation, size = process.leave_one_out()
             mean[number] = mean[number].copy()
-            mean[number][rows] = values[rows] + away
+            mean[number][rows] = values[rows] + deviation
             spread = _variance(process, mixture.points)
             spread[rows] = size**2 - process.error**2
             variance.append(spread + mixture.restless[number] ** 2)
@@ -168,8 +168,8 @@ def _process(process: GaussianProcess, first: Array, second: Array) -> Array:
 def _grain(first: Array, second: Array) -> Array:
     """Return the correlation of noise (..., n, m) between points (..., n, 3) and (..., m, 3)."""
     count = len(GRAIN)
-    away = np.abs(first[..., None, :count] - second[..., None, :, :count])
-    near = np.maximum(1 - away / GRAIN, 0.0)
+    distance = np.abs(first[..., None, :count] - second[..., None, :, :count])
+    near = np.maximum(1 - distance / GRAIN, 0.0)
     return np.asarray(near.prod(axis=-1))
 
 

@@ -38,7 +38,7 @@ from scipy.spatial import ConvexHull
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.broadband import SINGLE_TONES
 from pidpanel.damping.jump import Jump
-from pidpanel.damping.readings import NODE_STEP, DampingReading, DampingValues, Point
+from pidpanel.damping.models import NODE_STEP, DampingModel, DampingValues, Point
 from pidpanel.damping.sides import Mixture, Sides, even_steps, joint_covariance
 from pidpanel.damping.surface_cases import (
     AXES,
@@ -75,8 +75,8 @@ class SimulatedRange:
         in_bounds = np.all(
             (points >= self.low * (1 - 1e-9)) & (points <= self.high * (1 + 1e-9)), axis=1
         )
-        away = _logarithmic(points)[:, self._spread] @ self._normals.T + self._offsets
-        return in_bounds & (away <= 1e-6).all(axis=1)
+        distance = _logarithmic(points)[:, self._spread] @ self._normals.T + self._offsets
+        return in_bounds & (distance <= 1e-6).all(axis=1)
 
 
 def _logarithmic(points: Array) -> Array:
@@ -90,7 +90,7 @@ FREQUENCY_STEP = 0.04
 ACCELERATION_STEP = 0.05
 
 
-class DampingSurface(DampingReading):
+class DampingSurface(DampingModel):
     """C_e and m_a over fill fraction, frequency and acceleration amplitude.
 
     Parameters

@@ -12,7 +12,7 @@ from pidpanel.damping import gaussian_process
 from pidpanel.damping.gaussian_process import GaussianProcess
 from pidpanel.damping.inelastic import LONGEST_GAP, slug
 from pidpanel.damping.jump import WHOLE, Jump, reach
-from pidpanel.damping.readings import DampingError
+from pidpanel.damping.models import DampingError
 from pidpanel.damping.sides import Sides
 
 AXES = ("fill_fraction", "frequency_hz", "acceleration_g")
@@ -129,8 +129,8 @@ class SurfaceBed:
         if self.jumps:
             stroke = self.log_stroke(points)
             for side, (quiet, next_to) in enumerate((RIDING_RESTLESS, CROSSING_RESTLESS)):
-                away = (stroke - np.log(quiet)) / np.log(next_to / quiet)
-                result[side] = RESTLESS * np.clip(away, 0.0, 1.0)
+                share = (stroke - np.log(quiet)) / np.log(next_to / quiet)
+                result[side] = RESTLESS * np.clip(share, 0.0, 1.0)
         return result
 
     @property
@@ -257,7 +257,7 @@ def training_data(cases: pd.DataFrame, bed: SurfaceBed) -> TrainingData:
     columns = cases[CASE_COLUMNS].to_numpy(float).T
     fill, frequency, gamma, value, error, mass, mass_error = columns
     points, h = bed.points(fill, frequency, gamma), onset(gamma, bed.onset_g)
-    rest = bed.mass_per_fill if np.isfinite(bed.mass_per_fill) else 0.0
+    bed_mass = bed.mass_per_fill if np.isfinite(bed.mass_per_fill) else 0.0
     log_damping = np.log(value / (h * fill * frequency))
     side = np.zeros(len(cases))
     if bed.jumps:
@@ -269,7 +269,7 @@ def training_data(cases: pd.DataFrame, bed: SurfaceBed) -> TrainingData:
         log_damping=log_damping,
         log_error=error / value,
         side_error=np.hypot(error / value, bed.restless(points)),
-        mass=(mass / fill - (1 - h) * rest) / h,
+        mass=(mass / fill - (1 - h) * bed_mass) / h,
         mass_error=mass_error / (fill * h),
     )
 

@@ -5,7 +5,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import variable
-from pidpanel.damping.readings import DampingError
+from pidpanel.damping.models import DampingError
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import (
     CASE_COLUMNS,

@@ -143,8 +143,8 @@ def _note_repeats(table: UserTable) -> None:
     """Note rows at the point of a row before."""
     axes = [name for name in (FILL, FREQUENCY, *AMPLITUDES) if name in table.columns]
     first = _first_rows(zip(*(table[name].tolist() for name in axes), strict=True))
-    says = ", ".join(f"{name} = {{{name}:g}}" for name in axes) + ": duplicate of line {line}"
-    table.note(first < np.arange(first.size), says, line=np.array(table.lines)[first])
+    message = ", ".join(f"{name} = {{{name}:g}}" for name in axes) + ": duplicate of line {line}"
+    table.note(first < np.arange(first.size), message, line=np.array(table.lines)[first])
 
 
 def _first_rows(keys: Iterable[Hashable]) -> Index:
@@ -158,15 +158,15 @@ def _note_errors(table: UserTable) -> None:
     for value in VALUES:
         error = ERRORS[value]
         if value in table.columns and error in table.columns:
-            says = (
+            message = (
                 f"{error} = {{{error}:g}}: must be 0 where {value} is 0: errors are relative to it"
             )
-            table.note((table[value] == 0) & (table[error] > 0), says)
+            table.note((table[value] == 0) & (table[error] > 0), message)
             if np.all((table[error] > table[value]) & (table[value] > 0)):
-                says = (
+                message = (
                     f"{value} = {{{value}:g}}: below its error, as in every row; exchanged columns?"
                 )
-                table.note(np.arange(len(table.lines)) == 0, says)
+                table.note(np.arange(len(table.lines)) == 0, message)
 
 
 def _note_amplitudes(table: UserTable) -> None:
@@ -175,9 +175,9 @@ def _note_amplitudes(table: UserTable) -> None:
     for name, unit in (("displacement_mm", "µm"), ("velocity_m_s", "mm/s")):
         if name in table.columns:
             gamma = table[name] * gamma_per_unit(name, omega)
-            says = f"{name} = {{{name}:g}} at {{frequency_hz:g}} Hz is {{gamma:.3g}} g; at most"
-            says += f" {LARGEST_GAMMA:g} g (in {unit}?)"
-            table.note(gamma > LARGEST_GAMMA, says, first=True, gamma=gamma)
+            message = f"{name} = {{{name}:g}} at {{frequency_hz:g}} Hz is {{gamma:.3g}} g; at most"
+            message += f" {LARGEST_GAMMA:g} g (in {unit}?)"
+            table.note(gamma > LARGEST_GAMMA, message, first=True, gamma=gamma)
 
 
 def _note_masses(table: UserTable) -> None:
@@ -186,17 +186,17 @@ def _note_masses(table: UserTable) -> None:
         return
     mass, fill = table[PARTICLE_MASS], fill_of(table.columns)
     first = _first_rows(fill.tolist())
-    says = f"{PARTICLE_MASS} = {{mass:g}}: must be the same in all rows of a fill; "
+    message = f"{PARTICLE_MASS} = {{mass:g}}: must be the same in all rows of a fill; "
     # what rounding to four digits leaves
     line, same = np.array(table.lines)[first], mass[first]
-    says += "line {line} has {same:g}"
-    table.note(np.abs(mass / same - 1) > 1e-3, says, mass=mass, same=same, line=line)
+    message += "line {line} has {same:g}"
+    table.note(np.abs(mass / same - 1) > 1e-3, message, mass=mass, same=same, line=line)
     apparent = table.columns.get(MASS, np.zeros_like(mass))
     if IMAGINARY in table.columns:
         apparent = table[IMAGINARY] / (2 * np.pi * table[FREQUENCY])
-    says = f"an apparent mass of {{apparent:g}} kg/m²: at most {MOST_OF_MASS:g} times "
-    says += f"{PARTICLE_MASS} = {{mass:g}}; in g/m²?"
-    table.note(apparent > MOST_OF_MASS * mass, says, first=True, apparent=apparent, mass=mass)
+    message = f"an apparent mass of {{apparent:g}} kg/m²: at most {MOST_OF_MASS:g} times "
+    message += f"{PARTICLE_MASS} = {{mass:g}}; in g/m²?"
+    table.note(apparent > MOST_OF_MASS * mass, message, first=True, apparent=apparent, mass=mass)
 
 
 def _note_losses(table: UserTable) -> None:
@@ -211,9 +211,9 @@ def _note_losses(table: UserTable) -> None:
             continue
         # below 1 Hz the frequency is wrong, which is reported where the response is known
         excess = (table[name] > largest) & (table[FREQUENCY] >= 1.0)
-        says = f"{name} = {{{name}:g}}: must be at most {{largest:.3g}} at {{frequency_hz:g}} Hz: "
-        says += f"{{mass:g}} kg/m² of particles cannot dissipate more (η = {eta:g})"
-        table.note(excess, says, first=True, largest=largest, mass=mass)
+        message = f"{name} = {{{name}:g}}: must be at most {{largest:.3g}} at {{frequency_hz:g}} "
+        message += f"Hz: {{mass:g}} kg/m² of particles cannot dissipate more (η = {eta:g})"
+        table.note(excess, message, first=True, largest=largest, mass=mass)
 
 
 def _note_scatter(table: UserTable) -> None:

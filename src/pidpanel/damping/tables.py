@@ -21,9 +21,9 @@ import numpy as np
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.broadband import EXACT, SINGLE_TONES
 from pidpanel.damping.interpolation import Interpolation, Interpolator
-from pidpanel.damping.readings import (
+from pidpanel.damping.models import (
     NODE_STEP,
-    DampingReading,
+    DampingModel,
     DampingValues,
     Point,
     correlated_covariance,
@@ -65,7 +65,7 @@ def impedance_of(
     return value * scale, error * scale, mass * mass_scale, mass_error * mass_scale
 
 
-class TableReading(DampingReading):
+class TableDamping(DampingModel):
     """Damping model from the rows of a table.
 
     Parameters
@@ -111,7 +111,7 @@ class TableReading(DampingReading):
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
-        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `readings.DampingReading`.
+        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `models.DampingModel`.
 
         Beyond the rows values are constant and not inside. A table of one amplitude is for all, as
         does one without fills for every fill.
@@ -140,7 +140,7 @@ class TableReading(DampingReading):
         """Return the covariance (2n, 2n) between the values at two points of r and Γ.
 
         A table does not state the correlation of its errors. Full correlation over the whole table
-        is assumed; see `readings.correlated_covariance`.
+        is assumed; see `models.correlated_covariance`.
         """
         errors = (self._read(frequency, *point)[1] for point in (first, second))
         return correlated_covariance(*errors)
@@ -150,9 +150,9 @@ class TableReading(DampingReading):
         fill = fill_fraction if FILL in self._columns else 1.0
         return float(np.interp(fill, self._fills, self._masses))
 
-    def without_mass(self) -> TableReading:
+    def without_mass(self) -> TableDamping:
         """Return the same damping with m_a = 0."""
-        return TableReading(self._columns, self._interpolation, with_mass=False)
+        return TableDamping(self._columns, self._interpolation, with_mass=False)
 
 
 def _nodes(frequency: Array) -> Array:

@@ -131,14 +131,14 @@ def condensed(panel: PanelQuadrature, wavenumber_max: float) -> PanelQuadrature:
     boxes = np.ceil(side * wavenumber_max / (2 * np.pi * WAVES_IN_A_BOX)).astype(int)
     step = side / boxes
     local = [gauss(degree(wavenumber_max * edge / 2)) for edge in step]
-    whole = [gauss(degree(wavenumber_max * edge / 2)) for edge in side]
+    rules = [gauss(degree(wavenumber_max * edge / 2)) for edge in side]
 
     # Lagrange polynomials of the whole box at the points of each small box, along x and along y
     spread = [
         lagrange(
             2 * (np.arange(count)[:, None] + (1 + node) / 2) / count - 1, whole_node, whole_weight
         )
-        for count, (node, _), (whole_node, whole_weight) in zip(boxes, local, whole, strict=True)
+        for count, (node, _), (whole_node, whole_weight) in zip(boxes, local, rules, strict=True)
     ]
     place = np.minimum(((position - low) / step).astype(int), boxes - 1)
     box = place @ [boxes[1], 1]
@@ -151,7 +151,7 @@ def condensed(panel: PanelQuadrature, wavenumber_max: float) -> PanelQuadrature:
     )  # (nq, n_local) each
 
     count = load.shape[1]
-    n_x, n_y = (len(node) for node, _ in whole)
+    n_x, n_y = (len(node) for node, _ in rules)
     total = np.zeros((n_x, n_y * count))
     for column in range(boxes[0]):
         strip = np.zeros((along_x.shape[1], n_y, count))
@@ -163,9 +163,9 @@ def condensed(panel: PanelQuadrature, wavenumber_max: float) -> PanelQuadrature:
 
     x, y = (
         start + (1 + node) / 2 * edge
-        for start, edge, (node, _) in zip(low, side, whole, strict=True)
+        for start, edge, (node, _) in zip(low, side, rules, strict=True)
     )
-    weights = np.outer(whole[0][1], whole[1][1]).ravel() * side.prod() / 4
+    weights = np.outer(rules[0][1], rules[1][1]).ravel() * side.prod() / 4
     return PanelQuadrature(
         position=np.stack([g.ravel() for g in np.meshgrid(x, y, indexing="ij")], axis=1),
         weight=weights,

@@ -123,10 +123,10 @@ def rounded(points: Sequence[Position], radius: float) -> Array:
         return corners  # `check_simple` refuses what has no area
     step = np.roll(corners, -1, axis=0) - corners
     length = np.linalg.norm(step, axis=1)
-    along = step / length[:, None]
-    previous = np.roll(along, 1, axis=0)
-    cross = previous[:, 0] * along[:, 1] - previous[:, 1] * along[:, 0]
-    turn = np.arctan2(cross, np.sum(previous * along, axis=1))
+    direction = step / length[:, None]
+    previous = np.roll(direction, 1, axis=0)
+    cross = previous[:, 0] * direction[:, 1] - previous[:, 1] * direction[:, 0]
+    turn = np.arctan2(cross, np.sum(previous * direction, axis=1))
     cut = radius * np.tan(np.abs(turn) / 2)
     needed = cut + np.roll(cut, -1)
     worst = int(np.argmax(needed / length))

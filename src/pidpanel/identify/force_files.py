@@ -59,8 +59,8 @@ def read_force(
     used = frequency > 0
     bands = _by_band(frequency[used], mass[used])
     if not (bands.damping > 0).any():
-        says = "C_e is negative in all third octaves; the force must be that on the damper, "
-        raise ColumnsError([f"{path}: {says}with at least {LEAST_LINES} lines in a band"])
+        message = "C_e is negative in all third octaves; the force must be that on the damper, "
+        raise ColumnsError([f"{path}: {message}with at least {LEAST_LINES} lines in a band"])
     return ThirdOctaveDamping(*(values[bands.damping > 0] for values in bands))
 
 
@@ -72,9 +72,9 @@ def _apparent_mass(path: Path, record: int | None) -> tuple[Array, Array]:
         for place in ("ordinate", "orddenom")
     )
     if data["func_type"] != RESPONSE or {numerator[0], denominator[0]} != {FORCE, ACCELERATION}:
-        says = f"must be a frequency response, function type {RESPONSE}, of force over "
-        says += f"acceleration or the inverse, data types {FORCE} and {ACCELERATION}"
-        raise ColumnsError([f"{path}: {says}"])
+        message = f"must be a frequency response, function type {RESPONSE}, of force over "
+        message += f"acceleration or the inverse, data types {FORCE} and {ACCELERATION}"
+        raise ColumnsError([f"{path}: {message}"])
     is_inverse = numerator[0] == ACCELERATION
     units = numerator[1], denominator[1]
     force_unit, unit = units[::-1] if is_inverse else units

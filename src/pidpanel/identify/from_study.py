@@ -86,12 +86,12 @@ def identify_file(file: Path) -> IdentificationResult:
     predictions = _predictions(atlas, specimen, measured, posterior)
     if not predictions["inside"].any():
         strokes = predictions["stroke_per_gap"]
-        says = (
+        message = (
             f"no tone lies in the atlas, Γ from {GAMMA[0]:g} to {GAMMA[1]:g} and W/L from "
             f"{STROKE[0]:g} to {STROKE[1]:g}; W/L is {strokes.min():.2g} to {strokes.max():.2g} "
             "(is the frequency in Hz?)"
         )
-        raise Document(file).error([Mistake(("measured", "file"), says)])
+        raise Document(file).error([Mistake(("measured", "file"), message)])
     return IdentificationResult(identification, atlas, measured, posterior, predictions, further)
 
 
@@ -138,10 +138,10 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
     moves = measured.tones.acceleration_g > specimen.onset_g
     used = moves & (np.isfinite(measured.damping) | np.isfinite(measured.mass))
     if not used.any():
-        says = (
+        message = (
             f"no row has C_e above 0 and an acceleration above {specimen.onset_g:g} g, from which "
         )
-        raise Mistakes([Mistake(("measured", "file"), f"{says}on the particles move")])
+        raise Mistakes([Mistake(("measured", "file"), f"{message}on the particles move")])
     return specimen, measured.rows(used)
 
 
@@ -154,12 +154,16 @@ def _contradictions(
         expected = specimen.mass_per_fill * fill
         error = np.hypot(BULK_ERROR, identification.fill_fraction_error / fill)
         if abs(weight - expected) > FARTHEST * error * expected:
-            says = f"particles of {weight:.3g} kg/m² contradict it: with it the cell holds "
-            yield Mistake(("fill_fraction",), f"{says}{expected:.3g} kg/m², to {100 * error:.0f} %")
+            message = f"particles of {weight:.3g} kg/m² contradict it: with it the cell holds "
+            yield Mistake(
+                ("fill_fraction",), f"{message}{expected:.3g} kg/m², to {100 * error:.0f} %"
+            )
     worst = float(np.max(np.abs(measured.mass), initial=0.0, where=np.isfinite(measured.mass)))
     if worst > MOST_OF_MASS * mass:
-        says = f"an apparent mass of {worst:.3g} kg/m²: at most {MOST_OF_MASS:g} times the mass of "
-        yield Mistake(("measured", "file"), f"{says}the particles, {mass:.3g} kg/m²; in g/m²?")
+        message = (
+            f"an apparent mass of {worst:.3g} kg/m²: at most {MOST_OF_MASS:g} times the mass of "
+        )
+        yield Mistake(("measured", "file"), f"{message}the particles, {mass:.3g} kg/m²; in g/m²?")
 
 
 def _from_table(
@@ -172,8 +176,8 @@ def _from_table(
         weight = mass = float(columns[PARTICLE_MASS][0])
     count = len(columns["frequency_hz"])
     if count > MOST_ROWS:
-        says = f"has {count} rows; allowed are {MOST_ROWS}, such as means over third octaves"
-        raise ColumnsError([f"{test.file}: {says}"])
+        message = f"has {count} rows; allowed are {MOST_ROWS}, such as means over third octaves"
+        raise ColumnsError([f"{test.file}: {message}"])
     gamma, is_broadband = _level(test, amplitudes_g(columns), count)
     tones = Tones(columns["frequency_hz"], gamma, is_broadband)
     needs = [MASS] if MASS in columns else []
@@ -231,8 +235,8 @@ def _level(test: Measured, gamma: Any, count: int) -> tuple[Any, Any]:
             raise Mistakes(faults) from None
     stated = test.acceleration_g if rms is None else np.sqrt(2) * rms
     if stated is None and gamma is None:
-        says = "missing; needed for a file without amplitudes, or acceleration_rms_g"
-        raise Mistakes([Mistake(keys[0], says)])
+        message = "missing; needed for a file without amplitudes, or acceleration_rms_g"
+        raise Mistakes([Mistake(keys[0], message)])
     if stated is not None and gamma is not None:
         raise Mistakes([Mistake(keys[rms is not None], "not allowed; the file has amplitudes")])
     is_broadband = np.full(count, rms is not None)

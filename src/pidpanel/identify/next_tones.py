@@ -20,7 +20,7 @@ from pidpanel.damping.atlas import Atlas
 from pidpanel.identify.posterior import MeasuredDamping, Posterior
 from pidpanel.identify.prediction import Specimen, Tones, predict
 
-DRAWN = 160  # particles of the posterior
+SAMPLES = 160  # particles of the posterior
 STEPS = (12, 8)  # of frequency and Γ between the limits of a shaker, in the logarithm
 LEAST_GAMMA = 1.5  # over gravity, of the atlas
 
@@ -74,7 +74,7 @@ def next_tones(
     relative_error
         Standard error of C_e in the further test, and of m_a over the mass of the particles.
     """
-    drawn = posterior.particles[_drawn(posterior.weights.ravel(), DRAWN)]
+    drawn = posterior.particles[_drawn(posterior.weights.ravel(), SAMPLES)]
     theta = drawn[:, :2] - drawn[:, :2].mean(axis=0)
     mean, covariance = _conditional(atlas, specimen, measured, drawn, further)
     away = mean - mean.mean(axis=0)  # (b, n, k)

@@ -6,7 +6,7 @@ with its covariance, and N the errors of the measurement,
     ln L(θ) = −½ (ν + 1) Σ_i ln(1 + z_i²/ν) − ½ ln det Σ,   z = C^(−½) D^(−½) (y − p(θ)),
 
 with Σ_ij = σ_i σ_j S_ij + N_ij, its diagonal D and its correlations C. Errors of the atlas are
-Student's t with ν = `TAILS`, each with outliers of its own; σ is their scale over the calibrated
+Student's t with ν = `DOF`, each with outliers of its own; σ is their scale over the calibrated
 error (`Atlas.student_scale`).
 
 The prior is uniform in e and ln μ over the range of the atlas, and uniform or normal in r. A coarse
@@ -23,16 +23,16 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.damping.atlas import TAILS, Atlas
+from pidpanel.damping.atlas import DOF, Atlas
 from pidpanel.identify.prediction import Specimen, Tones, predict
 
 COARSE, FINE = (14, 8, 7), (23, 15, 9)  # points of the grids along e, ln μ and r
 NEGLIGIBLE = 1e-3  # share of the largest marginal density below which the fine grid ends
-WITHIN = 0.9  # probability of an interval
-DRAWN = 20_000  # random samples for the probability of χ²
-UNLIKELY = 0.01  # probability of χ² below which no particles explain a measurement
-AT_END = 0.2  # relative density at the end of a range above which an interval is truncated
-WIDEST = 3.0  # half width of the grid in r, in standard errors
+CREDIBILITY = 0.9  # probability of an interval
+SAMPLES = 20_000  # random samples for the probability of χ²
+LEAST_PROBABILITY = 0.01  # probability of χ² below which no particles explain a measurement
+CUT_DENSITY = 0.2  # relative density at the end of a range above which an interval is truncated
+FILL_SPAN_ERRORS = 3.0  # half width of the grid in r, in standard errors
 
 
 @dataclass(frozen=True)
@@ -118,8 +118,8 @@ class Posterior:
         share = density * quadrature(x)
         mean = float(share @ x)
         error = float(np.sqrt(share @ (x - mean) ** 2))
-        low, high = quantiles(x, density, (0.5 - WITHIN / 2, 0.5 + WITHIN / 2))
-        at_end = density[[0, -1]] > AT_END * density.max()
+        low, high = quantiles(x, density, (0.5 - CREDIBILITY / 2, 0.5 + CREDIBILITY / 2))
+        at_end = density[[0, -1]] > CUT_DENSITY * density.max()
         begin, end = self.ranges[axis]
         cut = at_end & np.isclose(x[[0, -1]], [begin, end])
         return ParameterEstimate(mean, error, low, high, bool(cut[0]), bool(cut[1]))
@@ -128,8 +128,8 @@ class Posterior:
     def correlation(self) -> Array:
         """(3, 3) correlation of e, ln μ and r; 0 with parameters that are known exactly."""
         weights = self.weights.ravel()
-        away = self.particles - weights @ self.particles
-        covariance = (weights[:, None] * away).T @ away
+        deviation = self.particles - weights @ self.particles
+        covariance = (weights[:, None] * deviation).T @ deviation
         sd = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
         return np.asarray(covariance / np.outer(sd, sd))
 
@@ -142,13 +142,13 @@ class Posterior:
     def probability(self) -> float:
         """Probability of a larger χ² = Σ z² if these particles are the measured ones."""
         free = sum(len(axis) > 1 for axis in self.axes)
-        drawn = np.random.default_rng(0).standard_t(TAILS, (DRAWN, max(1, self.count - free)))
+        drawn = np.random.default_rng(0).standard_t(DOF, (SAMPLES, max(1, self.count - free)))
         return float(np.mean((drawn**2).sum(axis=1) >= self.least_chi_square))
 
     @property
     def is_explained(self) -> bool:
         """Whether any particles of the atlas explain the measurement."""
-        return self.probability > UNLIKELY
+        return self.probability > LEAST_PROBABILITY
 
 
 def identify(
@@ -174,13 +174,13 @@ def identify(
         Lower and upper limits of e and of ln μ.
     """
     ends = [*ranges, _fill_range(fill)]
-    coarse = posterior_on(atlas, specimen, measured, fill, _axes(ends, COARSE))
+    coarse = grid_posterior(atlas, specimen, measured, fill, _axes(ends, COARSE))
     box = [_support(x, coarse.density(axis)) for axis, x in enumerate(coarse.axes)]
-    fine = posterior_on(atlas, specimen, measured, fill, _axes(box, FINE))
+    fine = grid_posterior(atlas, specimen, measured, fill, _axes(box, FINE))
     return Posterior(fine.axes, fine.weights, fine.chi_square, ends, fine.count)
 
 
-def posterior_on(
+def grid_posterior(
     atlas: Atlas,
     specimen: Specimen,
     measured: MeasuredDamping,
@@ -194,11 +194,11 @@ def posterior_on(
     noise = np.diag(measured.errors[used] ** 2)
     covariance = noise + predicted.student_covariance[:, used[:, None], used]
     scale = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-    variance, shape = np.linalg.eigh(covariance / (scale[:, :, None] * scale[:, None, :]))
-    away = (measured.values[used] - predicted.mean[:, used]) / scale
-    along = (away[:, None] @ shape) / np.sqrt(variance)[:, None]
-    square = (along @ shape.swapaxes(1, 2))[:, 0] ** 2
-    log = -0.5 * (TAILS + 1) * np.log1p(square / TAILS).sum(axis=1)
+    variance, eigenvectors = np.linalg.eigh(covariance / (scale[:, :, None] * scale[:, None, :]))
+    deviation = (measured.values[used] - predicted.mean[:, used]) / scale
+    whitened = (deviation[:, None] @ eigenvectors) / np.sqrt(variance)[:, None]
+    square = (whitened @ eigenvectors.swapaxes(1, 2))[:, 0] ** 2
+    log = -0.5 * (DOF + 1) * np.log1p(square / DOF).sum(axis=1)
     log += fill.log_density(particles[:, 2])
     log -= np.log(scale).sum(axis=1) + 0.5 * np.log(variance).sum(axis=1)
     weights = np.exp(log - log.max()).reshape([len(axis) for axis in axes])
@@ -252,8 +252,8 @@ def _fill_range(fill: FillPrior) -> tuple[float, float]:
     """Return the fill fractions of the grid: all, or those near the expected one."""
     if np.isnan(fill.value):
         return fill.low, fill.high
-    away = WIDEST * fill.error
-    return max(fill.value - away, fill.low), min(fill.value + away, fill.high)
+    width = FILL_SPAN_ERRORS * fill.error
+    return max(fill.value - width, fill.low), min(fill.value + width, fill.high)
 
 
 def _support(x: Array, density: Array) -> tuple[float, float]:

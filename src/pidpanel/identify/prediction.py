@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.damping.atlas import REGIMES, Atlas, AtlasBed, Direction, bed_of
+from pidpanel.damping.atlas import REGIMES, Atlas, AtlasBed, Direction, atlas_bed
 from pidpanel.damping.broadband import CORRECTED_TONES, broadband_share
 from pidpanel.damping.sides import Mixture, joint_covariance
 from pidpanel.damping.surface_cases import onset
@@ -38,7 +38,7 @@ class Specimen:
     def bed(self, restitution: Array, friction: Array) -> AtlasBed:
         """Return the beds (n,) of particles."""
         directions = [self.direction] * len(restitution)
-        return bed_of(
+        return atlas_bed(
             restitution, friction, self.width, self.depth, self.diameter, directions, self.gravity
         )
 

@@ -31,26 +31,26 @@ def band_differences(
     log_error
         (nf,) standard error of ln of the PSD, correlated over the lines; None without one.
     """
-    both = common_range(measured, float(frequency[0]), float(frequency[-1]))
-    if both is None:
+    shared = common_range(measured, float(frequency[0]), float(frequency[-1]))
+    if shared is None:
         return pd.DataFrame()
-    center, edge = whole_third_octaves(*both)
+    center, edge = whole_third_octaves(*shared)
     lower, upper = edge.T
-    of_test = band_rms(measured.frequency, measured.psd, edge) ** 2 / (upper - lower)
+    test_psd = band_rms(measured.frequency, measured.psd, edge) ** 2 / (upper - lower)
     computed = band_rms(frequency, psd, edge) ** 2 / (upper - lower)
     error = np.full(lower.size, np.nan)
     if log_error is not None and np.isfinite(log_error).all():
         with np.errstate(invalid="ignore"):
             error = band_rms(frequency, psd * log_error, edge) ** 2 / (upper - lower) / computed
     with np.errstate(divide="ignore", invalid="ignore"):
-        decibels = 10 * np.log10(computed / of_test)
+        decibels = 10 * np.log10(computed / test_psd)
     power, end = (0.5, RATIO_COLUMN) if measured.over_base else (1.0, "psd_g2_hz")
     return pd.DataFrame(
         {
             "center_hz": center,
             "lower_hz": lower,
             "upper_hz": upper,
-            f"measured_{end}": of_test**power,
+            f"measured_{end}": test_psd**power,
             f"computed_{end}": computed**power,
             "difference_db": decibels,
             "difference_error_db": 10 / np.log(10) * error,

@@ -70,8 +70,8 @@ def _checked(path: Path, frequency: Array, values: Array, over_base: bool) -> Me
         low = frequency[falls[0] + 1]
         raise ColumnsError([f"{path}: frequencies must rise; {low:g} Hz follows a higher one"])
     if not (np.isfinite(values).all() and (values >= 0).all() and values.any()):
-        says = f"the {'transmissibility' if over_base else 'PSD'} must be finite, not negative, "
-        raise ColumnsError([f"{path}: {says}and not 0 everywhere"])
+        message = f"the {'transmissibility' if over_base else 'PSD'} must be finite, not negative, "
+        raise ColumnsError([f"{path}: {message}and not 0 everywhere"])
     return MeasuredPsd(frequency, values**2 if over_base else values, over_base)
 
 
@@ -86,45 +86,47 @@ def read_data_set(path: Path, record: int | None) -> Mapping[str, Any]:
     try:
         file = pyuff.UFF(str(path))
         numbers_of_58 = [n for n, kind in enumerate(file.get_set_types()) if kind == 58]
-        says = "" if numbers_of_58 else "has no data set 58"
+        message = "" if numbers_of_58 else "has no data set 58"
         if record is None and len(numbers_of_58) > 1:
-            says = f"has {len(numbers_of_58)} data sets 58; the key record selects one"
+            message = f"has {len(numbers_of_58)} data sets 58; the key record selects one"
         if numbers_of_58 and (record or 1) > len(numbers_of_58):
-            says = f"has {len(numbers_of_58)} data sets 58; record is {record}"
-        if says:
-            raise ColumnsError([f"{path}: {says}"])
+            message = f"has {len(numbers_of_58)} data sets 58; record is {record}"
+        if message:
+            raise ColumnsError([f"{path}: {message}"])
         data: dict[str, Any] = file.read_sets(numbers_of_58[(record or 1) - 1])
         arrays = {key: np.asarray(data[key]) for key in ("x", "data")}
         return {**data, **arrays, "func_type": int(data["func_type"])}
     except ColumnsError:
         raise
     except Exception as error:  # whatever the library meets in a broken file
-        says = f"is no universal file that can be read ({type(error).__name__})"
-        raise ColumnsError([f"{path}: {says}"]) from None
+        message = f"is no universal file that can be read ({type(error).__name__})"
+        raise ColumnsError([f"{path}: {message}"]) from None
 
 
 def _universal(path: Path, record: int | None) -> tuple[Array, Array, bool]:
     """Return frequency, PSD [g²/Hz] or transmissibility, and which, of a data set 58."""
 
-    def refuse(says: str) -> ColumnsError:
-        return ColumnsError([f"{path}: {says}"])
+    def refuse(message: str) -> ColumnsError:
+        return ColumnsError([f"{path}: {message}"])
 
     data = read_data_set(path, record)
     x, values = data["x"], data["data"]
     kind, label = data["func_type"], str(data["ordinate_axis_units_lab"])
     if kind not in (PSD, RESPONSE):
-        says = f"a power spectral density or frequency response, function type {PSD} or {RESPONSE}"
-        raise refuse(f"must be {says}; {kind} is {FUNCTIONS.get(kind, 'another function')}")
+        message = (
+            f"a power spectral density or frequency response, function type {PSD} or {RESPONSE}"
+        )
+        raise refuse(f"must be {message}; {kind} is {FUNCTIONS.get(kind, 'another function')}")
     if int(data["ordinate_spec_data_type"]) not in (0, ACCELERATION):
         raise refuse("must be an acceleration, data type 12 of the ordinate")
     if kind == RESPONSE:
-        below = str(data["orddenom_axis_units_lab"])
+        denominator = str(data["orddenom_axis_units_lab"])
         if int(data["orddenom_spec_data_type"]) not in (0, ACCELERATION):
-            says = "must be over the acceleration of the base, data type 12 of the denominator"
-            raise refuse(says)
-        stated = {text.strip() for text in (label, below)} - {"", "NONE"}
+            message = "must be over the acceleration of the base, data type 12 of the denominator"
+            raise refuse(message)
+        stated = {text.strip() for text in (label, denominator)} - {"", "NONE"}
         if len({is_in_g(text) for text in stated}) > 1:
-            raise refuse(f"must have one unit above and below, not {label} and {below}")
+            raise refuse(f"must have one unit above and below, not {label} and {denominator}")
         return x.astype(float), np.abs(values).astype(float), True
     factor = 1.0 if is_in_g(label) else STANDARD_GRAVITY**-2
     return x.astype(float), values.real.astype(float) * factor, False

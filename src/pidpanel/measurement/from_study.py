@@ -41,8 +41,8 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
         if measured is None:
             continue
         if measured.over_base and (study.base is None or measurement.excitation == "sound"):
-            says = "is a transmissibility, which is compared with base motion alone"
-            yield Mistake(keys, says if study.base else f"{says}; needs a section base")
+            message = "is a transmissibility, which is compared with base motion alone"
+            yield Mistake(keys, message if study.base else f"{message}; needs a section base")
             continue
         low, high = study.response.frequency_hz
         if excitation_of(study, measurement, measured) == "base" and study.base is not None:
@@ -55,8 +55,8 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
                 continue
         if common_range(measured, low, high) is None:
             first, last = measured.frequency[[0, -1]]
-            says = f"its lines are {first:g} to {last:g} Hz; must share a third octave with the "
-            yield Mistake(keys, f"{says}response, {low:g} to {high:g} Hz")
+            message = f"its lines are {first:g} to {last:g} Hz; must share a third octave with the "
+            yield Mistake(keys, f"{message}response, {low:g} to {high:g} Hz")
 
 
 def write_measurements(

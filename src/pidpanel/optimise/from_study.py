@@ -10,9 +10,9 @@ import shapely
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.base.from_study import shakers_of
-from pidpanel.damping.from_study import reading_from_atlas, reading_of_damper
-from pidpanel.damping.readings import DampingReading
-from pidpanel.optimise.excited import Excited, OnShaker, UnderSound
+from pidpanel.damping.from_study import atlas_model, damper_model
+from pidpanel.damping.models import DampingModel
+from pidpanel.optimise.excitations import ExcitedPanel, ShakerExcitedPanel, SoundExcitedPanel
 from pidpanel.optimise.objectives import (
     Objective,
     accelerations,
@@ -31,8 +31,8 @@ from pidpanel.optimise.places import (
     with_points,
 )
 from pidpanel.optimise.proposal import EXCITATIONS, Proposals, layouts_to_confirm, search_table
-from pidpanel.optimise.reduced import JointPanel, ReducedPanel
-from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_property
+from pidpanel.optimise.reduced_panel import JointPanel, ReducedPanel
+from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_submodularity
 from pidpanel.optimise.variants import damped_by_layer, reductions, thicker_faces
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.files import read_basis, read_plate
@@ -44,11 +44,11 @@ from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import StudySound, read_panel_mass, read_response_panel
 from pidpanel.response.results import write_csv
 from pidpanel.severity.oscillators import natural_frequencies
+from pidpanel.solve.base_motion import BaseExcitation
 from pidpanel.solve.layout import DampingOfMotion
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.stress import distinct_layers
-from pidpanel.solve.supports import BaseExcitation
 from pidpanel.study import Study
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.optimise import Optimise
@@ -77,21 +77,21 @@ def places_of(study: Study) -> Places:
     )
 
 
-def models_of(study: Study, folder: Path | None) -> dict[str, DampingReading]:
+def models_of(study: Study, folder: Path | None) -> dict[str, DampingModel]:
     """Return the damping models of the dampers to choose from, with a folder of the surfaces."""
     models = {}
     for name in section_of(study).dampers or study.all_dampers:
         surface = None if folder is None else of_damper(folder, name, "surface.nc")
         coupon = study.atlas_coupons.get(name)
         if coupon is not None and name not in study.surfaces:
-            model: DampingReading = reading_from_atlas(coupon, is_broadband=True)
+            model: DampingModel = atlas_model(coupon, is_broadband=True)
         else:
-            model = reading_of_damper(study.all_dampers[name], surface, study.damping.prior)
+            model = damper_model(study.all_dampers[name], surface, study.damping.prior)
         models[name] = model if study.response.damper_mass else model.without_mass()
     return models
 
 
-def fillings_of(study: Study, models: Mapping[str, DampingReading]) -> list[FilledDamper]:
+def fillings_of(study: Study, models: Mapping[str, DampingModel]) -> list[FilledDamper]:
     """Return every damper at every fill fraction."""
     section, stated = section_of(study), study.damping.level.acceleration_g
     fillings = []
@@ -99,19 +99,19 @@ def fillings_of(study: Study, models: Mapping[str, DampingReading]) -> list[Fill
         has_fill = study.all_dampers[name].is_of_a_fill
         for fill in section.fill_fraction if has_fill else (None,):
             damper = PatchDamper(0, 0, name, model, 1.0 if fill is None else fill)
-            load = damper.load
+            load = damper.attached
             damping, follows = load.damping, load.depends_on_acceleration
             if stated is not None:
-                damping, follows = _at(damper, stated), False
+                damping, follows = _damping_at(damper, stated), False
             fillings.append(FilledDamper(name, fill, damping, follows, damper.mass_per_area))
     return fillings
 
 
-def _at(damper: PatchDamper, gamma: float) -> DampingOfMotion:
+def _damping_at(damper: PatchDamper, gamma: float) -> DampingOfMotion:
     """Return the damping at a stated Γ."""
 
     def damping(frequency: Array, _: float) -> tuple[Array, Array, Flags]:
-        return damper.load.damping(frequency, gamma)
+        return damper.attached.damping(frequency, gamma)
 
     return damping
 
@@ -136,13 +136,13 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
     for filling in fillings_of(study, models_of(study, None)):
         mass = filling.mass_per_area * places.area
         if not mass > 0:
-            says = f"the mass of {filling.damper} is not known, so no budget limits it"
-            yield Mistake(("optimise", "dampers"), says)
+            message = f"the mass of {filling.damper} is not known, so no budget limits it"
+            yield Mistake(("optimise", "dampers"), message)
             return
         lightest = min(lightest, mass)
     if lightest > section.mass_kg:
-        says = f"the lightest patch weighs {lightest:.3g} kg; a larger budget, or smaller patches"
-        yield Mistake(("optimise", "mass_kg"), says)
+        message = f"the lightest patch weighs {lightest:.3g} kg; a larger budget, or smaller "
+        yield Mistake(("optimise", "mass_kg"), f"{message}patches")
 
 
 def _joint(panels: Iterable[PlacedPanel], objective: Objective) -> JointPanel:
@@ -159,7 +159,7 @@ def _reduced(
         excitation = replace(excitation, force=ratio * excitation.force)
     lines = frequency_grid(
         *settings.frequency_range,
-        settings.damping_ratio.least(*settings.frequency_range),
+        settings.damping_ratio.smallest(*settings.frequency_range),
         jumps=settings.jumps,
         lines_per_bandwidth=LINES_PER_BANDWIDTH,
     )
@@ -223,26 +223,26 @@ def _scenario(
 
 def counted_excitations(study: Study) -> list[str]:
     """Return the excitations of the search: sound, base or both, by default all of the study."""
-    wanted = section_of(study).excitation
+    stated = section_of(study).excitation
     has = {"sound": study.sound is not None, "base": study.base and study.base.random is not None}
-    return [name for name in EXCITATIONS if has[name] and wanted in (None, name, "both")]
+    return [name for name in EXCITATIONS if has[name] and stated in (None, name, "both")]
 
 
-def excited_panels(study: Study, files: Files) -> dict[str, Excited]:
+def excited_panels(study: Study, files: Files) -> dict[str, ExcitedPanel]:
     """Return the panel under each excitation of the search."""
     section = section_of(study)
-    panels: dict[str, Excited] = {}
+    panels: dict[str, ExcitedPanel] = {}
     with_strains = section.objective == "stress"
     for name in counted_excitations(study):
         if name == "sound":
             start = read_response_panel(study, files, study.response.radiation)
             basis = _with_vertices(section, start.basis)
-            start = replace(start, basis=basis, change_near_points=0.0)
-            panels[name] = UnderSound(start, StudySound(study), with_strains)
+            start = replace(start, basis=basis, point_refinement_error=0.0)
+            panels[name] = SoundExcitedPanel(start, StudySound(study), with_strains)
         else:
             basis = _with_vertices(section, read_basis(files.modes))
             shaker, mass = shakers_of(study)["random"], read_panel_mass(study, files.section)
-            panels[name] = OnShaker(basis, shaker, mass, with_strains)
+            panels[name] = ShakerExcitedPanel(basis, shaker, mass, with_strains)
     return panels
 
 
@@ -259,7 +259,7 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     fillings, excited = fillings_of(study, models), excited_panels(study, files)
     plate = read_plate(files.plate)
     with_places, area_error = place_plate(plate, places, range(len(places.lower)))
-    panels = [each.panel(with_places, places) for each in excited.values()]
+    panels = [entry.panel(with_places, places) for entry in excited.values()]
     points = list(panels[0].basis.point_names[: len(study.panel.points)])
     counted = np.array([points.index(name) for name in section.points or points])
     objective = objective_of(section, panels[0].basis, counted)
@@ -267,20 +267,20 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     problem = Problem(
         joint, frozen_options(joint, fillings), places, section.mass_kg, section.patches_at_most
     )
-    best, sampling = greedy(problem), sample_property(problem)
+    best, sampling = greedy(problem), sample_submodularity(problem)
     proof = branch_and_bound(problem, best, sampling, NODES)
     layouts = layouts_to_confirm(problem, proof.layout)
     used = np.unique([problem.options.place[option] for layout in layouts for option in layout])
-    scenarios = [_scenario(problem, fillings, *each) for each in enumerate(layouts)]
+    scenarios = [_scenario(problem, fillings, *entry) for entry in enumerate(layouts)]
     stated = DampingModels(("stated",), {}, {"stated": models})
     few_places = places.subset(used)
     with_few, _ = place_plate(plate, few_places, used.tolist())
     finalists = {
-        name: each.confirm(with_few, few_places, scenarios, stated)
-        for name, each in excited.items()
+        name: entry.confirm(with_few, few_places, scenarios, stated)
+        for name, entry in excited.items()
     }
-    few_panels = [each.panel(with_few, few_places) for each in excited.values()]
-    few, layouts_of_few = problem.on_places(used, layouts)
+    few_panels = [entry.panel(with_few, few_places) for entry in excited.values()]
+    subproblem, layouts_of_few = problem.on_places(used, layouts)
 
     def panel_with(factor: float) -> JointPanel:
         ratio = study.panel.modal_damping.times(factor)
@@ -290,11 +290,11 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
         ]
         return _joint(panels, objective)
 
-    few = replace(few, panel=panel_with(1.0))
-    variants = reductions(few, fillings, layouts_of_few, panel_with)
-    others = _alternatives(study, few_panels, objective)
+    subproblem = replace(subproblem, panel=panel_with(1.0))
+    variants = reductions(subproblem, fillings, layouts_of_few, panel_with)
+    alternatives = _alternatives(study, few_panels, objective)
     proposals = Proposals(
-        problem, fillings, layouts, finalists, counted, objective, variants, others
+        problem, fillings, layouts, finalists, counted, objective, variants, alternatives
     )
     front = proposals.front_table()
     facts = search_table(problem, fillings, proof, sampling, front, area_error)

@@ -12,7 +12,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.optimise.reduced import Outputs
+from pidpanel.optimise.reduced_panel import Outputs
 from pidpanel.severity.oscillators import gain
 from pidpanel.solve.lines import trapezoid_weights
 from pidpanel.solve.model import PanelResponse
@@ -73,20 +73,20 @@ class Objective:
 
 def accelerations(points: Index, *, is_largest: bool = True) -> Objective:
     """Return the mean squares of the acceleration at points, or the mean of these."""
-    every, ones = np.arange(points.size), np.ones((points.size, 1))
-    group, share = (every, 1.0) if is_largest else (np.zeros_like(every), 1 / points.size)
+    index, ones = np.arange(points.size), np.ones((points.size, 1))
+    group, share = (index, 1.0) if is_largest else (np.zeros_like(index), 1 / points.size)
 
     def factor(frequency: Array) -> Array:
         return np.repeat((share * (2 * np.pi * frequency) ** 4)[:, None], points.size, axis=1)
 
-    return Objective(points, ones, every, group, factor)
+    return Objective(points, ones, index, group, factor)
 
 
 def oscillators(points: Index, natural: Array, quality: float) -> Objective:
     """Return the mean squares of oscillators on points, of natural frequencies [Hz] and a Q."""
 
     def factor(frequency: Array) -> Array:
-        gains = np.stack([gain(frequency / one, quality) for one in natural], axis=1)
+        gains = np.stack([gain(frequency / f_n, quality) for f_n in natural], axis=1)
         return np.tile((2 * np.pi * frequency[:, None]) ** 4 * gains, points.size)
 
     row = np.repeat(np.arange(points.size), natural.size)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.optimise.reduced import JointPanel, ReducedPanel
+from pidpanel.optimise.reduced_panel import JointPanel, ReducedPanel
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import DampingOfMotion, sine_accelerations_g
 
@@ -65,9 +65,9 @@ def frozen_options(
 def _frozen(panel: ReducedPanel, fillings: Sequence[FilledDamper], factor: float) -> Complexes:
     """Return s (n_options, nf) of each filling alone on each place."""
     count = len(panel.area)
-    every = np.arange(count)
-    none = np.zeros((count, panel.frequency.size))
-    bare = _motion(panel, every, none.astype(np.complex64), factor)
+    index = np.arange(count)
+    empty = np.zeros((count, panel.frequency.size))
+    bare = _motion(panel, index, empty.astype(np.complex64), factor)
     stiffness = []
     for filling in fillings:
         if not filling.depends_on_acceleration:
@@ -80,20 +80,20 @@ def _frozen(panel: ReducedPanel, fillings: Sequence[FilledDamper], factor: float
         table = np.array([patch_stiffness(panel.frequency, *read) for read in reads])
         motion = bare
         for _ in range(ROUNDS):
-            frozen = _between(nodes, table, motion)
-            motion = np.sqrt(motion * _motion(panel, every, frozen, factor))
-        stiffness.append(_between(nodes, table, motion))
+            frozen = _interpolated(nodes, table, motion)
+            motion = np.sqrt(motion * _motion(panel, index, frozen, factor))
+        stiffness.append(_interpolated(nodes, table, motion))
     return np.concatenate(stiffness)
 
 
 def _motion(panel: ReducedPanel, places: Index, stiffness: Complexes, factor: float) -> Array:
     """Return Γ of each place with a damper on it alone."""
-    none = np.zeros((0, panel.frequency.size), np.complex64)
-    square = panel.additions((), none, places, stiffness).patch_mean_square
+    empty = np.zeros((0, panel.frequency.size), np.complex64)
+    square = panel.additions((), empty, places, stiffness).patch_mean_square
     return sine_accelerations_g(np.sqrt(factor * square))
 
 
-def _between(nodes: Array, table: Complexes, motion: Array) -> Complexes:
+def _interpolated(nodes: Array, table: Complexes, motion: Array) -> Complexes:
     """Return the rows of a table (n_nodes, nf) at Γ (n,), linear in ln Γ."""
     place = np.interp(np.log(motion), np.log(nodes), np.arange(len(nodes)))
     lower = np.minimum(place.astype(int), len(nodes) - 2)

@@ -88,8 +88,8 @@ def places_on(
         for extent, length, step in zip((x1 - x0, y1 - y0), size, spacing, strict=True)
     ]
     if np.prod(counts) > MOST_PLACES:
-        says = f"with optimise.spacing_m makes {np.prod(counts)} places; allowed are {MOST_PLACES}"
-        raise NoPlace(says)
+        message = f"with optimise.spacing_m makes {np.prod(counts)} places; allowed are "
+        raise NoPlace(f"{message}{MOST_PLACES}")
     if min(counts) < 1:
         raise NoPlace(f"larger than the panel, {x1 - x0:g} m × {y1 - y0:g} m")
     column, row = (grid.ravel() for grid in np.meshgrid(*map(np.arange, counts), indexing="ij"))

@@ -8,7 +8,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.optimise.excited import Finalist
+from pidpanel.optimise.excitations import Finalist
 from pidpanel.optimise.objectives import Objective
 from pidpanel.optimise.options import FilledDamper
 from pidpanel.optimise.search import Layout, Problem, Proof, Sampling, greedy
@@ -88,9 +88,9 @@ class Proposals:
         names = [f"{name}_reduction_db" for name in VARIANTS]
         rows = []
         for number, layout in enumerate(self.layouts):
-            of_excitations = self._reductions(number)
-            name, worst = next(iter(of_excitations.items()))
-            dead = min(row["dead_weight_reduction_db"] for row in of_excitations.values())
+            reductions = self._reductions(number)
+            name, worst = next(iter(reductions.items()))
+            dead = min(row["dead_weight_reduction_db"] for row in reductions.values())
             faces, layer = self.alternatives_db(self.problem.mass(layout))
             rows.append(
                 {
@@ -101,8 +101,8 @@ class Proposals:
                     "excitation": name,
                     **worst,
                     **{
-                        f"{each}_reduction_db": of_excitations.get(each, {}).get("reduction_db")
-                        for each in EXCITATIONS
+                        f"{test}_reduction_db": reductions.get(test, {}).get("reduction_db")
+                        for test in EXCITATIONS
                     },
                     "search_reduction_db": 10
                     * np.log10(bare_value / self.problem.evaluated[layout]),
@@ -132,7 +132,7 @@ class Proposals:
         rows = []
         for name, number in zip(front["layout"], front["confirmed"], strict=True):
             layout = self.layouts[number]
-            gammas = np.max([every[number].acceleration_g for every in self.finalists.values()], 0)
+            gammas = np.max([final[number].acceleration_g for final in self.finalists.values()], 0)
             for option, gamma in zip(layout, gammas.tolist(), strict=True):
                 filling = self.fillings[options.filling[option]]
                 x, y = places.centre[options.place[option]]
@@ -174,7 +174,7 @@ class Proposals:
 
     def psd_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
         """Return PSDs of each layout, and of the bare panel as layout 0."""
-        answers = [(every, 0, rows[0].bare) for every, rows in self.finalists.items()]
+        answers = [(test, 0, rows[0].bare) for test, rows in self.finalists.items()]
         frames = []
         answers += [
             (excitation, name, finalist.response)
@@ -199,22 +199,22 @@ def damper_rows(problem: Problem, fillings: Sequence[FilledDamper]) -> dict[str,
     """Return what each damper, and its mass alone, reduces most on a single place [dB]."""
     panel, options = problem.panel, problem.options
     bare = float(problem.objective(panel.bare))
-    none = np.zeros((0, panel.frequency.size), np.complex64)
+    empty = np.zeros((0, panel.frequency.size), np.complex64)
     inertia = np.outer(
         options.mass / panel.area[options.place], -((2 * np.pi * panel.frequency) ** 2)
     )
     rows = {}
     for name in dict.fromkeys(filling.damper for filling in fillings):
         used = [index for index, filling in enumerate(fillings) if filling.damper == name]
-        some = np.flatnonzero(np.isin(options.filling, used) & problem.feasible(()))
-        if not some.size:
+        usable = np.flatnonzero(np.isin(options.filling, used) & problem.feasible(()))
+        if not usable.size:
             continue
         for start, stiffness in (("", options.stiffness), ("dead_weight_", inertia)):
             added = panel.mean_square(
-                (), none, options.place[some], stiffness[some].astype(np.complex64)
+                (), empty, options.place[usable], stiffness[usable].astype(np.complex64)
             )
-            least = float(problem.objective(added).min())
-            rows[f"{start}reduction_db of {name}"] = 10 * float(np.log10(bare / least))
+            lowest = float(problem.objective(added).min())
+            rows[f"{start}reduction_db of {name}"] = 10 * float(np.log10(bare / lowest))
     return rows
 
 

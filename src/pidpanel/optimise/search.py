@@ -24,7 +24,7 @@ import numpy as np
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.optimise.options import Options
 from pidpanel.optimise.places import Places
-from pidpanel.optimise.reduced import JointPanel
+from pidpanel.optimise.reduced_panel import JointPanel
 
 CHAINS = 5  # random layouts on which submodularity is sampled, one damper after another
 
@@ -43,7 +43,7 @@ class Problem:
     options: Options
     places: Places
     budget: float  # largest mass [kg]
-    most: int  # largest number of patches
+    max_patches: int  # largest number of patches
     # Objective of every evaluated layout, such as [m²/s⁴]
     evaluated: dict[Layout, float] = field(default_factory=dict)
 
@@ -65,18 +65,18 @@ class Problem:
 
     def feasible(self, layout: Layout) -> Flags:
         """Return which further dampers the limits allow, (n_options,)."""
-        options, rest = self.options, self.budget * (1 + 1e-9) - self.mass(layout)
-        filled = self.places.overlap[options.place[list(layout)]].sum(axis=0) > 0
-        fits = (options.mass <= rest) & (len(layout) < self.most)
-        return np.asarray(fits & ~filled[options.place])
+        options, remaining_mass = self.options, self.budget * (1 + 1e-9) - self.mass(layout)
+        is_covered = self.places.overlap[options.place[list(layout)]].sum(axis=0) > 0
+        fits = (options.mass <= remaining_mass) & (len(layout) < self.max_patches)
+        return np.asarray(fits & ~is_covered[options.place])
 
     def additions(self, layout: Layout, allowed: Flags | None = None) -> Array:
         """Return mean squares (n_options, n_points) with each further damper; ∞ if not allowed."""
-        some = self.feasible(layout) if allowed is None else self.feasible(layout) & allowed
-        square = np.full((some.size, self.panel.points), np.inf)
-        if not some.any():
+        usable = self.feasible(layout) if allowed is None else self.feasible(layout) & allowed
+        square = np.full((usable.size, self.panel.points), np.inf)
+        if not usable.any():
             return square
-        options, loaded, index = self.options, list(layout), np.flatnonzero(some)
+        options, loaded, index = self.options, list(layout), np.flatnonzero(usable)
         square[index] = self.panel.mean_square(
             options.place[loaded].tolist(), options.stiffness[loaded],
             options.place[index], options.stiffness[index],
@@ -101,35 +101,35 @@ def greedy(problem: Problem) -> Layout:
     """
     best: Layout = ()
     value = float(problem.objective(problem.panel.bare))
-    for count in range(1, problem.most + 1):
-        light = problem.options.mass <= problem.budget / count * (1 + 1e-9)
-        if not light.any():
+    for count in range(1, problem.max_patches + 1):
+        affordable = problem.options.mass <= problem.budget / count * (1 + 1e-9)
+        if not affordable.any():
             break
         layout: Layout = ()
         for _ in range(count):
-            values = problem.objective(problem.additions(layout, light))
+            values = problem.objective(problem.additions(layout, affordable))
             option = int(np.argmin(values))
             if not np.isfinite(values[option]):
                 break
             layout = tuple(sorted((*layout, option)))
-        layout = exchanged(problem, layout)
+        layout = improve_by_exchange(problem, layout)
         if problem.evaluated.get(layout, np.inf) < value:
             best, value = layout, problem.evaluated[layout]
     return best
 
 
-def exchanged(problem: Problem, layout: Layout) -> Layout:
+def improve_by_exchange(problem: Problem, layout: Layout) -> Layout:
     """Return a layout improved by exchanging and adding dampers until no single change helps."""
     value = problem.evaluated.get(layout, np.inf)
     improved = True
     while improved:
         improved = False
-        rests = [tuple(option for option in layout if option != removed) for removed in layout]
-        for rest in [*rests, layout]:
-            values = problem.objective(problem.additions(rest))
+        reduced = [tuple(option for option in layout if option != removed) for removed in layout]
+        for base in [*reduced, layout]:
+            values = problem.objective(problem.additions(base))
             option = int(np.argmin(values))
             if values[option] < value * (1 - 1e-6):
-                layout, value = tuple(sorted((*rest, option))), float(values[option])
+                layout, value = tuple(sorted((*base, option))), float(values[option])
                 improved = True
                 break
     return layout
@@ -150,7 +150,7 @@ class Sampling:
     excess: float
 
 
-def sample_property(problem: Problem, seed: int = 0) -> Sampling:
+def sample_submodularity(problem: Problem, seed: int = 0) -> Sampling:
     """Sample submodularity on random layouts, built one damper after another."""
     generator, bare = np.random.default_rng(seed), problem.panel.bare
     checks, violations, largest, ratio, chains = 0, 0, 0.0, 1.0, []
@@ -158,9 +158,9 @@ def sample_property(problem: Problem, seed: int = 0) -> Sampling:
         chain = _chain(problem, generator)
         chains.append(chain)
         gains = [start - square for start, square in chain.states]
-        for before, after in itertools.pairwise(gains):
-            both = np.isfinite(after).all(axis=1) & np.isfinite(before).all(axis=1)
-            excess = (after[both] - before[both]) / bare
+        for earlier, later in itertools.pairwise(gains):
+            is_finite = np.isfinite(later).all(axis=1) & np.isfinite(earlier).all(axis=1)
+            excess = (later[is_finite] - earlier[is_finite]) / bare
             checks += excess.size
             violations += int(np.count_nonzero(excess > TOLERANCE))
             largest = max(largest, float(excess.max(initial=0.0)))
@@ -169,8 +169,8 @@ def sample_property(problem: Problem, seed: int = 0) -> Sampling:
             joint = start - chain.last
             large = single > 100 * TOLERANCE * bare
             ratio = max(ratio, float((joint[large] / single[large]).max(initial=1.0)))
-    beyond = max(_excess(bare, chain, ratio) for chain in chains)
-    return Sampling(checks, violations, largest, ratio, beyond if beyond > TOLERANCE else 0.0)
+    worst = max(_excess(bare, chain, ratio) for chain in chains)
+    return Sampling(checks, violations, largest, ratio, worst if worst > TOLERANCE else 0.0)
 
 
 class _Chain(NamedTuple):
@@ -183,7 +183,7 @@ class _Chain(NamedTuple):
 
 def _chain(problem: Problem, generator: np.random.Generator) -> _Chain:
     layout: Layout = ()
-    light = problem.options.mass <= problem.budget / problem.most * generator.uniform(1, 2)
+    light = problem.options.mass <= problem.budget / problem.max_patches * generator.uniform(1, 2)
     states: list[tuple[Array, Array]] = []
     drawn: list[int] = []
     current = problem.panel.bare
@@ -199,14 +199,14 @@ def _excess(bare: Array, chain: _Chain, ratio: float) -> float:
     """Return `Sampling.excess` of a chain."""
     excess, (states, drawn, _) = 0.0, chain
     for index, (start, square) in enumerate(states):
-        alone = np.maximum(start - square, 0)  # 0 where not allowed
+        removal = np.maximum(start - square, 0)  # 0 where not allowed
         single = np.zeros_like(bare)
         for further in range(index + 1, len(states)):
             removed = states[index + 1][0] - states[further][1]
-            beyond = (removed - ratio * (single + alone)) / bare
+            surplus = (removed - ratio * (single + removal)) / bare
             allowed = np.isfinite(square) & np.isfinite(removed)
-            excess = max(excess, float(np.max(beyond, initial=0.0, where=allowed)))
-            single = single + alone[drawn[further]]
+            excess = max(excess, float(np.max(surplus, initial=0.0, where=allowed)))
+            single = single + removal[drawn[further]]
     return excess
 
 
@@ -249,36 +249,36 @@ def branch_and_bound(problem: Problem, start: Layout, sampling: Sampling, nodes:
     best = start
     value = float(problem.objective(problem.mean_square(start)))
     counter = itertools.count()
-    every = np.ones(problem.options.mass.size, np.bool_)
-    heap: list[tuple[float, int, Layout, Flags]] = [(0.0, next(counter), (), every)]
-    done, closed = 0, value
-    while heap and done < nodes:
+    all_options = np.ones(problem.options.mass.size, np.bool_)
+    heap: list[tuple[float, int, Layout, Flags]] = [(0.0, next(counter), (), all_options)]
+    expanded, closed_bound = 0, value
+    while heap and expanded < nodes:
         bound, _, layout, allowed = heapq.heappop(heap)
         if bound >= value * (1 - CLOSE) and not sampling.violations:
-            closed = min(closed, bound)
+            closed_bound = min(closed_bound, bound)
             heap.clear()
             break
-        done += 1
+        expanded += 1
         square = problem.additions(layout, allowed)
         values = problem.objective(square)
         if (option := int(np.argmin(values))) >= 0 and values[option] < value:
             best, value = tuple(sorted((*layout, option))), float(values[option])
-        for below, option, rest in _children(problem, layout, square, sampling):
-            if below < value * (1 - CLOSE) or sampling.violations:
+        for child_bound, option, further in _children(problem, layout, square, sampling):
+            if child_bound < value * (1 - CLOSE) or sampling.violations:
                 child = tuple(sorted((*layout, option)))
-                heapq.heappush(heap, (below, next(counter), child, rest))
+                heapq.heappush(heap, (child_bound, next(counter), child, further))
             else:
-                closed = min(closed, below)
+                closed_bound = min(closed_bound, child_bound)
     bounds = [entry[0] for entry in heap]
     is_exhaustive = not heap and sampling.violations > 0  # otherwise branches are cut
-    return Proof(best, value, min([value, closed, *bounds]), done, is_exhaustive)
+    return Proof(best, value, min([value, closed_bound, *bounds]), expanded, is_exhaustive)
 
 
 def _children(
     problem: Problem, layout: Layout, square: Array, sampling: Sampling
 ) -> Iterator[tuple[float, int, Flags]]:
     """Yield bound, option and further options of each branch; each layout is in one branch."""
-    free = problem.most - len(layout) - 1
+    free = problem.max_patches - len(layout) - 1
     finite = np.isfinite(square[:, 0])
     if not finite.any() or free == 0:
         return
@@ -288,16 +288,16 @@ def _children(
     gains = np.where(finite[:, None], start - np.where(finite[:, None], square, 0), 0) @ weights.T
     excess = sampling.excess * (weights @ problem.panel.bare)
     prices = PriceOfMass(sampling.ratio * gains, options.mass, places.group[options.place], free)
-    rest = problem.budget - problem.mass(layout) - options.mass
+    remaining_mass = problem.budget - problem.mass(layout) - options.mass
     order = np.flatnonzero(finite)
     order = order[np.argsort(problem.objective(square[order]))]
     allowed = finite.copy()
     for option in order.tolist():
         allowed[option] = False
         further = allowed & ~places.overlap[options.place[option]][options.place]
-        further &= options.mass <= rest[option] + 1e-12
+        further &= options.mass <= remaining_mass[option] + 1e-12
         if further.any():
-            removed = prices.most(further, rest[option])
+            removed = prices.largest_reduction(further, remaining_mass[option])
             yield float(np.max(weights @ square[option] - removed - excess)), option, further
 
 
@@ -309,13 +309,13 @@ def weights_of_points(points: int) -> Array:
 
     The largest of some values is at least any mean of them: each alone, pairs, and all.
     """
-    every = np.full((1, points), 1 / points)
+    mean = np.full((1, points), 1 / points)
     if points == 1:
-        return every
+        return mean
     single = np.eye(points)
     first, second = np.triu_indices(points, 1)
     mixed = [share * single[first] + (1 - share) * single[second] for share in (0.25, 0.5, 0.75)]
-    return np.concatenate([every, single, *mixed])
+    return np.concatenate([mean, single, *mixed])
 
 
 class PriceOfMass:
@@ -335,7 +335,7 @@ class PriceOfMass:
         net = gain[:, :, None] - mass[:, None, None] * self._prices
         self._net = np.maximum(net, 0)[self._order]  # (n_options, k, n_prices)
 
-    def most(self, allowed: Flags, mass: float) -> Array:
+    def largest_reduction(self, allowed: Flags, mass: float) -> Array:
         """Return (k,) the most that allowed dampers within a mass [kg] can remove."""
         net = np.where(allowed[self._order, None, None], self._net, 0)
         groups = np.maximum.reduceat(net, self._starts, axis=0)

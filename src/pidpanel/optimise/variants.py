@@ -11,7 +11,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.optimise.options import FilledDamper, frozen_options
-from pidpanel.optimise.reduced import JointPanel
+from pidpanel.optimise.reduced_panel import JointPanel
 from pidpanel.optimise.search import Layout, Problem
 from pidpanel.solve.model import ModalBasis
 

@@ -10,7 +10,7 @@ from pidpanel.arrays import Array
 from pidpanel.geometry.polygon import Position
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.panel.reactions import added_compliance, share_of_turn
+from pidpanel.panel.point_supports import added_compliance, angle_fraction
 from pidpanel.panel.supports import vertex_spacing
 
 # Gauss points on each piece of a line mass; pieces are a quarter of an element long.
@@ -39,7 +39,7 @@ def with_attachments(
         value = attached.stiffness or attached.mass
         if len(attached.ends) == 1:
             squares = value * (N.T @ N)
-            compliance, _ = added_compliance(plate.section, share_of_turn(mesh, position[0]))
+            compliance, _ = added_compliance(plate.section, angle_fraction(mesh, position[0]))
             row = np.sqrt(compliance / 2) * value * N
             further = (row, 0 * row) if attached.stiffness else (0 * row, row)
             reactions = tuple(map(_stacked, reactions, further))

@@ -50,7 +50,7 @@ class PanelBasis(WettedFace):
     layer_strain: Array
     layer_stress: Array
     core_stress: Array  # (2, 2) shear stress of the core per shear angle [Pa]
-    # (2, n_held + 1, n) reactions at single points (see `pidpanel.panel.reactions`): those of
+    # (2, n_held + 1, n) reactions at single points (see `point_supports`): those of
     # supports and springs, and those of masses, to be multiplied by ω²
     reactions: Array
     point_position: Array  # (n_points, 2) positions of the response points [m]

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from pidpanel.arrays import Array
-from pidpanel.progress import computed
+from pidpanel.progress import map_in_forks
 
 BLOCK = 8  # columns at once, more than the multiplicity of any eigenvalue
 
@@ -48,7 +48,7 @@ def eigenpairs(
 ) -> tuple[Array, Array]:
     """Return all eigenpairs below a limit."""
     slices = list(_slices(limit, count))
-    parts = list(computed(lambda part: _near(stiffness, mass, *part), slices))
+    parts = list(map_in_forks(lambda part: _near(stiffness, mass, *part), slices))
     values = np.concatenate([eigenvalues for eigenvalues, _ in parts])
     modes = np.empty((stiffness.shape[0], len(values)))
     start = 0
@@ -81,20 +81,20 @@ def _near(
     size = stiffness.shape[0]
     solve = factors(stiffness - shift * mass).solve
     start = np.random.default_rng(0).standard_normal((size, BLOCK))
-    step, of_step, coupling = _orthonormal(solve(mass @ start), mass)
-    basis, of_mass, projected = (np.empty((rows, 0), order="F") for rows in (size, size, 0))
+    step, mass_step, coupling = _orthonormal(solve(mass @ start), mass)
+    basis, mass_basis, projected = (np.empty((rows, 0), order="F") for rows in (size, size, 0))
     count, next_check, sparing = 0, 4 * BLOCK, True
     while True:  # `_orthonormal` refuses more vectors than there are
         if count + BLOCK > basis.shape[1]:
             room = min(size, count + ROOM)
-            basis, of_mass = _wider(basis, room), _wider(of_mass, room)
+            basis, mass_basis = _wider(basis, room), _wider(mass_basis, room)
             projected = np.pad(projected, (0, room - len(projected)))
         last = slice(count, count + BLOCK)
-        basis[:, last], of_mass[:, last] = step, of_step
+        basis[:, last], mass_basis[:, last] = step, mass_step
         count += BLOCK
-        new = solve(of_mass[:, last])
+        new = solve(mass_basis[:, last])
         # the recurrence of Lanczos, then the correction of rounding errors
-        projected[last, last] = of_mass[:, last].T @ new
+        projected[last, last] = mass_basis[:, last].T @ new
         new -= basis[:, last] @ projected[last, last]
         if count > BLOCK:
             previous = slice(count - 2 * BLOCK, count - BLOCK)
@@ -102,9 +102,9 @@ def _near(
             new -= basis[:, previous] @ coupling.T
         lost = np.zeros(0)
         if not sparing or count // BLOCK % 3:
-            lost = of_mass[:, :count].T @ new
+            lost = mass_basis[:, :count].T @ new
             new -= basis[:, :count] @ lost
-        step, of_step, coupling = _orthonormal(new, mass)
+        step, mass_step, coupling = _orthonormal(new, mass)
         if np.abs(lost).max(initial=0.0) > LOST * np.abs(coupling.diagonal()).min():
             sparing = False
         if count < next_check:
@@ -128,15 +128,15 @@ def _wider(columns: Array, width: int) -> Array:
 
 def _orthonormal(columns: Array, mass: sp.csr_array) -> tuple[Array, Array, Array]:
     """Return columns orthonormal in M, M times these, and the triangle to the given ones."""
-    whole = np.eye(columns.shape[1])
+    transform = np.eye(columns.shape[1])
     for _ in range(2):
-        of_mass = mass @ columns
+        mass_columns = mass @ columns
         try:
-            triangle = la.cholesky(columns.T @ of_mass)
+            triangle = la.cholesky(columns.T @ mass_columns)
         except la.LinAlgError:
             raise RuntimeError("the Lanczos iteration ended before all modes were found") from None
-        columns, of_mass = (
-            la.solve_triangular(triangle, part.T, trans="T").T for part in (columns, of_mass)
+        columns, mass_columns = (
+            la.solve_triangular(triangle, part.T, trans="T").T for part in (columns, mass_columns)
         )
-        whole = triangle @ whole
-    return columns, of_mass, whole
+        transform = triangle @ transform
+    return columns, mass_columns, transform

@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
-from pidpanel.panel import fit, supports
+from pidpanel.panel import checks, supports
 from pidpanel.panel import section as sections
 from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.basis import basis_of, face_wavenumber, with_condensed_face
@@ -62,9 +62,9 @@ class StudiedPanel:
         mesh = read_gmsh(spec.file) if is_gmsh else read_nastran(spec.file, spec.ignore)
         mesh = replace(mesh, position=mesh.position * spec.unit_m)
         extent = float(np.ptp(mesh.position, axis=0).max())
-        if says := EXTENT.refuses(extent):
+        if message := EXTENT.refuses(extent):
             raise ValueError(
-                f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {says}"
+                f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {message}"
             )
         count = len(mesh.triangles) * 4**spec.refine
         if count > MOST_ELEMENTS:
@@ -162,19 +162,19 @@ class StudiedPanel:
     def area(self) -> BaseGeometry:
         """The area of the panel without its holes [m]."""
         if self.foreign is not None:
-            return fit.area_of(self.foreign.panel_mesh({}, {}))
-        return fit.area_within(self._outline, self._holes.values())
+            return checks.area_of(self.foreign.panel_mesh({}, {}))
+        return checks.area_within(self._outline, self._holes.values())
 
     @property
-    def shift_of_wave(self) -> Callable[[float, float, float], float]:
+    def wave_shift(self) -> Callable[[float, float, float], float]:
         """`ElementKind.frequency_shift` of edges [m], frequencies [Hz] and added masses [kg/m²]."""
         return partial(self.elements.frequency_shift, **self._rough)
 
-    def change_near_points(self, highest: float) -> Array:
-        """Return `fit.change_near_points` of the response points, with masses up to a frequency."""
-        return fit.change_near_points(
+    def point_refinement_error(self, highest: float) -> Array:
+        """Return `checks.point_refinement_error` of the response points; masses at a frequency."""
+        return checks.point_refinement_error(
             float(np.sqrt(self.area.area)) / 2,
-            fit.resistances(self.supports, self.attachments, self.section, highest),
+            checks.resistances(self.supports, self.attachments, self.section, highest),
             self.section,
             self.points.values(),
             lambda place: self._size_at(place, 0.0) or self._element_size,
@@ -190,7 +190,7 @@ class StudiedPanel:
         """Outlines of point supports with their feet, springs and masses on the panel [m]."""
         feet = [shapely.Polygon(foot.corners) for foot in self._feet.values()]
         points = [shapely.Point(point.position) for point in self.supports.points.values()]
-        return [*feet, *points, *map(fit.geometry_of, self.attachments.values())]
+        return [*feet, *points, *map(checks.geometry_of, self.attachments.values())]
 
     def check(self, frequency: float, damper_mass: Mapping[str, float] | None = None) -> None:
         """Refuse what cannot be meshed or assembled, or is too coarse for a frequency [Hz].
@@ -208,27 +208,27 @@ class StudiedPanel:
         else:
             patches, places = {**self.shapes, **self._feet}, {**places, **self._attached}
             check_panel(self._outline, self._holes, patches, places)
-        fit.check_fit(self.area, self.supports, self.attachments)
+        checks.check_fit(self.area, self.supports, self.attachments)
         if mesh is None:
-            fit.check_feet(self.area, self.supports)
+            checks.check_feet(self.area, self.supports)
             edge, areas = self._element_size, self._areas
             edges = dict.fromkeys(self.shapes, edge)
             edges |= self.patch_sizes(frequency, damper_mass or {})
         else:
-            fit.check_held(mesh, self.supports)
-            fit.check_foot_areas(mesh, self.supports)
+            checks.check_held(mesh, self.supports)
+            checks.check_foot_areas(mesh, self.supports)
             length = element_sizes(mesh.vertices, mesh.cells)
             area_of_cell, edge = cell_areas(mesh.vertices, mesh.cells), float(length.max())
             edges = {name: float(length[cells].max()) for name, cells in mesh.patch_cells.items()}
             areas = {name: area_of_cell[cells].sum() for name, cells in mesh.patch_cells.items()}
             areas[""] = area_of_cell.sum()
         mass = {name: value for name, value in (damper_mass or {}).items() if value > 0}
-        rest = max(areas[""] - sum(areas[name] for name in mass), 0.0)
+        bare_area = max(areas[""] - sum(areas[name] for name in mass), 0.0)
         regions = [
-            Region("", rest, edge),
+            Region("", bare_area, edge),
             *(Region(name, areas[name], edges[name], value) for name, value in mass.items()),
         ]
-        ratio = self.panel.modal_damping.least(0.0, frequency)
+        ratio = self.panel.modal_damping.smallest(0.0, frequency)
         try:
             self.elements.check(regions, frequency, ratio)
         except ValueError as error:
@@ -240,7 +240,7 @@ class StudiedPanel:
         """Return the element sizes that the dampers of patches need, where they are shorter [m]."""
         if self.panel.mesh.kind != "triangles":
             return {}
-        ratio = self.panel.modal_damping.least(0.0, frequency)
+        ratio = self.panel.modal_damping.smallest(0.0, frequency)
         sizes = {
             name: self.elements.made_edge(frequency, mass, ratio)
             for name, mass in damper_mass.items()
@@ -266,7 +266,7 @@ class StudiedPanel:
             holes=self._holes,
             imprints=self._feet,
             anchors=self._anchors,
-            held=fit.fine_places(self.supports, self.attachments, self.section),
+            held=checks.fine_places(self.supports, self.attachments, self.section),
             corner_size=spec.corner_size_m,
             patch_sizes=patch_sizes or {},
         )
@@ -297,21 +297,21 @@ class StudiedPanel:
         spec = self.panel.mesh
         if spec.kind == "quadrilaterals":
             return max(np.array(self._size) / spec.elements)
-        return min(spec.size_m or 0.0, fit.narrowest(self._outline) / ELEMENTS_ACROSS)
+        return min(spec.size_m or 0.0, checks.narrowest(self._outline) / ELEMENTS_ACROSS)
 
     @cached_property
     def _rough(self) -> dict[str, float]:
-        rough = fit.roughness(self.area, self.supports, self._size_at)
+        rough = checks.roughness(self.area, self.supports, self._size_at)
         if self.foreign is not None:
-            rough["jagged"] = fit.jaggedness(self.foreign.panel_mesh({}, {}), self.supports)
+            rough["jagged"] = checks.jaggedness(self.foreign.panel_mesh({}, {}), self.supports)
         return rough
 
     def _size_at(self, place: Position, radius: float) -> float:
         """Return the size of elements at a place, or at the rim of a foot there [m]."""
         if self.foreign is not None:
             mesh = self.foreign.panel_mesh({}, {})
-            away = np.linalg.norm(mesh.vertices - place, axis=1)
-            is_near = (away <= max(radius, away.min()))[mesh.cells].any(axis=1)
+            distance = np.linalg.norm(mesh.vertices - place, axis=1)
+            is_near = (distance <= max(radius, distance.min()))[mesh.cells].any(axis=1)
             return float(element_sizes(mesh.vertices, mesh.cells[is_near]).max())
         if self.panel.mesh.kind == "quadrilaterals":
             return float(self._element_size)
@@ -331,7 +331,7 @@ class StudiedPanel:
     @property
     def _feet(self) -> dict[str, Shape]:
         return {
-            f"foot of {name}": fit.foot_of(point)
+            f"foot of {name}": checks.foot_of(point)
             for name, point in self.supports.points.items()
             if point.radius > 0
         }
@@ -349,7 +349,7 @@ class StudiedPanel:
     def _attached(self) -> dict[str, Position]:
         positions: dict[str, Position] = {}
         for name, attached in self.attachments.items():
-            place = fit.place_of(name, attached)
+            place = checks.place_of(name, attached)
             names = [place] if len(attached.ends) == 1 else [f"{name} from_m", f"{name} to_m"]
             positions |= zip(names, attached.ends, strict=True)
         return positions

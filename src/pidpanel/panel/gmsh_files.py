@@ -82,10 +82,10 @@ def _load(path: Path, data: bytes) -> None:
             with _bounded_memory(MEMORY + MEMORY_PER_BYTE * len(data)):
                 gmsh.merge(str(copy))
         except Exception as error:
-            says = " ".join(str(error).replace(str(copy), str(path)).split())
+            message = " ".join(str(error).replace(str(copy), str(path)).split())
             # std::bad_alloc has no text
-            says = says or "it states more nodes or elements than it has"
-            raise ValueError(f"{path}: not a gmsh mesh: {says}") from None
+            message = message or "it states more nodes or elements than it has"
+            raise ValueError(f"{path}: not a gmsh mesh: {message}") from None
 
 
 def _elements(path: Path) -> tuple[list[int], list[list[int]], list[str]]:

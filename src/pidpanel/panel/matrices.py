@@ -29,7 +29,7 @@ class PlateMatrices:
     at_quadrature: sp.csr_array
     # (n,) ∫ m″ N dA with the attached masses: force per acceleration of all supports [kg]
     inertia: Array
-    # Two matrices (n_points, n) of reactions (see `reactions`) at single points: those of supports
+    # Two matrices (n_points, n) of reactions at single points (`point_supports`): those of supports
     # and springs [√J/m], and those of masses, to be multiplied by ω²
     reactions: tuple[sp.csr_array, sp.csr_array]
 

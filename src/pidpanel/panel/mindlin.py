@@ -41,7 +41,7 @@ from pidpanel.panel.plate import (
     overlap_form,
     vertex_values,
 )
-from pidpanel.panel.reactions import held_reactions
+from pidpanel.panel.point_supports import support_reactions
 from pidpanel.panel.section import ShearSection, SolidSection
 from pidpanel.panel.supports import Block, Supports, free_coordinates, held_vertices, null_space
 
@@ -80,22 +80,22 @@ def assemble_shear_plate(
     """
     skmesh = MeshTri(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
     degree = SOLID_DEGREE if isinstance(section, SolidSection) else SANDWICH_DEGREE
-    of_deflection, of_rotation = LAGRANGE[degree](), ElementVector(LAGRANGE[degree - 1]())
-    deflection = CellBasis(skmesh, of_deflection, intorder=2 * degree)
-    rotation = CellBasis(skmesh, of_rotation, intorder=2 * degree)
+    deflection_element, rotation_element = LAGRANGE[degree](), ElementVector(LAGRANGE[degree - 1]())
+    deflection = CellBasis(skmesh, deflection_element, intorder=2 * degree)
+    rotation = CellBasis(skmesh, rotation_element, intorder=2 * degree)
     held = _support_blocks(mesh, deflection, rotation, supports)
     free = free_coordinates(deflection.N + rotation.N, held)
     free_w, free_b = sp.csr_array(free[: deflection.N]), sp.csr_array(free[deflection.N :])
     S, D = {"shear": section.shear}, {"bending": section.bending}
     coupling = sp.csr_array(shear_form.assemble(rotation, deflection, **S))
-    of_rotations = shear_form.assemble(rotation, **S) + bending_form.assemble(rotation, **D)
-    blocks = [[shear_form.assemble(deflection, **S), coupling], [coupling.T, of_rotations]]
+    rotations = shear_form.assemble(rotation, **S) + bending_form.assemble(rotation, **D)
+    blocks = [[shear_form.assemble(deflection, **S), coupling], [coupling.T, rotations]]
     stiffness = sp.block_array(blocks, format="csr")
     translation = section.mass_per_area * overlap_form.assemble(deflection)
     turning = section.rotary_inertia * inertia_form.assemble(rotation)
     mass = sp.block_diag([translation, turning], format="csr")
     held_dofs = deflection.nodal_dofs[0], deflection.N + rotation.nodal_dofs
-    w, b = corner_basis(skmesh, of_deflection), corner_basis(skmesh, of_rotation)
+    w, b = corner_basis(skmesh, deflection_element), corner_basis(skmesh, rotation_element)
     return assembled_plate(
         mesh,
         deflection,
@@ -112,7 +112,7 @@ def assemble_shear_plate(
             )
             for k in range(2)
         ),
-        reactions=held_reactions(mesh, section, supports.points, stiffness, free, *held_dofs),
+        reactions=support_reactions(mesh, section, supports.points, stiffness, free, *held_dofs),
         section=section,
     )
 

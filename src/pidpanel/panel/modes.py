@@ -60,11 +60,11 @@ def normal_modes(
     """
     count = count_modes_below(plate, frequency_limit)
     if WHOLE * (max(count, at_least) + BLOCK) < plate.stiffness.shape[0]:
-        limit, below = frequency_limit, count
-        while below < at_least:
+        limit, n = frequency_limit, count
+        while n < at_least:
             limit *= 1.5
-            below = count_modes_below(plate, limit)
-        eigenvalue, modes = eigenpairs(plate.stiffness, plate.mass, (2 * np.pi * limit) ** 2, below)
+            n = count_modes_below(plate, limit)
+        eigenvalue, modes = eigenpairs(plate.stiffness, plate.mass, (2 * np.pi * limit) ** 2, n)
     else:
         eigenvalue, modes = la.eigh(plate.stiffness.toarray(), plate.mass.toarray())
     lowest = slice(MOST_RIGID)
@@ -91,8 +91,8 @@ def quadratic_form(matrix: sp.csr_array, vectors: Array) -> Array:
     """Return vᵀ A v (n,) of columns (n_free, n)."""
     values = np.empty(vectors.shape[1])
     for start in range(0, values.size, COLUMNS_AT_ONCE):
-        some = slice(start, start + COLUMNS_AT_ONCE)
-        values[some] = np.einsum("ki,ki->i", vectors[:, some], matrix @ vectors[:, some])
+        part = slice(start, start + COLUMNS_AT_ONCE)
+        values[part] = np.einsum("ki,ki->i", vectors[:, part], matrix @ vectors[:, part])
     return values
 
 

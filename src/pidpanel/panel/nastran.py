@@ -65,9 +65,9 @@ def read_nastran(path: Path, ignored: Collection[str] = ()) -> FlatMesh:
             node.append(tag)
         elif name in CORNERS:
             count = CORNERS[name]
-            number, property_number, *rest = fields + 6 * [""]
-            tag, nodes = _integer(where, number), [_integer(where, text) for text in rest[:count]]
-            for value in rest[count:]:
+            number, property_number, *tail = fields + 6 * [""]
+            tag, nodes = _integer(where, number), [_integer(where, text) for text in tail[:count]]
+            for value in tail[count:]:
                 if value and _real(where, value) != 0:
                     raise ValueError(
                         f"{where}: field {value} after the nodes is not read; allowed is blank"
@@ -148,9 +148,9 @@ def _fields(text: str) -> tuple[str, list[str]]:
         # fields 2 to 9; the tenth marks a continuation
         head, *fields = (field.strip() for field in text.split(","))
         return head, fields[: 4 if "*" in head else 8]
-    head, rest = text[:8].strip(), text[8:72]
+    head, body = text[:8].strip(), text[8:72]
     width = 16 if "*" in head else 8
-    return head, [rest[k : k + width].strip() for k in range(0, 64, width)]
+    return head, [body[k : k + width].strip() for k in range(0, 64, width)]
 
 
 def _integer(where: str, text: str) -> int:

@@ -110,8 +110,8 @@ def mode_orders(
         triangle = np.linalg.qr(shapes[:, members]).R
         in_subspace = np.sum(np.linalg.solve(triangle.T, products[members]) ** 2, axis=0)
         chosen = np.sort(np.argsort(in_subspace)[-len(members) :])
-        alike = products[members][:, chosen] ** 2 / np.sum(triangle**2, axis=0)[:, None]
-        _, sine = linear_sum_assignment(alike, maximize=True)
+        projection = products[members][:, chosen] ** 2 / np.sum(triangle**2, axis=0)[:, None]
+        _, sine = linear_sum_assignment(projection, maximize=True)
         orders[members] = np.column_stack([m, n])[chosen[sine]]
         share[members] = in_subspace[chosen[sine]]
     return orders, share

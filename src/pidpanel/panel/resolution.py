@@ -37,7 +37,7 @@ EDGE_LAYER = {"sandwich triangles": (3, 13.0), "solid triangles": (2, 40.0)}
 # rim and radius: linear from 0.025 to 0.5 radii for hold-downs of 3 cm, one or three on 1.2 m × 0.9
 # m; less with 1 cm, and with hinges.
 FOOT_SHIFT = 9e-3
-# Largest frequency shift due to feet of whole elements in mesh files over `fit.jaggedness`, with
+# Largest frequency shift due to feet of whole elements in mesh files over `checks.jaggedness`, with
 # four hold-downs of 3, 4.5 and 6 cm on elements of 2.5 and 5 cm: modes were up to 15 % too high on
 # thin plates and 11 % on others.
 JAGGED_SHIFT = {"thin": 0.45, "shear": 0.32}
@@ -145,7 +145,7 @@ class ElementKind:
         feet
             Size of elements at the rims of feet over their radius [1].
         jagged
-            ln(reach/radius) of the feet; see `fit.jaggedness`.
+            ln(reach/radius) of the feet; see `checks.jaggedness`.
         ends
             Sum of the element sizes at the ends of supported parts of edges, over √area [1].
         """
@@ -222,9 +222,9 @@ class ElementKind:
             [[half_wave(self.section, f, extra) for extra in mass.tolist()] for f in tried.tolist()]
         )
         shift = np.array([self._shifts(regions, f) for f in tried.tolist()])
-        below = area * wavenumber**2 / (4 * np.pi)  # modes below a frequency
-        total = below.sum(axis=1)
-        share = below / total[:, None]
+        modes_below = area * wavenumber**2 / (4 * np.pi)  # modes below a frequency
+        total = modes_below.sum(axis=1)
+        share = modes_below / total[:, None]
         ratio = damping_ratio * share @ (1 + mass / self.section.mass_per_area) ** -0.5
         density = tried * np.gradient(total, tried)
         slope = 2 * np.pi * density / np.sinh(np.minimum(2 * np.pi * density * ratio, 100.0))

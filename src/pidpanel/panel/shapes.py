@@ -44,7 +44,7 @@ from pidpanel.panel.modes import (
     quadratic_form,
 )
 from pidpanel.panel.plate import AssembledPlate
-from pidpanel.progress import computed
+from pidpanel.progress import map_in_forks
 
 # Modes are kept up to this times the highest frequency; residual vectors replace the rest.
 MODES_BEYOND = 2.0
@@ -93,14 +93,14 @@ class Shapes:
         modes, residuals = self.modes, self.residuals
         modal_mass = quadratic_form(M, modes)
         unit = residuals / np.sqrt(np.einsum("ki,ki->i", residuals, K @ residuals))
-        rest = further[:, ~is_rigid(plate, further)]
-        rest = rest / np.sqrt(np.einsum("ki,ki->i", rest, K @ rest))
+        elastic = further[:, ~is_rigid(plate, further)]
+        elastic = elastic / np.sqrt(np.einsum("ki,ki->i", elastic, K @ elastic))
         for _ in range(2):  # twice, as in `residual_vectors`
-            rest = rest - modes @ ((modes.T @ (M @ rest)) / modal_mass[:, None])
-            rest = rest - unit @ (unit.T @ (K @ rest))
-        energy, V = la.eigh(rest.T @ (K @ rest))
+            elastic = elastic - modes @ ((modes.T @ (M @ elastic)) / modal_mass[:, None])
+            elastic = elastic - unit @ (unit.T @ (K @ elastic))
+        energy, V = la.eigh(elastic.T @ (K @ elastic))
         significant = energy > LOADED_TOLERANCE**2
-        Q = np.hstack([unit, rest @ (V[:, significant] / np.sqrt(energy[significant]))])
+        Q = np.hstack([unit, elastic @ (V[:, significant] / np.sqrt(energy[significant]))])
         eigenvalue, rotation = la.eigh(Q.T @ (K @ Q), Q.T @ (M @ Q))
         vectors = np.hstack([modes, normalise(plate, Q @ rotation)])
         return Shapes(self.frequency, np.sqrt(eigenvalue) / (2 * np.pi), vectors)
@@ -139,7 +139,7 @@ def panel_shapes(
             return loaded_modes(plate, mass, loaded_limit)
         return normal_modes(plate, frequency_limit, LEAST_MODES)
 
-    (frequency, modes), *loaded = computed(modes_of, [False, True] if mass else [False])
+    (frequency, modes), *loaded = map_in_forks(modes_of, [False, True] if mass else [False])
     residual_frequency, residuals = residual_vectors(plate, modes, residual_tolerance)
     shapes = Shapes(frequency, residual_frequency, np.hstack([modes, residuals]))
     del modes
@@ -168,7 +168,7 @@ def residual_vectors(plate: PlateMatrices, modes: Array, tolerance: float) -> tu
         first = (elastic.T @ (plate.stiffness @ elastic)) / (elastic.T @ (plate.mass @ elastic))
         invertible = invertible + first.item() * plate.mass
     static = factors(invertible).solve(forces)
-    whole = np.einsum("ki,ki->i", static, plate.stiffness @ static).max(initial=0.0)
+    work = np.einsum("ki,ki->i", static, plate.stiffness @ static).max(initial=0.0)
 
     # twice: one pass of Gram-Schmidt leaves cancellation errors where X is nearly all modes
     for _ in range(2):
@@ -178,7 +178,7 @@ def residual_vectors(plate: PlateMatrices, modes: Array, tolerance: float) -> tu
     energy, V = la.eigh(static.T @ (plate.stiffness @ static))
     # Rounding of the Gram matrix leaves about 1e-16 of the largest s² in every other.
     # Of a patch on the whole panel it is all: its forces are the modes' own.
-    significant = energy > max(tolerance**2 * energy[-1], 1e-13 * energy[-1], ROUNDING * whole)
+    significant = energy > max(tolerance**2 * energy[-1], 1e-13 * energy[-1], ROUNDING * work)
     Q = static @ (V[:, significant] / np.sqrt(energy[significant]))
 
     eigenvalue, rotation = la.eigh(Q.T @ (plate.stiffness @ Q), Q.T @ (plate.mass @ Q))

@@ -154,11 +154,11 @@ def _mark(
     covered = 0.0
     slack = 1e-6 * float(np.ptp(mesh.vertices, axis=0).max())
     if length > slack:
-        along = (end - start) / length
+        direction = (end - start) / length
         for loop, kind in boundary:
             offset = mesh.vertices[loop] - start
-            s = offset @ along
-            aside = offset @ np.array([-along[1], along[0]])
+            s = offset @ direction
+            aside = offset @ np.array([-direction[1], direction[0]])
             is_near = (np.abs(aside) < slack) & (s > -slack) & (s < length + slack)
             is_covered = is_near & np.roll(is_near, -1)
             kind[is_covered] = support.kind

@@ -29,7 +29,7 @@ from pidpanel.panel.plate import (
     overlap_form,
     vertex_values,
 )
-from pidpanel.panel.reactions import held_reactions
+from pidpanel.panel.point_supports import support_reactions
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.supports import (
     Block,
@@ -82,7 +82,7 @@ def assemble_thin_plate(
             vertex_values(corners, lambda w, k=k: -bent(w)[k], free) for k in range(3)
         ),
         shear_at_vertices=(sp.csr_array((len(mesh.vertices), free.shape[1])),) * 2,
-        reactions=held_reactions(mesh, section, supports.points, stiffness, free, *held_dofs),
+        reactions=support_reactions(mesh, section, supports.points, stiffness, free, *held_dofs),
         section=section,
     )
 

@@ -79,8 +79,8 @@ def mesh_triangles(
             _, pieces = occ.fragment([panel], tools)
         occ.synchronize()
 
-        whole = sorted({tag for dim, tag in pieces[0] if dim == 2})
-        gmsh.model.addPhysicalGroup(2, whole, name=PANEL_GROUP)
+        faces = sorted({tag for dim, tag in pieces[0] if dim == 2})
+        gmsh.model.addPhysicalGroup(2, faces, name=PANEL_GROUP)
         tags = [sorted({tag for _, tag in parts}) for parts in pieces[1:]]
         surfaces = dict(zip(patches, tags, strict=False))
         for name, surface in surfaces.items():
@@ -98,8 +98,8 @@ def mesh_triangles(
             minimum = gmsh.model.mesh.field.add("Min")
             gmsh.model.mesh.field.setNumbers(minimum, "FieldsList", fields)
             gmsh.model.mesh.field.setAsBackgroundMesh(minimum)
-            least = min([smallest, *patch_sizes.values(), element_size])
-            gmsh.option.setNumber("Mesh.MeshSizeMin", least)
+            finest = min([smallest, *patch_sizes.values(), element_size])
+            gmsh.option.setNumber("Mesh.MeshSizeMin", finest)
     mesh = read_mesh(path, patches, points)
     check_patch_areas(mesh, patches, 1e-6)
     return mesh

@@ -82,7 +82,7 @@ class StudyAnswer:
         """
         responses = [self.response(candidate) for candidate in self.candidates]
         pairs = zip(self.candidates, responses, strict=True)
-        return tuple(c for c, r in pairs if r is responses[0] or not are_apart(responses[0], r))
+        return tuple(c for c, r in pairs if r is responses[0] or not are_distinct(responses[0], r))
 
     @property
     def decimals(self) -> tuple[int | None, int | None]:
@@ -97,7 +97,7 @@ class StudyAnswer:
         return candidate.responses[self.worst]
 
 
-def are_apart(a: PointResponse, b: PointResponse) -> bool:
+def are_distinct(a: PointResponse, b: PointResponse) -> bool:
     """Return whether two reductions differ by more than their errors; never without errors.
 
     The error of the damping model is common to both, so only its difference is included.
@@ -105,7 +105,7 @@ def are_apart(a: PointResponse, b: PointResponse) -> bool:
     Examples
     --------
     >>> one, other = (PointResponse(20.0, 0.5, db, 0.2) for db in (3.0, 2.9))
-    >>> are_apart(one, other)
+    >>> are_distinct(one, other)
     False
     """
     variance = sum(r.reduction_error**2 - r.model_error**2 for r in (a, b))

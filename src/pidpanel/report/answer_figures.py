@@ -135,7 +135,7 @@ def _edges(axes: Axes, basis: PanelBasis, supports: Supports) -> None:
 
 
 def mass_figure(
-    answer: StudyAnswer, weighed: Sequence[Candidate], colours: Mapping[str, str]
+    answer: StudyAnswer, with_mass: Sequence[Candidate], colours: Mapping[str, str]
 ) -> Figure:
     """Draw reduction against mass with error bars, and what the same mass does as dead weight.
 
@@ -145,8 +145,8 @@ def mass_figure(
     handles: dict[str, Line2D] = {}
     names = []
     drawn: list[tuple[float, float]] = []  # points, error bars
-    responses = [answer.response(candidate) for candidate in weighed]
-    for candidate, response in zip(weighed, responses, strict=True):
+    responses = [answer.response(candidate) for candidate in with_mass]
+    for candidate, response in zip(with_mass, responses, strict=True):
         group, mass = group_of(candidate), candidate.mass
         look: dict[str, Any] = {"color": colours[group], "marker": "o", "ls": ""}
         error = response.reduction_error if np.isfinite(response.reduction_error) else None
@@ -169,7 +169,7 @@ def mass_figure(
     if any(np.isfinite(response.reduction_error) for response in responses):
         handles["± one standard error"] = Line2D([], [], color="#555555", marker="|", ms=8, ls="")
     axes.axhline(0.0, color="black", lw=0.8)
-    axes.set_xlim(left=0.0, right=1.18 * max(candidate.mass for candidate in weighed))
+    axes.set_xlim(left=0.0, right=1.18 * max(candidate.mass for candidate in with_mass))
     axes.set(xlabel="mass of the dampers, kg", ylabel=f"reduction at point {answer.worst}, dB")
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3)
     separate(figure, names, drawn)

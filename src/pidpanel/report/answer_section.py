@@ -19,7 +19,7 @@ from pidpanel.report.answer import (
     is_gain,
     select_candidates,
 )
-from pidpanel.report.answer_figures import WIDTH as NARROW
+from pidpanel.report.answer_figures import WIDTH as ANSWER_WIDTH
 from pidpanel.report.answer_figures import group_of, mass_figure, panel_figure
 from pidpanel.report.html import Chart, Fragment, Picture, figure_picture
 from pidpanel.report.inputs import Inputs, PanelInputs
@@ -37,7 +37,7 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
     points = answer.points[:COLUMNS]
     shown = (answer.bare, *select_candidates(answer))
     rms_decimals, gain_decimals = answer.decimals
-    weighed = [c for c in answer.candidates if math.isfinite(c.mass) and c.mass > 0]
+    with_mass = [c for c in answer.candidates if math.isfinite(c.mass) and c.mass > 0]
     psd = psd_picture_of(inputs, answer)
     values = {
         "answer": answer,
@@ -52,7 +52,7 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
         "mapped": None if mapped is None else _mapped_name(answer, mapped),
         "psd": psd,
         "has_band": any(curve.log_error is not None for curve in psd.charts[0].curves),
-        "masses": mass_picture(answer, weighed, list(study.panel.patches)) if weighed else None,
+        "masses": mass_picture(answer, with_mass, list(study.panel.patches)) if with_mass else None,
     }
     return Fragment("answer.html", values)
 
@@ -73,12 +73,12 @@ def _row(
         "is_bare": candidate.scenario.is_bare,
         "is_massless": any(f.damper in massless for f in candidate.scenario.fillings),
         "per_kg": response.reduction / candidate.mass if candidate.mass > 0 else math.nan,
-        "is_within": not candidate.scenario.is_bare and is_gain(response) is False,
-        "trust": trust(candidate),
+        "is_within_error": not candidate.scenario.is_bare and is_gain(response) is False,
+        "trust": trust_text(candidate),
     }
 
 
-def trust(candidate: Candidate) -> str:
+def trust_text(candidate: Candidate) -> str:
     """Return whether the results of a scenario can be trusted, with reasons or a note."""
     if candidate.doubts:
         return f"no: {', '.join(candidate.doubts)}"
@@ -93,10 +93,10 @@ def _mapped_name(answer: StudyAnswer, label: str) -> str:
 def psd_picture_of(inputs: Inputs, answer: StudyAnswer) -> Picture:
     """Return the PSD at the worst point, bare against the best scenario with its band."""
     point, reading, (decimals, _) = answer.worst, answer.reading, answer.decimals
-    drawn = [(answer.bare, style.BARE, 0.7)]
-    drawn += [(best, style.PLACES[0], 1.8) for best in answer.candidates[:1]]
+    curve_styles = [(answer.bare, style.BARE, 0.7)]
+    curve_styles += [(best, style.PLACES[0], 1.8) for best in answer.candidates[:1]]
     curves = []
-    for candidate, colour, width in drawn:
+    for candidate, colour, width in curve_styles:
         place = {"reading": reading, "scenario": candidate.scenario.label, "point": point}
         response = answer.response(candidate)
         rms = value_text(response.rms, response.rms_error, decimals)
@@ -104,17 +104,17 @@ def psd_picture_of(inputs: Inputs, answer: StudyAnswer) -> Picture:
         has_band = candidate is not answer.bare
         curves.append(psd_curve(inputs.psd, place, label, colour, width, has_band=has_band))
     chart = Chart("", inputs.psd["frequency"].to_numpy(), PSD_UNIT, curves)
-    return chart_picture("answer", [chart], width=NARROW, height=3.7)
+    return chart_picture("answer", [chart], width=ANSWER_WIDTH, height=3.7)
 
 
 def mass_picture(
-    answer: StudyAnswer, weighed: Sequence[Candidate], patches: Sequence[str]
+    answer: StudyAnswer, with_mass: Sequence[Candidate], patches: Sequence[str]
 ) -> Picture:
     """Return the reduction at the worst point against the mass of the dampers."""
     # layouts and other groups take the remaining colours
-    groups = dict.fromkeys([*patches, *(group_of(c) for c in weighed)])
+    groups = dict.fromkeys([*patches, *(group_of(c) for c in with_mass)])
     colours = dict(zip(groups, itertools.cycle(style.PLACES), strict=False))
-    return figure_picture("reduction_mass", mass_figure, answer, weighed, colours)
+    return figure_picture("reduction_mass", mass_figure, answer, with_mass, colours)
 
 
 NOTHING_MOVES = "All response points lie on supports and do not move, so there is no result."
@@ -122,10 +122,10 @@ NOTHING_MOVES = "All response points lie on supports and do not move, so there i
 
 def headline(answer: StudyAnswer) -> str:
     """Return the result in one or two sentences: damper, mass, reduction, uncertainty."""
-    weighed = answer.best or (answer.bare,)
+    best = answer.best or (answer.bare,)
     rms_decimals, decimals = answer.decimals
     # missing errors are mentioned in the sentence itself
-    doubts = [[d for d in c.doubts if not d.startswith(NO_ERROR)] for c in weighed]
+    doubts = [[d for d in c.doubts if not d.startswith(NO_ERROR)] for c in best]
     values = {
         "answer": answer,
         "bare": answer.bare.responses[answer.worst].rms,
@@ -138,12 +138,12 @@ def headline(answer: StudyAnswer) -> str:
         runners_up = answer.candidates[1:2]
         values |= {
             "best": f"{list_scenarios(answer.best, answer.candidates)}{_mass(answer.best)}",
-            "rms": _range(responses, rms_decimals),
-            "change": _decibels(responses, decimals),
+            "rms": _rms_text(responses, rms_decimals),
+            "change": _change_text(responses, decimals),
             "is_gain": any(map(is_gain, responses)),
             "next": runners_up
             and f"{list_scenarios(runners_up, answer.candidates)}{_mass(runners_up)}, "
-            f"{_decibels([answer.response(runners_up[0])], decimals)}",
+            f"{_change_text([answer.response(runners_up[0])], decimals)}",
             "highest": _new_worst_point(answer, answer.best[0]),
         }
     return sentence("headline.html", values)
@@ -157,14 +157,14 @@ def _new_worst_point(answer: StudyAnswer, candidate: Candidate) -> tuple[str, fl
     return (point, high.rms, high.rms_error) if high.rms - response.rms > 2 * error else None
 
 
-def _range(responses: Sequence[PointResponse], decimals: int | None) -> str:
+def _rms_text(responses: Sequence[PointResponse], decimals: int | None) -> str:
     if len(responses) == 1:
         return value_text(responses[0].rms, responses[0].rms_error, decimals)
     values = [response.rms for response in responses]
     return span((value_text(f(values), math.nan, decimals) for f in (min, max)), "–")
 
 
-def _decibels(responses: Sequence[PointResponse], decimals: int | None) -> str:
+def _change_text(responses: Sequence[PointResponse], decimals: int | None) -> str:
     """Return changes in dB, negative for a reduction, with the largest of their errors."""
     if len(responses) == 1:
         response = responses[0]

@@ -41,14 +41,14 @@ def base_section(
     """Return the section of base motion on a panel of a thickness [mm]."""
     random = sine = None
     pictures: list[html.Picture] = []
-    of_sine: list[html.Picture] = []
+    sine_pictures: list[html.Picture] = []
     if base.summary is not None and base.psd is not None:
         random = _random_values(base.summary, names, points)
         pictures = list(_random_pictures(base.psd, names, points))
     if base.sine is not None and base.peaks is not None:
         sine = _sine_values(base.sine, base.peaks, names)
-        of_sine = list(_sine_pictures(base.sine, names, points))
-    first, *others = pictures or of_sine
+        sine_pictures = list(_sine_pictures(base.sine, names, points))
+    first, *others = pictures or sine_pictures
     values = {
         "large": [(motion, mm) for motion, mm in _largest(base) if mm > thickness_mm / 10],
         "thickness": thickness_mm,
@@ -62,7 +62,7 @@ def base_section(
         "pictures": others,
         "notches": None if base.notched is None else _notches(base.notched, names),
         "sine": sine if random else None,
-        "sine_pictures": of_sine if random else [],
+        "sine_pictures": sine_pictures if random else [],
         "modes": records(heaviest),
         "mode_count": len(base.modes),
         "mode_share": base.modes["cumulative_share"].iloc[-1],
@@ -167,8 +167,8 @@ def _notches(notched: pd.DataFrame, names: Names) -> list[dict[str, Any]]:
 def _with_jumps(sine: xr.Dataset) -> list[str]:
     """Return the scenarios whose sweeps up and down differ."""
     up, down = (sine["acceleration"].sel(direction=way) for way in ("up", "down"))
-    apart = abs(up / down - 1).max(("reading", "frequency", "point")) > SAME_MOTION
-    return sine["scenario"].to_numpy()[apart.to_numpy()].tolist()
+    is_jump = abs(up / down - 1).max(("reading", "frequency", "point")) > SAME_MOTION
+    return sine["scenario"].to_numpy()[is_jump.to_numpy()].tolist()
 
 
 def _sine_values(sine: xr.Dataset, peaks: pd.DataFrame, names: Names) -> dict[str, Any]:

@@ -251,8 +251,8 @@ def patch_distance(basis: PanelBasis) -> pd.DataFrame:
     corners = basis.vertex_position[basis.cells]
     weight = basis.cell_in_patch * cell_areas(basis.vertex_position, basis.cells)
     centre = weight @ corners.mean(axis=1) / weight.sum(axis=1, keepdims=True)
-    away = np.linalg.norm(centre[:, None] - basis.point_position, axis=-1)
-    return pd.DataFrame(away, basis.patch_names, basis.point_names)
+    distance = np.linalg.norm(centre[:, None] - basis.point_position, axis=-1)
+    return pd.DataFrame(distance, basis.patch_names, basis.point_names)
 
 
 class Finding(NamedTuple):

@@ -37,15 +37,15 @@ def coupled_rows(
     by_label = dict(list(results.impedance.groupby("scenario")))
     rows = []
     for label, beds in ((name, by_label[name]) for name in names if name in by_label):
-        of_scenario = summary[summary["scenario"] == label]
-        error = 100 * of_scenario["g_rms_error"] / of_scenario["g_rms"]
-        share = 100 * (1 - (of_scenario["linear_g_rms"] / of_scenario["g_rms"]) ** 2)
+        scenario_rows = summary[summary["scenario"] == label]
+        error = 100 * scenario_rows["g_rms_error"] / scenario_rows["g_rms"]
+        share = 100 * (1 - (scenario_rows["linear_g_rms"] / scenario_rows["g_rms"]) ** 2)
         rows.append(
             {
                 "name": names[label],
-                "runs": str(int(of_scenario["runs"].iloc[0])),
+                "runs": str(int(scenario_rows["runs"].iloc[0])),
                 "error": span(number(value, 2) for value in (error.min(), error.max())),
-                "residual": span(signed(f(of_scenario["residual_db"]), 2) for f in (min, max)),
+                "residual": span(signed(f(scenario_rows["residual_db"]), 2) for f in (min, max)),
                 "share": span(plain(value, 1) for value in (share.min(), share.max())),
                 "modulus": _by_patch(beds, "youngs_modulus_mpa", "{:g}".format),
                 "mass": _by_patch(beds, "particle_mass_per_area_kg_m2"),

@@ -67,9 +67,9 @@ def sweep_figure(
     figure, grid = layout.figure_of_axes(len(values), columns, 2.55, 0.5, sharex=True, sharey=True)
     ticks = np.unique(cases[x.column])
     for axes, value in zip(grid, values, strict=True):
-        of_panel = cases[cases[panel.column] == value]
+        panel_cases = cases[cases[panel.column] == value]
         for fill, marker in zip(fills, itertools.cycle(style.MARKERS), strict=False):
-            rows = of_panel[of_panel["fill_fraction"] == fill].sort_values(x.column)
+            rows = panel_cases[panel_cases["fill_fraction"] == fill].sort_values(x.column)
             colour, places = style.fill_colour(fill), rows[x.column].to_numpy(float)
             axes.errorbar(
                 places, rows[y.column], yerr=rows[y.error],
@@ -125,14 +125,14 @@ def loss_factor_map(cases: pd.DataFrame) -> Figure:
     )
     top = float(cases[LOSS_FACTOR.column].max())
     norm = Normalize(0.0, top)
-    few = len(frequencies) <= CELLS_WITH_TEXT
+    has_text = len(frequencies) <= CELLS_WITH_TEXT
     for axes, fill in zip(grid, fills, strict=True):
         table = cases[cases["fill_fraction"] == fill].pivot_table(
             index=ACCELERATION.column, columns=FREQUENCY.column, values=LOSS_FACTOR.column
         )
         values = table.reindex(index=amplitudes, columns=frequencies).to_numpy(float)
         axes.imshow(values, cmap="viridis", norm=norm, aspect="auto", origin="lower")
-        for row, column in np.argwhere(np.isfinite(values) & few):
+        for row, column in np.argwhere(np.isfinite(values) & has_text):
             value = values[row, column]
             look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 5.5}
             look["color"] = "white" if value < 0.6 * top else "black"

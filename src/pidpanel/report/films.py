@@ -53,12 +53,12 @@ def nearest_case(cases: pd.DataFrame) -> str:
     """Return the label of the case nearest to `PICTURED`, in r and octaves of f and Γ."""
     good = cases[cases["status"] == "ok"]
     fill, frequency, gamma = PICTURED
-    away = (
+    distance = (
         5 * (good["fill_fraction"] - fill).abs()
         + np.log2(good["frequency_hz"] / frequency).abs()
         + np.log2(good["acceleration_g"] / gamma).abs()
     )
-    return str(good.loc[away.idxmin(), "case"])
+    return str(good.loc[distance.idxmin(), "case"])
 
 
 def write_film(

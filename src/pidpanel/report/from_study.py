@@ -6,7 +6,7 @@ import pandas as pd
 
 from pidpanel.coupon.from_study import cases_by_coupon
 from pidpanel.damping.atlas_files import read_atlas
-from pidpanel.damping.from_study import measured_beside, readings_from_atlas
+from pidpanel.damping.from_study import atlas_models, compare_measured
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.panel.files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
@@ -101,7 +101,7 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
 
 def read_atlas_results(study: Study) -> inputs.AtlasResults:
     """Return the atlas, and what a study reads from it."""
-    atlas, models = read_atlas(), readings_from_atlas(study, is_broadband=True)
+    atlas, models = read_atlas(), atlas_models(study, is_broadband=True)
     return inputs.AtlasResults(atlas.version, len(atlas.cases), models)
 
 
@@ -141,7 +141,7 @@ def read_coupon(study: CouponStudy, damper: str, table: Path) -> inputs.CouponRe
         varied_keys(study),
         read_film(cases, table.with_name("film.nc")),
         is_design=coupon.cases is not None,
-        measured=None if coupon.measured is None else measured_beside(coupon, rows),
+        measured=None if coupon.measured is None else compare_measured(coupon, rows),
     )
 
 

@@ -219,6 +219,6 @@ def without_errors(
     selected = summary["reading"].isin(PARTLY) & summary["scenario"].isin(list(labels))
     summary.loc[selected, [name for name in ERROR_COLUMNS if name in summary]] = np.nan
     if "acceleration_psd_log_error" in psd:
-        of_psd = psd["reading"].isin(PARTLY) & psd["scenario"].isin(list(labels))
-        psd["acceleration_psd_log_error"] = psd["acceleration_psd_log_error"].where(~of_psd)
+        is_partial = psd["reading"].isin(PARTLY) & psd["scenario"].isin(list(labels))
+        psd["acceleration_psd_log_error"] = psd["acceleration_psd_log_error"].where(~is_partial)
     return summary, psd

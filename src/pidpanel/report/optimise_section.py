@@ -217,9 +217,9 @@ def front_drawing(front: pd.DataFrame) -> Markup:
     across, reduction, error = x(rows["mass_kg"]), rows["reduction_db"], rows["reduction_error_db"]
     alternatives = []
     for name in names:
-        known = np.isfinite(rows[f"{name}_reduction_db"])
+        is_known = np.isfinite(rows[f"{name}_reduction_db"])
         up = y(rows[f"{name}_reduction_db"])
-        places = list(zip(across[known], up[known], strict=True))
+        places = list(zip(across[is_known], up[is_known], strict=True))
         look = dict(zip(("name", "colour", "mark"), ALTERNATIVES[name], strict=True))
         alternatives.append({**look, "places": places})
     drawn = rows.assign(x=across, y=y(reduction), low=y(reduction - error),

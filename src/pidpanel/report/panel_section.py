@@ -50,8 +50,8 @@ def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:
     merged = printed.merge(modes, on=["m", "n"], suffixes=("_printed", ""))
     if len(merged) < len(printed):
         return False
-    away = np.abs(merged["navier_hz"] / merged["frequency_hz_printed"] - 1)
-    return bool((away < PRINTED_ROUNDING).all())
+    deviation = np.abs(merged["navier_hz"] / merged["frequency_hz_printed"] - 1)
+    return bool((deviation < PRINTED_ROUNDING).all())
 
 
 def _mode_values(modes: pd.DataFrame, printed: pd.DataFrame | None) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def shapes_figure(basis: PanelBasis, titles: Sequence[str]) -> Figure:
     for axes in grid:
         axes.set_axis_off()
     size, middle = np.ptp(vertices, axis=0), (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-    away = np.linalg.norm(vertices[:, None] - basis.point_position, axis=-1)
+    distance = np.linalg.norm(vertices[:, None] - basis.point_position, axis=-1)
     triangles = triangles_of(cells)
     # what is farther away is drawn first
     triangles = triangles[np.argsort(-(vertices[triangles].mean(axis=1) @ [0.33, 0.94]))]
@@ -103,7 +103,7 @@ def shapes_figure(basis: PanelBasis, titles: Sequence[str]) -> Figure:
         mesh = Triangulation(place[:, 0], place[:, 1], triangles)
         axes.tripcolor(mesh, scaled, shading="gouraud", cmap="RdBu_r", vmin=-1.0, vmax=1.0)
         axes.add_collection(LineCollection(list(place[lines]), colors="black", linewidths=0.6))
-        axes.plot(*place[away.argmin(axis=0)].T, "o", color="black", ms=2.2)
+        axes.plot(*place[distance.argmin(axis=0)].T, "o", color="black", ms=2.2)
         axes.set_title(title, fontsize=8)
         axes.set_aspect("equal")
         axes.set_xlim(-1.65 * half, 1.65 * half)

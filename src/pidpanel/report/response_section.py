@@ -203,8 +203,8 @@ def _psd_picture(
     dead, treated = [], []
     for index, scenario in enumerate(scenarios):
         label, colour = inputs.names[scenario.label], colours[scenario.label]
-        of_case = {**place, "scenario": scenario.label}
-        dead_psd = inputs.psd["dead_weight_acceleration_psd"].sel(of_case)
+        case_place = {**place, "scenario": scenario.label}
+        dead_psd = inputs.psd["dead_weight_acceleration_psd"].sel(case_place)
         weight = dead_psd.to_numpy() / STANDARD_GRAVITY**2
         if np.isfinite(weight).all():
             dead.append(
@@ -213,7 +213,7 @@ def _psd_picture(
         width = nested_width(index, len(scenarios))
         # a band of one curve hides nothing; those of several would
         has_band = len(scenarios) == 1
-        treated.append(psd_curve(inputs.psd, of_case, label, colour, width, has_band=has_band))
+        treated.append(psd_curve(inputs.psd, case_place, label, colour, width, has_band=has_band))
     frequency = inputs.psd["frequency"].to_numpy()
     chart = html.Chart(READINGS[reading], frequency, PSD_UNIT, [*curves, *dead, *treated])
     return chart_picture(name, [chart])

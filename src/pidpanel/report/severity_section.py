@@ -77,9 +77,9 @@ def drawn_scenarios(summary: pd.DataFrame) -> list[tuple[str, str]]:
     if damped.empty:
         first = summary.iloc[0]
         return [(first["reading"], first["scenario"])]
-    of_model = damped[damped["reading"] == damped["reading"].iloc[0]]
-    mean = of_model.groupby("scenario", sort=False)["reduction_db"].mean()
-    best = of_model[of_model["scenario"] == mean.idxmax()].iloc[0]
+    model_rows = damped[damped["reading"] == damped["reading"].iloc[0]]
+    mean = model_rows.groupby("scenario", sort=False)["reduction_db"].mean()
+    best = model_rows[model_rows["scenario"] == mean.idxmax()].iloc[0]
     bare = summary[(summary["patch"] == "none") & (summary["oaspl_db"] == best["oaspl_db"])]
     return [(best["reading"], label) for label in (bare.iloc[0]["scenario"], best["scenario"])]
 

@@ -10,7 +10,7 @@ import pandas as pd
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.paths import SECTION
-from pidpanel.progress import tracked
+from pidpanel.progress import with_progress
 from pidpanel.report.answer import answer_of
 from pidpanel.report.answer_section import NOTHING_MOVES, answer_fragment, headline, panel_picture
 from pidpanel.report.base_section import base_section
@@ -83,14 +83,14 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
 def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSection]:
     """Return the parts of all coupons, with a law of the paper to draw with its cases."""
     sections = []
-    for name in tracked(list(inputs.coupons), "coupons of the page"):
+    for name in with_progress(list(inputs.coupons), "coupons of the page"):
         coupon = inputs.coupons[name]
         good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
         runs = coupon_section(coupon, text=coupon_text(coupon), law=law)
-        of_coupon = [runs, losses_section(good)]
+        parts = [runs, losses_section(good)]
         if name in inputs.damping:
-            of_coupon.append(damping_section(inputs.damping[name]))
-        sections += of_coupon if name == SECTION else [s.with_suffix(name) for s in of_coupon]
+            parts.append(damping_section(inputs.damping[name]))
+        sections += parts if name == SECTION else [s.with_suffix(name) for s in parts]
     return sections
 
 
@@ -112,7 +112,7 @@ def _sections(inputs: Inputs) -> list[PageSection]:
         sections.append(coupled_section(inputs.coupled, names, inputs.moving_points))
     if study.layouts:
         sections.append(layouts_section(inputs))
-    families = tracked(list(study.families), "families of scenarios of the page")
+    families = with_progress(list(study.families), "families of scenarios of the page")
     sections += [response_section(inputs, family_of(study, name)) for name in families]
     if inputs.coupled is not None and inputs.coupled.verdict is not None:
         verdict = with_names(inputs.coupled.verdict, names)
@@ -154,7 +154,7 @@ def shaker_page(inputs: PanelInputs, steps: Steps) -> Page:
     warnings = _warnings(inputs, base)
     on_panel = panel_section(inputs.basis, inputs.modes, inputs.printed)
     # the drawing and the first curves make a row
-    head, curves, more = on_shaker.blocks
+    head, curves, sweep_blocks = on_shaker.blocks
     drawing = panel_picture(inputs, None, "The panel.")
     sections = [on_panel, *coupon_sections(inputs)]
     if inputs.coupled is not None:
@@ -173,7 +173,7 @@ def shaker_page(inputs: PanelInputs, steps: Steps) -> Page:
         warnings=warnings[CAVEATS:],
         sections=[
             *proposed,
-            replace(on_shaker, blocks=[more]),
+            replace(on_shaker, blocks=[sweep_blocks]),
             *(replace(section, folded=True) for section in sections),
         ],
         steps=steps,

@@ -15,9 +15,9 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
     by_key = {(row["scenario"], row["reading"], row["point"]): row for row in records(summary)}
     rows, names = [], names_of(study)
     decimals = {}
-    for reading, of in summary.groupby("reading"):
-        gain_decimals = common_decimals(of["reduction_error_db"], DECIBEL_DECIMALS)
-        rms_decimals = common_decimals(of["acceleration_rms_error_g"])
+    for reading, group in summary.groupby("reading"):
+        gain_decimals = common_decimals(group["reduction_error_db"], DECIBEL_DECIMALS)
+        rms_decimals = common_decimals(group["acceleration_rms_error_g"])
         decimals[reading] = {"rms_decimals": rms_decimals, "decimals": gain_decimals}
     for scenario, reading, point in product(
         study.all_scenarios(), study.readings, study.panel.points

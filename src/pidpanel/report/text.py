@@ -97,8 +97,8 @@ def common_decimals(errors: Iterable[float], default: int | None = None) -> int 
     >>> common_decimals([0.054, 1.9, float("nan")]), common_decimals([123.0]), common_decimals([])
     (1, 0, None)
     """
-    known = [error for error in errors if math.isfinite(error) and error > 0]
-    return max(0, 1 - math.floor(math.log10(max(known)))) if known else default
+    finite = [error for error in errors if math.isfinite(error) and error > 0]
+    return max(0, 1 - math.floor(math.log10(max(finite)))) if finite else default
 
 
 def plain(value: float, decimals: int) -> str:

@@ -52,16 +52,16 @@ def write_verdict(
     _, edge = whole_third_octaves(*study.response.frequency_hz)
     rows = []
     for scenario in study.all_scenarios():
-        of_run = summary[summary["scenario"] == scenario.label]
-        if of_run.empty:
+        run_rows = summary[summary["scenario"] == scenario.label]
+        if run_rows.empty:
             continue
-        of_scenario = bands[bands["scenario"] == scenario.label]
+        scenario_bands = bands[bands["scenario"] == scenario.label]
         for reading, accelerations in _readings(study, psd, scenario):
-            for point, run in of_run.set_index("point").iterrows():
-                of_point = of_scenario[of_scenario["point"] == point]
+            for point, run in run_rows.set_index("point").iterrows():
+                point_bands = scenario_bands[scenario_bands["point"] == point]
                 coupled = CoupledRun(
                     float(run["g_rms"]), float(run["g_rms_error"]),
-                    of_point["g_rms"].to_numpy(), of_point["error_db"].to_numpy(),
+                    point_bands["g_rms"].to_numpy(), point_bands["error_db"].to_numpy(),
                 )  # fmt: skip
                 values = accelerations.sel(point=point).to_numpy() / STANDARD_GRAVITY**2
                 rms = float(root_mean_square(frequency, values))
@@ -74,7 +74,7 @@ def write_verdict(
                         "point": point,
                         "g_rms": coupled.rms * (1 + offset.difference),
                         "coupled_g_rms": coupled.rms,
-                        "band_hz": of_point["frequency_hz"].to_numpy()[offset.band],
+                        "band_hz": point_bands["frequency_hz"].to_numpy()[offset.band],
                         **offset._asdict(),
                     }
                 )

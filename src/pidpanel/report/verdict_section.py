@@ -26,8 +26,8 @@ def worst(verdict: pd.DataFrame) -> pd.DataFrame:
     for _, group in verdict.groupby(["reading", "scenario"], sort=False):
         band = group.iloc[int(group["band_difference_db"].abs().to_numpy().argmax())]
         rms = group.iloc[int(group["difference"].abs().to_numpy().argmax())]
-        of_rms = {"difference": rms["difference"], "rms_error": rms["coupled_g_rms_relative_error"]}
-        rows.append({**dict(band), **of_rms, "holds": least(set(group["holds"]))})
+        terms = {"difference": rms["difference"], "rms_error": rms["coupled_g_rms_relative_error"]}
+        rows.append({**dict(band), **terms, "holds": least(set(group["holds"]))})
     return pd.DataFrame(rows)
 
 

@@ -41,7 +41,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     main = main_reading(study.readings)
     others = [reading for reading in study.readings if reading != main]
     good = summary[summary["status"] == "ok"]
-    of_atlas = inputs.layouts["reading"] == ATLAS
+    is_atlas = inputs.layouts["reading"] == ATLAS
     proposed = inputs.proposal
     reads = proposed is not None and proposed.layouts["acceleration_g"].notna().any()
     base_mesh = None
@@ -61,9 +61,9 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         "at_points": at_points(inputs, summary),
         "has_dampers": proposed is not None or bool(answer and answer.candidates),
         "has_tones": bool(study.surfaces)
-        or inputs.layouts.loc[~of_atlas, "damping_read_at_g"].notna().any()
+        or inputs.layouts.loc[~is_atlas, "damping_read_at_g"].notna().any()
         or (reads and inputs.atlas is None),
-        "has_atlas": of_atlas.any() or (reads and inputs.atlas is not None),
+        "has_atlas": is_atlas.any() or (reads and inputs.atlas is not None),
         "power": good["power_balance_error"].max(),
         "coupons": doubted_coupons(inputs.coupons),
     }
@@ -148,7 +148,7 @@ def coarse_mesh(
         return None
     largest = records(good.sort_values("mesh_error"))[-1]
     psd_db = decibels(largest["mesh_error"])
-    beyond = max(psd_db / ALLOWED_DB, rms / ALLOWED_RMS)
+    excess = max(psd_db / ALLOWED_DB, rms / ALLOWED_RMS)
     edge = element_sizes(inputs.basis.vertex_position, inputs.basis.cells).max()
     highest = inputs.study.response.frequency_hz[1]
     cause = StudiedPanel(inputs.study.panel).cause_of_shift(float(edge), highest)
@@ -159,7 +159,7 @@ def coarse_mesh(
         "reading": largest["reading"],
         "psd_db": psd_db,
         "rms": rms,
-        "shorter": math.ceil(10 * beyond ** (1 / ORDER if cause == "waves" else 1)) / 10,
+        "shorter": math.ceil(10 * excess ** (1 / ORDER if cause == "waves" else 1)) / 10,
     }
 
 
@@ -173,9 +173,9 @@ def at_points(inputs: PanelInputs, summary: pd.DataFrame) -> dict[str, Any]:
     """
     basis = inputs.basis
     highest = inputs.study.response.frequency_hz[1]
-    of_range = ~basis.is_residual & (basis.natural_frequency < highest)
-    omega = 2 * np.pi * basis.natural_frequency[of_range]
-    reactions = basis.reactions[:, :, of_range] / np.sqrt(basis.modal_mass[of_range])
+    in_range = ~basis.is_residual & (basis.natural_frequency < highest)
+    omega = 2 * np.pi * basis.natural_frequency[in_range]
+    reactions = basis.reactions[:, :, in_range] / np.sqrt(basis.modal_mass[in_range])
     return {
         "names": inputs.study.panel.single_points,
         "shift": point_shifts(reactions, omega).max(initial=0.0),

@@ -11,7 +11,7 @@ from pidpanel.arrays import Array
 from pidpanel.damping.laws import ConstantDamper
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.solve.layout import DamperLayout, LayoutResponse, solve_layouts
+from pidpanel.solve.layout import DamperLayout, LayoutResponse, solve_with
 from pidpanel.solve.lines import (
     LINES_AT_MOST,
     LINES_PER_BANDWIDTH,
@@ -106,7 +106,7 @@ class CasePlan:
     def solve(self, solver: PanelSolver) -> list[SolvedCase]:
         """Return the responses."""
         layouts = self.layouts
-        answers = dict(zip(layouts, solve_layouts(solver, list(layouts.values())), strict=True))
+        answers = dict(zip(layouts, solve_with(solver, list(layouts.values())), strict=True))
         rows = zip(self.rows, self.keys, strict=True)
         return [
             SolvedCase(
@@ -178,21 +178,21 @@ def heaviest_dampers(
     return mass
 
 
-def resolving(panel: ResponsePanel, mass: Array) -> ResponsePanel:
+def resolve(panel: ResponsePanel, mass: Array) -> ResponsePanel:
     """Return the panel with lines for the resonances that the masses of its dampers make.
 
     A mass that is light relative to the panel does not change the lines: of their eight to a
     bandwidth `ENOUGH_LINES` do.
     """
     low, high = panel.settings.frequency_range
-    damping_ratio = panel.settings.damping_ratio.least(low, high)
-    least = least_damping_ratio(panel.modal, panel.basis.patch_overlap, mass, (low, high))
-    ratio = min(damping_ratio, least * LINES_PER_BANDWIDTH / ENOUGH_LINES)
+    damping_ratio = panel.settings.damping_ratio.smallest(low, high)
+    lower = least_damping_ratio(panel.modal, panel.basis.patch_overlap, mass, (low, high))
+    ratio = min(damping_ratio, lower * LINES_PER_BANDWIDTH / ENOUGH_LINES)
     smallest = smallest_damping_ratio(low, high)
     if ratio < min(smallest, damping_ratio) * FEWEST_LINES / ENOUGH_LINES:
         raise ResponseError(
             f"dampers of up to {mass.max():.3g} kg/m² leave resonances with a damping ratio of"
-            f" {least:.2g}, which takes {line_count(low, high, ratio)} frequency lines from {low:g}"
+            f" {lower:.2g}, which takes {line_count(low, high, ratio)} frequency lines from {low:g}"
             f" to {high:g} Hz; allowed are {LINES_AT_MOST}: a larger panel.damping_ratio, or a"
             " narrower response.frequency_hz"
         )
@@ -217,7 +217,7 @@ class BalanceCheck:
         balance = power_balance(
             panel.frequency[lines],
             panel.modal,
-            panel.carrier_patches.subset(response.loads.tolist()),
+            panel.carrier_patches.subset(response.patches.tolist()),
             factor * panel.excitation.spectrum(panel.frequency[lines]),
             self._force,
             response.equivalent_damping[:, lines],
@@ -243,7 +243,7 @@ def _dampers(
 def _layout(panel: ResponsePanel, dampers: Sequence[PatchDamper], factor: float) -> DamperLayout:
     beds = {damper.patch: damper.own_force for damper in dampers if damper.own_force is not None}
     return DamperLayout(
-        tuple(damper.load for damper in dampers),
+        tuple(damper.attached for damper in dampers),
         factor,
         panel.settings.stated_acceleration_g,
         with_slope=any(damper.model.nodes is not None for damper in dampers),
@@ -261,5 +261,5 @@ def steady(response: LayoutResponse | UnstableDamping) -> LayoutResponse:
 def _dead_weight(masses: Sequence[tuple[int, float]], factor: float) -> DamperLayout:
     """Return the layout of masses that do not damp."""
     weights = [(carrier, ConstantDamper(apparent_mass=mass)) for carrier, mass in masses]
-    loads = [PatchDamper(carrier, carrier, "", damper, 1.0).load for carrier, damper in weights]
+    loads = [PatchDamper(carrier, carrier, "", damper, 1.0).attached for carrier, damper in weights]
     return DamperLayout(tuple(loads), factor, with_motion=False)

@@ -8,9 +8,9 @@ import numpy as np
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import BY_DAMPER
 from pidpanel.damping.coupled import COUPLED, CoupledDamping
-from pidpanel.damping.readings import DampingReading
+from pidpanel.damping.models import DampingModel
 from pidpanel.paths import SECTION
-from pidpanel.solve.layout import Load
+from pidpanel.solve.layout import AttachedDamper
 
 # Γ at which the mass of a damper is taken before its motion is known.
 MOTIONS_G = (1.0, 10.0, 100.0, 1000.0)
@@ -35,7 +35,7 @@ class PatchDamper:
     # Name of its damper, or of the law or table for all patches: dampers of the same source share
     # their damping, and its errors
     source: str
-    model: DampingReading
+    model: DampingModel
     fill_fraction: float
     # Coupled runs with a force of the particles; None for none
     own_force: CoupledDamping | None = None
@@ -55,14 +55,14 @@ class PatchDamper:
         return float(np.nanmax([self.mass_per_area, *apparent]))
 
     @property
-    def load(self) -> Load:
+    def attached(self) -> AttachedDamper:
         """The damper as the solver takes it."""
 
         def damping(frequency: Array, gamma: float) -> tuple[Array, Array, Flags]:
             values = self.model(frequency, self.fill_fraction, gamma)
             return values.equivalent_damping, values.apparent_mass, values.inside
 
-        return Load(self.carrier, damping, self.model.depends_on_acceleration)
+        return AttachedDamper(self.carrier, damping, self.model.depends_on_acceleration)
 
 
 @dataclass(frozen=True)
@@ -84,8 +84,8 @@ class DampingModels:
     """
 
     names: Sequence[str]
-    common: Mapping[str, DampingReading]
-    by_damper: Mapping[str, Mapping[str, DampingReading]]
+    common: Mapping[str, DampingModel]
+    by_damper: Mapping[str, Mapping[str, DampingModel]]
     coupled: Mapping[tuple[str, str], CoupledDamping] = field(default_factory=dict)
 
     def damper(

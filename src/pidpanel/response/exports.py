@@ -154,7 +154,7 @@ def third_octave_rows(frequency: Array, curves: Sequence[Curve]) -> pd.DataFrame
         if curve.log_error is not None:  # fully correlated over the lines
             error = band_rms(frequency, curve.acceleration_psd * curve.log_error, edge) ** 2
             error = np.divide(error, 2 * rms, out=np.zeros_like(rms), where=rms > 0)
-        of_bare = band_rms(frequency, curve.bare_psd, edge)
+        bare_rms = band_rms(frequency, curve.bare_psd, edge)
         columns = {
             "reading": curve.reading,
             "scenario": curve.scenario,
@@ -165,7 +165,7 @@ def third_octave_rows(frequency: Array, curves: Sequence[Curve]) -> pd.DataFrame
             "acceleration_rms_g": rms / STANDARD_GRAVITY,
             "acceleration_rms_error_g": error / STANDARD_GRAVITY,
             "mean_acceleration_psd_g2_hz": (rms / STANDARD_GRAVITY) ** 2 / width,
-            "reduction_db": reduction(of_bare, rms),
+            "reduction_db": reduction(bare_rms, rms),
         }
         frames.append(pd.DataFrame(columns))
     return pd.concat(frames, ignore_index=True)
@@ -199,10 +199,10 @@ def write_exports(
             subcase += 1
             series = case["acceleration_psd"], bare, case["acceleration_psd_log_error"]
             for node, point in enumerate(points, start=1):
-                values, of_bare, error = (each.sel(point=point).to_numpy() for each in series)
+                values, bare_values, error = (data.sel(point=point).to_numpy() for data in series)
                 reason = doubts[reading, label]
                 curves.append(
-                    Curve(reading, label, point, node, values, of_bare, reason, error, subcase)
+                    Curve(reading, label, point, node, values, bare_values, reason, error, subcase)
                 )
             write_csv(
                 folder / f"psd_{reading}_{label}.csv", _psd_columns(case, frequency, points), 7

@@ -8,7 +8,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.atlas import AtlasDamping
-from pidpanel.damping.readings import DampingReading
+from pidpanel.damping.models import DampingModel
 from pidpanel.response.dampers import PatchDamper
 from pidpanel.solve.layout import LayoutResponse
 
@@ -40,8 +40,8 @@ class Extrapolation:
         """
         change = np.abs(bare - damped)
         part = np.trapezoid(self.weight[:, None] * change, frequency, axis=0)
-        whole = np.trapezoid(change, frequency, axis=0)
-        return np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0)
+        total = np.trapezoid(change, frequency, axis=0)
+        return np.divide(part, total, out=np.zeros_like(total), where=total > 0)
 
 
 def extrapolation_of(
@@ -79,8 +79,8 @@ def extrapolation_of(
         missing[damper.source] = f"{damper.source} to{reach}"
         if isinstance(model := damper.model, AtlasDamping):
             for f in frequency[~model.is_hard(frequency, gamma)][:1].tolist():
-                says = f"the atlas to particles as soft as {damper.source} from {f:.0f} Hz"
-                missing[damper.source] = says
+                message = f"the atlas to particles as soft as {damper.source} from {f:.0f} Hz"
+                missing[damper.source] = message
     return Extrapolation(weight, " and ".join(missing.values()))
 
 
@@ -91,12 +91,12 @@ def between_regimes(
     weight = np.zeros(len(frequency))
     for damper, gamma in zip(dampers, response.acceleration_g.tolist(), strict=True):
         if isinstance(damper.model, AtlasDamping):
-            weight[damper.model.is_between(frequency, damper.fill_fraction, gamma)] = 1.0
+            weight[damper.model.is_near_jump(frequency, damper.fill_fraction, gamma)] = 1.0
     return Extrapolation(weight, "")
 
 
 def _distance_in_motion(
-    model: DampingReading, frequency: Array, fill: float, gamma: float, inside: Flags
+    model: DampingModel, frequency: Array, fill: float, gamma: float, inside: Flags
 ) -> Array:
     """Return |Δ ln Γ| (nf,) to the data; inf where no Γ within a factor of 1000 reaches them."""
     distance = np.where(inside, 0.0, np.inf)
@@ -112,6 +112,6 @@ def _distance_in_motion(
 def _distance_in_frequency(frequency: Array, inside: Flags) -> Array:
     """Return |Δ ln f| (nf,) to the nearest line within the data; inf without any."""
     log_f = np.log(frequency)
-    known = np.concatenate([[-np.inf], log_f[inside], [np.inf]])
-    after = np.searchsorted(known, log_f)
-    return np.minimum(log_f - known[after - 1], known[after] - log_f)
+    bounds = np.concatenate([[-np.inf], log_f[inside], [np.inf]])
+    index = np.searchsorted(bounds, log_f)
+    return np.minimum(log_f - bounds[index - 1], bounds[index] - log_f)

@@ -10,8 +10,8 @@ import pandas as pd
 
 from pidpanel.constants import BY_DAMPER
 from pidpanel.damping.coupled import read_coupled
-from pidpanel.damping.from_study import models_by_damper, reading_of
-from pidpanel.damping.readings import DampingReading
+from pidpanel.damping.from_study import models_by_damper, study_model
+from pidpanel.damping.models import DampingModel
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
@@ -93,8 +93,8 @@ def read_response_panel(study: Study, files: Files, radiation: Radiation) -> Res
         basis,
         excitation,
         panel.section.mass_per_area,
-        panel.shift_of_wave,
-        panel.change_near_points(study.response.frequency_hz[1]),
+        panel.wave_shift,
+        panel.point_refinement_error(study.response.frequency_hz[1]),
         read_air(study, radiation, table, files.get("air")),
     )
 
@@ -145,8 +145,8 @@ def damping_models(
             return None
         return of_damper(folder, damper, "surface.nc")
 
-    common: dict[str, DampingReading] = {
-        name: reading_of(name, study, surface(SECTION))
+    common: dict[str, DampingModel] = {
+        name: study_model(name, study, surface(SECTION))
         for name in study.damping.readings or ("dem",)
         if name in study.readings and name not in BY_DAMPER
     }

@@ -142,9 +142,9 @@ def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:
     values = case["acceleration_psd"].to_numpy()
     log_error = case["acceleration_psd_log_error"].to_numpy()
     lines = case["frequency"].to_numpy()
-    whole = np.trapezoid(values, lines, axis=0)
-    moving = whole > 0
-    error = np.trapezoid(values * log_error, lines, axis=0)[moving] / (2 * whole[moving])
+    total = np.trapezoid(values, lines, axis=0)
+    moving = total > 0
+    error = np.trapezoid(values * log_error, lines, axis=0)[moving] / (2 * total[moving])
     return float(error.max()) if error.size else np.nan
 
 
@@ -154,8 +154,8 @@ def _dampers(
     """Return C_e and m_a (n_loads, nf) on the lines of maps, and the factor of the excitation."""
     lines, coarse = psd["frequency"].to_numpy(), panel.coarse_frequency
     if scenario.is_bare:
-        none = np.zeros((0, coarse.size))
-        return none, none, scenario.factor
+        empty = np.zeros((0, coarse.size))
+        return empty, empty, scenario.factor
     case = psd.sel(reading=reading, scenario=scenario.label, patch=list(scenario.patches))
 
     def values(name: str) -> Array:

@@ -71,7 +71,7 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
 
 # (longest edge [m], frequency [Hz], added mass [kg/m²]) → relative frequency error due to the mesh
 # [1].
-ShiftOfWave = Callable[[float, float, float], float]
+WaveShift = Callable[[float, float, float], float]
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,8 @@ class ResponsePanel:
     basis: PanelBasis  # modes and residual vectors of the panel
     excitation: Excitation  # at the level of the study
     mass_per_area: float  # of the panel, without dampers [kg/m²]
-    shift_of_wave: ShiftOfWave  # relative frequency error of a wave due to the mesh
-    change_near_points: Array | float  # (n_points,) see `StudiedPanel`
+    wave_shift: WaveShift  # relative frequency error of a wave due to the mesh
+    point_refinement_error: Array | float  # (n_points,) see `StudiedPanel`
     air: Air | None = None  # the air that the panel moves; None where it is left out
     # Elements of the patches; None if they are not used
     elements: PatchElements | None = None
@@ -99,7 +99,7 @@ class ResponsePanel:
     @property
     def resolved_ratio(self) -> float:
         """ζ that the lines resolve."""
-        bare = self.settings.damping_ratio.least(*self.settings.frequency_range)
+        bare = self.settings.damping_ratio.smallest(*self.settings.frequency_range)
         return self.least_damping_ratio or bare
 
     @cached_property
@@ -188,7 +188,7 @@ class ResponsePanel:
 
     def load_area(self, response: LayoutResponse) -> Array:
         """Return the areas (n_loads,) of the dampers of a response [m²]."""
-        return self.carrier_patches.area[response.loads]
+        return self.carrier_patches.area[response.patches]
 
     def bare_motion_g(self, bare: LayoutResponse, patch: int) -> float:
         """Return Γ of a patch of the bare panel."""

@@ -17,7 +17,7 @@ from pidpanel.response.cases import (
     SolvedCase,
     heaviest_dampers,
     plan_cases,
-    resolving,
+    resolve,
 )
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.panel import ExcitationSource, ResponsePanel, widen
@@ -81,7 +81,7 @@ def checked_responses(
     -----
     After `ATTEMPTS` bases the last is used as it is, with its error.
     """
-    panel = resolving(panel, heaviest_dampers(panel, scenarios, models))
+    panel = resolve(panel, heaviest_dampers(panel, scenarios, models))
     further_shapes = np.zeros((plate.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
         wider = widen(panel, plate, further_shapes, source)
@@ -96,16 +96,16 @@ def checked_responses(
             lines = _with_flanks(lines, wider, solver, plain)
         checked = solver.with_lines(lines, wider.deflection_at_points)
         tried = plain.solve(checked)
-        check, of_case = _check(panel, wider, plate, further_shapes, tried, lines, source.force_at)
+        check, by_case = _check(panel, wider, plate, further_shapes, tried, lines, source.force_at)
         if not check.missing_shapes.shape[1] or attempt == ATTEMPTS - 1:
             break
         error = check.error.max()
         print(f"the basis misses up to {error:.1%} of a PSD; it is widened", file=sys.stderr)
         further_shapes = np.hstack([further_shapes, check.missing_shapes])
-    worst = np.array([check.largest[rows].max() if rows else np.nan for rows in of_case])
+    worst = np.array([check.largest[rows].max() if rows else np.nan for rows in by_case])
     if (error := np.nanmax(worst, initial=0.0)) > ALLOWED:
-        says = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
-        print(says, file=sys.stderr)
+        message = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
+        print(message, file=sys.stderr)
     solver = checked.with_lines(wider.frequency, wider.motion_at_points)
     cases = plan.solve(solver)
     errors = _mesh_errors(wider, cases, mesh_shifts(wider, scenarios, models))
@@ -126,14 +126,14 @@ def mesh_shifts(
         modes = loaded_modes(panel.modal, basis.patch_overlap, mass, panel.mass_per_area)
         up_to = modes.frequency <= 2 * f[-1]
         modes = LoadedModes(*(values[..., up_to] for values in modes))
-        of_wave = [
-            [panel.shift_of_wave(edge, one, extra) for one in modes.frequency.tolist()]
+        wave_shifts = [
+            [panel.wave_shift(edge, one, extra) for one in modes.frequency.tolist()]
             for edge, extra in zip(edges, (0.0, *mass.tolist()), strict=True)
         ]
-        bare, patches = np.split(np.array(of_wave), [1])
+        bare, patches = np.split(np.array(wave_shifts), [1])
         points = point_shifts(basis.reactions @ modes.shape, 2 * np.pi * modes.frequency)
         shift = shift_of_modes(f, modes, MARGIN * bare[0], MARGIN * patches, MARGIN * points)
-        shifts[scenario.label] = MeshShift(*shift, panel.change_near_points)
+        shifts[scenario.label] = MeshShift(*shift, panel.point_refinement_error)
     return shifts
 
 
@@ -196,14 +196,14 @@ def _check(
         """Return the row of an answer: the same for equal dampers, whatever the sound level."""
         if answer is None or isinstance(answer, UnstableDamping):
             return []
-        loads = tuple(answer.loads.tolist())
+        loads = tuple(answer.patches.tolist())
         key = damper_key(loads, answer.equivalent_damping, answer.apparent_mass)
         if key not in rows:
             rows[key] = len(answers)
             answers.append(answer)
         return [rows[key]]
 
-    of_case = [
+    by_case = [
         row(case.response) + row(case.bare) + row(case.dead_weight) if row(case.response) else []
         for case in cases
     ]
@@ -220,14 +220,14 @@ def _check(
         lines,
         np.array([stiffness_on_patches(wider, answer) for answer in answers]),
     )
-    return check, of_case
+    return check, by_case
 
 
 def stiffness_on_patches(panel: ResponsePanel, response: LayoutResponse) -> Complexes:
     """Return s (n_patches, nf) [N/m³] on the lines: of its loads the mean over their areas."""
     area, frequency = panel.load_area(response), response.response.frequency
     values = np.zeros((2, len(panel.basis.patch_names), frequency.size))
-    patches = panel.carriers[response.loads]
+    patches = panel.carriers[response.patches]
     for load, patch in enumerate(patches.tolist()):
         share = area[load] / area[patches == patch].sum()
         values[0, patch] += share * response.equivalent_damping[load]

@@ -103,12 +103,12 @@ def standard_errors(
         (damper.fill_fraction, float(gamma))
         for damper, gamma in zip(case.dampers, response.acceleration_g, strict=True)
     ]
-    none = np.zeros((2 * len(nodes), 2 * len(nodes)))
+    zero = np.zeros((2 * len(nodes), 2 * len(nodes)))
 
     def covariance_of(row: int, column: int) -> Array:
         damper = case.dampers[row]
         if damper.source != case.dampers[column].source or damper.model.nodes is None:
-            return none
+            return zero
         return damper.model.cross_covariance(nodes, points[row], points[column])
 
     numbers = range(len(points))
@@ -154,7 +154,7 @@ class _Rows:
         error = with_model_error(damping_error, model_error)
         beyond = extrapolation_of(case.dampers, response, panel.frequency)
         between = between_regimes(case.dampers, response, panel.frequency)
-        bare, damped = (each.response.acceleration_psd for each in (case.bare, response))
+        bare, damped = (answer.response.acceleration_psd for answer in (case.bare, response))
         columns = {
             **self._summary_columns(case, response, error),
             "basis_error": basis_error,
@@ -268,9 +268,9 @@ def _stress_error(
     Shifted resonances raise some lines and lower others, so errors of lines cancel in part.
     """
     psd, square = response.acceleration_psd, response.acceleration_rms**2
-    together = np.trapezoid(psd * error.log_psd, frequency, axis=0)
-    moves = (square > 0) & (together > 0)
-    share = np.divide(2 * square * error.log_rms, together, out=np.zeros_like(square), where=moves)
+    common = np.trapezoid(psd * error.log_psd, frequency, axis=0)
+    moves = (square > 0) & (common > 0)
+    share = np.divide(2 * square * error.log_rms, common, out=np.zeros_like(square), where=moves)
     return np.asarray(error.log_psd * share)
 
 

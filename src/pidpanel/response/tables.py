@@ -79,15 +79,15 @@ def dead_weight_columns(
     bare: LayoutResponse, dead: LayoutResponse | None, masses: Array, panel_mass: float
 ) -> dict[str, Any]:
     """Return columns of a scenario's mass, and of the effect of the same mass without damping."""
-    total, of_bare = float(masses.sum()), bare.response.acceleration_rms
-    treated = np.full(of_bare.shape, np.nan) if dead is None else dead.response.acceleration_rms
+    total, bare_rms = float(masses.sum()), bare.response.acceleration_rms
+    treated = np.full(bare_rms.shape, np.nan) if dead is None else dead.response.acceleration_rms
     if not len(masses):
-        treated = of_bare
+        treated = bare_rms
     return {
         "added_mass_kg": total,
         "added_mass_percent": 100 * total / panel_mass,
         "dead_weight_acceleration_rms_g": treated / STANDARD_GRAVITY,
-        "dead_weight_reduction_db": reduction(of_bare, treated),
+        "dead_weight_reduction_db": reduction(bare_rms, treated),
     }
 
 
@@ -152,11 +152,11 @@ def stress_rows(
     rms = root_mean_square(frequency, psd)
     error = np.full(rms.shape, np.nan)
     if log_error is not None:
-        of_square = np.trapezoid(psd * log_error[:, :, None], frequency, axis=0)
-        error = np.divide(of_square, 2 * rms**2, out=np.zeros_like(rms), where=rms > 0)
+        square_error = np.trapezoid(psd * log_error[:, :, None], frequency, axis=0)
+        error = np.divide(square_error, 2 * rms**2, out=np.zeros_like(rms), where=rms > 0)
     if undamped_psd is not None and any(model):
-        of_model = model_error.log_error(model, root_mean_square(frequency, undamped_psd), rms)
-        error = np.hypot(np.nan_to_num(error), of_model)
+        model_errors = model_error.log_error(model, root_mean_square(frequency, undamped_psd), rms)
+        error = np.hypot(np.nan_to_num(error), model_errors)
     rows = []
     for index, point in enumerate(points):
         for (quantity, unit), value, relative_error in zip(

@@ -117,8 +117,8 @@ def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "
         reasons.append(NOT_LINEAR)
     share = max(row["extrapolated_share"] for row in rows)
     if share > EXTRAPOLATED_SHARE:
-        more = f"extend {first['data_missing']}"
-        reasons.append(f"{100 * share:.0f} % of the change {EXTRAPOLATED}, {more}")
+        advice = f"extend {first['data_missing']}"
+        reasons.append(f"{100 * share:.0f} % of the change {EXTRAPOLATED}, {advice}")
     if first["levels"] > 1:
         reasons.append("several solutions")
     if first["motion_residual"] > MOTION_RESIDUAL:

@@ -37,8 +37,8 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
         raise StudyError(f"{study.name}: severity: missing")
     psd, stress = read_psd(files.psd), read_psd(files.stress)
     summary, stress_rows = (
-        pd.read_csv(path, dtype=NAMES).set_index([*NAMES, *more]).sort_index()
-        for path, more in ((files.summary, []), (files.stress_table, ["layer", "quantity"]))
+        pd.read_csv(path, dtype=NAMES).set_index([*NAMES, *keys]).sort_index()
+        for path, keys in ((files.summary, []), (files.stress_table, ["layer", "quantity"]))
     )
     relative = summary["acceleration_rms_error_g"] / summary["acceleration_rms_g"]
     frequency = psd["frequency"].to_numpy()
@@ -54,8 +54,8 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
     for where, case in _steady_cases(psd):
         points = [str(name) for name in case["point"].to_numpy()]
         values = case["acceleration_psd"].to_numpy() / STANDARD_GRAVITY**2
-        of_case = tuple(where.values())
-        error = relative.loc[of_case].reindex(points).fillna(0.0).to_numpy()
+        case_key = tuple(where.values())
+        error = relative.loc[case_key].reindex(points).fillna(0.0).to_numpy()
         rms = response_spectrum(frequency, values, natural, severity.quality)
         approximate = miles(frequency, values, natural, severity.quality)
         for index, point in enumerate(points):
@@ -69,10 +69,10 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
         motion = PointMotion(where, points, frequency, values, error)
         peaks += peak_rows(motion, severity.duration_s)
         rows["margins"] += margin_rows(motion, limits)
-        of_stress = stress_rows.loc[of_case, :]
-        rows["strength"] += strength_rows(where, of_stress, layers, core)
+        stress_values = stress_rows.loc[case_key, :]
+        rows["strength"] += strength_rows(where, stress_values, layers, core)
         if line is not None:
-            relative_error = of_stress["relative_error"].fillna(0.0)
+            relative_error = stress_values["relative_error"].fillna(0.0)
             rows["fatigue"] += fatigue_rows(
                 where, stress.sel(where), frequency, relative_error, line, severity.duration_s
             )

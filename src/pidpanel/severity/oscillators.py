@@ -42,12 +42,12 @@ def response_spectrum(frequency: Array, psd: Array, natural: Array, quality: flo
     """
     rms = np.empty((natural.size, psd.shape[1]))
     offset = np.tan(np.linspace(-WIDEST, WIDEST, ADDED)) / (2 * quality)
-    for row, one in enumerate(natural):
-        lines = one * (1 + offset)
+    for row, natural_frequency in enumerate(natural):
+        lines = natural_frequency * (1 + offset)
         inside = (lines > frequency[0]) & (lines < frequency[-1])
         lines = np.union1d(frequency, lines[inside])
         values = np.stack([np.interp(lines, frequency, column) for column in psd.T], axis=1)
-        weighted = gain(lines / one, quality)[:, None] * values
+        weighted = gain(lines / natural_frequency, quality)[:, None] * values
         rms[row] = np.sqrt(np.trapezoid(weighted, lines, axis=0))
     return rms
 
@@ -63,5 +63,5 @@ def miles(frequency: Array, psd: Array, natural: Array, quality: float) -> Array
 
     Parameters and result are the same as in `response_spectrum`.
     """
-    at = np.stack([np.interp(natural, frequency, column) for column in psd.T], axis=1)
-    return np.sqrt(np.pi / 2 * quality * natural[:, None] * at)
+    psd_at_natural = np.stack([np.interp(natural, frequency, column) for column in psd.T], axis=1)
+    return np.sqrt(np.pi / 2 * quality * natural[:, None] * psd_at_natural)

@@ -118,8 +118,8 @@ def strength_rows(
     """
     for (point, layer), rows in stress.groupby(level=["point", "layer"], sort=False):
         names = list(CORE_STRESSES if layer == CORE else STRESSES[:3])
-        of_layer = rows.droplevel(["point", "layer"]).loc[names]
-        amplitudes = of_layer["three_sigma"].to_numpy()
+        layer_rows = rows.droplevel(["point", "layer"]).loc[names]
+        amplitudes = layer_rows["three_sigma"].to_numpy()
         if layer == CORE and core is not None:
             indices = (float(core_index(amplitudes, core)), math.nan)
         elif layer != CORE and layers is not None:
@@ -127,7 +127,7 @@ def strength_rows(
             indices = (maximum, float(tsai_wu_index(amplitudes, layers)))
         else:
             continue
-        yield (*where.values(), point, layer, *indices, of_layer["relative_error"].max())
+        yield (*where.values(), point, layer, *indices, layer_rows["relative_error"].max())
 
 
 def index_maps(
@@ -172,7 +172,7 @@ def margin_rows(
         centers, edges = third_octaves(low, high)
         means = band_rms(frequency, psd[:, [index]], edges)[:, 0] ** 2 / np.diff(edges)[:, 0]
         for center, edge, mean in zip(centers, edges, means, strict=True):
-            allowed = limit.between(*edge).rms ** 2 / (edge[1] - edge[0])
+            allowed = limit.segment(*edge).rms ** 2 / (edge[1] - edge[0])
             margin = 10 * math.log10(allowed / mean) if mean > 0 else math.inf
             margin_error = 20 * math.log10(1 + error[index])
             yield (*where.values(), point, center, mean, allowed, margin, margin_error)

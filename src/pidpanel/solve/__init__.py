@@ -1,13 +1,13 @@
 """The response of a panel with layouts of dampers: arrays only, no study and no path.
 
-`model`, `modal`, `moved`
+`model`, `modal`, `bare_motions`
     Checked inputs; the bare panel in modal coordinates, line by line.
 `excitation`, `panel`
     What drives a panel; a panel with patches and points.
 `dampers`, `direct`
     Dampers attached by low-rank updates; in all shapes, also in the paper's diagonal form.
 `layout`, `solvers`
-    `layouts`, the one entry: any number of layouts on a panel under an excitation.
+    `solve_layouts`, the one entry: any number of layouts on a panel under an excitation.
 `search`, `motions`
     The consistent motion: the Γ at which the motions of all patches and their damping agree.
 `elements`, `basis_error`
@@ -22,6 +22,6 @@
     The force of the particles that is not linear in the motion.
 """
 
-from pidpanel.solve.layout import layouts
+from pidpanel.solve.layout import solve_layouts
 
-__all__ = ["layouts"]
+__all__ = ["solve_layouts"]

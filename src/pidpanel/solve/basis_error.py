@@ -18,7 +18,7 @@ from pidpanel.damping_ratio import DampingRatio
 from pidpanel.panel.basis import PanelBasis, values_of, with_condensed_face
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import MODES_BEYOND, Shapes
-from pidpanel.progress import computed, tracked
+from pidpanel.progress import map_in_forks, with_progress
 from pidpanel.solve.elements import ElementMotion, Elements
 from pidpanel.solve.excitation import Matrices
 from pidpanel.solve.model import ModalBasis
@@ -88,7 +88,7 @@ def modal_basis(basis: PanelBasis, damping_ratio: DampingRatio, highest: float) 
     stiffness above f_c the answer does not depend on how the shapes above are chosen.
     """
     cutoff = MODES_BEYOND * highest
-    ratio = damping_ratio.at(cutoff) * (basis.natural_frequency / cutoff)
+    ratio = damping_ratio.ratio_at(cutoff) * (basis.natural_frequency / cutoff)
     modes = ~basis.is_residual
     ratio[modes] = damping_ratio.of_modes(basis.natural_frequency[modes])
     return ModalBasis(basis.natural_frequency, basis.modal_mass, ratio)
@@ -121,7 +121,10 @@ def check_basis(
     """
     cutoff = MODES_BEYOND * highest
     overlap, modal = list(plate.patch_overlap.values()), modal_basis(basis, damping_ratio, highest)
-    points, ratio = sp.csr_array(plate.at_vertices[point_vertices(basis)]), damping_ratio.at(cutoff)
+    points, ratio = (
+        sp.csr_array(plate.at_vertices[point_vertices(basis)]),
+        damping_ratio.ratio_at(cutoff),
+    )
     elements = Elements(plate, overlap, shapes, modal, basis.is_residual, ratio, cutoff, points)
     elements.prepare()
 
@@ -143,8 +146,8 @@ def check_basis(
     error = np.zeros((len(scenarios), len(frequency)))
     missing_shapes: list[Array] = [np.zeros((plate.shapes.shape[0], 0))]
     for line, (error_there, missing_there) in zip(
-        tracked(lines, "lines of the check against all elements"),
-        computed(at_line, lines),
+        with_progress(lines, "lines of the check against all elements"),
+        map_in_forks(at_line, lines),
         strict=True,
     ):
         error[:, line] = error_there
@@ -188,9 +191,9 @@ def pressure_errors(
 
     def errors(frequency: float, _: Complexes, motions: Sequence[ElementMotion]) -> Array:
         # w = xᵀ F with x = a + ib: E|w|² = xᵀ G x*, and G is Hermitian
-        of_basis = np.stack([motion.of_basis for motion in motions])  # (n_scenarios, n, n_points)
+        answer = np.stack([motion.of_basis for motion in motions])  # (n_scenarios, n, n_points)
         (force,) = force_of_basis(np.array([frequency]))
-        in_basis = np.sum(of_basis * (force @ of_basis.conj()), axis=1).real
+        in_basis = np.sum(answer * (force @ answer.conj()), axis=1).real
         columns = np.hstack(
             [part for motion in motions for part in (motion.whole.real, motion.whole.imag)]
         )

@@ -26,12 +26,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.solve.bare_motions import MatrixInput, air_at, matrices_at, product
 from pidpanel.solve.dampers import checked_dampers, patch_stiffness, solution, weighted_sum
 from pidpanel.solve.excitation import Matrices
 from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.solve.motions import Motions, Reals
-from pidpanel.solve.moved import MatrixInput, air_at, matrices_at, product
 
 # In the search for Γ, shapes above this times a line's frequency are left out there. With twenty
 # dampers of 8 kg/m² on 40 % of a panel of 4 kg/m², rms values of patches are within 6e-4 (3e-3 with
@@ -101,9 +101,9 @@ class DirectPanel:
     def _receptance(self, lines: slice, stiffness: Complexes, *, again: bool) -> Receptance:
         """Return H of the panel with the dampers, see `dampers.solution`."""
         air = air_at(self.air_stiffness, self.frequency, lines, self.patches.shapes)
-        whole = dense_stiffness(self.frequency[lines], self.basis, air)
-        whole += weighted_sum(stiffness, self.patches.overlap)
-        return solution(whole, again=again)
+        full = dense_stiffness(self.frequency[lines], self.basis, air)
+        full += weighted_sum(stiffness, self.patches.overlap)
+        return solution(full, again=again)
 
 
 @dataclass(frozen=True)
@@ -139,16 +139,16 @@ class DirectMotions(Motions):
 
     def subsampled(self, step: int) -> DirectMotions:
         """Return the same on every n-th line."""
-        panel, some = self._panel, slice(None, None, step)
+        panel, lines = self._panel, slice(None, None, step)
         n = panel.patches.shapes
 
         def on_some(matrix: MatrixInput) -> MatrixInput:
-            return matrix if callable(matrix) else matrices_at(matrix, panel.frequency, some, n)
+            return matrix if callable(matrix) else matrices_at(matrix, panel.frequency, lines, n)
 
         coarse = replace(
             panel,
-            frequency=panel.frequency[some],
-            spectrum=panel.spectrum[some],
+            frequency=panel.frequency[lines],
+            spectrum=panel.spectrum[lines],
             modal_force=on_some(panel.modal_force),
             air_stiffness=None if panel.air_stiffness is None else on_some(panel.air_stiffness),
         )
@@ -183,9 +183,9 @@ class DirectMotions(Motions):
     def _receptance(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Matrices]:
         """Return H and S_p G."""
         matrices = self._matrices(lines)
-        whole = dense_stiffness(self.frequency[lines], matrices.basis, matrices.air)
-        whole += weighted_sum(stiffness, matrices.weight)
-        return np.linalg.inv(whole), matrices.force
+        full = dense_stiffness(self.frequency[lines], matrices.basis, matrices.air)
+        full += weighted_sum(stiffness, matrices.weight)
+        return np.linalg.inv(full), matrices.force
 
     def _matrices(self, lines: slice) -> _Matrices:
         if lines.start in self._kept:

@@ -105,8 +105,8 @@ class Elements:
         """(n_free, n) M V/m, so that (M V/m)ᵀ x is what the shapes have of a motion."""
         pushed = np.empty_like(self.shapes)
         for first in range(0, pushed.shape[1], COLUMNS_AT_ONCE):
-            some = slice(first, first + COLUMNS_AT_ONCE)
-            pushed[:, some] = self.plate.mass @ self.shapes[:, some] / self.basis.modal_mass[some]
+            part = slice(first, first + COLUMNS_AT_ONCE)
+            pushed[:, part] = self.plate.mass @ self.shapes[:, part] / self.basis.modal_mass[part]
         return pushed
 
     @cached_property
@@ -133,8 +133,8 @@ class Elements:
     @cached_property
     def _at_points(self) -> Array:
         """(n_points, n) the shapes at the points."""
-        some = np.unique(self.points.nonzero()[1])
-        return np.asarray(self.points[:, some] @ self.shapes[some])
+        columns = np.unique(self.points.nonzero()[1])
+        return np.asarray(self.points[:, columns] @ self.shapes[columns])
 
     def _applied(self, omega: float, s: Complexes, x: Complexes, in_shapes: Complexes) -> Complexes:
         """Return Z x with s (columns, n_patches), from x and its part in the shapes."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.progress import computed
+from pidpanel.progress import map_in_forks
 from pidpanel.solve.dampers import check_stable
 from pidpanel.solve.excitation import Excitation, Superposition
 from pidpanel.solve.model import PanelResponse, UnstableDamping
@@ -32,7 +32,7 @@ CLOSE = 1e-12
 
 
 @dataclass(frozen=True)
-class Load:
+class AttachedDamper:
     """A damper on a patch, as the solver takes it."""
 
     patch: int
@@ -44,7 +44,7 @@ class Load:
 class DamperLayout:
     """Dampers that are on the panel together, and how strongly it is excited."""
 
-    loads: Sequence[Load]  # the dampers; none for the bare panel
+    dampers: Sequence[AttachedDamper]  # the dampers; none for the bare panel
     factor: float = 1.0  # factor on the PSD of the excitation
     # Γ at which damping is evaluated; None for the motion of each patch
     stated_acceleration_g: float | None = None
@@ -58,18 +58,18 @@ class DamperLayout:
     @property
     def patches(self) -> tuple[int, ...]:
         """Indices of the loaded patches."""
-        return tuple(load.patch for load in self.loads)
+        return tuple(d.patch for d in self.dampers)
 
     @property
     def search_key(self) -> Hashable:
         """Key of all that the search for Γ depends on."""
-        return tuple(self.loads), self.factor, self.stated_acceleration_g
+        return tuple(self.dampers), self.factor, self.stated_acceleration_g
 
     @property
     def follows_motion(self) -> Flags:
         """(n_loads,) whether Γ of a load is that of the motion of its patch."""
         stated = self.stated_acceleration_g is not None
-        return np.array([load.depends_on_acceleration and not stated for load in self.loads], bool)
+        return np.array([d.depends_on_acceleration and not stated for d in self.dampers], bool)
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class LayoutResponse:
     """A response and the damping it was computed with."""
 
     response: PanelResponse
-    loads: Index  # (n_loads,) indices of the loaded patches; none on the bare panel
+    patches: Index  # (n_loads,) indices of the loaded patches; none on the bare panel
     acceleration_g: Array  # (n_loads,) Γ at which damping was evaluated; NaN for a law without Γ
     # (n_loads,) Γ of the sine with the resulting rms acceleration of the patch
     patch_acceleration_g: Array
@@ -104,7 +104,7 @@ class _Motion:
     residual: float = 0.0
 
 
-def layouts(
+def solve_layouts(
     panel: ModalPanel, excitation: Excitation, layouts: Sequence[DamperLayout]
 ) -> list[LayoutResponse | UnstableDamping]:
     """Return the response of a panel with layouts of dampers at their consistent motion.
@@ -132,15 +132,15 @@ def layouts(
 
     See Also
     --------
-    solve_layouts : the same with a solver that is used again.
+    solve_with : the same with a solver that is used again.
     """
-    return solve_layouts(PanelSolver(panel, excitation), layouts)
+    return solve_with(PanelSolver(panel, excitation), layouts)
 
 
-def solve_layouts(
+def solve_with(
     solver: PanelSolver, layouts: Sequence[DamperLayout]
 ) -> list[LayoutResponse | UnstableDamping]:
-    """Return the same as `layouts`, with one run over the lines of the result; raise likewise.
+    """Return the same as `solve_layouts`, in one run over the lines of the result; raise likewise.
 
     A layout with an additional force is solved on its own.
     """
@@ -192,7 +192,7 @@ def _search(solver: PanelSolver, layouts: Sequence[DamperLayout]) -> None:
         except UnstableDamping as error:
             return error
 
-    solver.searched |= zip(keys, computed(search, range(len(keys))), strict=True)
+    solver.searched |= zip(keys, map_in_forks(search, range(len(keys))), strict=True)
 
 
 def sine_accelerations_g(acceleration_rms: Array) -> Array:
@@ -200,14 +200,14 @@ def sine_accelerations_g(acceleration_rms: Array) -> Array:
     return np.sqrt(2) * acceleration_rms / STANDARD_GRAVITY
 
 
-def read_dampers(
-    loads: Sequence[Load], frequency: Array, gamma: Array
+def evaluate_dampers(
+    dampers: Sequence[AttachedDamper], frequency: Array, gamma: Array
 ) -> tuple[Array, Array, Flags]:
     """Return C_e, m_a and whether they are inside, each (n_loads, nf), at Γ (n_loads,)."""
-    shape = (len(loads), frequency.size)
+    shape = (len(dampers), frequency.size)
     value, mass, inside = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.bool_)
-    for index, (load, motion) in enumerate(zip(loads, gamma.tolist(), strict=True)):
-        value[index], mass[index], inside[index] = load.damping(frequency, motion)
+    for index, (damper, motion) in enumerate(zip(dampers, gamma.tolist(), strict=True)):
+        value[index], mass[index], inside[index] = damper.damping(frequency, motion)
     return value, mass, inside
 
 
@@ -216,8 +216,8 @@ def _dampers(solver: PanelSolver, layout: DamperLayout) -> tuple[_Motion, Reques
     motion: _Motion | UnstableDamping = solver.searched[layout.search_key]
     if isinstance(motion, UnstableDamping):
         raise motion
-    value, mass, inside = read_dampers(layout.loads, solver.panel.frequency, motion.gamma)
-    if layout.loads:
+    value, mass, inside = evaluate_dampers(layout.dampers, solver.panel.frequency, motion.gamma)
+    if layout.dampers:
         check_stable(value)
     return motion, Request(layout.patches, value, mass, layout.with_slope), inside
 
@@ -231,14 +231,14 @@ def _response(
     answer: PanelResponse,
 ) -> LayoutResponse:
     factor = layout.factor
-    count = len(layout.loads)
+    count = len(layout.dampers)
     rms, cells = np.full(count, np.nan), np.full((count, 2), np.nan)
-    if layout.loads and layout.with_motion:
+    if layout.dampers and layout.with_motion:
         rms, cells = _final_motion(solver, layout, motion)
     root = np.sqrt(factor)
     return LayoutResponse(
         response=answer.scaled(factor),
-        loads=np.array(layout.patches, dtype=np.int64),
+        patches=np.array(layout.patches, dtype=np.int64),
         acceleration_g=motion.gamma,
         patch_acceleration_g=sine_accelerations_g(root * rms),
         cell_acceleration_g=sine_accelerations_g(root * cells),
@@ -255,13 +255,13 @@ def _final_motion(
     solver: PanelSolver, layout: DamperLayout, motion: _Motion
 ) -> tuple[Array, Array]:
     """Return the rms acceleration of the patches, and the range over their cells."""
-    unseen = np.full((len(layout.loads), 2), np.nan)
+    no_cells = np.full((len(layout.dampers), 2), np.nan)
     if motion.rms is not None and solver.panel.cells is None:
-        return motion.rms, unseen
-    value, mass, _ = read_dampers(layout.loads, solver.panel.search_frequency, motion.gamma)
+        return motion.rms, no_cells
+    value, mass, _ = evaluate_dampers(layout.dampers, solver.panel.search_frequency, motion.gamma)
     motions = solver.motions(layout.patches)
     if solver.panel.cells is None:
-        return motions.acceleration_rms(value, mass), unseen
+        return motions.acceleration_rms(value, mass), no_cells
     key = damper_key(layout.patches, value, mass)
     if key not in solver.searched:
         covariance = motions.acceleration_covariance(value, mass)
@@ -274,21 +274,21 @@ def _final_motion(
 
 def _consistent_motion(solver: PanelSolver, layout: DamperLayout) -> _Motion:
     """Return Γ of all loads."""
-    gamma = np.full(len(layout.loads), np.nan)
-    if not layout.loads:
+    gamma = np.full(len(layout.dampers), np.nan)
+    if not layout.dampers:
         return _Motion(gamma, fixed_points=0)
     if layout.stated_acceleration_g is not None:
-        return _Motion(np.full(len(layout.loads), layout.stated_acceleration_g))
+        return _Motion(np.full(len(layout.dampers), layout.stated_acceleration_g))
     searched = np.flatnonzero(layout.follows_motion)
     if searched.size == 0:
         return _Motion(gamma)
     # a passive damper can move a patch more than no damper only where its mass tunes a
     # resonance to a peak of the excitation, and never to a hundredth
-    patches = np.array([layout.loads[index].patch for index in searched.tolist()])
+    patches = np.array([layout.dampers[index].patch for index in searched.tolist()])
     bare = sine_accelerations_g(np.sqrt(layout.factor) * solver.bare_acceleration_rms[patches])
     motions = solver.motions(layout.patches)
-    whole = _LogMotion(layout, motions, searched)
-    maps, several = [whole], len(layout.loads) > 1
+    full_map = _LogMotion(layout, motions, searched)
+    maps, several = [full_map], len(layout.dampers) > 1
     if several and (step := motions.frequency.size // FEW_LINES) > 1:
         maps.append(_LogMotion(layout, motions.subsampled(step), searched))
     solutions = find_motions(
@@ -296,7 +296,7 @@ def _consistent_motion(solver: PanelSolver, layout: DamperLayout) -> _Motion:
     )
     chosen = governing(solutions)
     gamma[searched] = np.exp(chosen.log_gamma)
-    rms = whole.rms[chosen.log_gamma.tobytes()]
+    rms = full_map.rms[chosen.log_gamma.tobytes()]
     return _Motion(gamma, rms, len(solutions), chosen.residual)
 
 
@@ -305,16 +305,16 @@ class _LogMotion:
 
     def __init__(self, layout: DamperLayout, motions: Motions, searched: Index) -> None:
         self._layout, self._motions, self._searched = layout, motions, searched
-        self._gamma = np.full(len(layout.loads), np.nan)
-        self._value, self._mass = np.empty((2, len(layout.loads), motions.frequency.size))
-        for index, load in enumerate(layout.loads):
+        self._gamma = np.full(len(layout.dampers), np.nan)
+        self._value, self._mass = np.empty((2, len(layout.dampers), motions.frequency.size))
+        for index, damper in enumerate(layout.dampers):
             if index not in searched:  # is read once
-                self._value[index], self._mass[index], _ = load.damping(motions.frequency, np.nan)
+                self._value[index], self._mass[index], _ = damper.damping(motions.frequency, np.nan)
         self.rms: dict[bytes, Array] = {}
 
     def __call__(self, log_gamma: Array) -> Array:
         for index, gamma in zip(self._searched, np.exp(log_gamma).tolist(), strict=True):
-            read = self._layout.loads[index].damping(self._motions.frequency, gamma)
+            read = self._layout.dampers[index].damping(self._motions.frequency, gamma)
             self._value[index], self._mass[index], _ = read
         motion = self._motions.acceleration_rms(self._value, self._mass)
         self.rms[log_gamma.tobytes()] = motion

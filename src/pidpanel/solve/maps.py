@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.progress import tracked
+from pidpanel.progress import with_progress
+from pidpanel.solve.bare_motions import MatrixInput
 from pidpanel.solve.dampers import covariance_taken
 from pidpanel.solve.lines import trapezoid_weights
 from pidpanel.solve.modal import bare_panels, chunks_of_lines
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.solve.moved import MatrixInput
 from pidpanel.solve.stress import VON_MISES, Layers
 
 MAP_CUTOFF = 1e-4  # eigenvalues of D dropped, see `bare_panels`: 5e-4 in a PSD, which no map shows
@@ -55,19 +55,19 @@ def modal_covariances(
     n = basis.natural_frequency.size
     weight = trapezoid_weights(frequency)
     weights = np.stack([weight * (2 * np.pi * frequency) ** 4, weight])
-    of_bare, of_dampers = np.zeros((2, n, n)), np.zeros((len(dampers), 2, n, n))
+    bare_sum, damper_sums = np.zeros((2, n, n)), np.zeros((len(dampers), 2, n, n))
     chunks = list(chunks_of_lines(frequency.size, n))
-    for lines in tracked(chunks, "parts of the frequency range"):
+    for lines in with_progress(chunks, "parts of the frequency range"):
         f, level = frequency[lines], spectrum[lines]
         (bare,) = bare_panels(
             f, basis, [patches], None, level, modal_force, air_stiffness, MAP_CUTOFF
         )
-        of_bare += np.tensordot(weights[:, lines], bare.point_psd[:, 0].real, axes=1)
-        for drop, (damping, mass, _) in zip(of_dampers, dampers, strict=True):
+        bare_sum += np.tensordot(weights[:, lines], bare.point_psd[:, 0].real, axes=1)
+        for drop, (damping, mass, _) in zip(damper_sums, dampers, strict=True):
             drop += covariance_taken(bare, damping[:, lines], mass[:, lines], weights[:, lines])
     return [
-        ModalCovariance(*(factor * (of_bare - drop)))
-        for drop, (_, _, factor) in zip(of_dampers, dampers, strict=True)
+        ModalCovariance(*(factor * (bare_sum - drop)))
+        for drop, (_, _, factor) in zip(damper_sums, dampers, strict=True)
     ]
 
 

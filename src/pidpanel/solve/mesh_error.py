@@ -81,12 +81,12 @@ def shift_of_modes(
     points
         (n,) shifts due to single points; see `point_shifts`.
     """
-    rest = np.maximum(1 - modes.share.sum(axis=0), 0.0)
-    waves = np.maximum.accumulate(rest * bare + np.sum(modes.share * patches, axis=0))
+    remainder = np.maximum(1 - modes.share.sum(axis=0), 0.0)
+    waves = np.maximum.accumulate(remainder * bare + np.sum(modes.share * patches, axis=0))
     if not waves.size:
         return np.zeros_like(frequency), np.zeros_like(frequency)
-    between = np.sqrt(modes.frequency[:-1] * modes.frequency[1:])
-    nearest = np.searchsorted(between, frequency)
+    midpoints = np.sqrt(modes.frequency[:-1] * modes.frequency[1:])
+    nearest = np.searchsorted(midpoints, frequency)
     return waves[nearest], points[nearest]
 
 

@@ -27,9 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.solve.excitation import Matrices
-from pidpanel.solve.model import ModalBasis, PatchCoordinates, Patches, ResponseError, checked_array
-from pidpanel.solve.moved import (
+from pidpanel.solve.bare_motions import (
     InAir,
     InVacuum,
     MatrixInput,
@@ -37,6 +35,8 @@ from pidpanel.solve.moved import (
     ShapesInVacuum,
     matrices_at,
 )
+from pidpanel.solve.excitation import Matrices
+from pidpanel.solve.model import ModalBasis, PatchCoordinates, Patches, ResponseError, checked_array
 
 # Eigenvalues of D below this share of the largest are dropped, see `bare_panels`.
 OVERLAP_CUTOFF = 1e-8
@@ -148,8 +148,8 @@ def bare_panels(
             patch_psd[index][lines, :width] = level * psd(patch, patch)
             patch_psd[index][lines, width:] = level * psd(at_points, patch)
             receptance[index][lines] = moved.receptance(np.r_[patch, at_points], patch)
-    of_patches = zip(carriers, coordinates, receptance, patch_psd, strict=True)
-    return [BarePanel(frequency, *values, point_psd) for values in of_patches]
+    patch_parts = zip(carriers, coordinates, receptance, patch_psd, strict=True)
+    return [BarePanel(frequency, *values, point_psd) for values in patch_parts]
 
 
 def moved_panel(

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.progress import computed
+from pidpanel.progress import map_in_forks
 from pidpanel.solve.dampers import check_stable, patch_stiffness, pulled
 from pidpanel.solve.lines import root_mean_square, trapezoid_weights
 from pidpanel.solve.modal import BarePanel, chunks_of_lines
@@ -96,8 +96,8 @@ class Motions(ABC):
 
     def bare_acceleration_rms(self) -> Array:
         """Return that rms (n_patches,) without any damper [m/s²]."""
-        none = np.zeros((len(self.area), self.frequency.size))
-        return self.acceleration_rms(none, none)
+        empty = np.zeros((len(self.area), self.frequency.size))
+        return self.acceleration_rms(empty, empty)
 
     def patch_coordinates(self, columns: Array) -> Array:
         """Return a (r, k) of motions cᵀq = aᵀu, from c (n, k) within what the patches feel."""
@@ -145,13 +145,13 @@ class ReducedMotions(Motions):
 
     def subsampled(self, step: int) -> ReducedMotions:
         """Return the same on every n-th line."""
-        bare, some = self.bare, slice(None, None, step)
+        bare, lines = self.bare, slice(None, None, step)
         coarse = replace(
             bare,
-            frequency=bare.frequency[some],
-            receptance=bare.receptance[some],
-            patch_psd=bare.patch_psd[some],
-            point_psd=bare.point_psd[some],
+            frequency=bare.frequency[lines],
+            receptance=bare.receptance[lines],
+            patch_psd=bare.patch_psd[lines],
+            point_psd=bare.point_psd[lines],
         )
         return ReducedMotions(coarse)
 
@@ -169,7 +169,7 @@ class ReducedMotions(Motions):
             return eigenvalue, omega**4 * Q / self.area[0]
 
         chunks = chunks_of_lines(self.frequency.size, width)
-        eigenvalues, weights = zip(*computed(at_lines, chunks), strict=True)
+        eigenvalues, weights = zip(*map_in_forks(at_lines, chunks), strict=True)
         return np.concatenate(eigenvalues), np.concatenate(weights)
 
     def prepare(self) -> None:

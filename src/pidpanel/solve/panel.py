@@ -6,9 +6,9 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.solve.bare_motions import MatrixInput
 from pidpanel.solve.modal import checked_motions
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.solve.moved import MatrixInput
 
 # Motion of a point over the largest of its shape below which it does not move [1]: rounding is
 # 1e-16 of the shape, and no panel is known to a millionth.

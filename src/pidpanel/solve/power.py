@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
+from pidpanel.solve.bare_motions import MatrixInput, air_at, matrices_at
 from pidpanel.solve.dampers import attach_dampers, checked_dampers, patch_stiffness, weighted_sum
 from pidpanel.solve.modal import (
     OVERLAP_CUTOFF,
@@ -15,7 +16,6 @@ from pidpanel.solve.modal import (
     dense_stiffness,
 )
 from pidpanel.solve.model import ModalBasis, Patches, checked_array
-from pidpanel.solve.moved import MatrixInput, air_at, matrices_at
 
 
 @dataclass(frozen=True)

@@ -130,8 +130,8 @@ def approach(F: Map, start: Array, near: float = 0.1, max_steps: int = 20) -> Ar
             break
         move = np.clip(surplus / (1 - slope), -LARGEST_STEP, LARGEST_STEP)
         moved = F(x + move)
-        some = np.abs(move) > 1e-9
-        rise = np.divide(moved - value, move, out=slope, where=some)
+        moving = np.abs(move) > 1e-9
+        rise = np.divide(moved - value, move, out=slope, where=moving)
         x, value, slope = x + move, moved, np.clip(rise, -20.0, 0.9)
     return x
 
@@ -152,9 +152,9 @@ def iterate(F: Map, start: Array, tolerance: float, max_steps: int) -> tuple[Arr
             break
         move = damped * surplus
         if steps:
-            of_x, of_surplus = (np.stack(part, axis=1) for part in zip(*steps, strict=True))
-            share = np.linalg.lstsq(of_surplus, surplus, rcond=1e-10)[0]
-            move = surplus - (of_x + of_surplus) @ share
+            x_steps, surplus_steps = (np.stack(part, axis=1) for part in zip(*steps, strict=True))
+            share = np.linalg.lstsq(surplus_steps, surplus, rcond=1e-10)[0]
+            move = surplus - (x_steps + surplus_steps) @ share
         move *= min(1.0, 2.0 / max(np.max(np.abs(move)), 1e-300))
         onward = x + move
         following = F(onward) - onward

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.progress import computed, tracked
+from pidpanel.progress import map_in_forks, with_progress
+from pidpanel.solve.bare_motions import MatrixInput, air_at, matrices_at
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.direct import DiagonalPanel, DirectMotions, DirectPanel
 from pidpanel.solve.excitation import Excitation
@@ -28,7 +29,6 @@ from pidpanel.solve.modal import (
 )
 from pidpanel.solve.model import PanelResponse, Patches
 from pidpanel.solve.motions import Motions, ReducedMotions
-from pidpanel.solve.moved import MatrixInput, air_at, matrices_at
 from pidpanel.solve.panel import ModalPanel
 
 SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3
@@ -212,9 +212,9 @@ class PanelSolver:
                 for request in requests
             ]
 
-        parts_of_range = computed(part_of_range, chunks)
+        parts_of_range = map_in_forks(part_of_range, chunks)
         for lines, parts in zip(
-            tracked(chunks, "parts of the frequency range"), parts_of_range, strict=True
+            with_progress(chunks, "parts of the frequency range"), parts_of_range, strict=True
         ):
             for response, part in zip(responses, parts, strict=True):
                 response.cross_psd[lines] = part.cross_psd

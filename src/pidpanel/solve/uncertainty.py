@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.solve.layout import DamperLayout, LayoutResponse, Load, read_dampers
+from pidpanel.solve.layout import AttachedDamper, DamperLayout, LayoutResponse, evaluate_dampers
 from pidpanel.solve.model import ResponseError
 from pidpanel.solve.solvers import PanelSolver, Request
 
@@ -59,7 +59,7 @@ class Sensitivity:
     def standard_errors(self, covariance: Array) -> StandardErrors:
         """Return the standard errors for a covariance (k, k)."""
         derivatives = (self.log_psd, self.log_rms, self.log_acceleration)
-        return StandardErrors(*(_standard_error(each, covariance) for each in derivatives))
+        return StandardErrors(*(_standard_error(slope, covariance) for slope in derivatives))
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def sensitivity(
     Parameters
     ----------
     solver, layout
-        Same as in `layout.solve_layouts`.
+        Same as in `layout.solve_with`.
     response
         Response of the layout; its slopes are computed here if it has none.
     nodes
@@ -97,7 +97,7 @@ def sensitivity(
     further
         PSDs whose derivatives follow those of the points.
     """
-    loads, patches = layout.loads, layout.patches
+    loads, patches = layout.dampers, layout.patches
     value, mass = response.equivalent_damping, response.apparent_mass
     slope = response.response.slope
     if slope is None:
@@ -110,10 +110,10 @@ def sensitivity(
     local = _local(slope, psd, solver.panel.frequency, value)
     if further is not None:
         psd = np.hstack([psd, further.psd])
-        of_damping, of_mass = local
+        damping_slope, mass_slope = local
         local = (
-            np.concatenate([of_damping, further.of_damping], axis=2),
-            np.concatenate([of_mass, further.of_mass], axis=2),
+            np.concatenate([damping_slope, further.of_damping], axis=2),
+            np.concatenate([mass_slope, further.of_mass], axis=2),
         )
     # Γ held
     rows = _rows(local, by_node)  # (k, nf, points)
@@ -136,36 +136,36 @@ def sensitivity(
 
 
 def _motion(
-    solver: PanelSolver, loads: Sequence[Load], response: LayoutResponse, nodes: Array
+    solver: PanelSolver, loads: Sequence[AttachedDamper], response: LayoutResponse, nodes: Array
 ) -> tuple[Array, Array]:
     """Return J (n_loads, n_loads) and q (k, n_loads), changes of ln Γ_out."""
     motions = solver.motions(tuple(load.patch for load in loads))
     lines = solver.panel.search_frequency
     gamma = response.acceleration_g
-    value, mass, _ = read_dampers(loads, lines, gamma)
+    value, mass, _ = evaluate_dampers(loads, lines, gamma)
     psd = motions.acceleration_psd(value, mass).T  # (nf, patch that moves)
     slope = motions.acceleration_slope(value, mass).transpose(1, 2, 0)  # (damper, nf, patch)
     local = _local(slope, psd, lines, value)
-    of_damping, of_mass = _with_motion(
+    damping_slope, mass_slope = _with_motion(
         loads, lines, gamma, np.flatnonzero(np.isfinite(gamma)).tolist()
     )
-    by_motion = local[0] * of_damping[:, :, None] + local[1] * of_mass[:, :, None]
+    by_motion = local[0] * damping_slope[:, :, None] + local[1] * mass_slope[:, :, None]
     jacobian = _log_rms(lines, psd, by_motion).T
     return jacobian, _log_rms(lines, psd, _rows(local, _hats(lines, nodes)))
 
 
 def _with_motion(
-    loads: Sequence[Load], frequency: Array, gamma: Array, moving: Sequence[int]
+    loads: Sequence[AttachedDamper], frequency: Array, gamma: Array, moving: Sequence[int]
 ) -> tuple[Array, Array]:
     """Return ∂ ln C_e/∂ ln Γ and ∂ m_a/∂ ln Γ (n_loads, nf) of some loads; 0 of the others."""
-    of_damping, of_mass = np.zeros((2, len(loads), frequency.size))
+    damping_slope, mass_slope = np.zeros((2, len(loads), frequency.size))
     for load in moving:
         high, high_mass, _ = loads[load].damping(frequency, float(gamma[load] * np.exp(STEP)))
         low, low_mass, _ = loads[load].damping(frequency, float(gamma[load] * np.exp(-STEP)))
         ratio = np.divide(high, low, out=np.ones_like(low), where=(low > 0) & (high > 0))
-        of_damping[load] = np.log(ratio) / (2 * STEP)
-        of_mass[load] = (high_mass - low_mass) / (2 * STEP)
-    return of_damping, of_mass
+        damping_slope[load] = np.log(ratio) / (2 * STEP)
+        mass_slope[load] = (high_mass - low_mass) / (2 * STEP)
+    return damping_slope, mass_slope
 
 
 def _rows(local: tuple[Array, Array], by_node: Array) -> Array:
@@ -178,9 +178,9 @@ def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tu
     """Return A and B (n_loads, nf, n) of PSDs (nf, n) with the slopes t (n_loads, nf, n)."""
     omega = 2 * np.pi * frequency[:, None]
     inverse = _inverse(psd)
-    of_damping = 2 * omega * damping[:, :, None] * slope.imag * inverse
-    of_mass = 2 * omega**2 * slope.real * inverse
-    return of_damping, of_mass
+    damping_slope = 2 * omega * damping[:, :, None] * slope.imag * inverse
+    mass_slope = 2 * omega**2 * slope.real * inverse
+    return damping_slope, mass_slope
 
 
 def _inverse(psd: Array) -> Array:
@@ -196,5 +196,5 @@ def _hats(frequency: Array, nodes: Array) -> Array:
 
 def _log_rms(frequency: Array, psd: Array, log_psd: Array) -> Array:
     """Return the change of the ln of an rms value (k, …) from that of ln of its PSD (k, nf, …)."""
-    whole = np.asarray(np.trapezoid(psd, frequency, axis=0))
-    return np.asarray(np.trapezoid(psd * log_psd, frequency, axis=1) / 2 * _inverse(whole))
+    total = np.asarray(np.trapezoid(psd, frequency, axis=0))
+    return np.asarray(np.trapezoid(psd * log_psd, frequency, axis=1) / 2 * _inverse(total))

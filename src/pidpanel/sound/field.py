@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.plane_waves import PanelQuadrature
-from pidpanel.progress import tracked
+from pidpanel.progress import with_progress
 from pidpanel.sound.face import FoldedFace
 from pidpanel.sound.spectrum import PressureReference, Spectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import (
@@ -131,15 +131,15 @@ def tabulate_diffuse(
         )
     n = panel.shape.shape[1]
     modal_force = np.empty((count, n, n))
-    for index, k in tracked(list(enumerate(nodes)), "wavenumbers of the sound"):
+    for index, k in with_progress(list(enumerate(nodes)), "wavenumbers of the sound"):
         modal_force[index] = face.azimuthal_mean(k, diameter)
     for row in range(n):  # in place: of a large panel this is most of the memory
         modal_force[:, row] = to_force @ modal_force[:, row]
     table = WavenumberTable(k_max, nodes, modal_force)
-    some = np.unique(np.linspace(0, n - 1, min(n, SHAPES_CHECKED)).astype(int))
-    subset = WavenumberTable(k_max, nodes, modal_force[:, some[:, None], some])
+    sample = np.unique(np.linspace(0, n - 1, min(n, SHAPES_CHECKED)).astype(int))
+    subset = WavenumberTable(k_max, nodes, modal_force[:, sample[:, None], sample])
     for k in (k_max, k_max / 2):  # neither is a node; the end of the range is the worst place
-        checked = panel.of_shapes(some)
+        checked = panel.of_shapes(sample)
         _check_table(subset, k, diffuse_modal_force(k, checked), checked)
     return table
 
@@ -253,7 +253,7 @@ def transform(radial: Array, azimuth: Array, panel: PanelQuadrature) -> tuple[Ar
     x is measured from the middle of the panel, so that both vary as slowly as possible with κ.
     """
     direction = np.stack([np.cos(azimuth), np.sin(azimuth)])
-    along = (panel.position - panel.center) @ direction  # (nq, n_azimuth)
+    distance = (panel.position - panel.center) @ direction  # (nq, n_azimuth)
     load = panel.weight[:, None] * panel.shape
     count = radial.size * azimuth.size
     even = np.empty((count, load.shape[1]))
@@ -261,7 +261,7 @@ def transform(radial: Array, azimuth: Array, panel: PanelQuadrature) -> tuple[Ar
     for start in range(0, count, DIRECTIONS_AT_ONCE):
         part = slice(start, min(start + DIRECTIONS_AT_ONCE, count))
         which_radial, which_azimuth = np.divmod(np.arange(part.start, part.stop), azimuth.size)
-        phase = along[:, which_azimuth] * radial[which_radial]
+        phase = distance[:, which_azimuth] * radial[which_radial]
         even[part] = np.cos(phase).T @ load
         odd[part] = np.sin(phase).T @ load
     shape = (radial.size, azimuth.size, load.shape[1])

@@ -126,8 +126,8 @@ def modal_force_at(sound: Sound, frequency: float, shapes: MovedFace) -> Array |
                 return field.diffuse_modal_force_on_grid(float(k), face)
             return field.diffuse_modal_force(float(k), face)
         case "plane_wave" | "progressive_wave":
-            of_wave = field.plane_wave_modal_force([k], sound.incidence, sound.azimuth, face)
-            return np.asarray(of_wave[0], np.complex128)
+            force = field.plane_wave_modal_force([k], sound.incidence, sound.azimuth, face)
+            return np.asarray(force[0], np.complex128)
         case "uncorrelated" | "uniform":
             return _constant_force(sound, shapes)
 

@@ -40,7 +40,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.geometry.plane_waves import PanelQuadrature
-from pidpanel.progress import tracked
+from pidpanel.progress import with_progress
 from pidpanel.sound.face import FoldedFace
 from pidpanel.sound.field import wavenumber
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE
@@ -124,19 +124,19 @@ def tabulate_added_mass(wavenumber_max: float, panel: PanelQuadrature) -> Wavenu
     k = chebyshev_nodes(k_max, node_count(k_max, panel.diameter))
     rows = [_reactive(wavenumber, reach, count) for wavenumber in k]
     rows += [_content(upper, reach, count) for upper in (reach / np.sqrt(2), reach)]
-    of_nodes = np.array(rows) / (2 * np.pi)
+    node_values = np.array(rows) / (2 * np.pi)
 
     face = FoldedFace.from_panel(panel, reach)
     nodes = chebyshev_nodes(reach, count)
     n = panel.shape.shape[1]
     sums = np.zeros((len(rows), n * n))
     starts = range(0, count, NODES_AT_ONCE)
-    for start in tracked(starts, "parts of the air's wavenumbers"):
-        some = slice(start, start + NODES_AT_ONCE)
-        means = np.array([face.azimuthal_mean(q, panel.diameter).ravel() for q in nodes[some]])
+    for start in with_progress(starts, "parts of the air's wavenumbers"):
+        part = slice(start, start + NODES_AT_ONCE)
+        means = np.array([face.azimuthal_mean(q, panel.diameter).ravel() for q in nodes[part]])
         for first in range(0, n * n, VALUES_AT_ONCE):
             values = slice(first, first + VALUES_AT_ONCE)
-            sums[:, values] += of_nodes[:, some] @ means[:, values]
+            sums[:, values] += node_values[:, part] @ means[:, values]
     volume = sums[:-2].reshape(-1, n, n)
     nearer, farther = (panel.product_integral - content.reshape(n, n) for content in sums[-2:])
     for volume_at, k_at in zip(volume, k, strict=True):

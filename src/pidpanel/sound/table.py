@@ -64,8 +64,8 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
     table.faults.hints.update(_overall_hints(table.text))
     band_number = _band_numbers(table)
     bands = f"{len(table.lines) or 'no'} band{'s' * (not table.lines)}"
-    few = f"{bands}; at least two are needed to tell octaves from thirds"
-    table.refuse(fewest=2, too_few=few)
+    reason = f"{bands}; at least two are needed to tell octaves from thirds"
+    table.refuse(fewest=2, too_few=reason)
     kind = _band_kind(table, band_number)
     _note_comments(table, kind)
     _note_odd_levels(table)
@@ -95,8 +95,8 @@ def _note_odd_levels(table: UserTable) -> None:
         ("above", level > highest + LARGEST_STEP_DB),
     ):
         is_odd[[0, -1]] = False
-        says = f"spl_db = {{spl_db:g}}: more than {LARGEST_STEP_DB:g} dB {side} both neighbours,"
-        table.note(is_odd, says + " {lower:g} and {upper:g} dB", lower=lower, upper=upper)
+        message = f"spl_db = {{spl_db:g}}: more than {LARGEST_STEP_DB:g} dB {side} both neighbours,"
+        table.note(is_odd, message + " {lower:g} and {upper:g} dB", lower=lower, upper=upper)
 
 
 def _note_comments(table: UserTable, kind: BandKind) -> None:
@@ -104,8 +104,8 @@ def _note_comments(table: UserTable, kind: BandKind) -> None:
     for line, comment in table.text.comments:
         for words, stated in BAND_WORDS.items():
             if comment.startswith(f"band: {words}") and stated != kind:
-                says = f"the comment states {stated} bands, the centres are those of {kind} bands"
-                table.faults.add(line, says)
+                message = f"the comment states {stated} bands, the centres are those of {kind} "
+                table.faults.add(line, f"{message}bands")
 
 
 def _band_numbers(table: UserTable) -> Index:
@@ -114,9 +114,9 @@ def _band_numbers(table: UserTable) -> Index:
     # what is not above 0 is noted already
     number = np.round(10 * np.log10(np.where(center > 0, center, 1.0))).astype(int)
     exact = center_frequency(number)
-    says = "center_hz = {center_hz:g} is not a preferred centre; the nearest is {exact:.4g} Hz"
+    message = "center_hz = {center_hz:g} is not a preferred centre; the nearest is {exact:.4g} Hz"
     is_far = (center > 0) & (np.abs(center / exact - 1) > CENTER_TOLERANCE)
-    table.note(is_far, f"{says} (within {100 * CENTER_TOLERANCE:.0f} %)", exact=exact)
+    table.note(is_far, f"{message} (within {100 * CENTER_TOLERANCE:.0f} %)", exact=exact)
     return number
 
 
@@ -131,13 +131,13 @@ def _band_kind(table: UserTable, band_number: Index) -> BandKind:
         return "third octave"
     kind: BandKind = "third octave" if steps.min() < BAND_WIDTH["octave"] else "octave"
     gaps = np.append(False, steps != BAND_WIDTH[kind])
-    says = "between {lower:g} and {center_hz:g} Hz there is a gap; "
+    message = "between {lower:g} and {center_hz:g} Hz there is a gap; "
     lower = np.roll(table["center_hz"], 1)
-    table.note(gaps, f"{says}{kind} bands must adjoin", lower=lower)
+    table.note(gaps, f"{message}{kind} bands must adjoin", lower=lower)
     if kind == "octave" and band_number[0] % 3:
         is_first = np.arange(band_number.size) == 0
-        says = "center_hz = {center_hz:g} is not an octave centre "
-        table.note(is_first, says + "(31.5, 63, 125, 250, 500, 1000 … Hz)")
+        message = "center_hz = {center_hz:g} is not an octave centre "
+        table.note(is_first, message + "(31.5, 63, 125, 250, 500, 1000 … Hz)")
     return kind
 
 
@@ -166,9 +166,9 @@ def _note_order(table: UserTable) -> None:
     is_step = rise == 0
     at_end = is_step.copy()
     at_end[2:-1] = False
-    of_three = is_step & ~at_end & np.append(is_step[1:], False)
+    is_triple = is_step & ~at_end & np.append(is_step[1:], False)
     for wrong, step in (
         (at_end, "a step at an end"),
-        (of_three, "more than two rows at one frequency"),
+        (is_triple, "more than two rows at one frequency"),
     ):
         table.note(wrong, f"frequency_hz = {{frequency_hz:g}}: {step} is not allowed")

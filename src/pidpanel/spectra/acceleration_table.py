@@ -38,8 +38,8 @@ def read_base_table(path: Path) -> BreakPoints:
     table.refuse(fewest=2, too_few="must have at least two break points")
     frequency, previous = table[FREQUENCY], np.roll(table[FREQUENCY], 1)
     falls = np.diff(frequency, prepend=-np.inf) <= 0
-    says = "frequency_hz = {frequency_hz:g} follows {previous:g}; frequencies must increase"
-    table.note(falls, says, previous=previous)
+    message = "frequency_hz = {frequency_hz:g} follows {previous:g}; frequencies must increase"
+    table.note(falls, message, previous=previous)
     table.refuse()
     slope = table.columns.get(SLOPE, np.full(frequency.shape, np.nan))
     psd = _filled(frequency, table[LEVEL], slope)
@@ -63,13 +63,13 @@ def _filled(frequency: Array, level: Array, slope: Array) -> Array:
 
 def _note_levels(table: UserTable, psd: Array, slope: Array) -> None:
     """Note levels that nothing gives, and slopes that lead elsewhere."""
-    says = f"a gap: {LEVEL} is empty at {{frequency_hz:g}} Hz, and no slope leads there"
-    table.note(np.isnan(psd), says)
+    message = f"a gap: {LEVEL} is empty at {{frequency_hz:g}} Hz, and no slope leads there"
+    table.note(np.isnan(psd), message)
     is_last = np.arange(psd.size) == psd.size - 1
-    says = f"{SLOPE} = {{slope_db_octave:g}} at the last row leads nowhere; omit it"
-    table.note(is_last & np.isfinite(slope), says)
+    message = f"{SLOPE} = {{slope_db_octave:g}} at the last row leads nowhere; omit it"
+    table.note(is_last & np.isfinite(slope), message)
     octaves, rise = np.diff(np.log2(table[FREQUENCY])), np.diff(10 * np.log10(psd))
     leads_elsewhere = np.abs(slope[:-1] * octaves - rise) > SLOPE_TOLERANCE
-    says = f"{SLOPE} = {{slope_db_octave:g}} between {{frequency_hz:g}} and {{to:g}} Hz, "
-    says += "where the levels give {levels:+.2f}"
-    table.note(leads_elsewhere, says, to=table[FREQUENCY][1:], levels=rise / octaves)
+    message = f"{SLOPE} = {{slope_db_octave:g}} between {{frequency_hz:g}} and {{to:g}} Hz, "
+    message += "where the levels give {levels:+.2f}"
+    table.note(leads_elsewhere, message, to=table[FREQUENCY][1:], levels=rise / octaves)

@@ -27,10 +27,10 @@ class BreakPoints:
         >>> steps(np.array([40.0, 80.0])).round(6).tolist()
         [4.0, 2.0]
         """
-        below = np.searchsorted(self.frequency, frequency, side="right") - 1
-        below = np.clip(below, 0, len(self.psd) - 2)
-        ratio = frequency / self.frequency[below]
-        return self.psd[below] * ratio ** self._slope[below]
+        index = np.searchsorted(self.frequency, frequency, side="right") - 1
+        index = np.clip(index, 0, len(self.psd) - 2)
+        ratio = frequency / self.frequency[index]
+        return self.psd[index] * ratio ** self._slope[index]
 
     @property
     def jumps(self) -> Array:
@@ -49,12 +49,12 @@ class BreakPoints:
         """√∫ S df over all break points [unit]."""
         return math.sqrt(self.mean_square(float(self.frequency[0]), float(self.frequency[-1])))
 
-    def between(self, low: float, high: float) -> BreakPoints:
+    def segment(self, low: float, high: float) -> BreakPoints:
         """Return the part of break points without steps within frequencies [Hz].
 
         Examples
         --------
-        >>> BreakPoints(np.array([10.0, 100.0]), np.array([1.0, 0.1])).between(20.0, 200.0).psd
+        >>> BreakPoints(np.array([10.0, 100.0]), np.array([1.0, 0.1])).segment(20.0, 200.0).psd
         array([0.5, 0.1])
         """
         ends = np.array([max(low, self.frequency[0]), min(high, self.frequency[-1])])

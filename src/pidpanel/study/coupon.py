@@ -194,15 +194,15 @@ class Coupon(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         if not any(self.gravity_direction):
-            says = "must not be zero; for no gravity set gravity_g: 0"
-            yield Mistake(("gravity_direction",), says)
+            message = "must not be zero; for no gravity set gravity_g: 0"
+            yield Mistake(("gravity_direction",), message)
         # 9.78 to 9.84 m/s² all over the earth
         if abs(self.gravity_g - STANDARD_GRAVITY) < 0.03:
-            says = f"must be from 0 to 10, and {self.gravity_g:g} m/s² would be 1"
-            yield Mistake(("gravity_g",), says)
+            message = f"must be from 0 to 10, and {self.gravity_g:g} m/s² would be 1"
+            yield Mistake(("gravity_g",), message)
         if self.measured is not None and (self.vary or self.cases or len(self.diameters) > 1):
-            says = "not allowed together with vary, cases or several diameters"
-            yield Mistake(("measured",), says)
+            message = "not allowed together with vary, cases or several diameters"
+            yield Mistake(("measured",), message)
         if self.cases is not None:
             yield from self._mistakes_of_cases(self.cases)
             return
@@ -219,19 +219,19 @@ class Coupon(SectionModel):
         sweep, cell = self.sweep, self.cell
         drives = sweep.drive_count()
         if not drives:
-            says = f"leaves out every combination; the slowest moves at {sweep.slowest():.2g} m/s"
-            yield Mistake(("sweep", "max_velocity_m_s"), says)
+            message = f"leaves out every combination; the slowest moves at {sweep.slowest():.2g} "
+            yield Mistake(("sweep", "max_velocity_m_s"), f"{message}m/s")
         cases = drives * len(sweep.fill_fraction) * len(self.diameters) * variants
         runs = cases * self.accuracy.seeds
         if runs > MOST_RUNS:
-            says = f"{cases} cases, {runs} runs; allowed are {MOST_RUNS} runs"
-            yield Mistake(("sweep",), says)
+            message = f"{cases} cases, {runs} runs; allowed are {MOST_RUNS} runs"
+            yield Mistake(("sweep",), message)
         volume = cell.count * cell.across_flats**2 * cell.depth * max(sweep.fill_fraction)
         spheres = 0.64 * volume / (math.pi / 6 * min(self.diameters) ** 3)
         if spheres > MOST_SPHERES:
             keys: Keys = ("sweep" if sweep.diameter_mm else "particles", "diameter_mm")
-            says = f"about {spheres:.1g} spheres in a run; allowed are {MOST_SPHERES}"
-            yield Mistake(keys, says)
+            message = f"about {spheres:.1g} spheres in a run; allowed are {MOST_SPHERES}"
+            yield Mistake(keys, message)
 
     def _mistakes_of_sizes(self) -> Iterator[Mistake]:
         widest = 0.9 * min(self.cell.across_flats, self.cell.depth)
@@ -241,13 +241,15 @@ class Coupon(SectionModel):
                 keys = ("sweep", "diameter_mm", index)
             sizes = self.particles.distribution.sizes(diameter)
             if sizes.largest > widest:
-                says = f"the largest particle, {sizes.largest * 1e3:g} mm, must be at most 0.9 of "
-                says += f"the cell's across_flats_mm = {self.cell.across_flats_mm:g} and "
-                yield Mistake(keys, f"{says}depth_mm = {self.cell.depth_mm:g}")
+                message = f"the largest particle, {sizes.largest * 1e3:g} mm, must be at most 0.9 "
+                message += f"of the cell's across_flats_mm = {self.cell.across_flats_mm:g} and "
+                yield Mistake(keys, f"{message}depth_mm = {self.cell.depth_mm:g}")
             if sizes.smallest < 0.4 * sizes.largest:
-                says = f"the smallest particle, {sizes.smallest * 1e3:g} mm, must be at least 0.4 "
-                says += f"of the largest, {sizes.largest * 1e3:g} mm: other mixtures separate by "
-                yield Mistake(("particles", "distribution"), f"{says}size")
+                message = (
+                    f"the smallest particle, {sizes.smallest * 1e3:g} mm, must be at least 0.4 "
+                )
+                message += f"of the largest, {sizes.largest * 1e3:g} mm: other mixtures separate "
+                yield Mistake(("particles", "distribution"), f"{message}by size")
 
     def _mistakes_of_variants(self) -> Iterator[Mistake]:
         allowed = list(_dotted_keys(self._values()))
@@ -281,10 +283,10 @@ class Coupon(SectionModel):
             try:
                 self._variant(values)
             except ValidationError as error:
-                for keys, says, _ in mistakes_of(error, Coupon):
+                for keys, message, _ in mistakes_of(error, Coupon):
                     key = dotted(tuple(part for part in keys if isinstance(part, str)))
                     setting = f"{key} = {values[key]}" if key in values else key
-                    wrong.add(line, f"{setting}: {says}", f"{key}: {says.partition(';')[0]}")
+                    wrong.add(line, f"{setting}: {message}", f"{key}: {message.partition(';')[0]}")
         if wrong:
             faults = ColumnsError(wrong.texts()).faults
             yield from (Mistake(("cases",), fault) for fault in faults)
@@ -295,9 +297,9 @@ class Coupon(SectionModel):
             path = tuple(key.split("."))
             if mistake.keys[: len(path)] == path:
                 index = self.vary[key].index(value)
-                return Mistake(("vary", key, index, *mistake.keys[len(path) :]), mistake.says)
+                return Mistake(("vary", key, index, *mistake.keys[len(path) :]), mistake.message)
         values = ", ".join(f"{name} = {value}" for name, value in chosen.items())
-        return Mistake(("vary",), f"with {values}: {dotted(mistake.keys)}: {mistake.says}")
+        return Mistake(("vary",), f"with {values}: {dotted(mistake.keys)}: {mistake.message}")
 
     def variants(self) -> tuple[tuple[Mapping[str, Any], Coupon], ...]:
         """Return every combination of ``vary``, or row of ``cases``, and the coupon that it means.

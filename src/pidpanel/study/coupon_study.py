@@ -39,8 +39,8 @@ class CouponStudy(SectionModel):
         if not is_name(self.name):
             yield Mistake(("name",), f"must be {NAME_WORDS}")
         elif self.name in RESERVED:
-            says = f"must be another name; results/{self.name} is shared by all studies"
-            yield Mistake(("name",), says)
+            message = f"must be another name; results/{self.name} is shared by all studies"
+            yield Mistake(("name",), message)
         if self.coupon is None and type(self) is CouponStudy:
             yield Mistake((), "must have a section coupon, panel, or both")
 

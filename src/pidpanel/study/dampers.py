@@ -143,17 +143,17 @@ class Damper(SectionModel):
         if self.loss_factor is not None and not (
             self.particle_mass_per_area_kg_m2 or self.patch_mass_per_area_kg_m2
         ):
-            says = "missing; required for loss_factor as its mass m″, unless "
-            says += "patch_mass_per_area_kg_m2 (panel and treatment) is given"
-            yield Mistake(("particle_mass_per_area_kg_m2",), says)
+            message = "missing; required for loss_factor as its mass m″, unless "
+            message += "patch_mass_per_area_kg_m2 (panel and treatment) is given"
+            yield Mistake(("particle_mass_per_area_kg_m2",), message)
         if self.apparent_mass is not None:
             yield from self._mistakes_of_mass()
         elif MOST_OF_MASS * (self.particle_mass_per_area_kg_m2 or math.inf) < (
             self.apparent_mass_kg_m2 or 0.0
         ):
-            says = f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
-            says += f"{self.particle_mass_per_area_kg_m2:g}; in g/m²?"
-            yield Mistake(("apparent_mass_kg_m2",), says)
+            message = f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
+            message += f"{self.particle_mass_per_area_kg_m2:g}; in g/m²?"
+            yield Mistake(("apparent_mass_kg_m2",), message)
         yield from self.coupon.mistakes_with_panel() if self.coupon else ()
 
     @property

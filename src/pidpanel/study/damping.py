@@ -15,9 +15,11 @@ from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.sweep import Gamma
 
 Prior = Literal["closed_form", "atlas"]
-Reading = Literal["stated", "dem", "paper_corrected", "paper_printed", "table", "coupled", "atlas"]
+ModelName = Literal[
+    "stated", "dem", "paper_corrected", "paper_printed", "table", "coupled", "atlas"
+]
 REMOVED = "was removed; use 'coupled', the default for sound"
-COUPLED: Reading = "coupled"  # damping from panel and particles in one time integration
+COUPLED: ModelName = "coupled"  # damping from panel and particles in one time integration
 
 
 class Level(SectionModel):
@@ -34,8 +36,8 @@ class Level(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         if self.kind == "stated" and self.by == "element":
-            says = "only allowed for kind: patch; a stated acceleration holds for all elements"
-            yield Mistake(("by",), says)
+            message = "only allowed for kind: patch; a stated acceleration holds for all elements"
+            yield Mistake(("by",), message)
         if (self.kind == "stated") != (self.acceleration_g is not None):
             yield Mistake(("acceleration_g",), "required for kind: stated, not allowed otherwise")
 
@@ -91,7 +93,7 @@ class Damping(SectionModel):
 
     readings: (
         Annotated[
-            tuple[Annotated[Reading, BeforeValidator(_without_removed)], ...], Field(min_length=1)
+            tuple[Annotated[ModelName, BeforeValidator(_without_removed)], ...], Field(min_length=1)
         ]
         | None
     ) = None
@@ -122,8 +124,8 @@ class Damping(SectionModel):
         if len(set(readings)) != len(readings):
             yield Mistake(("readings",), "must not contain a damping model twice")
         if ("table" in readings) != (self.table is not None):
-            says = "required for the damping model 'table', not allowed otherwise"
-            yield Mistake(("table",), says)
+            message = "required for the damping model 'table', not allowed otherwise"
+            yield Mistake(("table",), message)
         for key in ("interpolation", "apparent_mass"):
             if getattr(self, key) is not None and self.table is None:
                 yield Mistake((key,), "only allowed with table")

@@ -57,5 +57,5 @@ def mistakes_of_damping_ratio(value: Any) -> Iterator[Mistake]:
     ratio = yield from read_at(("damping_ratio",), lambda: damping_ratio_of(value))
     for row, (lower, higher) in enumerate(pairwise(ratio.frequency if ratio else ()), start=1):
         if higher <= lower:
-            says = f"the frequency must be above that of the row before, {lower:g} Hz"
-            yield Mistake(("damping_ratio", row), says)
+            message = f"the frequency must be above that of the row before, {lower:g} Hz"
+            yield Mistake(("damping_ratio", row), message)

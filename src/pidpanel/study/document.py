@@ -62,8 +62,8 @@ class Loader(yaml.SafeLoader):
         if root is not None:
             count = _count(root, {}, set())
             if count > MOST_VALUES:
-                says = f"has {count:.3g} values with its aliases written out"
-                raise _refusal(f"{says}; allowed are {MOST_VALUES}")
+                message = f"has {count:.3g} values with its aliases written out"
+                raise _refusal(f"{message}; allowed are {MOST_VALUES}")
             self.mistakes = list(_mistakes(root, (), set()))
         return root
 
@@ -98,8 +98,8 @@ Loader.add_constructor(f"{CORE}int", Loader.construct_number)
 Loader.add_constructor(f"{CORE}float", Loader.construct_number)
 
 
-def _refusal(says: str, mark: yaml.Mark | None = None) -> yaml.MarkedYAMLError:
-    return yaml.MarkedYAMLError(None, None, says, mark)
+def _refusal(message: str, mark: yaml.Mark | None = None) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(None, None, message, mark)
 
 
 def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
@@ -112,8 +112,10 @@ def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
     context = error.context or ""
     if error.context_mark and context.startswith(("while scanning", "while parsing a flow")):
         mark = error.context_mark  # where what is not closed begins
-    says = next((says for fragment, says in WORDS["yaml"].items() if fragment in problem), problem)
-    return (mark.line + 1 if mark else None), f"not YAML: {says}"
+    message = next(
+        (message for fragment, message in WORDS["yaml"].items() if fragment in problem), problem
+    )
+    return (mark.line + 1 if mark else None), f"not YAML: {message}"
 
 
 def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:
@@ -152,8 +154,8 @@ def _mistakes(node: yaml.Node, way: Keys, visited: set[int]) -> Iterator[Mistake
     for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
         line = key.start_mark.line + 1
         if key.value in lines:
-            says = f"duplicate key; already in line {lines[key.value]}"
-            yield Mistake((*way, key.value), says, line)
+            message = f"duplicate key; already in line {lines[key.value]}"
+            yield Mistake((*way, key.value), message, line)
         lines.setdefault(key.value, line)
     for name, child in _children(node):
         keys = (*way, name)
@@ -183,10 +185,12 @@ class Document:
             data = loader.construct_document(root) if root else None
         except TextFileError as error:
             place = path if error.line is None else f"{path}:{error.line}"
-            raise StudyError(f"{place}: {error.says}") from None
+            raise StudyError(f"{place}: {error.message}") from None
         except yaml.YAMLError as error:
-            line, says = problem_of(error)
-            raise StudyError(f"{path}:{line}: {says}" if line else f"{path}: {says}") from None
+            line, message = problem_of(error)
+            raise StudyError(
+                f"{path}:{line}: {message}" if line else f"{path}: {message}"
+            ) from None
         except RecursionError:
             raise StudyError(f"{path}: lists and mappings are nested too deeply") from None
         if root is None or not isinstance(data, dict):
@@ -206,7 +210,7 @@ class Document:
         Those of the document are among them. For a key without a value nothing else is reported:
         neither for the sections around it nor for what is then missing.
         """
-        empty = [mistake.keys for mistake in self.mistakes if mistake.says == Loader.EMPTY]
+        empty = [mistake.keys for mistake in self.mistakes if mistake.message == Loader.EMPTY]
         around = {keys[:count] for keys in empty for count in range(len(keys) + 1)}
         remaining = (mistake for mistake in mistakes if mistake.keys not in around)
         located = [(line, value, mistake) for mistake in (*self.mistakes, *remaining)
@@ -219,7 +223,7 @@ class Document:
         place = f"{self.path}:{line}" if line else str(self.path)
         key = dotted(mistake.keys)
         setting = f"{key} = {value}" if value else key
-        return ": ".join(part for part in (place, setting, mistake.says) if part)
+        return ": ".join(part for part in (place, setting, mistake.message) if part)
 
     def _line_and_value(self, mistake: Mistake) -> tuple[int, str]:
         """Return the line of a key, or of the last on the way that is there, and its value.
@@ -301,11 +305,13 @@ def load_any_study(path: str | Path) -> Study | CouponStudy:
 
 def study_in(document: Document) -> Study | CouponStudy:
     """Return the study of a file that has been read; see `load_any_study`."""
-    of_panel = set(Study.model_fields) - set(CouponStudy.model_fields)
-    is_coupon = "coupon" in document.data and not (of_panel - {"damping"}) & set(document.data)
+    panel_keys = set(Study.model_fields) - set(CouponStudy.model_fields)
+    is_coupon = "coupon" in document.data and not (panel_keys - {"damping"}) & set(document.data)
     if is_coupon and "damping" in document.data:
-        says = "only in a study with a panel; a study of the coupon alone reads no damping model"
-        raise document.error([Mistake(("damping",), f"{says}. Delete it, or add panel and sound")])
+        message = "only in a study with a panel; a study of the coupon alone reads no damping model"
+        raise document.error(
+            [Mistake(("damping",), f"{message}. Delete it, or add panel and sound")]
+        )
     return section_in(document, CouponStudy if is_coupon else Study, _in_file)
 
 
@@ -331,14 +337,14 @@ def section_in(
 def _in_file(mistake: Mistake, document: Document) -> Mistake:
     """Return a mistake with its cause: an indented section, or the name of the file."""
     *around, key = mistake.keys or ("",)
-    if around and key in Study.model_fields and mistake.says.startswith("unknown key"):
-        says = f"unknown key; {key} is a top-level section; do not indent its line"
-        return mistake._replace(says=says)
+    if around and key in Study.model_fields and mistake.message.startswith("unknown key"):
+        message = f"unknown key; {key} is a top-level section; do not indent its line"
+        return mistake._replace(message=message)
     if mistake.keys != ("name",) or "name" in document.data:
         return mistake
     stem = document.path.stem
     plain = unicodedata.normalize("NFKD", stem).encode("ascii", "ignore").decode()
     better = re.sub("[^A-Za-z0-9_-]+", "_", plain).strip("_-")
     better = better if better and better not in RESERVED else f"{better or 'my'}_study"
-    says = f"missing; the name of the file, {stem!r}, cannot be that of the study: {mistake.says}"
-    return mistake._replace(says=f"{says}; such as name: {better}")
+    message = f"missing; the name of the file, {stem!r}, cannot be that of the study: "
+    return mistake._replace(message=f"{message}{mistake.message}; such as name: {better}")

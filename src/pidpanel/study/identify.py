@@ -92,8 +92,8 @@ class Identification(SectionModel):
     def mistakes(self) -> Iterator[Mistake]:
         yield from CouponStudy(name=self.name, coupon=self.coupon).mistakes()
         for key in sorted(self.coupon.model_fields_set - GIVEN):
-            says = f"not allowed here; allowed are {', '.join(sorted(GIVEN))}"
-            yield Mistake(("coupon", key), says)
+            message = f"not allowed here; allowed are {', '.join(sorted(GIVEN))}"
+            yield Mistake(("coupon", key), message)
         for key in IDENTIFIED:
             if key in self.coupon.particles.model_fields_set:
                 yield Mistake(("coupon", "particles", key), "is identified; omit it")

@@ -62,13 +62,13 @@ def study_schema() -> dict[str, Any]:
     ['panel']
     """
     schema = _plain(Study.model_json_schema(schema_generator=_Plain))
-    of_panel = [key for key in Study.model_fields if key not in CouponStudy.model_fields]
-    required = [key for key in schema.pop("required") if key in of_panel]
+    panel_keys = [key for key in Study.model_fields if key not in CouponStudy.model_fields]
+    required = [key for key in schema.pop("required") if key in panel_keys]
     return {
         "$schema": DRAFT,
         **schema,
         "title": "A study of pidpanel",
-        "if": {"anyOf": [{"required": [key]} for key in of_panel]},
+        "if": {"anyOf": [{"required": [key]} for key in panel_keys]},
         "then": {"required": required, "anyOf": [{"required": ["sound"]}, {"required": ["base"]}]},
         "else": {"required": ["coupon"]},
     }

@@ -29,7 +29,7 @@ class Mistake(NamedTuple):
     """A mistake at a key."""
 
     keys: Keys  # way from the model that speaks; empty for the whole model
-    says: str  # what is wrong or allowed, without the key and its value
+    message: str  # what is wrong or allowed, without the key and its value
     line: int | None = None  # where a duplicate key is
 
     def prefix(self, *keys: str | int) -> Mistake:
@@ -42,7 +42,9 @@ class Mistakes(ValueError):
 
     def __init__(self, mistakes: Iterable[Mistake], model: type[BaseModel] | None = None) -> None:
         self.mistakes, self.model = tuple(mistakes), model  # the model that has found them
-        lines = (f"{dotted(keys)}: {says}" if keys else says for keys, says, _ in self.mistakes)
+        lines = (
+            f"{dotted(keys)}: {message}" if keys else message for keys, message, _ in self.mistakes
+        )
         super().__init__("; ".join(lines))
 
 
@@ -150,8 +152,8 @@ def in_words(error: ErrorDetails) -> str:
         count = context[f"{bound}_length"]
         values = f"{count} value{'' if count == 1 else 's'}"
         return f"must have at {extreme} {values}, not {context['actual_length']}"
-    if "says" in context:  # of a `Quantity`
-        return str(context["says"])
+    if "message" in context:  # of a `Quantity`
+        return str(context["message"])
     if error["type"] in WORDS["pydantic"]:
         return WORDS["pydantic"][error["type"]].format(**context)
     message = error["msg"].removeprefix("Value error, ")
@@ -174,7 +176,7 @@ def mistakes_of(error: ValidationError, model: type[BaseModel]) -> Iterator[Mist
             mistake = _mistake_at(keys, item, model)
             # the first item of a list with the same mistake represents all
             around = keys[:-1] if keys and isinstance(keys[-1], int) else keys
-            if (alike := (around, mistake.says.partition(";")[0])) not in reported:
+            if (alike := (around, mistake.message.partition(";")[0])) not in reported:
                 yield mistake
             reported.add(alike)
 

@@ -36,13 +36,13 @@ Count = Annotated[int, whole(2, 5000)]  # of elements along an edge
 MOST_ELEMENTS = 400_000
 
 
-def _of_known_suffix(file: Path) -> Path:
+def _check_suffix(file: Path) -> Path:
     if file.suffix not in MESH_SUFFIXES:
         raise ValueError(f"must end in one of {', '.join(MESH_SUFFIXES)}")
     return file
 
 
-def _of_other_cards(card: str) -> str:
+def _check_ignored_card(card: str) -> str:
     if not re.fullmatch("[A-Z][A-Z0-9]{1,7}", card) or card in ("GRID", "CTRIA3", "CQUAD4"):
         raise ValueError("must be the name of a card that has no nodes or elements of the panel")
     return card
@@ -61,11 +61,11 @@ class Mesh(SectionModel):
     corner_size_m: Annotated[float, Quantity(1e-6, 10, unit="metres")] | None = None
     """Edge length at re-entrant corners and rims of feet [m]; by default 0.002 of size_m, and a
     tenth of the radius of a foot."""
-    file: Annotated[Path, AfterValidator(_of_known_suffix), file_in()] | None = None
+    file: Annotated[Path, AfterValidator(_check_suffix), file_in()] | None = None
     """Mesh file: .msh (gmsh), or .bdf, .dat or .nas (Nastran bulk data)."""
     unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
     """Length unit of the file [m]: 0.001 for millimetres."""
-    ignore: tuple[Annotated[str, AfterValidator(_of_other_cards)], ...] = ()
+    ignore: tuple[Annotated[str, AfterValidator(_check_ignored_card)], ...] = ()
     """Cards of a Nastran file to ignore, such as SPC1, CONM2 and RBE2, because the study states
     supports and masses. Nodes of these cards alone are omitted."""
     refine: Annotated[int, whole(0, 4)] = 0
@@ -78,8 +78,8 @@ class Mesh(SectionModel):
             yield Mistake(("corner_size_m",), "only allowed for kind: triangles")
         elements = math.prod(self.elements)
         if self.kind == "quadrilaterals" and elements > MOST_ELEMENTS:
-            says = f"{elements:.3g} elements; allowed are {MOST_ELEMENTS}"
-            yield Mistake(("elements",), says)
+            message = f"{elements:.3g} elements; allowed are {MOST_ELEMENTS}"
+            yield Mistake(("elements",), message)
         if (self.kind == "file") != (self.file is not None):
             yield Mistake(("file",), "required for kind: file, not allowed otherwise")
         for key in ("ignore", "refine"):
@@ -96,8 +96,8 @@ def _mistakes_of_corners(shape: Shape | None, key: str) -> Iterator[Mistake]:
             check_distinct(shape.points)
         _ = shape.corners if shape else None
     except ValueError as error:
-        of_radius = str(error).startswith("corner radius")
-        yield Mistake(("corner_radius_m" if of_radius else key,), str(error))
+        is_radius = str(error).startswith("corner radius")
+        yield Mistake(("corner_radius_m" if is_radius else key,), str(error))
 
 
 class Area(SectionModel):
@@ -274,9 +274,9 @@ class Panel(SectionModel):
             return
         xs, ys = zip(*self.outline.points, strict=True)
         extent = max(max(xs) - min(xs), max(ys) - min(ys))
-        says = EXTENT.refuses(extent)
-        if says:
-            yield Mistake(("outline_m",), f"extends over {extent:g} m; {says}")
+        message = EXTENT.refuses(extent)
+        if message:
+            yield Mistake(("outline_m",), f"extends over {extent:g} m; {message}")
         elif self.mesh.size_m is not None:
             area = abs(signed_area(self.outline.points))
             # equilateral triangles
@@ -284,8 +284,8 @@ class Panel(SectionModel):
             if count > MOST_ELEMENTS:
                 smallest = self.mesh.size_m * math.sqrt(count / MOST_ELEMENTS)
                 smallest = math.ceil(smallest * 1e4) / 1e4
-                says = f"about {count:.2g} elements; allowed are {MOST_ELEMENTS}, with size_m from "
-                yield Mistake(("mesh", "size_m"), f"{says}{smallest:g}")
+                message = f"about {count:.2g} elements; allowed are {MOST_ELEMENTS}, with size_m "
+                yield Mistake(("mesh", "size_m"), f"{message}from {smallest:g}")
 
     def _mistakes_of_mesh(self) -> Iterator[Mistake]:
         if self.mesh.kind == "file":
@@ -305,18 +305,18 @@ class Panel(SectionModel):
             yield from self._mistakes_of_quadrilaterals()
 
     def _mistakes_of_quadrilaterals(self) -> Iterator[Mistake]:
-        against = [] if self.size is not None else ["an outline other than a whole rectangle"]
+        reasons = [] if self.size is not None else ["an outline other than a whole rectangle"]
         for name, patch in self.patches.items():
             if not isinstance(patch.shape, Rectangle):
-                against.append(f"patches.{name}, which is not a rectangle")
+                reasons.append(f"patches.{name}, which is not a rectangle")
         if self.section.kind != "thin":
-            against.append(f"section.kind = {self.section.kind}")
+            reasons.append(f"section.kind = {self.section.kind}")
         for name, support in self.support_input.points.items():
             if support.radius_m:
-                against.append(f"supports.points.{name}.radius_m")
-        if against:
-            says = f"quadrilaterals do not allow {'; '.join(against)}; "
-            yield Mistake(("mesh", "kind"), says + "use mesh: {kind: triangles, size_m: …}")
+                reasons.append(f"supports.points.{name}.radius_m")
+        if reasons:
+            message = f"quadrilaterals do not allow {'; '.join(reasons)}; "
+            yield Mistake(("mesh", "kind"), message + "use mesh: {kind: triangles, size_m: …}")
 
     def _mistakes_of_place(self) -> Iterator[Mistake]:
         positions = {name: point for name, point in self.points.items() if isinstance(point, tuple)}
@@ -326,8 +326,8 @@ class Panel(SectionModel):
             for name, patch in self.patches.items():
                 x0, x1, y0, y1 = patch.bounds
                 if x0 < 0 or y0 < 0 or x1 > length or y1 > width:
-                    says = f"{panel}; it covers x {x0:g}…{x1:g} m, y {y0:g}…{y1:g} m"
-                    yield Mistake(("patches", name), says)
+                    message = f"{panel}; it covers x {x0:g}…{x1:g} m, y {y0:g}…{y1:g} m"
+                    yield Mistake(("patches", name), message)
             for name, (x, y) in positions.items():
                 if not (0 <= x <= length and 0 <= y <= width):
                     yield Mistake(("points", name), panel)
@@ -340,10 +340,10 @@ class Panel(SectionModel):
                     positions,
                 )
             except ValueError as error:
-                yield Mistake(named_place(self, str(error)), str(error))
+                yield Mistake(key_path(self, str(error)), str(error))
 
 
-def named_place(panel: Panel, message: str) -> Keys:
+def key_path(panel: Panel, message: str) -> Keys:
     """Return the key path of the place named at the start of a message about the geometry.
 
     Parameters
@@ -357,8 +357,8 @@ def named_place(panel: Panel, message: str) -> Keys:
     tuple of str or int
         Key path such as ``("supports", "points", "H1", "at_m")``; empty if no place is named.
     """
-    begun = [entry for entry in _named_places(panel) if message.startswith(entry[0])]
-    return max(begun, key=lambda entry: len(entry[0]))[1] if begun else ()
+    matching = [entry for entry in _named_places(panel) if message.startswith(entry[0])]
+    return max(matching, key=lambda entry: len(entry[0]))[1] if matching else ()
 
 
 def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:

@@ -127,8 +127,8 @@ class Particles(SectionModel):
             if not isinstance(self.distribution, Mono):
                 yield Mistake(("shell_mm",), "only allowed for distribution: {kind: mono}")
             if 2 * self.shell_mm >= self.diameter_mm:
-                says = f"must be below half of diameter_mm = {self.diameter_mm:g}"
-                yield Mistake(("shell_mm",), says)
+                message = f"must be below half of diameter_mm = {self.diameter_mm:g}"
+                yield Mistake(("shell_mm",), message)
 
 
 class Walls(SectionModel):

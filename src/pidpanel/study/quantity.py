@@ -107,8 +107,10 @@ class Quantity:
         if isinstance(value, bool) or not isinstance(value, Real):
             if isinstance(value, str) and value.lower().strip("+-.") in ("nan", "inf", "infinity"):
                 raise PydanticCustomError("finite_number", "must be a finite number")
-            says = "must be a whole number" if self.whole else "must be a number"
-            raise PydanticCustomError(f"{kind}_type", "{says}", {"says": says + text_hint(value)})
+            message = "must be a whole number" if self.whole else "must be a number"
+            raise PydanticCustomError(
+                f"{kind}_type", "{message}", {"message": message + text_hint(value)}
+            )
         try:
             number = float(value)
         except OverflowError:
@@ -118,15 +120,17 @@ class Quantity:
         if not self.whole:
             return number
         if not isinstance(value, Integral) and number != math.floor(number):
-            raise PydanticCustomError("int_type", "{says}", {"says": "must be a whole number"})
+            raise PydanticCustomError(
+                "int_type", "{message}", {"message": "must be a whole number"}
+            )
         return int(value) if isinstance(value, Integral) else int(number)
 
     def __call__(self, value: Any) -> float | int:
         """Return the number that a value is, for pydantic."""
         number = self.number(value)
-        says = self.refuses(number)
-        if says:
-            raise PydanticCustomError("quantity", "{says}", {"says": says})
+        message = self.refuses(number)
+        if message:
+            raise PydanticCustomError("quantity", "{message}", {"message": message})
         return number
 
     def __get_pydantic_core_schema__(

@@ -37,20 +37,20 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
     if study.sound is None:
         yield from _mistakes_without_sound(study)
     if study.is_coupled and study.sound is not None:
-        says = f"not allowed with a section sound and the damping model '{COUPLED}', whose runs "
-        says += "are then under sound; put sound and base in two studies, or set damping.readings "
-        yield Mistake(("base",), f"{says}to atlas, dem, stated, table or a law")
+        message = f"not allowed with a section sound and the damping model '{COUPLED}', whose runs "
+        message += "are then under sound; put sound and base in two studies, or set "
+        yield Mistake(("base",), f"{message}damping.readings to atlas, dem, stated, table or a law")
     elif study.is_coupled and study.base.random is None:
         yield Mistake(("base", "random"), f"missing; required for the damping model '{COUPLED}'")
     elif study.readings == (COUPLED,) and study.base.sine is not None:
-        says = f"needs a damping model of single tones in damping.readings next to '{COUPLED}'"
-        yield Mistake(("base", "sine"), says)
+        message = f"needs a damping model of single tones in damping.readings next to '{COUPLED}'"
+        yield Mistake(("base", "sine"), message)
     if study.damping.level.by == "element":
         yield Mistake(("damping", "level", "by"), "must be patch with a section base")
     high, sine = study.response.frequency_hz[1], study.base.sine
     if sine is not None and sine.frequency_hz[1] > high:
-        says = f"must be at most the highest of response.frequency_hz, {high:g}"
-        yield Mistake(("base", "sine", "frequency_hz", 1), says)
+        message = f"must be at most the highest of response.frequency_hz, {high:g}"
+        yield Mistake(("base", "sine", "frequency_hz", 1), message)
     for name in study.base.limits.points if study.base.limits else ():
         yield from mistakes_of_point(study, name, ("base", "limits", "points", name))
     supports = study.panel.support_input
@@ -80,11 +80,11 @@ def mistakes_of_coupled(study: Study) -> Iterator[Mistake]:
     yield from _mistakes_of_lines(study)
     keys = ("damping", "readings")
     if study.response.modal_damping != "full":
-        says = f"the damping model '{COUPLED}' is only allowed with modal_damping: full"
-        yield Mistake(keys, says)
+        message = f"the damping model '{COUPLED}' is only allowed with modal_damping: full"
+        yield Mistake(keys, message)
     if not study.has_filled_coupon:
-        says = f"the damping model '{COUPLED}' needs a scenario with a coupon; there is none"
-        yield Mistake(keys, says)
+        message = f"the damping model '{COUPLED}' needs a scenario with a coupon; there is none"
+        yield Mistake(keys, message)
 
 
 def _mistakes_of_lines(study: Study) -> Iterator[Mistake]:
@@ -92,8 +92,8 @@ def _mistakes_of_lines(study: Study) -> Iterator[Mistake]:
     low, high = study.response.frequency_hz
     shortest = max(FEWEST_LINES / (high - low), FEWEST_PERIODS / low)
     if study.damping.coupled.duration_s < shortest:
-        says = f"must be at least {shortest:.3g} for response.frequency_hz = [{low:g}, {high:g}]"
-        yield Mistake(("damping", "coupled", "duration_s"), says)
+        message = f"must be at least {shortest:.3g} for response.frequency_hz = [{low:g}, {high:g}]"
+        yield Mistake(("damping", "coupled", "duration_s"), message)
 
 
 def mistakes_of_labels(study: Study) -> Iterator[Mistake]:
@@ -108,8 +108,8 @@ def mistakes_of_labels(study: Study) -> Iterator[Mistake]:
                 remedy = "give the layout another name"
                 if keys and named[labelled.label].patches == labelled.patches:
                     remedy = "values must differ in their first six digits"
-                says = f"two scenarios would have the name {labelled.label}; {remedy}"
-                yield Mistake(("scenarios", name, *keys), says)
+                message = f"two scenarios would have the name {labelled.label}; {remedy}"
+                yield Mistake(("scenarios", name, *keys), message)
 
 
 def mistakes_of_measurements(study: Study) -> Iterator[Mistake]:
@@ -119,11 +119,11 @@ def mistakes_of_measurements(study: Study) -> Iterator[Mistake]:
     for name, measured in study.measurements.items():
         yield from mistakes_of_point(study, measured.point, ("measurements", name, "point"))
         if measured.excitation is not None and getattr(study, measured.excitation) is None:
-            says = f"only allowed with a section {measured.excitation}"
-            yield Mistake(("measurements", name, "excitation"), says)
+            message = f"only allowed with a section {measured.excitation}"
+            yield Mistake(("measurements", name, "excitation"), message)
         if measured.scenario is not None and measured.scenario not in labels:
-            says = f"must be one of {', '.join(labels)}"
-            yield Mistake(("measurements", name, "scenario"), says)
+            message = f"must be one of {', '.join(labels)}"
+            yield Mistake(("measurements", name, "scenario"), message)
 
 
 def mistakes_of_optimise(study: Study) -> Iterator[Mistake]:
@@ -143,8 +143,8 @@ def _mistakes_of_section(section: Optimise, study: Study) -> Iterator[Mistake]:
         yield Mistake(("excitation",), f"{wanted} needs base.random")
     (low, high), band = study.response.frequency_hz, section.band_hz
     if band is not None and not low <= band[0] < LEAST_BAND * band[0] <= band[1] <= high:
-        says = f"must be two values from {low:g} to {high:g}, the frequencies of the response, the "
-        yield Mistake(("band_hz",), f"{says}second at least {LEAST_BAND:g} times the first")
+        message = f"must be two values from {low:g} to {high:g}, the frequencies of the response, "
+        yield Mistake(("band_hz",), f"{message}the second at least {LEAST_BAND:g} times the first")
     names = list(study.all_dampers)
     if not names:
         yield Mistake(("dampers",), "there are no dampers to choose from; add a section dampers")
@@ -158,8 +158,8 @@ def _mistakes_of_section(section: Optimise, study: Study) -> Iterator[Mistake]:
         if damper is None:
             continue
         if damper.coupon is not None and name not in {*study.surfaces, *study.atlas_coupons}:
-            says = f"{name} needs its damping over Γ: damping.readings: [atlas], a table, or a "
-            yield Mistake(("dampers",), f"{says}scenario with this damper and [stated]")
+            message = f"{name} needs its damping over Γ: damping.readings: [atlas], a table, or a "
+            yield Mistake(("dampers",), f"{message}scenario with this damper and [stated]")
         if damper.law is not None:
             yield Mistake(("dampers",), f"{name} is a law without mass, which no budget limits")
         if damper.is_of_a_fill and not section.fill_fraction:
@@ -173,8 +173,8 @@ def mistakes_of_severity(study: Study) -> Iterator[Mistake]:
         return
     lowest = study.response.frequency_hz[0]
     if severity.duration_s * lowest < LEAST_CYCLES:
-        says = f"must be at least {LEAST_CYCLES / lowest:.3g}, {LEAST_CYCLES:g} cycles of the "
-        yield Mistake(("severity", "duration_s"), f"{says}lowest frequency of the response")
+        message = f"must be at least {LEAST_CYCLES / lowest:.3g}, {LEAST_CYCLES:g} cycles of the "
+        yield Mistake(("severity", "duration_s"), f"{message}lowest frequency of the response")
     for point in severity.limits:
         yield from mistakes_of_point(study, point, ("severity", "limits", point))
     has_core = study.panel.section.kind == "sandwich"
@@ -199,8 +199,8 @@ def direction_of(coupon: Coupon) -> Literal["flat", "upright"] | None:
 def mistakes_of_atlas(study: Study) -> Iterator[Mistake]:
     """Yield what of the coupons that are read from the atlas, or start from it, lies outside."""
     if ATLAS in study.readings and not study.atlas_coupons:
-        says = f"the damping model '{ATLAS}' needs a scenario with a coupon; there is none"
-        yield Mistake(("damping", "readings"), says)
+        message = f"the damping model '{ATLAS}' needs a scenario with a coupon; there is none"
+        yield Mistake(("damping", "readings"), message)
     for name, coupon in {**study.atlas_coupons, **study.prior_coupons}.items():
         keys: Keys = ("coupon",) if coupon is study.coupon else ("dampers", name, "coupon")
         yield from (mistake.prefix(*keys) for mistake in mistakes_of_coupon(coupon))
@@ -232,8 +232,8 @@ def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
     for key in ("restitution", "friction"):
         wall = getattr(coupon.walls, key)
         if wall is not None and wall != getattr(particles, key):
-            says = f"must equal particles.{key} for the damping model '{ATLAS}'{REMEDY}"
-            yield Mistake(("walls", key), says)
+            message = f"must equal particles.{key} for the damping model '{ATLAS}'{REMEDY}"
+            yield Mistake(("walls", key), message)
     ranges: Mapping[Keys, tuple[float, tuple[float, float], float]] = {
         ("particles", "restitution"): (particles.restitution, RESTITUTION, 1.0),
         ("particles", "friction"): (particles.friction, FRICTION, 1.0),

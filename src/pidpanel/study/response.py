@@ -43,11 +43,11 @@ class Response(SectionModel):
         if self.frequency_hz[1] <= self.frequency_hz[0]:
             yield Mistake(("frequency_hz",), "must be two values, the second above the first")
         elif self.frequency_hz[1] < LEAST_SPAN * self.frequency_hz[0]:
-            says = f"the second must be at least {LEAST_SPAN:g} times the first"
-            yield Mistake(("frequency_hz",), f"spans hardly a resonance; {says}")
+            message = f"the second must be at least {LEAST_SPAN:g} times the first"
+            yield Mistake(("frequency_hz",), f"spans hardly a resonance; {message}")
         if self.modal_damping == "diagonal" and self.radiation != "none":
-            says = "must be none for modal_damping: diagonal, the paper's form"
-            yield Mistake(("radiation",), says)
+            message = "must be none for modal_damping: diagonal, the paper's form"
+            yield Mistake(("radiation",), message)
 
 
 class Measurement(SectionModel):

@@ -58,8 +58,8 @@ class Family(SectionModel):
                 yield Mistake((key,), f"must have at most {MOST_SCENARIOS} values, not {count}")
         lists = len(self._lists())
         if lists > 1:
-            says = f"only one of patch, fill_fraction and oaspl_db may be a list, not {lists}"
-            yield Mistake((), says)
+            message = f"only one of patch, fill_fraction and oaspl_db may be a list, not {lists}"
+            yield Mistake((), message)
 
     def fillings(self) -> Iterator[FilledPatches]:
         """Yield the key path of each filling, the patches with their paths, and the filling."""

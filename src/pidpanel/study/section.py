@@ -47,15 +47,15 @@ class ThinSectionInput(SectionModel):
         opening = f"with thickness_mm = {self.thickness_mm:g} that of a material of"
         density = self.mass_per_area_kg_m2 / self.thickness
         if density > HEAVIEST:
-            says = f"{opening} {density:.0f} kg/m³, osmium has {HEAVIEST:g}"
-            yield Mistake(("mass_per_area_kg_m2",), says)
+            message = f"{opening} {density:.0f} kg/m³, osmium has {HEAVIEST:g}"
+            yield Mistake(("mass_per_area_kg_m2",), message)
         D = self.bending_stiffness_n_m
         modulus = 12 * (1 - self.poissons_ratio**2) * D / self.thickness**3
         if modulus > STIFFEST:
-            says = f"{opening} {modulus:.3g} Pa, diamond has {STIFFEST:g}"
+            message = f"{opening} {modulus:.3g} Pa, diamond has {STIFFEST:g}"
             if modulus * 1e-3 <= STIFFEST:
-                says += f"; {D:.7g} N mm would be {D * 1e-3:g}"
-            yield Mistake(("bending_stiffness_n_m",), says)
+                message += f"; {D:.7g} N mm would be {D * 1e-3:g}"
+            yield Mistake(("bending_stiffness_n_m",), message)
 
 
 class SolidSectionInput(SectionModel):
@@ -119,8 +119,8 @@ class MaterialInput(SectionModel):
             if self.nu12**2 >= self.e1_gpa / self.e2_gpa:  # type: ignore[operator]
                 yield Mistake(("nu12",), "must be below sqrt(e1_gpa/e2_gpa)")
         elif keys != {"youngs_modulus_gpa", "poissons_ratio"}:
-            says = "must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, "
-            yield Mistake((), f"{says}g12_gpa and nu12")
+            message = "must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, "
+            yield Mistake((), f"{message}g12_gpa and nu12")
 
 
 class PlyInput(SectionModel):
@@ -220,12 +220,14 @@ class SandwichSectionInput(SectionModel):
         for key in ("faces", "top", "bottom"):
             for index, ply in enumerate(getattr(self, key) or ()):
                 if ply.material not in self.materials:
-                    says = not_among("materials", ply.material, list(self.materials))
-                    yield Mistake((key, index, "material"), says)
+                    message = not_among("materials", ply.material, list(self.materials))
+                    yield Mistake((key, index, "material"), message)
             thickness = sum(ply.thickness_mm for ply in getattr(self, key) or ())
             if thickness > self.core.thickness_mm:
-                says = f"{thickness:g} mm thick, more than the core of {self.core.thickness_mm:g} "
-                yield Mistake((key,), f"{says}mm: faces must be thinner than the core")
+                message = (
+                    f"{thickness:g} mm thick, more than the core of {self.core.thickness_mm:g} "
+                )
+                yield Mistake((key,), f"{message}mm: faces must be thinner than the core")
 
     def plies(self, side: Literal["top", "bottom"]) -> tuple[PlyInput, ...]:
         """Return the plies of a face, the outermost first."""

@@ -58,8 +58,8 @@ class Sound(SectionModel):
         if self.oaspl_db is not None and self.shift_db != 0:
             yield Mistake(("shift_db",), f"not allowed together with oaspl_db = {self.oaspl_db:g}")
         if (self.field == "plane_wave") != (self.incidence_deg is not None):
-            says = "required for field: plane_wave, not allowed otherwise"
-            yield Mistake(("incidence_deg",), says)
+            message = "required for field: plane_wave, not allowed otherwise"
+            yield Mistake(("incidence_deg",), message)
         if self.azimuth_deg is not None and not self.field.endswith("_wave"):
-            says = "only allowed for field: plane_wave or progressive_wave"
-            yield Mistake(("azimuth_deg",), says)
+            message = "only allowed for field: plane_wave or progressive_wave"
+            yield Mistake(("azimuth_deg",), message)

@@ -144,9 +144,9 @@ class Study(CouponStudy):
         sweep.
         """
         without_sweep = {COUPLED, ATLAS} & set(self.readings) and "dem" not in self.readings
-        of_section = {} if without_sweep else super().coupons
+        stated = {} if without_sweep else super().coupons
         used = {name: self.all_dampers[name].coupon for name in self.stated_dampers}
-        return {**of_section, **{name: value for name, value in used.items() if value is not None}}
+        return {**stated, **{name: value for name, value in used.items() if value is not None}}
 
     @property
     def atlas_coupons(self) -> Mapping[str, Coupon]:
@@ -220,15 +220,15 @@ class Study(CouponStudy):
         yield from self.coupon.mistakes_with_panel() if self.coupon else ()
         if "dem" in self.readings and self.coupon is None:
             if self.damping.readings is None:
-                says = "missing; scenarios need a section coupon, dampers, or damping.readings"
-                yield Mistake(("dampers",), says)
+                message = "missing; scenarios need a section coupon, dampers, or damping.readings"
+                yield Mistake(("dampers",), message)
             else:
                 yield Mistake(("coupon",), "missing; required for the damping model 'dem'")
         if "stated" in self.readings and not self.all_dampers:
             yield Mistake(("dampers",), "missing; required for the damping model 'stated'")
         if "coupled" in self.damping.model_fields_set and not self.is_coupled:
-            says = f"only allowed with the damping model '{COUPLED}'"
-            yield Mistake(("damping", "coupled"), says)
+            message = f"only allowed with the damping model '{COUPLED}'"
+            yield Mistake(("damping", "coupled"), message)
         yield from requirements.mistakes_of_coupled(self)
 
     # ---------------------------------------------------------------------- scenarios
@@ -253,8 +253,10 @@ class Study(CouponStudy):
         """Yield a damper that is unknown or missing, and fills that its coupon does not have."""
         names = list(self.all_dampers)
         if filled.damper is not None and filled.damper not in names:
-            says = not_among("dampers", filled.damper, names) if names else "there are no dampers"
-            yield Mistake(("damper",), says)
+            message = (
+                not_among("dampers", filled.damper, names) if names else "there are no dampers"
+            )
+            yield Mistake(("damper",), message)
         elif filled.damper is None and len(names) > 1:
             yield Mistake(("damper",), f"missing; must be one of dampers: {', '.join(names)}")
         else:
@@ -272,8 +274,10 @@ class Study(CouponStudy):
         if filled.fill_fraction is not None and damper is not None and not needed:
             kind = self.all_dampers[damper].kind
             if kind != "table":  # its columns decide
-                says = f"not allowed: the {kind} of {damper} does not depend on the fill fraction"
-                yield Mistake(("fill_fraction",), says)
+                message = (
+                    f"not allowed: the {kind} of {damper} does not depend on the fill fraction"
+                )
+                yield Mistake(("fill_fraction",), message)
 
     def fills(self, damper: str | None) -> Iterator[tuple[Keys, float]]:
         """Yield the fills of a damper, or of all, with the ways to them."""

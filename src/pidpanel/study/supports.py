@@ -82,5 +82,5 @@ class Mass(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         if self.model_fields_set - {"mass_kg"} not in ({"at_m"}, {"grid"}, {"from_m", "to_m"}):
-            says = "must have either at_m, or grid (a node of a mesh file), or from_m and to_m"
-            yield Mistake((), says)
+            message = "must have either at_m, or grid (a node of a mesh file), or from_m and to_m"
+            yield Mistake((), message)

@@ -132,11 +132,11 @@ class Sweep(SectionModel):
             gamma = min(amplitude * omega, fastest) * omega / STANDARD_GRAVITY
             if gamma > LARGEST_GAMMA:
                 longest = 1e3 * LARGEST_GAMMA * STANDARD_GRAVITY / omega**2
-                says = (
+                message = (
                     f"{gamma:.3g} g at {max(self.frequencies):g} Hz; at most {LARGEST_GAMMA:g} g, "
                 )
-                says += f"{longest:.2g} mm there; max_velocity_m_s omits fast combinations"
-                yield Mistake(("displacement_mm", index), says)
+                message += f"{longest:.2g} mm there; max_velocity_m_s omits fast combinations"
+                yield Mistake(("displacement_mm", index), message)
 
     def mistakes(self) -> Iterator[Mistake]:
         keys = self.model_fields_set
@@ -144,15 +144,17 @@ class Sweep(SectionModel):
             yield Mistake(("displacement_mm",), "not allowed together with acceleration_g")
         yield from self._mistakes_of_displacements()
         if not self.acceleration_g and not self.displacement_mm:
-            says = "must have at least 1 value" if "acceleration_g" in keys else "missing"
-            yield Mistake(("acceleration_g",), f"{says}; required unless displacement_mm is given")
+            message = "must have at least 1 value" if "acceleration_g" in keys else "missing"
+            yield Mistake(
+                ("acceleration_g",), f"{message}; required unless displacement_mm is given"
+            )
         for key, values in self:
             texts: set[str] = set()
             for index, value in enumerate(values if isinstance(values, tuple) else ()):
                 text = f"{value:.6g}"
                 if text in texts:
-                    says = "duplicate value; its cases would have the same labels"
-                    yield Mistake((key, index), says)
+                    message = "duplicate value; its cases would have the same labels"
+                    yield Mistake((key, index), message)
                 texts.add(text)
 
 
@@ -190,8 +192,8 @@ def read_cases(file: Path) -> list[CaseRow]:
     table = read_rows(file)
     header, faults = table.header, LineFaults(file)
     missing = (f"missing column {name}" for name in POINT if name not in header)
-    for says in (*faults_of_names(header, header), *missing):
-        faults.add(table.line, says)
+    for message in (*faults_of_names(header, header), *missing):
+        faults.add(table.line, message)
     if len(set(AMPLITUDES) & set(header)) != 1:
         faults.add(table.line, f"must have either column {' or '.join(AMPLITUDES)}")
     if faults:
@@ -199,15 +201,15 @@ def read_cases(file: Path) -> list[CaseRow]:
     rows: list[CaseRow] = []
     lines: dict[tuple[str, ...], int] = {}
     for line, cells in table.rows:
-        says = ""
+        message = ""
         if len(cells) != len(header):
-            says = f"has {len(cells)} values, must have {len(header)} as the header"
+            message = f"has {len(cells)} values, must have {len(header)} as the header"
         elif "" in cells:
-            says = f"{header[cells.index('')]}: empty; must have a value"
+            message = f"{header[cells.index('')]}: empty; must have a value"
         elif tuple(cells) in lines:
-            says = f"duplicate of line {lines[tuple(cells)]}"
-        if says:
-            faults.add(line, says, says)
+            message = f"duplicate of line {lines[tuple(cells)]}"
+        if message:
+            faults.add(line, message, message)
             continue
         lines[tuple(cells)] = line
         rows.append(CaseRow(line, dict(zip(header, map(_value, cells), strict=True))))

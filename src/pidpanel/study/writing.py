@@ -31,8 +31,8 @@ def with_changes(values: dict[str, Any], changes: Mapping[str, Any]) -> dict[str
 
 def text_of(values: Mapping[str, Any], name: str) -> str:
     """Return a mapping as YAML; numbers of numpy, tuples and paths as a file has them."""
-    whole = plain({"name": name, **values})
-    return yaml.dump(whole, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
+    document = plain({"name": name, **values})
+    return yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
 
 
 class _Dumper(yaml.SafeDumper):

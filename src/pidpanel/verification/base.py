@@ -16,19 +16,19 @@ from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
-from pidpanel.solve.basis_error import modal_basis
-from pidpanel.solve.dampers import patch_stiffness
-from pidpanel.solve.layout import DamperLayout, layouts
-from pidpanel.solve.lines import frequency_grid
-from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
-from pidpanel.solve.panel import ModalPanel
-from pidpanel.solve.supports import (
+from pidpanel.solve.base_motion import (
     TABLE_MASS,
     BaseExcitation,
     observed_motions,
     supported_panel,
     with_translation,
 )
+from pidpanel.solve.basis_error import modal_basis
+from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.layout import DamperLayout, solve_layouts
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
+from pidpanel.solve.panel import ModalPanel
 from pidpanel.verification.rows import Row, comparison
 
 SIZE, RIGIDITY, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02
@@ -45,15 +45,15 @@ METHOD = f"{ELEMENTS[0]} × {ELEMENTS[1]} elements"
 
 def oscillator_rows(folder: Path) -> list[Row]:
     """Compute an oscillator of 50 Hz, ζ = 5 %, under white base acceleration, 2 (m/s²)²/Hz."""
-    own, ratio, mass, level = 50.0, 0.05, 3.0, 2.0
-    basis = ModalBasis([own, 0.0], [mass, TABLE_MASS * mass], [ratio, ratio])
+    natural, ratio, mass, level = 50.0, 0.05, 3.0, 2.0
+    basis = ModalBasis([natural, 0.0], [mass, TABLE_MASS * mass], [ratio, ratio])
     motions = np.array([[[1.0, 1.0], [1.0, 0.0]]])  # absolute and relative
     force = np.array([-mass, TABLE_MASS * mass])
     excitation = BaseExcitation(lambda f: np.full(f.shape, level), force)
 
     def psds(frequency: Array) -> Array:
         panel = ModalPanel(basis, Patches(np.zeros((0, 2, 2)), []), frequency, motions, frequency)
-        (answer,) = layouts(panel, excitation, [DamperLayout(())])
+        (answer,) = solve_layouts(panel, excitation, [DamperLayout(())])
         if isinstance(answer, UnstableDamping):
             raise answer
         cross = np.einsum("fii->fi", answer.response.cross_psd[:, 0]).real
@@ -61,9 +61,9 @@ def oscillator_rows(folder: Path) -> list[Row]:
 
     at_lines, rows = comparison("oscillator"), []
     for frequency in (20.0, 50.0, 120.0):
-        r = frequency / own
-        below = (1 - r**2) ** 2 + (2 * ratio * r) ** 2
-        closed = level * np.array([1 + (2 * ratio * r) ** 2, r**4]) / below
+        r = frequency / natural
+        denominator = (1 - r**2) ** 2 + (2 * ratio * r) ** 2
+        closed = level * np.array([1 + (2 * ratio * r) ** 2, r**4]) / denominator
         for name, value, exact in zip(
             ("absolute", "relative"), psds(np.array([frequency]))[0], closed, strict=True
         ):
@@ -71,7 +71,7 @@ def oscillator_rows(folder: Path) -> list[Row]:
             rows.append(at_lines.row(quantity, value, exact, frequency))
     lines = frequency_grid(2e-4, 1e7, ratio)
     rms = np.sqrt(np.trapezoid(psds(lines)[:, 0], lines))
-    miles = np.sqrt(level * np.pi * own * (1 + 4 * ratio**2) / (4 * ratio))
+    miles = np.sqrt(level * np.pi * natural * (1 + 4 * ratio**2) / (4 * ratio))
     overall = comparison("oscillator_rms")
     return [*rows, overall.row("rms of the absolute acceleration", rms, miles)]
 
@@ -85,10 +85,10 @@ class _Plate:
         plate = assemble_thin_plate(mesh, ThinSection(RIGIDITY, MASS_PER_AREA))
         shapes = panel_shapes(plate, 2 * HIGHEST)
         basis = with_condensed_face(basis_of(mesh, plate, shapes), 40.0)
-        none = np.zeros((shapes.vectors.shape[0], 0))
+        empty = np.zeros((shapes.vectors.shape[0], 0))
         self.mass, self.inertia = plate.mass, plate.inertia
         stored = plate.with_shapes(shapes.vectors)
-        self.supported = supported_panel(basis, stored, none, HIGHEST, MASS)
+        self.supported = supported_panel(basis, stored, empty, HIGHEST, MASS)
         inertia = self.supported.inertia
         self.basis = with_translation(self.supported.basis, inertia)
         self.modal = modal_basis(self.basis, DampingRatio((RATIO,)), HIGHEST)
@@ -114,13 +114,13 @@ def _navier(frequency: Array, points: Array, highest: int = 400) -> tuple[Comple
     """Return transmissibilities (nf, n_points) and force over mass (nf,) by 40 000 modes."""
     m, n = (k.ravel() for k in np.meshgrid(*2 * [np.arange(1, highest, 2)], indexing="ij"))
     wavenumber = np.pi**2 * ((m / SIZE[0]) ** 2 + (n / SIZE[1]) ** 2)
-    own, omega = np.sqrt(RIGIDITY / MASS_PER_AREA) * wavenumber, 2 * np.pi * frequency[:, None]
-    gain = omega**2 / (own**2 - omega**2 + 2j * RATIO * own * omega)
-    at = np.prod(
+    natural, omega = np.sqrt(RIGIDITY / MASS_PER_AREA) * wavenumber, 2 * np.pi * frequency[:, None]
+    gain = omega**2 / (natural**2 - omega**2 + 2j * RATIO * natural * omega)
+    product = np.prod(
         np.sin(np.pi * np.stack([m, n]) * points[:, :, None] / np.array(SIZE)[:, None]), axis=1
     )
     part = 16 / (np.pi**2 * m * n)
-    return 1 + gain @ (at * part).T, 1 + gain @ (64 / (np.pi**4 * m**2 * n**2))
+    return 1 + gain @ (product * part).T, 1 + gain @ (64 / (np.pi**4 * m**2 * n**2))
 
 
 def plate_rows(folder: Path) -> list[Row]:
@@ -144,7 +144,7 @@ def limit_rows(folder: Path) -> list[Row]:
     """Compute limits for any panel on a moving base: near 0 Hz, and for all its modes."""
     plate = _Plate(folder)
     gain, force, _ = plate.solve(np.array([0.02]), 0.0, APPARENT)
-    rigid, weight, of_modes, whole = (
+    rigid, weight, modal_weight, full = (
         comparison(name, elements=METHOD)
         for name in ("rigid_motion", "rigid_force", "effective_mass", "whole_mass")
     )
@@ -155,7 +155,7 @@ def limit_rows(folder: Path) -> list[Row]:
         np.sqrt(RIGIDITY / MASS_PER_AREA) * np.pi / 2 * ((m / SIZE[0]) ** 2 + (n / SIZE[1]) ** 2)
     )
     modes = ~supported.basis.is_residual
-    below = natural < 1.001 * supported.basis.natural_frequency[modes].max()
+    is_resolved = natural < 1.001 * supported.basis.natural_frequency[modes].max()
     series = 64 / np.pi**4 * MASS / (m * n) ** 2.0
     carried = MASS + APPARENT * PATCH_AREA
     quantity = f"sum of the effective masses of the modes to {2 * HIGHEST:g} Hz"
@@ -166,8 +166,8 @@ def limit_rows(folder: Path) -> list[Row]:
             for name, value in zip(POINTS, gain[0], strict=True)
         ),
         weight.row("force over acceleration, 0.02 Hz, with particles", abs(force[0]), carried),
-        of_modes.row(quantity, effective[modes].sum(), series[below].sum()),
-        whole.row("sum of the effective masses of all elements", all_modes, MASS),
+        modal_weight.row(quantity, effective[modes].sum(), series[is_resolved].sum()),
+        full.row("sum of the effective masses of all elements", all_modes, MASS),
     ]
 
 

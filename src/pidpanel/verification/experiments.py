@@ -105,9 +105,9 @@ def lammps_rows(folder: Path) -> list[Row]:
     collision = comparison("lammps", scale=SCALE, faster=faster)
     rows = []
     for time, (distance, velocity, force) in COLLISION.items():
-        (z, v, f), (other, _, _) = frames[round(time / step / stride)]
+        (z, v, f), (second, _, _) = frames[round(time / step / stride)]
         for quantity, unit, computed, reference in (
-            ("distance of the centres", "m", other - z, distance),
+            ("distance of the centres", "m", second - z, distance),
             ("velocity", "m/s", v / faster, velocity),
             ("force", "N", f / SCALE, force),
         ):

@@ -68,8 +68,8 @@ def nafems_rows(folder: Path) -> list[Row]:
             published = replace(published, tolerance=np.nan)
         for quantity, (computed, target, closed, unit) in values.items():
             for source, reference in ((published.source, target), ("sine series", closed)):
-                known = replace(published, unit=unit, source=source)
-                rows.append(known.row(quantity, computed, reference, resolution=count))
+                stated = replace(published, unit=unit, source=source)
+                rows.append(stated.row(quantity, computed, reference, resolution=count))
     return rows
 
 
@@ -153,8 +153,8 @@ class DampedPanel:
         load = plate.quadrature_weight[:, None] * (plate.at_quadrature @ answer)  # (nq, points)
         psd = np.zeros(pull.shape[1])
         for azimuth in 2 * np.pi * np.arange(90) / 90:
-            along = plate.quadrature_position @ np.array([np.cos(azimuth), np.sin(azimuth)])
-            wave = np.exp(1j * k * np.outer(np.sqrt(1 - cosine**2), along))
+            distance = plate.quadrature_position @ np.array([np.cos(azimuth), np.sin(azimuth)])
+            wave = np.exp(1j * k * np.outer(np.sqrt(1 - cosine**2), distance))
             psd += weight @ np.abs(wave @ load) ** 2 / 90
         return psd
 

@@ -208,7 +208,7 @@ def endless(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("then", "says"),
+    ("then", "message"),
     [
         ("exec yes", "10000 lines in 'run 20'"),
         # one line without an end, and an input that closes as soon as tr starts
@@ -216,7 +216,7 @@ def endless(tmp_path, monkeypatch):
     ],
 )
 def test_a_solver_that_prints_for_ever_is_ended_and_takes_no_memory(
-    endless, then, says, monkeypatch
+    endless, then, message, monkeypatch
 ):
     # red: a SimpleQueue, a list of all lines, no MOST_LINES: 827 MB in 18 s, and no end
     monkeypatch.setattr(process, "MOST_LINES", 10_000)
@@ -226,7 +226,7 @@ def test_a_solver_that_prints_for_ever_is_ended_and_takes_no_memory(
         solver._spheres = 3
         time.sleep(0.5)  # what it prints meanwhile stays in the pipe
         assert solver._queue.qsize() <= process.LINES_WAITING
-        with pytest.raises(failures.RunHung, match=says):
+        with pytest.raises(failures.RunHung, match=message):
             solver.run(20)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
 

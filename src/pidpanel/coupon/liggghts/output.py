@@ -235,10 +235,10 @@ def read_contacts(
     left, right = table[:, 0].astype(int), table[:, 1].astype(int)
     # the wall's triangle comes first and counts from 0, ids of spheres from 1
     first, second = (right - 1, left) if with_wall else (left - 1, right - 1)
-    whole = (table[:, 0] == left) & (table[:, 1] == right)
+    is_complete = (table[:, 0] == left) & (table[:, 1] == right)
     in_range = (first >= 0) & (first < ids[0]) & (second >= 0) & (second < ids[1])
-    if not (whole & in_range).all():
-        worst = int(np.argmin(whole & in_range))
+    if not (is_complete & in_range).all():
+        worst = int(np.argmin(is_complete & in_range))
         raise ParticlesLost(
             f"{source}: contact {worst + 1} of {table[worst, 0]:g} with {table[worst, 1]:g}; there "
             f"are {ids[0]} spheres and {ids[1]} partners"

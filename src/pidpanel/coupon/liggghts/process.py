@@ -284,9 +284,9 @@ class Liggghts:
                 raise self._hung(f"not done in {longest:.3g} s: {action}")
         raise self._hung(f"{MOST_LINES} lines in {action}")
 
-    def _hung(self, says: str) -> failures.RunHung:
+    def _hung(self, message: str) -> failures.RunHung:
         self._process.kill()
-        return failures.RunHung(f"{self.log}: {says}; ended")
+        return failures.RunHung(f"{self.log}: {message}; ended")
 
     def _patience(self, steps: float) -> float:
         """Return the longest time of a number of steps [s]."""

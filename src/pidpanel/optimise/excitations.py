@@ -22,9 +22,9 @@ from pidpanel.response.model_error import model_error_of, with_model_error
 from pidpanel.response.panel import ExcitationSource, ResponsePanel, widen
 from pidpanel.response.refinement import checked_responses
 from pidpanel.response.results import standard_errors
+from pidpanel.solve.base_motion import SupportedPanel, supported_panel
 from pidpanel.solve.basis_error import basis_shapes
 from pidpanel.solve.model import PanelResponse
-from pidpanel.solve.supports import SupportedPanel, supported_panel
 
 # Share of the largest static response to a patch below which a direction is left out
 STATIC_TOLERANCE = 1e-2
@@ -54,14 +54,14 @@ def finalist(case: SolvedCase, basis_error: float) -> Finalist:
     """Return a layout from its case."""
     response = steady(case.response)
     errors = with_model_error(standard_errors(case, response), model_error_of(case, response))
-    after, bare = response.response, case.bare.response
+    damped, bare = response.response, case.bare.response
     dead = bare if case.dead_weight is None else case.dead_weight.response
-    log_rms = np.zeros(after.acceleration_rms.shape) if errors is None else errors.log_rms
-    return Finalist(after, bare, dead, log_rms, response.acceleration_g, basis_error)
+    log_rms = np.zeros(damped.acceleration_rms.shape) if errors is None else errors.log_rms
+    return Finalist(damped, bare, dead, log_rms, response.acceleration_g, basis_error)
 
 
 @dataclass(frozen=True)
-class UnderSound:
+class SoundExcitedPanel:
     """A panel in its sound field."""
 
     start: ResponsePanel
@@ -94,7 +94,7 @@ class UnderSound:
 
 
 @dataclass(frozen=True)
-class OnShaker:
+class ShakerExcitedPanel:
     """A panel whose supports move at random."""
 
     start: PanelBasis
@@ -104,8 +104,8 @@ class OnShaker:
 
     def panel(self, plate: StoredPlate, places: Places) -> PlacedPanel:
         """Return the panel with places, and with the static response to its supports."""
-        basis, none = place_basis(self.start, plate, places), np.zeros((len(plate.shapes), 0))
-        supported = supported_panel(basis, plate, none, self._highest, self.mass)
+        basis, empty = place_basis(self.start, plate, places), np.zeros((len(plate.shapes), 0))
+        supported = supported_panel(basis, plate, empty, self._highest, self.mass)
         return self._placed(self.shaker.panel(supported), places)
 
     def confirm(
@@ -115,7 +115,7 @@ class OnShaker:
         scenarios: Sequence[ResponseScenario],
         models: DampingModels,
     ) -> list[Finalist]:
-        """Return layouts at their consistent motion; see `UnderSound.confirm`."""
+        """Return layouts at their consistent motion; see `SoundExcitedPanel.confirm`."""
 
         def moved(supported: SupportedPanel) -> PlacedPanel:
             return self._placed(self.shaker.panel_with(supported, scenarios, models), places)
@@ -137,4 +137,4 @@ class OnShaker:
         return place_panel(panel, places.area, with_strains=self.with_strains)
 
 
-Excited = UnderSound | OnShaker
+ExcitedPanel = SoundExcitedPanel | ShakerExcitedPanel

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.solve.moved import InVacuum, ShapesInVacuum
+from pidpanel.solve.bare_motions import InVacuum, ShapesInVacuum
 
 N = 5
 DRAW = np.random.default_rng(2)

@@ -34,7 +34,7 @@ def added_compliance(section: Section, turn: float) -> tuple[float, float]:
     section
         Section of the panel.
     turn
-        θ/2π; see `share_of_turn`.
+        θ/2π; see `angle_fraction`.
     """
     stiffness = section.bending
     bending = float(np.sqrt(stiffness[0, 0] * stiffness[1, 1]))
@@ -52,7 +52,7 @@ def foot_logarithm(distance: Array | float, size: Array) -> Array:
     return np.maximum(np.log(np.maximum(distance / (FOOT_OF_ELEMENTS * size), 1.0)), NEAREST)
 
 
-def change_nearby(distance: Array, size: Array, extent: float) -> Array:
+def refinement_change(distance: Array, size: Array, extent: float) -> Array:
     """Return the relative change of motion near a point support with elements of half the size [1].
 
     The deflection grows like ln(ρ/a) from 0 there. Measured with elements of 6 cm on sandwiches:
@@ -69,10 +69,12 @@ def change_nearby(distance: Array, size: Array, extent: float) -> Array:
     return np.log(2) * near.clip(0.0)
 
 
-def share_of_turn(mesh: PanelMesh, place: Array) -> float:
+def angle_fraction(mesh: PanelMesh, place: Array) -> float:
     """Return θ/2π: 1 within the panel, ½ at a straight edge."""
-    at = np.linalg.norm(mesh.vertices - place, axis=1) < 1e-6 * np.ptp(mesh.vertices, axis=0).max()
-    cell, corner = np.nonzero(at[mesh.cells])
+    is_here = (
+        np.linalg.norm(mesh.vertices - place, axis=1) < 1e-6 * np.ptp(mesh.vertices, axis=0).max()
+    )
+    cell, corner = np.nonzero(is_here[mesh.cells])
     if not cell.size:
         return 1.0
     count = mesh.cells.shape[1]
@@ -83,7 +85,7 @@ def share_of_turn(mesh: PanelMesh, place: Array) -> float:
     return float(np.abs(np.angle(after / before)).sum() / (2 * np.pi))
 
 
-def held_reactions(
+def support_reactions(
     mesh: PanelMesh,
     section: Section,
     points: Mapping[str, PointSupport],
@@ -109,12 +111,12 @@ def held_reactions(
     for name, point in points.items():
         if point.radius == 0:
             vertex = point.vertex(mesh, name)
-            turn = share_of_turn(mesh, mesh.vertices[vertex])
-            of_force, of_moment = added_compliance(section, turn)
+            turn = angle_fraction(mesh, mesh.vertices[vertex])
+            force_compliance, moment_compliance = added_compliance(section, turn)
             dofs.append(int(force_dofs[vertex]))
-            compliance.append(of_force)
+            compliance.append(force_compliance)
             if point.kind == "hold_down":
                 dofs += moment_dofs[:, vertex].tolist()
-                compliance += [of_moment] * 2
+                compliance += [moment_compliance] * 2
     root = sp.diags_array(np.sqrt(np.array(compliance) / 2))
     return sp.csr_array(root @ stiffness[dofs] @ free)

@@ -10,7 +10,7 @@ from pidpanel.provenance import durable
 from pidpanel.provenance.owner import OwnerError, check_owner
 from pidpanel.study import Study, StudyError, load_study
 from pidpanel.study.writing import text_of, values_of, with_changes
-from pidpanel.workflow.forked import run_rules
+from pidpanel.workflow.fork_runner import run_rules
 from pidpanel.workflow.plan import Plan
 from pidpanel.workflow.rules import panel_rules
 

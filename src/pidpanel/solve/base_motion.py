@@ -68,8 +68,8 @@ def integrals_of_shapes(basis: PanelBasis, plate: StoredPlate) -> Array:
     """Return ∫ φ dA of all elements (n_free, n_patches + 1) over each patch, then the face [m²]."""
     face = plate.quadrature_weight
     if plate.patch_weight is not None:
-        of_patches = (plate.at_quadrature.T @ plate.patch_weight.T).toarray()
-        return np.column_stack([of_patches, plate.at_quadrature.T @ face])
+        patch_integrals = (plate.at_quadrature.T @ plate.patch_weight.T).toarray()
+        return np.column_stack([patch_integrals, plate.at_quadrature.T @ face])
     per_cell = len(face) // len(basis.cells)  # cell by cell
     rows = [np.repeat(cells, per_cell) * face for cells in basis.cell_in_patch]
     return plate.at_quadrature.T @ np.array([*rows, face]).T

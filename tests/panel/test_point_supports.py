@@ -5,15 +5,15 @@ import pytest
 import scipy.sparse as sp
 import shapely
 
-from pidpanel.panel import fit
-from pidpanel.panel.fit import change_near_points, free_edges, jaggedness, roughness
+from pidpanel.panel import checks
+from pidpanel.panel.checks import free_edges, jaggedness, point_refinement_error, roughness
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.reactions import (
+from pidpanel.panel.point_supports import (
     added_compliance,
-    change_nearby,
+    angle_fraction,
     foot_logarithm,
-    held_reactions,
-    share_of_turn,
+    refinement_change,
+    support_reactions,
 )
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.supports import EdgeSupport, PointSupport, Supports
@@ -62,21 +62,21 @@ def test_halving_a_foot_adds_the_logarithm_of_two_to_what_yields_there():
 )
 def test_a_panel_takes_all_half_or_a_quarter_of_a_turn_about_a_point(place, share):
     # red: steps of one sign; the cosine of edges that are not unit vectors
-    assert share_of_turn(grid(4), np.array(place)) == pytest.approx(share)
+    assert angle_fraction(grid(4), np.array(place)) == pytest.approx(share)
 
 
 def test_a_vertex_is_found_within_a_millionth_of_the_longer_side():
     # red: of the shorter side; over the side
     long = grid(4)
     long.vertices[:, 0] *= 1000.0
-    assert share_of_turn(long, np.array([500.0, -5e-4])) == pytest.approx(0.5, abs=1e-3)
+    assert angle_fraction(long, np.array([500.0, -5e-4])) == pytest.approx(0.5, abs=1e-3)
 
 
 def test_the_foot_of_an_element_is_a_tenth_of_its_size():
     # red: the foot of its whole size; no least distance; a change of points beyond the extent
     assert foot_logarithm(0.3, np.array(0.06)) == pytest.approx(np.log(50))
     assert foot_logarithm(0.0, np.array(0.06)) == 1.1
-    change = change_nearby(np.array([0.06, 0.3, 2.0]), np.full(3, 0.06), 0.6)
+    change = refinement_change(np.array([0.06, 0.3, 2.0]), np.full(3, 0.06), 0.6)
     near = np.log(2) * (1 / np.log(10) - 1 / np.log(100))
     assert change[:2] == pytest.approx([near, np.log(2) * (1 / np.log(50) - 1 / np.log(100))])
     assert change[2] == 0
@@ -93,7 +93,7 @@ def test_a_held_coordinate_pulls_with_its_row_of_the_stiffness():
     }
     of_moments = np.array([np.arange(9, 18), np.arange(18, 27)])
     free = sp.csr_array(np.eye(27)[:, 1:])
-    rows = held_reactions(mesh, Sheared(), points, stiffness, free, np.arange(9), of_moments)
+    rows = support_reactions(mesh, Sheared(), points, stiffness, free, np.arange(9), of_moments)
     force, moment = added_compliance(Sheared(), 1.0)
     held = stiffness.toarray()[[4, 13, 22, 0]]
     scale = np.sqrt([force / 2, moment / 2, moment / 2, 2 * force])
@@ -104,19 +104,21 @@ def test_the_motion_near_a_mass_changes_as_far_as_the_mass_holds_the_panel():
     # a spring of the stiffness at which the panel yields holds half; red: its inverse; 2π left out
     extent, size = 0.6, np.array([0.06])
     yields = np.log(100) / (2 * np.pi * 1e5)
-    near = change_nearby(np.array([0.1]), size, extent)[0]
+    near = refinement_change(np.array([0.1]), size, extent)[0]
     at = [(0.0, 0.1), (5.0, 5.0)]
     for resistance, share in ((np.inf, 1.0), (1 / yields, 0.5), (0.1 / yields, 1 / 11)):
-        change = change_near_points(extent, {(0.0, 0.0): resistance}, Sheared(), at, lambda _: 0.06)
+        change = point_refinement_error(
+            extent, {(0.0, 0.0): resistance}, Sheared(), at, lambda _: 0.06
+        )
         assert change == pytest.approx([share * near, 0.0])
     nearest = {(0.0, 0.0): np.inf, (0.0, 0.15): np.inf}
-    change = change_near_points(extent, nearest, Sheared(), at, lambda _: 0.06)
-    assert change[0] == pytest.approx(change_nearby(np.array([0.05]), size, extent)[0])
-    thin = change_near_points(
+    change = point_refinement_error(extent, nearest, Sheared(), at, lambda _: 0.06)
+    assert change[0] == pytest.approx(refinement_change(np.array([0.05]), size, extent)[0])
+    thin = point_refinement_error(
         extent, {(0.0, 0.0): np.inf}, ThinSection(50.0, 1.0), at, lambda _: 0.06
     )
     assert thin == pytest.approx([near, 0.0])
-    assert not change_near_points(extent, {}, Sheared(), at, lambda _: 0.06).any()
+    assert not point_refinement_error(extent, {}, Sheared(), at, lambda _: 0.06).any()
 
 
 def test_whole_elements_reach_beyond_a_foot():
@@ -153,4 +155,4 @@ def test_the_roughest_foot_and_all_ends_within_edges_count():
 
 def test_places_are_the_same_within_a_millionth_of_the_extent():
     # red: of the shorter side; of coordinates in place of lengths
-    assert fit._slack(shapely.box(10, 20, 12, 23)) == pytest.approx(3e-6)
+    assert checks._slack(shapely.box(10, 20, 12, 23)) == pytest.approx(3e-6)

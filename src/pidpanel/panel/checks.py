@@ -13,7 +13,7 @@ from pidpanel.geometry.polygon import Circle, Position, Shape, show, signed_area
 from pidpanel.panel.attachments import Attachment
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import NONE_FREE
-from pidpanel.panel.reactions import added_compliance, change_nearby, foot_logarithm
+from pidpanel.panel.point_supports import added_compliance, foot_logarithm, refinement_change
 from pidpanel.panel.section import Section, ThinSection
 from pidpanel.panel.supports import PointSupport, Supports, boundary_loops, held_vertices
 
@@ -209,9 +209,9 @@ def jaggedness(mesh: PanelMesh, supports: Supports) -> float:
     for name, point in supports.points.items():
         if point.radius:
             corners = mesh.vertices[mesh.cells[point.foot_cells(mesh, name)]]
-            away = np.linalg.norm(corners - point.position, axis=-1).max()
+            distance = np.linalg.norm(corners - point.position, axis=-1).max()
             weight = 1.0 if point.kind == "hold_down" else HINGE_SHARE
-            reach.append(weight * (np.log(away / point.radius) - ROUND))
+            reach.append(weight * (np.log(distance / point.radius) - ROUND))
     return max([0.0, *reach])
 
 
@@ -237,7 +237,7 @@ def resistances(
     return resistance
 
 
-def change_near_points(
+def point_refinement_error(
     extent: float,
     resistance: Mapping[Position, float],
     section: Section,
@@ -263,7 +263,7 @@ def change_near_points(
     size = np.array([size_at(position) for position in resistance])
     yields = added_compliance(section, 1.0)[0] / np.log(2) * foot_logarithm(extent, size)
     stiff = 1 / (1 + 1 / np.array(list(resistance.values())) / np.maximum(yields, TINY))
-    return (stiff * change_nearby(distance, size, extent)).max(axis=1, initial=0.0)
+    return (stiff * refinement_change(distance, size, extent)).max(axis=1, initial=0.0)
 
 
 def free_edges(area: BaseGeometry, supports: Supports) -> float:

@@ -88,8 +88,8 @@ class ShapesInVacuum(InVacuum):
     def receptance(self, rows: Index, columns: slice) -> Complexes:
         """Return Wᵀ Z₀⁻¹ W of some columns."""
         motion, n = self._transfer * self.observed[:, columns], len(self.observed)
-        of_patches = _seen_by(self.observed[:, rows[rows >= n]], motion)
-        return np.concatenate([of_patches, motion[:, rows[rows < n]]], axis=1)
+        patch_motion = _seen_by(self.observed[:, rows[rows >= n]], motion)
+        return np.concatenate([patch_motion, motion[:, rows[rows < n]]], axis=1)
 
 
 class InAir(MovedPanel):

@@ -3,15 +3,15 @@
 import pytest
 
 from pidpanel.study import load_study
-from pidpanel.workflow import first
+from pidpanel.workflow import first_answer
 
-ROOT = first.Path(__file__).parents[2]
+ROOT = first_answer.Path(__file__).parents[2]
 STUDIES = ROOT / "workflow" / "studies"
 
 
 def test_a_simulated_study_is_answered_from_the_atlas_first(tmp_path):
     # red: the readings left as they are, which would run LIGGGHTS; the name, and so the results
-    path = first.first_study(STUDIES / "paper.yaml", tmp_path)
+    path = first_answer.first_study(STUDIES / "paper.yaml", tmp_path)
     study, whole = load_study(path), load_study(STUDIES / "paper.yaml")
     assert study.readings == ("atlas",) and not study.coupons and not study.is_coupled
     assert study.name == "paper_first" and study.scenarios == whole.scenarios
@@ -20,16 +20,16 @@ def test_a_simulated_study_is_answered_from_the_atlas_first(tmp_path):
 @pytest.mark.parametrize("name", ["l_panel.yaml", "smoke.yaml", "coupon_size.yaml"])
 def test_a_study_without_the_atlas_or_without_simulation_has_no_first_answer(tmp_path, name):
     # red: either condition left out
-    assert first.first_study(STUDIES / name, tmp_path) is None
+    assert first_answer.first_study(STUDIES / name, tmp_path) is None
 
 
 def test_mistakes_are_left_to_the_run(tmp_path, monkeypatch):
     # red: `except` left out: a traceback before the line of Snakemake
     monkeypatch.chdir(tmp_path)
-    assert first.main("nosuch.yaml", "1") == 0
+    assert first_answer.main("nosuch.yaml", "1") == 0
 
 
 def test_make_run_answers_first():
     # red: the line left out of the Makefile
     (recipe,) = [x for x in (ROOT / "Makefile").read_text().split("\n\n") if "\nrun:" in x]
-    assert recipe.index("pidpanel.workflow.first") < recipe.index("snakemake")
+    assert recipe.index("pidpanel.workflow.first_answer") < recipe.index("snakemake")

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from random_panels import RandomPanel
 
-from pidpanel.optimise import reduced as module
-from pidpanel.solve import layouts
+from pidpanel.optimise import reduced_panel as module
+from pidpanel.solve import solve_layouts
 from pidpanel.solve.dampers import patch_stiffness
-from pidpanel.solve.layout import DamperLayout, Load
+from pidpanel.solve.layout import AttachedDamper, DamperLayout
 from pidpanel.solve.model import ResponseError
 from pidpanel.solve.panel import ModalPanel
 
@@ -23,9 +23,9 @@ def stiffness(panel, fillings):
 
 
 def solved(panel, places, fillings):
-    loads = [Load(p, f.damping, False) for p, f in zip(places, fillings, strict=True)]
+    loads = [AttachedDamper(p, f.damping, False) for p, f in zip(places, fillings, strict=True)]
     model = ModalPanel(panel.basis, panel.patches, panel.frequency, panel.points, panel.frequency)
-    (answer,) = layouts(model, panel.excitation, [DamperLayout(tuple(loads))])
+    (answer,) = solve_layouts(model, panel.excitation, [DamperLayout(tuple(loads))])
     return answer
 
 

@@ -20,11 +20,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.solve.bare_motions import MatrixInput
 from pidpanel.solve.excitation import Excitation
 from pidpanel.solve.lines import trapezoid_weights
 from pidpanel.solve.modal import chunks_of_lines, moved_panel
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError
-from pidpanel.solve.moved import MatrixInput
 
 THREADS = 2
 LINES_AT_ONCE = 16
@@ -111,9 +111,9 @@ class ReducedPanel:
         self._motion: Complexes = np.empty((count, n, width), precision)
         self._parts: Complexes = np.zeros((count, width, columns), precision)
         for lines, factor in zip(chunks_of_lines(count, n), force, strict=True):
-            seen = moved_panel(frequency, lines, basis, observed, air)
-            self._motion[lines] = seen.motion()
-            self._parts[lines, :, : factor.shape[2]] = seen.in_parts(factor)
+            observed_motion = moved_panel(frequency, lines, basis, observed, air)
+            self._motion[lines] = observed_motion.motion()
+            self._parts[lines, :, : factor.shape[2]] = observed_motion.in_parts(factor)
         self._observed = observed.astype(self._motion.real.dtype)
         self._outputs = outputs or Outputs(
             np.arange(rows), np.repeat(self.weight[:, None], rows, axis=1), np.eye(rows)
@@ -122,12 +122,12 @@ class ReducedPanel:
         self._index = np.arange(rows, width).reshape(patches.count, self.rank)
         self._columns: dict[int, tuple[Complexes, Complexes]] = {}
         self._capacity = int(LARGEST / (2 * count * width * self.rank * self._motion.itemsize))
-        own = [self._between(index, index) for index in self._index]
-        self._own = tuple(np.stack(part, axis=1) for part in zip(*own, strict=True))
-        self._to_points = self._between(np.arange(rows), self._index.ravel())
+        blocks = [self._block(index, index) for index in self._index]
+        self._own = tuple(np.stack(part, axis=1) for part in zip(*blocks, strict=True))
+        self._to_points = self._block(np.arange(rows), self._index.ravel())
         self._point_psd = np.sum(np.abs(self._parts[:, :rows]) ** 2, axis=2)
 
-    def _between(self, rows: Index | slice, columns: Index) -> tuple[Complexes, Complexes]:
+    def _block(self, rows: Index | slice, columns: Index) -> tuple[Complexes, Complexes]:
         """Return R and S between some motions."""
         receptance = self._observed[:, rows].T @ self._motion[:, :, columns]
         return receptance, self._parts[:, rows] @ self._parts[:, columns].conj().swapaxes(1, 2)
@@ -139,7 +139,7 @@ class ReducedPanel:
             if place not in self._columns:
                 if len(self._columns) > self._capacity:
                     self._columns.pop(next(iter(self._columns)))
-                self._columns[place] = self._between(slice(None), self._index[place])
+                self._columns[place] = self._block(slice(None), self._index[place])
             columns.append(self._columns[place])
         receptance, psd = zip(*columns, strict=True)
         return np.concatenate(receptance, axis=2), np.concatenate(psd, axis=2)
@@ -252,8 +252,8 @@ def _forces(
     force, energy = [], np.zeros((n, n))
     for lines in chunks_of_lines(frequency.size, n):
         factor = root[lines, None, None] * _force_factors(excitation, frequency[lines])
-        of_shapes = moved_panel(frequency, lines, basis, np.eye(n), air)
-        motion = of_shapes.in_parts(factor) * np.sqrt(weight[lines, None, None])
+        shape_motion = moved_panel(frequency, lines, basis, np.eye(n), air)
+        motion = shape_motion.in_parts(factor) * np.sqrt(weight[lines, None, None])
         energy += sum((part @ part.conj().T).real for part in motion)
         force.append(factor)
     return force, energy

@@ -37,7 +37,7 @@ class DampingValues:
 Point = tuple[float, float]  # fill fraction r and acceleration amplitude Γ of a patch
 
 
-class DampingReading(Protocol):
+class DampingModel(Protocol):
     """C_e and m_a of a patch, with their covariance."""
 
     depends_on_acceleration: bool  # whether C_e or m_a changes with Γ
@@ -88,7 +88,7 @@ class DampingReading(Protocol):
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the damper [kg/m²], with or without m_a; NaN if not known."""
 
-    def without_mass(self) -> DampingReading:
+    def without_mass(self) -> DampingModel:
         """Return the same damping with m_a = 0, known exactly: a dashpot."""
 
 
