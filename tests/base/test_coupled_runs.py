@@ -11,7 +11,7 @@ from pidpanel.coupled.excited_panel import ExcitedPanel
 from pidpanel.coupled.integration import Integration, drift_free_velocity
 from pidpanel.coupled.scenario import CoupledScenario, RunSettings, SimulatedPatch
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.solve.layout import AttachedDamper, DamperLayout, solve_layouts
+from pidpanel.solve.layout import AttachedDamper, DamperLayout, layouts
 from pidpanel.solve.panel import ModalPanel
 
 LOW, HIGH, PERIOD, SETTLED, STATIONS = 30.0, 395.0, 2.0, 1.0, 32
@@ -89,7 +89,7 @@ def solved(panel, mass):
     f = np.arange(int(np.ceil(LOW * PERIOD)), int(HIGH * PERIOD) + 1) / PERIOD
     modal = ModalPanel(panel.modal, panel.patches, f, panel.observed[:-1, :1], f)
     load = AttachedDamper(0, lambda f, _gamma: (0 * f, 0 * f + mass, f > 0), False)
-    (answer,) = solve_layouts(modal, panel.excitation, [DamperLayout((load,) if mass else ())])
+    (answer,) = layouts(modal, panel.excitation, [DamperLayout((load,) if mass else ())])
     return answer.response.acceleration_psd.sum(axis=0) / PERIOD
 
 

@@ -14,7 +14,7 @@ from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import SolvedCase
 from pidpanel.solve.base_motion import TABLE_MASS, BaseExcitation
 from pidpanel.solve.excitation import ModalForce
-from pidpanel.solve.layout import AttachedDamper, DamperLayout, solve_layouts, solve_with
+from pidpanel.solve.layout import AttachedDamper, DamperLayout, layouts, solve_with
 from pidpanel.solve.lines import frequency_grid, root_mean_square
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel
@@ -38,7 +38,7 @@ def oscillator(frequency, damping=0.0, mass=0.0):
     points[1] = [[MASS, MASS], [area, area]]
     panel = ModalPanel(basis, patches, frequency, points, frequency)
     load = AttachedDamper(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
-    (answer,) = solve_layouts(panel, excitation, [DamperLayout((load,) if damping or mass else ())])
+    (answer,) = layouts(panel, excitation, [DamperLayout((load,) if damping or mass else ())])
     cross = answer.response.cross_psd
     force = interface_force_psd(answer, cross[:, 1])
     omega = 2 * np.pi * frequency
@@ -114,7 +114,7 @@ def test_the_solver_agrees_with_transfer_functions(panel, loaded):
     frequency = np.array([30.0, 65.0, 130.0, 224.0, 390.0])
     modal = ModalPanel(panel.modal, panel.patches, frequency, panel.observed, frequency)
     load = AttachedDamper(0, lambda f, _gamma: (0 * f + DAMPING, 0 * f + APPARENT, f > 0), False)
-    (answer,) = solve_layouts(modal, panel.excitation, [DamperLayout((load,) if loaded else ())])
+    (answer,) = layouts(modal, panel.excitation, [DamperLayout((load,) if loaded else ())])
     motion, force, _ = solved(panel, frequency, *((DAMPING, APPARENT) if loaded else ()))
     psd = np.einsum("fpii->fpi", answer.response.cross_psd).real
     np.testing.assert_allclose(psd, WHITE * np.abs(motion) ** 2, rtol=1e-5)
@@ -130,7 +130,7 @@ def test_the_slopes_of_the_force_are_those_of_the_solver(panel):
 
     def answer(damping, mass):
         load = AttachedDamper(0, lambda f, _gamma: (0 * f + damping, 0 * f + mass, f > 0), False)
-        (response,) = solve_layouts(modal, panel.excitation, [DamperLayout((load,))])
+        (response,) = layouts(modal, panel.excitation, [DamperLayout((load,))])
         return response, interface_force_psd(response, response.response.cross_psd[:, -1])
 
     response, psd = answer(DAMPING, APPARENT)

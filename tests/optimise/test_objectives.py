@@ -14,7 +14,7 @@ from pidpanel.optimise.objectives import (
 )
 from pidpanel.optimise.reduced_panel import ReducedPanel
 from pidpanel.severity.oscillators import response_spectrum
-from pidpanel.solve import solve_layouts
+from pidpanel.solve import layouts
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import AttachedDamper, DamperLayout
 from pidpanel.solve.model import root_mean_square
@@ -42,7 +42,7 @@ def response(panel):
     fillings = [panel.fillings[0], panel.fillings[1]]
     loads = [AttachedDamper(p, f.damping, False) for p, f in zip(PLACES, fillings, strict=True)]
     model = ModalPanel(panel.basis, panel.patches, panel.frequency, motions(panel), panel.frequency)
-    (answer,) = solve_layouts(model, panel.excitation, [DamperLayout(tuple(loads))])
+    (answer,) = layouts(model, panel.excitation, [DamperLayout(tuple(loads))])
     return answer.response
 
 

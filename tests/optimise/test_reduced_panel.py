@@ -5,7 +5,7 @@ import pytest
 from random_panels import RandomPanel
 
 from pidpanel.optimise import reduced_panel as module
-from pidpanel.solve import solve_layouts
+from pidpanel.solve import layouts
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import AttachedDamper, DamperLayout
 from pidpanel.solve.model import ResponseError
@@ -25,7 +25,7 @@ def stiffness(panel, fillings):
 def solved(panel, places, fillings):
     loads = [AttachedDamper(p, f.damping, False) for p, f in zip(places, fillings, strict=True)]
     model = ModalPanel(panel.basis, panel.patches, panel.frequency, panel.points, panel.frequency)
-    (answer,) = solve_layouts(model, panel.excitation, [DamperLayout(tuple(loads))])
+    (answer,) = layouts(model, panel.excitation, [DamperLayout(tuple(loads))])
     return answer
 
 

@@ -154,11 +154,11 @@ def test_a_scenario_without_response_is_nan_in_the_file():
 
 
 def test_the_entry_for_arrays_answers_as_a_solver_that_is_kept():
-    # red: PanelSolver(panel, excitation) → another panel in `solve_layouts`
+    # red: PanelSolver(panel, excitation) → another panel in `layouts`
     solver, louder = one_mode(), DamperLayout([AttachedDamper(0, falling)], 100.0)
     kept = solve_with(solver, [DamperLayout(()), louder])
     for found, wanted in zip(
-        solve.solve_layouts(solver.panel, solver.excitation, [DamperLayout(()), louder]),
+        solve.layouts(solver.panel, solver.excitation, [DamperLayout(()), louder]),
         kept,
         strict=True,
     ):

@@ -8,7 +8,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled.own_force import OwnForce
-from pidpanel.solve import solve_layouts
+from pidpanel.solve import layouts
 from pidpanel.solve.excitation import Excitation
 from pidpanel.solve.layout import DamperLayout
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
@@ -97,7 +97,7 @@ def bare_psd(modal: ModalBasis, excitation: Excitation, shape: Array, frequency:
     n = shape.shape[1]
     patches = Patches(np.zeros((0, n, n)), np.zeros(0))
     panel = ModalPanel(modal, patches, frequency, shape, frequency)
-    (bare,) = solve_layouts(panel, excitation, [DamperLayout(())])
+    (bare,) = layouts(panel, excitation, [DamperLayout(())])
     if isinstance(bare, UnstableDamping):
         raise bare
     return bare.response.displacement_psd

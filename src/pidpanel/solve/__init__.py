@@ -7,7 +7,7 @@
 `dampers`, `direct`
     Dampers attached by low-rank updates; in all shapes, also in the paper's diagonal form.
 `layout`, `solvers`
-    `solve_layouts`, the one entry: any number of layouts on a panel under an excitation.
+    `layouts`, the one entry: any number of layouts on a panel under an excitation.
 `search`, `motions`
     The consistent motion: the Γ at which the motions of all patches and their damping agree.
 `elements`, `basis_error`
@@ -22,6 +22,6 @@
     The force of the particles that is not linear in the motion.
 """
 
-from pidpanel.solve.layout import solve_layouts
+from pidpanel.solve.layout import layouts
 
-__all__ = ["solve_layouts"]
+__all__ = ["layouts"]

@@ -104,7 +104,7 @@ class _Motion:
     residual: float = 0.0
 
 
-def solve_layouts(
+def layouts(
     panel: ModalPanel, excitation: Excitation, layouts: Sequence[DamperLayout]
 ) -> list[LayoutResponse | UnstableDamping]:
     """Return the response of a panel with layouts of dampers at their consistent motion.
@@ -140,7 +140,7 @@ def solve_layouts(
 def solve_with(
     solver: PanelSolver, layouts: Sequence[DamperLayout]
 ) -> list[LayoutResponse | UnstableDamping]:
-    """Return the same as `solve_layouts`, in one run over the lines of the result; raise likewise.
+    """Return the same as `layouts`, in one run over the lines of the result; raise likewise.
 
     A layout with an additional force is solved on its own.
     """

@@ -25,7 +25,7 @@ from pidpanel.solve.base_motion import (
 )
 from pidpanel.solve.basis_error import modal_basis
 from pidpanel.solve.dampers import patch_stiffness
-from pidpanel.solve.layout import DamperLayout, solve_layouts
+from pidpanel.solve.layout import DamperLayout, layouts
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.solve.panel import ModalPanel
@@ -53,7 +53,7 @@ def oscillator_rows(folder: Path) -> list[Row]:
 
     def psds(frequency: Array) -> Array:
         panel = ModalPanel(basis, Patches(np.zeros((0, 2, 2)), []), frequency, motions, frequency)
-        (answer,) = solve_layouts(panel, excitation, [DamperLayout(())])
+        (answer,) = layouts(panel, excitation, [DamperLayout(())])
         if isinstance(answer, UnstableDamping):
             raise answer
         cross = np.einsum("fii->fi", answer.response.cross_psd[:, 0]).real
