@@ -66,7 +66,7 @@ def test_both_errors_are_independent():
 
 def test_the_errors_are_those_of_the_scenarios_that_set_them():
     # the table of 16 scenarios at three points; red: 0.44; 0.22
-    page = (Path(__file__).parents[2] / "docs" / "damping_models.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "theory" / "damping.md").read_text()
     rows = [line.split("|") for line in page.splitlines() if line.startswith("| acrylic")]
     assert len(rows) == 16
     shares = np.array([cells[4].split("/") for cells in rows], float)
