@@ -1,5 +1,7 @@
 """Closed forms of one contact, against integration of its equation of motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -114,3 +116,39 @@ def test_a_modulus_serves_up_to_the_very_limits_of_time_and_depth():
     assert chosen(1.001 * time, 1.001 * depth) == 5e7
     assert chosen(0.999 * time, 1.001 * depth) == 3.2e9
     assert chosen(1.001 * time, 0.999 * depth) == 3.2e9
+
+
+def test_a_contact_rebounds_at_its_restitution_and_resists_slip_with_mindlins_stiffness():
+    # m δ″ = −F(δ) − c(δ) δ′ until the spheres part; red: 5/6 → 1, 2 E* → 3 E*, 8 G* → 9 G*
+    material = contact.contact_material((2e8, 0.3), (2e8, 0.3), 0.3, 0.7)
+    curvature, mobility = np.array([2e3]), np.array([2e6])
+
+    def forces(depth):
+        values = contact.contact_forces(material, np.array([depth]), curvature, mobility)
+        return [float(value[0]) for value in values]
+
+    def motion(_, state):
+        elastic, viscous, _across = forces(max(state[0], 0.0))
+        return [state[1], -mobility[0] * (elastic + viscous * state[1])]
+
+    def parted(_, state):
+        return state[0]
+
+    parted.terminal, parted.direction = True, -1
+    impact = solve_ivp(
+        motion, (0, 1), [1e-12, 0.5], events=parted, rtol=1e-9, atol=1e-15, max_step=1e-5
+    )
+    assert -impact.y[1, -1] / 0.5 == pytest.approx(0.7, rel=1e-3)
+    elastic, along, across = forces(1e-5)
+    hertz = 4 / 3 * material.effective_modulus * np.sqrt(1e-5 / curvature[0]) * 1e-5
+    assert elastic == pytest.approx(hertz)
+    stiffnesses = 4 * material.effective_shear_modulus / material.effective_modulus
+    assert across / along == pytest.approx(np.sqrt(stiffnesses))
+
+
+def test_rolling_friction_of_either_side_is_in_the_words_of_the_law():
+    # red: `and` for `or`; a default that resists rolling
+    smooth = contact.Constants.alike(1e7, 0.3, 0.7, 0.3)
+    assert smooth.contact_model == "hertz tangential history"
+    for name in ("rolling_friction", "wall_rolling_friction"):
+        assert replace(smooth, **{name: 0.1}).contact_model.endswith("rolling_friction cdt")
