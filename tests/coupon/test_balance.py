@@ -441,3 +441,45 @@ def test_the_effective_shear_modulus_is_that_of_mindlin():
     compliance = sum((2 - n) / (e / (2 * (1 + n))) for e, n in zip(moduli, ratios, strict=True))
     material = contact.contact_material(*zip(moduli, ratios, strict=True), 0.3, 0.5)
     assert material.effective_shear_modulus == pytest.approx(1 / compliance)
+
+
+@pytest.mark.parametrize(
+    ("share", "pull", "slides"),
+    [
+        (0.5, 0.0, False),
+        (1.0 - 5e-6, 0.0, True),
+        (1.0 - 5e-5, 0.0, False),
+        (1.5, 0.0, True),
+        (0.2, 1.0, True),
+    ],
+)
+def test_a_contact_slides_at_its_limit_and_sticks_below(share, pull, slides):
+    # a sphere on a floor, v′ half a step before v: the spring is a share of μ|F_n| with v′, or the
+    # listed force is μ|F_n| with v. red: 1.1e-5 → ROUNDING; v for v′; |F_n| with v′ in the list
+    material = contact.contact_material((5e7, 0.3), (5e7, 0.3), 0.4, 0.6)
+    radius, mass, depth = 1e-3, 5e-6, 2e-5
+    speed, earlier_speed, slip, earlier_slip = 0.2, -0.3, 0.1, 0.15
+    one = np.ones(1)
+    hertz, along, across = (
+        float(value[0])
+        for value in contact.contact_forces(material, depth * one, one / radius, one / mass)
+    )
+    push = hertz - along * speed
+    limit = 0.4 * abs(hertz - along * earlier_speed)
+    listed = 0.4 * abs(push) if pull else share * limit - across * slip
+    spheres = balance.SphereFrames(
+        radius=radius * one, mass=mass * one, position=np.array([[[0, 0, radius - depth]]]),
+        velocity=np.array([[[slip, 0, speed]]]), spin=np.zeros((1, 1, 3)),
+        earlier_velocity=np.array([[[earlier_slip, 0, earlier_speed]]]),
+        earlier_spin=np.zeros((1, 1, 3)),
+    )  # fmt: skip
+    zero = np.zeros(1, int)
+    contacts = balance.Contacts(zero, zero, zero, np.array([[listed, 0, push]]))
+    floor = np.array([[0.0, 0.0, 1.0, 0.0]])
+    normal, tangential, rolling, elastic = balance.contact_losses(
+        contacts, spheres, material, floor
+    )
+    acting = np.sign(listed) * limit if slides else listed + across * (slip - earlier_slip)
+    assert tangential[0] == pytest.approx(-acting * slip, rel=1e-9)
+    assert normal[0] == pytest.approx(along * speed * earlier_speed)
+    assert elastic[0] == pytest.approx(2 / 5 * hertz * depth) and rolling[0] == 0
