@@ -444,21 +444,18 @@ def test_the_effective_shear_modulus_is_that_of_mindlin():
 
 
 @pytest.mark.parametrize(
-    ("share", "pull", "slides"),
+    ("share", "speed", "slides"),
     [
-        (0.5, 0.0, False),
-        (1.0 - 5e-6, 0.0, True),
-        (1.0 - 5e-5, 0.0, False),
-        (1.5, 0.0, True),
-        (0.2, 1.0, True),
+        (0.5, 0.2, False), (1.0 - 5e-6, 0.2, True), (1.0 - 5e-5, 0.2, False), (1.5, 0.2, True),
+        (None, 0.2, True), (None, 3.0, True),
     ],
-)
-def test_a_contact_slides_at_its_limit_and_sticks_below(share, pull, slides):
+)  # fmt: skip
+def test_a_contact_slides_at_its_limit_and_sticks_below(share, speed, slides):
     # a sphere on a floor, v′ half a step before v: the spring is a share of μ|F_n| with v′, or the
-    # listed force is μ|F_n| with v. red: 1.1e-5 → ROUNDING; v for v′; |F_n| with v′ in the list
+    # listed force is μ|F_n| with v, also where it pulls. red: v for v′; |F_n| with v′ in the list
     material = contact.contact_material((5e7, 0.3), (5e7, 0.3), 0.4, 0.6)
     radius, mass, depth = 1e-3, 5e-6, 2e-5
-    speed, earlier_speed, slip, earlier_slip = 0.2, -0.3, 0.1, 0.15
+    earlier_speed, slip, earlier_slip = -0.3, 0.1, 0.15
     one = np.ones(1)
     hertz, along, across = (
         float(value[0])
@@ -466,7 +463,8 @@ def test_a_contact_slides_at_its_limit_and_sticks_below(share, pull, slides):
     )
     push = hertz - along * speed
     limit = 0.4 * abs(hertz - along * earlier_speed)
-    listed = 0.4 * abs(push) if pull else share * limit - across * slip
+    listed = 0.4 * abs(push) if share is None else share * limit - across * slip
+    assert (push < 0) == (speed > 1)
     spheres = balance.SphereFrames(
         radius=radius * one, mass=mass * one, position=np.array([[[0, 0, radius - depth]]]),
         velocity=np.array([[[slip, 0, speed]]]), spin=np.zeros((1, 1, 3)),
