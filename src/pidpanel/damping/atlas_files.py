@@ -22,7 +22,7 @@ from pidpanel.damping.atlas import (
 from pidpanel.damping.surface_cases import Constants, TrainingData, clear_gap, training_data
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
 
-# Of the coordinates of `atlas.AtlasBed.points` over the ranges of the atlas.
+# Scales of the coordinates of `atlas.AtlasBed.points`, near their standard deviations in the atlas.
 SPREAD = np.array([0.26, 1.8, 3.5, 1.2, 1.0, 0.46, 1.0, 0.5, 2.1])
 
 ARRAYS = ("calibration", "student_scale", "bulk")  # of the file of the constants

@@ -17,7 +17,7 @@ class Excitation(Protocol):
 
     Splitting it in two lets G be tabulated, and S jump from band to band. Under sound S is the PSD
     of the pressure [Pa²/Hz] and G has the unit m⁴; on a shaker S is the PSD of the acceleration of
-    the supports, and G has the unit kg² (`solve.supports`).
+    the supports, and G has the unit kg² (`solve.base_motion`).
     """
 
     def spectrum(self, frequency: Array) -> Array:

@@ -1,6 +1,6 @@
 """Rules of a study with a panel, from its mesh to its page: what depends on what.
 
-`workflow/rules` gives them to Snakemake, `workflow.forked` runs them without it.
+`workflow/rules` gives them to Snakemake, `workflow.fork_runner` runs them without it.
 """
 
 from __future__ import annotations
