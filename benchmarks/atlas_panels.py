@@ -36,7 +36,7 @@ from pidpanel.damping.models import DampingModel
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.files import read_plate
 from pidpanel.paths import ATLAS_CASES, DATA, WORKFLOW
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.extrapolation import between_regimes, extrapolation_of

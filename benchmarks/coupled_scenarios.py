@@ -28,7 +28,7 @@ from pidpanel.coupled.excited_panel import ExcitedPanel
 from pidpanel.coupled.from_study import coupled_scenarios, read_excited_panel
 from pidpanel.coupled.scenario_runs import ScenarioRuns
 from pidpanel.paths import WORKFLOW
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.study import Study, load_study
 
 ACRYLIC = [

@@ -3,7 +3,7 @@
 from importlib import import_module
 from pathlib import Path
 
-from pidpanel.provenance.job import Files, Job
+from pidpanel.provenance.files import Files, Job
 
 PANEL = {
     "modes": "modes.nc",

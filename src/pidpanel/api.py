@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import html
 import io
-import re
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -21,8 +20,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import variable
-from pidpanel.check import checked_study
-from pidpanel.cli.snakemake import command
+from pidpanel.check import checked, checked_study
 from pidpanel.constants import BY_DAMPER, STANDARD_GRAVITY
 from pidpanel.damping.from_study import (
     atlas_model,
@@ -36,20 +34,14 @@ from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance.digests import stamp
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files, stage_files
 from pidpanel.response.from_study import write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
+from pidpanel.study.document import Document
 from pidpanel.study.writing import plain, text_of, values_of, with_changes
-from pidpanel.workflow.rules import RESPONSE
 
 __all__ = ["Model", "ResultsError", "StudyError"]
-
-PANEL_FILES = {
-    "modes": "modes.nc", "table": "modes.csv", "shapes": "modes.vtu", "mesh": "mesh.msh",
-    "section": "section.csv", "plate": "plate.nc",
-}  # fmt: skip
-SOUND_FILES = {"spectrum": "spectrum.csv", "modal_force": "modal_force.nc"}
 
 FILLS = (0.1, 0.3, 0.5, 0.7, 0.9)
 ACCELERATIONS = (3.0, 10.0, 30.0, 100.0, 300.0)
@@ -154,6 +146,9 @@ class Model:
             file.write_text(text_of(self._values, self.study.name), encoding="utf-8")
         names = [f"results/{self.study.name}/{name}" for name in targets]
         self.folder.mkdir(parents=True, exist_ok=True)
+        from pidpanel.cli.snakemake import command, release
+
+        release(self.folder)
         call = command(file, self.folder, [*names, f"-j{jobs}"])
         done = subprocess.run(call, capture_output=True, text=True, check=False)
         if done.returncode:
@@ -302,9 +297,10 @@ class Model:
             names = ("panel/modes.nc", "response/psd.nc", "response/summary.csv")
             return {Path(name).name: self._result(name) for name in names}
         self._own = tempfile.TemporaryDirectory(prefix="pidpanel_")
-        files = {name: Path(self._own.name) / name for name in PANEL_FILES.values()}
-        write_panel(study, Files({name: [files[file]] for name, file in PANEL_FILES.items()}))
-        return files
+        panel = stage_files(study, Path(self._own.name))["panel"]
+        panel.modes.parent.mkdir()
+        write_panel(study, panel)
+        return {path.name: path for (path,) in panel.all.values()}
 
     @property
     def _responses(self) -> dict[str, Path]:
@@ -312,18 +308,14 @@ class Model:
         study, files = self._with_panel(), self._stages
         if "psd.nc" in files:
             return files
-        folder = files["modes.nc"].parent
-        names = {**PANEL_FILES, **SOUND_FILES}
-        if study.response.radiation != "none":
-            names["air"] = "air.nc"
-        upstream, outputs = (
-            Files({name: [folder / file] for name, file in group.items()})
-            for group in (names, RESPONSE)
-        )
+        stages = stage_files(study, Path(self._own.name))
+        for name in ("sound", "response"):
+            (Path(self._own.name) / name).mkdir(exist_ok=True)
+        upstream = Files({**stages["panel"].all, **stages["sound"].all})
         with contextlib.redirect_stderr(io.StringIO()):  # lines for the log of the stage
-            write_sound(study, read_basis(upstream.modes), upstream)
-            write_response(study, upstream, outputs, None, None)
-        files |= {name: folder / name for name in RESPONSE.values()}
+            write_sound(study, read_basis(upstream.modes), stages["sound"])
+            write_response(study, upstream, stages["response"], None, None)
+        files |= {path.name: path for (path,) in stages["response"].all.values()}
         return files
 
     def _reading(self, source: str | None) -> DampingModel:
@@ -377,11 +369,6 @@ RMS = {
 
 def _of_mapping(values: Mapping[str, Any], folder: Path) -> Study | CouponStudy:
     """Return the study that a mapping is, checked like that of a file."""
-    with tempfile.TemporaryDirectory(prefix="pidpanel_") as name, contextlib.chdir(folder):
-        path = Path(name) / "notebook.yaml"
-        path.write_text(text_of(values, "notebook"), encoding="utf-8")
-        try:
-            return checked_study(path)
-        except StudyError as error:
-            place = re.compile(rf"^{re.escape(str(path))}(:\d+)?: ", re.MULTILINE)
-            raise StudyError(place.sub("", str(error))) from None
+    return checked(
+        Document.of_values(plain({"name": "notebook", **values}), folder / "notebook.yaml")
+    )

@@ -39,7 +39,11 @@ def checked_study(path: str | Path) -> Study | CouponStudy:
     StudyError
         One line for each mistake: file, line, key, value, what is wrong or what is allowed.
     """
-    document = Document(Path(path))
+    return checked(Document(Path(path)))
+
+
+def checked(document: Document) -> Study | CouponStudy:
+    """Return the study of a document; see `checked_study`."""
     study = study_in(document)
     mistakes = [mistake for name in study.coupons for mistake in check_decks(study, name)]
     mistakes += check_measured(study)

@@ -11,7 +11,7 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pidpanel.provenance.locks import end_with
+from pidpanel.job import end_with
 
 T = TypeVar("T")
 Result = TypeVar("Result")

@@ -1,19 +1,41 @@
 # Random and sine motion of the supports: responses, effective masses, notches.
 
+BASE_PARTS = STUDY.base.parts
+
 
 rule base:
     input:
-        **RULES["base"].input,
-        request=request_of("base"),
+        modes=rules.panel.output.modes,
+        plate=rules.panel.output.plate,
+        section=rules.panel.output.section,
+        surfaces=SURFACES,
+        coupled=COUPLED,
     output:
-        **RULES["base"].output,
+        modes_table=results("base/modes.csv"),
+        psd=[results("base/psd.nc")] if BASE_PARTS["random"] else [],
+        psd_table=[results("base/psd.csv")] if BASE_PARTS["random"] else [],
+        summary=[results("base/summary.csv")] if BASE_PARTS["random"] else [],
+        notched=[results("base/notched.csv")] if BASE_PARTS["limits"] else [],
+        sine=[results("base/sine.nc")] if BASE_PARTS["sine"] else [],
+        sine_table=[results("base/sine.csv")] if BASE_PARTS["sine"] else [],
     log:
-        RULES["base"].log,
+        results("base/base.log"),
     benchmark:
         results("benchmark/base.tsv")
+    resources:
+        mem_mb=2000,
     params:
-        job=job(**RULES["base"].params),
+        version=VERSION,
+        damping=results("damping") if SURFACES else None,
+        coupled=results("coupled") if STUDY.is_coupled else None,
+        study=section("base", "damping", "panel", "sound", "response"),
+        dampers=used_dampers(),
+        scenarios=scenarios(),
+        atlas=atlas(),
     message:
         "Response to base motion"
-    shell:
-        "python -m scripts.base {params.job:q} 2> {log}"
+    script:
+        "../scripts/base.py"
+
+
+REPORTED += list(rules.base.output)

@@ -1,22 +1,16 @@
-# The study, and what all rules share. What decides is in the package, `pidpanel.workflow`.
+# The study, and what all rules share.
 
+import os
+import pickle
 from pathlib import Path
 
-from pidpanel.paths import SECTION, in_a_path
-from pidpanel.provenance.digests import values_digest
-from pidpanel.provenance.job import arguments_of
-from pidpanel.provenance.owner import OwnerError
-from pidpanel.study import StudyError
+from pidpanel.check import check_machine
+from pidpanel.job import WORKFLOW_PROCESS
+from pidpanel.paths import SECTION, in_a_path, of_damper
+from pidpanel.provenance.digests import by_content
+from pidpanel.study import Study, StudyError
 from pidpanel.study.coupon_study import NAME
-from pidpanel.workflow.plan import Plan, WorkflowRunning, bed_files, has_study
-from pidpanel.workflow.rules import (
-    RESPONSE_SECTIONS,
-    air_files,
-    coupled_files,
-    films,
-    panel_rules,
-    scenarios_digest,
-)
+from pidpanel.workflow.configuration import configured_study, has_study, package_version
 from snakemake.exceptions import WorkflowError
 
 if not has_study(config) and Path("config/config.yaml").exists():
@@ -24,73 +18,61 @@ if not has_study(config) and Path("config/config.yaml").exists():
     configfile: "config/config.yaml"
 
 
-def planned():
-    """The plan, or one line that says what is wrong with the study or with the machine."""
-    try:
-        return Plan.read(config, workflow.configfiles)
-    except (StudyError, OwnerError) as error:
-        raise WorkflowError(str(error)) from None
+try:
+    STUDY, FILE = configured_study(config, workflow.configfiles)
+except StudyError as error:
+    raise WorkflowError(str(error)) from None
 
+# what scripts find in `snakemake.config`; `job.started` unpacks the study
+config = {**config, "study": pickle.dumps(STUDY), "file": FILE}
 
-PLAN = planned()
-STUDY, RUNS = PLAN.study, PLAN.runs
-results, section, damper_file = PLAN.results, PLAN.section, PLAN.damper_file
-FILMS = films(PLAN)
-# rules that `pidpanel run` also runs by itself, where a study has no LIGGGHTS runs
-RULES = panel_rules(PLAN, STUDY) if PLAN.has_panel else {}
-if PLAN.has_panel:
-    PANEL, SCENARIOS = RULES["panel"].output, scenarios_digest(STUDY)
-    if STUDY.sound is not None:
-        FORCE, AIR = RULES["sound"].output["modal_force"], air_files(RULES["sound"])
-    else:
-        FORCE, AIR = [], []
+# a change of the package runs all again but LIGGGHTS, whose runs have their versions in their names
+VERSION = package_version()
+
+# files that the page shows; each stage adds its own
+REPORTED = []
+
+# jobs end with this process, however that ends, and nothing is imported from the working folder
+os.environ[WORKFLOW_PROCESS] = str(os.getpid())
+os.environ["PYTHONSAFEPATH"] = "1"
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 wildcard_constraints:
-    batch="[^/]+",
     bed="[^/]+",
+    case="[^/]+",
     damper=NAME,
-    leg=r"\d+",
     packing="[^/]+",
-    part=r"\d+",
     scenario="[^/]+",
 
 
 onstart:
     try:
-        PLAN.begin()
-    except WorkflowRunning as error:
+        check_machine(STUDY, Path("results"))
+    except StudyError as error:
         raise WorkflowError(str(error)) from None
 
 
-def request(*outputs, **values):
-    """The request of a job: what its files depend on besides other results and the package.
-
-    Values may be functions of the wildcards.
-    """
-
-    def file_of(wildcards):
-        texts = {key: v(wildcards) if callable(v) else v for key, v in values.items()}
-        files = [output.format(**dict(wildcards.items())) for output in outputs]
-        return PLAN.requests.quick(files, texts)
-
-    return file_of
+def results(name):
+    """A file of the study."""
+    return f"results/{STUDY.name}/{name}"
 
 
-def request_of(name):
-    """The request of a rule of the panel."""
-    return lambda wildcards: PLAN.request(RULES[name])
+def damper_file(stage, damper, name):
+    """A file of one coupon in the folder of a stage."""
+    return str(of_damper(Path(results(stage)), damper, name))
 
 
-def job(**params):
-    """The named files of a job and further texts, as `pidpanel.provenance.job` reads them.
+def section(*names, without=None):
+    """Sections of the study, or all, as the parameters of a rule: files by their content."""
+    return by_content(STUDY.model_dump(include=set(names) or None, exclude=without))
 
-    Texts may be functions of the wildcards.
-    """
 
-    def arguments(wildcards, input, output):
-        texts = {key: v(wildcards) if callable(v) else v for key, v in params.items()}
-        files = {"input": dict(input.items()), "output": dict(output.items())}
-        return arguments_of(**files, params=texts)
+def coupon(damper=SECTION):
+    """The coupon of a damper: no other one runs again when it changes."""
+    return by_content(STUDY.coupons[damper].model_dump())
 
-    return arguments
+
+def scenarios():
+    """All scenarios of the study."""
+    return [by_content(scenario.model_dump()) for scenario in STUDY.all_scenarios()]

@@ -3,27 +3,29 @@
 from pidpanel.coupled.from_study import coupled_scenarios, depends_on
 
 COUPLED_SCENARIOS = {in_a_path(label): s for label, s in coupled_scenarios(STUDY).items()}
-COUPLED = coupled_files(PLAN)
-# rules of the coupon prepare the beds of the first runs; further runs prepare their own
-RUNS.add_beds(bed for scenario in COUPLED_SCENARIOS.values() for bed in scenario.beds[0])
+
+
+def first_beds(label):
+    """Beds of the first run of a scenario; further runs make their own."""
+    return {bed.label: bed for bed in COUPLED_SCENARIOS[label].beds[0]}
+
+
+for label in COUPLED_SCENARIOS:
+    BEDS.update(first_beds(label))
 
 
 def coupled_values(label):
-    """What the study says of the runs of a scenario."""
-    return values_digest(depends_on(STUDY, COUPLED_SCENARIOS[label].name))
+    """What the runs of a scenario depend on in the study."""
+    return by_content(depends_on(STUDY, COUPLED_SCENARIOS[label].name))
 
 
 rule coupled_scenario:
     input:
-        modes=PANEL["modes"],
-        modal_force=FORCE,
-        plate=PANEL["plate"],
-        air=AIR,
-        beds=lambda wildcards: bed_files(COUPLED_SCENARIOS[wildcards.scenario].beds[0]),
-        request=request(
-            results("coupled/{scenario}.nc"),
-            values=lambda wildcards: coupled_values(wildcards.scenario),
-        ),
+        modes=rules.panel.output.modes,
+        plate=rules.panel.output.plate,
+        modal_force=rules.sound.output.modal_force if STUDY.sound else [],
+        air=rules.sound.output.air if STUDY.sound else [],
+        beds=lambda wildcards: expand(rules.loosen.output.bed, bed=first_beds(wildcards.scenario)),
     output:
         estimate=results("coupled/{scenario}.nc"),
     log:
@@ -31,61 +33,42 @@ rule coupled_scenario:
     benchmark:
         results("benchmark/coupled_{scenario}.tsv")
     # on a cluster a job whose time is over continues from its last checkpoint
-    retries: RUNS.retries
+    retries: RETRIES
+    resources:
+        mem_mb=2000,
+        runtime=JOB_MINUTES or 1440,
     params:
-        job=job(
-            scenario=lambda wildcards: COUPLED_SCENARIOS[wildcards.scenario].name,
-            folder=lambda wildcards: results(f"coupled/{wildcards.scenario}"),
-        ),
+        version=VERSION,
+        scenario=lambda wildcards: COUPLED_SCENARIOS[wildcards.scenario].name,
+        values=lambda wildcards: coupled_values(wildcards.scenario),
+        folder=lambda wildcards: results(f"coupled/{wildcards.scenario}"),
     message:
         "Panel and particles together, {wildcards.scenario}"
-    shell:
-        "python -m scripts.coupled_scenario {params.job:q} 2> {log:q}"
+    script:
+        "../scripts/coupled_scenario.py"
 
 
 rule coupled:
     input:
-        estimates=[results(f"coupled/{name}.nc") for name in COUPLED_SCENARIOS],
-        request=request(
-            *COUPLED.values(),
-            values=lambda wildcards: [coupled_values(label) for label in COUPLED_SCENARIOS],
-            scenarios=lambda wildcards: SCENARIOS,
-        ),
+        estimates=expand(rules.coupled_scenario.output.estimate, scenario=COUPLED_SCENARIOS),
     output:
-        **COUPLED,
+        summary=results("coupled/summary.csv"),
+        third_octaves=results("coupled/third_octaves.csv"),
+        impedance=results("coupled/impedance.csv"),
+        psd=results("coupled/psd.csv"),
     log:
         results("coupled.log"),
     benchmark:
         results("benchmark/coupled.tsv")
+    resources:
+        mem_mb=1000,
     params:
-        job=job(),
+        version=VERSION,
+        scenarios=scenarios(),
     message:
         "Tables of the coupled runs"
-    shell:
-        "python -m scripts.coupled {params.job:q} 2> {log}"
+    script:
+        "../scripts/coupled.py"
 
 
-if STUDY.sound is not None:
-
-    rule verdict:
-        input:
-            psd=results("response/psd.nc"),
-            summary=COUPLED["summary"],
-            third_octaves=COUPLED["third_octaves"],
-            request=request(
-                results("coupled/verdict.csv"),
-                scenarios=lambda wildcards: SCENARIOS,
-                readings=STUDY.readings,
-            ),
-        output:
-            verdict=results("coupled/verdict.csv"),
-        log:
-            results("verdict.log"),
-        benchmark:
-            results("benchmark/verdict.tsv")
-        params:
-            job=job(),
-        message:
-            "Damping models against the coupled runs"
-        shell:
-            "python -m scripts.verdict {params.job:q} 2> {log}"
+REPORTED += [rules.coupled.output.summary, rules.coupled.output.impedance]

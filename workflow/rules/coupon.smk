@@ -1,15 +1,35 @@
 # Pour packings, shake them loose, shake cases, gather them. Runs are kept once for all studies.
 #
-# docs/reruns.md lists what triggers a rerun: the labels of packings, beds and cases hold all that
-# their numbers depend on.
+# The labels of packings, beds and cases hold all that their numbers depend on (docs/reruns.md).
 
+from pidpanel.coupon.estimate import case_seconds, run_memory
+from pidpanel.coupon.from_study import cases_by_coupon
+from pidpanel.coupon.attempts import JUDGING_VERSION
+
+# by damper and label; a case of two dampers is one
+SWEPT = cases_by_coupon(STUDY)
+CASES = {label: case for cases in SWEPT.values() for label, case in cases.items()}
+# by label
+BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
+# with a time limit of jobs, one that is over goes on from its last restart
+JOB_MINUTES = int(config.get("job_minutes", 0))
+RETRIES = 50 if JOB_MINUTES else None
 # before all else that waits
 FIRST = 10**6
 
 
+def packing_of(wildcards):
+    """The packing of a label."""
+    packings = {bed.packing.label: bed.packing for bed in BEDS.values()}
+    return packings[wildcards.packing]
+
+
+def outcomes(damper):
+    """The outcome files of the cases of a damper."""
+    return [f"results/coupon/{label}/{case.outcome}.json" for label, case in SWEPT[damper].items()]
+
+
 rule pour:
-    input:
-        values=lambda wildcards: RUNS.packing(wildcards.packing),
     output:
         packing="results/coupon/packing/{packing}/packing.json",
     log:
@@ -17,18 +37,21 @@ rule pour:
     benchmark:
         "results/coupon/benchmark/packing/{packing}.tsv"
     priority: FIRST
+    resources:
+        mem_mb=500,
     params:
-        job=job(),
+        packing=packing_of,
     message:
         "Pour packing {wildcards.packing}"
-    shell:
-        "python -m scripts.pour {params.job:q} 2> {log}"
+    script:
+        "../scripts/pour.py"
 
 
 rule loosen:
     input:
-        values=lambda wildcards: RUNS.bed(wildcards.bed),
-        packing=lambda wildcards: RUNS.packing_of(wildcards.bed),
+        packing=lambda wildcards: rules.pour.output.packing.format(
+            packing=BEDS[wildcards.bed].packing.label
+        ),
     output:
         bed="results/coupon/bed/{bed}/bed.json",
     log:
@@ -36,92 +59,69 @@ rule loosen:
     benchmark:
         "results/coupon/benchmark/bed/{bed}.tsv"
     priority: FIRST
+    resources:
+        mem_mb=500,
     params:
-        job=job(),
+        bed=lambda wildcards: BEDS[wildcards.bed],
     message:
         "Shake bed {wildcards.bed} loose"
-    shell:
-        "python -m scripts.loosen {params.job:q} 2> {log}"
+    script:
+        "../scripts/loosen.py"
 
 
-# runs of a long case, leg by leg; only where jobs have a time limit (`job_minutes`)
-rule shake_leg:
-    input:
-        before=lambda w: RUNS.leg_before(w.case, int(w.part), int(w.leg)),
-        beds=lambda w: RUNS.beds_of_part(w.case, int(w.part)),
-        request=lambda w: RUNS.leg(w.case, int(w.part), int(w.leg)),
-    output:
-        leg="results/coupon/leg/{case}/{part}_{leg}.json",
-    log:
-        "results/coupon/leg/{case}/{part}_{leg}.log",
-    benchmark:
-        "results/coupon/benchmark/leg/{case}/{part}_{leg}.tsv"
-    priority: lambda w: RUNS.cost_from_leg(w.case, int(w.part), int(w.leg))
-    retries: RUNS.retries
-    resources:
-        runtime=lambda w, attempt: RUNS.job_minutes(
-            RUNS.cost_from_leg(w.case, int(w.part), int(w.leg)), attempt
-        ),
-        mem_mb=lambda w, attempt: RUNS.memory_of_case(w.case, attempt),
-    params:
-        job=job(),
-    message:
-        "Shake case {wildcards.case}, part {wildcards.part}, leg {wildcards.leg}"
-    shell:
-        "python -m scripts.shake_leg {params.job:q} 2> {log}"
-
-
+# the seeds of a case; `target` is the accuracy at which its runs end
 rule shake:
     input:
-        batch=lambda wildcards: RUNS.batch(wildcards.batch),
-        beds=lambda wildcards: RUNS.beds_of_batch(wildcards.batch),
-        legs=lambda wildcards: RUNS.legs_of_batch(wildcards.batch),
-    output:
-        batch="results/coupon/batch/{batch}.json",
-    log:
-        "results/coupon/batch/{batch}.log",
-    benchmark:
-        "results/coupon/benchmark/batch/{batch}.tsv"
-    priority: lambda wildcards: RUNS.cost_of_batch(wildcards.batch)
-    retries: RUNS.retries
-    resources:
-        runtime=lambda wildcards, attempt: RUNS.job_minutes(
-            RUNS.cost_of_batch(wildcards.batch), attempt
+        beds=lambda wildcards: expand(
+            rules.loosen.output.bed, bed=[run.bed.label for run in CASES[wildcards.case].runs]
         ),
-        mem_mb=lambda wildcards, attempt: RUNS.memory_of_batch(wildcards.batch, attempt),
+    output:
+        outcome="results/coupon/{case}/{target}.json",
+    log:
+        "results/coupon/{case}/{target}.log",
+    benchmark:
+        "results/coupon/benchmark/{case}/{target}.tsv"
+    wildcard_constraints:
+        target="[^/]+_[0-9]+to[^/]+",
+    priority: lambda wildcards: int(case_seconds(CASES[wildcards.case]))
+    retries: RETRIES
+    resources:
+        mem_mb=lambda wildcards, attempt: attempt
+        * int(run_memory(CASES[wildcards.case].point) / 1e6),
+        runtime=lambda wildcards: JOB_MINUTES or 10 + int(case_seconds(CASES[wildcards.case]) / 30),
     params:
-        job=job(),
+        case=lambda wildcards: CASES[wildcards.case],
+        judging=JUDGING_VERSION,
     message:
-        "Shake batch {wildcards.batch}"
-    shell:
-        "python -m scripts.shake {params.job:q} 2> {log}"
+        "Shake case {wildcards.case}"
+    script:
+        "../scripts/shake.py"
 
 
 rule cases:
     input:
-        outcomes=lambda wildcards: RUNS.outcomes(RUNS.swept(SECTION)),
-        request=request(results("coupon/cases.csv"), study=lambda wildcards: PLAN.coupon()),
+        outcomes=lambda wildcards: outcomes(SECTION),
     output:
         cases=results("coupon/cases.csv"),
     log:
         results("coupon/cases.log"),
     benchmark:
         results("benchmark/cases.tsv")
+    resources:
+        mem_mb=1000,
     params:
-        job=job(damper=SECTION),
+        version=VERSION,
+        damper=SECTION,
+        coupon=lambda wildcards: coupon(),
     message:
         "Gather the cases of the coupon"
-    shell:
-        "python -m scripts.cases {params.job:q} 2> {log}"
+    script:
+        "../scripts/cases.py"
 
 
-rule damper_cases:
+use rule cases as damper_cases with:
     input:
-        outcomes=lambda wildcards: RUNS.outcomes(RUNS.swept(wildcards.damper)),
-        request=request(
-            results("coupon/{damper}/cases.csv"),
-            study=lambda wildcards: PLAN.coupon(wildcards.damper),
-        ),
+        outcomes=lambda wildcards: outcomes(wildcards.damper),
     output:
         cases=results("coupon/{damper}/cases.csv"),
     log:
@@ -129,25 +129,29 @@ rule damper_cases:
     benchmark:
         results("benchmark/cases_{damper}.tsv")
     params:
-        job=job(damper=lambda wildcards: wildcards.damper),
+        version=VERSION,
+        damper=lambda wildcards: wildcards.damper,
+        coupon=lambda wildcards: coupon(wildcards.damper),
     message:
         "Gather the cases of damper {wildcards.damper}"
-    shell:
-        "python -m scripts.cases {params.job:q} 2> {log}"
 
 
 # only on request: results/<study>/coupon/atlas.csv; see docs/atlas.md
 rule atlas:
     input:
-        cases=results("coupon/cases.csv"),
-        request=request(results("coupon/atlas.csv"), study=lambda wildcards: PLAN.coupon()),
+        cases=rules.cases.output.cases,
     output:
         atlas=results("coupon/atlas.csv"),
     log:
         results("coupon/atlas.log"),
+    benchmark:
+        results("benchmark/atlas.tsv")
+    resources:
+        mem_mb=500,
     params:
-        job=job(),
+        version=VERSION,
+        coupon=lambda wildcards: coupon(),
     message:
         "Write the cases of the coupon as rows of the atlas"
-    shell:
-        "python -m scripts.atlas {params.job:q} 2> {log}"
+    script:
+        "../scripts/atlas.py"

@@ -3,9 +3,8 @@
 
 rule coupon_report:
     input:
-        cases=results("coupon/cases.csv"),
-        films=FILMS,
-        request=request(results("report.html"), results("report"), study=section()),
+        cases=rules.cases.output.cases,
+        film=rules.film.output.film,
     output:
         page=report(
             results("report.html"),
@@ -18,9 +17,12 @@ rule coupon_report:
         results("report.log"),
     benchmark:
         results("benchmark/coupon_report.tsv")
+    resources:
+        mem_mb=1000,
     params:
-        job=job(),
+        version=VERSION,
+        study=section(),
     message:
         "Report of the coupon"
-    shell:
-        "python -m scripts.coupon_report {params.job:q} 2> {log}"
+    script:
+        "../scripts/coupon_report.py"

@@ -1,48 +1,63 @@
 # From the cases of a coupon to C_e(r, f, Γ) and m_a(r, f, Γ), and to the constants of a law.
 
-DAMPING_NAMES = {
-    "surface": "surface.nc",
-    "table": "surface.csv",
-    "law": "law.csv",
-}
-DAMPING = {key: results(f"damping/{name}") for key, name in DAMPING_NAMES.items()}
-DAMPER_DAMPING = {key: results(f"damping/{{damper}}/{name}") for key, name in DAMPING_NAMES.items()}
-
 
 rule damping:
     input:
-        cases=results("coupon/cases.csv"),
-        request=request(*DAMPING.values(), study=lambda wildcards: PLAN.coupon()),
+        cases=rules.cases.output.cases,
     output:
-        **DAMPING,
+        surface=results("damping/surface.nc"),
+        table=results("damping/surface.csv"),
+        law=results("damping/law.csv"),
     log:
         results("damping/damping.log"),
     benchmark:
         results("benchmark/damping.tsv")
+    resources:
+        mem_mb=1000,
     params:
-        job=job(damper=SECTION),
+        version=VERSION,
+        damper=SECTION,
+        coupon=lambda wildcards: coupon(),
     message:
         "Damping of the coupon"
-    shell:
-        "python -m scripts.damping {params.job:q} 2> {log}"
+    script:
+        "../scripts/damping.py"
 
 
-rule damper_damping:
+use rule damping as damper_damping with:
     input:
-        cases=results("coupon/{damper}/cases.csv"),
-        request=request(
-            *DAMPER_DAMPING.values(),
-            study=lambda wildcards: PLAN.coupon(wildcards.damper),
-        ),
+        cases=rules.damper_cases.output.cases,
     output:
-        **DAMPER_DAMPING,
+        surface=results("damping/{damper}/surface.nc"),
+        table=results("damping/{damper}/surface.csv"),
+        law=results("damping/{damper}/law.csv"),
     log:
         results("damping/{damper}/damping.log"),
     benchmark:
         results("benchmark/damping_{damper}.tsv")
     params:
-        job=job(damper=lambda wildcards: wildcards.damper),
+        version=VERSION,
+        damper=lambda wildcards: wildcards.damper,
+        coupon=lambda wildcards: coupon(wildcards.damper),
     message:
         "Damping of damper {wildcards.damper}"
-    shell:
-        "python -m scripts.damping {params.job:q} 2> {log}"
+
+
+# what stages read that need the damping of the scenarios
+SURFACES = [damper_file("damping", damper, "surface.nc") for damper in STUDY.surfaces]
+COUPLED = list(rules.coupled.output) if STUDY.is_coupled else []
+
+
+def used_dampers():
+    """The dampers of the scenarios; coupons come as surfaces."""
+    return {
+        damper: by_content(STUDY.all_dampers[damper].model_dump(exclude={"coupon"}))
+        for damper in STUDY.used_dampers
+    }
+
+
+def atlas():
+    """What the damping from the atlas depends on; nothing where none is."""
+    read = {"cell", "particles", "walls", "gravity_g", "gravity_direction"}
+    coupons = {**STUDY.atlas_coupons, **STUDY.prior_coupons}
+    return {name: by_content(c.model_dump(include=read)) for name, c in coupons.items()}

@@ -3,29 +3,28 @@
 
 rule film:
     input:
-        cases=results("coupon/cases.csv"),
-        request=request(results("coupon/film.nc"), study=lambda wildcards: PLAN.coupon()),
+        cases=rules.cases.output.cases,
     output:
         film=results("coupon/film.nc"),
     log:
         results("coupon/film.log"),
     benchmark:
         results("benchmark/film.tsv")
+    resources:
+        mem_mb=1000,
     params:
-        job=job(damper=SECTION),
+        version=VERSION,
+        damper=SECTION,
+        coupon=lambda wildcards: coupon(),
     message:
         "Film a run of the coupon"
-    shell:
-        "python -m scripts.film {params.job:q} 2> {log}"
+    script:
+        "../scripts/film.py"
 
 
-rule damper_film:
+use rule film as damper_film with:
     input:
-        cases=results("coupon/{damper}/cases.csv"),
-        request=request(
-            results("coupon/{damper}/film.nc"),
-            study=lambda wildcards: PLAN.coupon(wildcards.damper),
-        ),
+        cases=rules.damper_cases.output.cases,
     output:
         film=results("coupon/{damper}/film.nc"),
     log:
@@ -33,8 +32,8 @@ rule damper_film:
     benchmark:
         results("benchmark/film_{damper}.tsv")
     params:
-        job=job(damper=lambda wildcards: wildcards.damper),
+        version=VERSION,
+        damper=lambda wildcards: wildcards.damper,
+        coupon=lambda wildcards: coupon(wildcards.damper),
     message:
         "Film a run of damper {wildcards.damper}"
-    shell:
-        "python -m scripts.film {params.job:q} 2> {log}"

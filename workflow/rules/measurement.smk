@@ -3,17 +3,24 @@
 
 rule measurement:
     input:
-        **RULES["measurement"].input,
-        request=request_of("measurement"),
+        response=rules.response.output.psd if STUDY.sound else [],
+        base=(rules.base.output.psd or rules.base.output.sine) if STUDY.base else [],
     output:
-        **RULES["measurement"].output,
+        measured=results("measurement/measured.csv"),
+        differences=results("measurement/differences.csv"),
     log:
-        RULES["measurement"].log,
+        results("measurement/measurement.log"),
     benchmark:
         results("benchmark/measurement.tsv")
+    resources:
+        mem_mb=1000,
     params:
-        job=job(**RULES["measurement"].params),
+        version=VERSION,
+        measurements=section("measurements"),
     message:
         "Measured and computed PSDs"
-    shell:
-        "python -m scripts.measurement {params.job:q} 2> {log}"
+    script:
+        "../scripts/measurement.py"
+
+
+REPORTED += list(rules.measurement.output)

@@ -3,19 +3,37 @@
 
 rule optimise:
     input:
-        **RULES["optimise"].input,
-        request=request_of("optimise"),
+        modes=rules.panel.output.modes,
+        plate=rules.panel.output.plate,
+        section=rules.panel.output.section,
+        modal_force=rules.sound.output.modal_force if STUDY.sound else [],
+        air=rules.sound.output.air if STUDY.sound else [],
+        surfaces=SURFACES,
     output:
-        **RULES["optimise"].output,
+        layouts=results("optimise/layouts.csv"),
+        front=results("optimise/front.csv"),
+        summary=results("optimise/summary.csv"),
+        search=results("optimise/search.csv"),
+        psd=results("optimise/psd.csv"),
     log:
-        RULES["optimise"].log,
+        results("optimise/optimise.log"),
     benchmark:
         results("benchmark/optimise.tsv")
     threads: 2
+    resources:
+        mem_mb=2000,
     params:
-        job=job(**RULES["optimise"].params),
+        version=VERSION,
+        damping=results("damping") if SURFACES else None,
+        study=section(
+            *("damping", "panel", "sound", "response", "base", "dampers", "optimise"),
+            without={"response": {"maps"}, "damping": {"coupled"}},
+        ),
+        atlas=atlas(),
     message:
         "Layouts within the mass budget"
-    # Snakemake gives BLAS the threads of a rule, which changes bits; the search has its own
-    shell:
-        "OMP_NUM_THREADS=1 python -m scripts.optimise {params.job:q} 2> {log}"
+    script:
+        "../scripts/optimise.py"
+
+
+REPORTED += list(rules.optimise.output)

@@ -1,19 +1,34 @@
 # Mesh the panel and find its modes and residual vectors.
 
+from pidpanel.study.dampers import damper_masses, resolved_masses
+
 
 rule panel:
-    input:
-        **RULES["panel"].input,
-        request=request_of("panel"),
     output:
-        **RULES["panel"].output,
+        modes=results("panel/modes.nc"),
+        table=results("panel/modes.csv"),
+        shapes=results("panel/modes.vtu"),
+        mesh=results("panel/mesh.msh"),
+        section=results("panel/section.csv"),
+        plate=results("panel/plate.nc"),
     log:
-        RULES["panel"].log,
+        results("panel/panel.log"),
     benchmark:
         results("benchmark/panel.tsv")
+    resources:
+        mem_mb=1000,
     params:
-        job=job(**RULES["panel"].params),
+        version=VERSION,
+        panel=section("panel"),
+        # basis and mesh follow the panel with its heaviest dampers
+        damper_mass=damper_masses(STUDY),
+        resolved_mass=resolved_masses(STUDY),
+        highest=STUDY.response.frequency_hz[1],
+        speed=STUDY.wave_speed,
     message:
         "Mesh and modes of the panel"
-    shell:
-        "python -m scripts.panel {params.job:q} 2> {log}"
+    script:
+        "../scripts/panel.py"
+
+
+REPORTED += [rules.panel.output[key] for key in ("modes", "table", "section")]

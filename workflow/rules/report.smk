@@ -1,25 +1,35 @@
-# Figures and one page that holds them all.
+# Figures and one page that holds them all; each stage has named the files that the page shows.
 
 
 rule report:
     input:
-        **RULES["report"].input,
-        request=request_of("report"),
+        stages=REPORTED,
+        cases=[damper_file("coupon", damper, "cases.csv") for damper in STUDY.coupons],
+        films=[damper_file("coupon", damper, "film.nc") for damper in STUDY.coupons],
+        damping=[
+            damper_file("damping", damper, name)
+            for damper in STUDY.surfaces
+            for name in ("surface.nc", "law.csv")
+        ],
     output:
         page=report(
-            RULES["report"].output["page"],
+            results("report.html"),
             caption="../report/page.rst",
             category="Pages",
             labels={"study": STUDY.name},
         ),
-        figures=directory(RULES["report"].output["figures"]),
+        figures=directory(results("report")),
     log:
-        RULES["report"].log,
+        results("report.log"),
     benchmark:
         results("benchmark/report.tsv")
+    resources:
+        mem_mb=1000,
     params:
-        job=job(**RULES["report"].params),
+        version=VERSION,
+        study=section(),
+        results=results(""),
     message:
         "Report"
-    shell:
-        "python -m scripts.report {params.job:q} 2> {log}"
+    script:
+        "../scripts/report.py"

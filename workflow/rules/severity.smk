@@ -1,19 +1,35 @@
 # Oscillator spectra, peaks in a duration and fatigue of all responses.
 
+HAS_STRENGTH = STUDY.severity.strength is not None
+
 
 rule severity:
     input:
-        **RULES["severity"].input,
-        request=request_of("severity"),
+        psd=rules.response.output.psd,
+        summary=rules.response.output.summary,
+        stress=rules.response.output.stress,
+        stress_table=rules.response.output.stress_table,
+        maps=rules.maps.output.maps if HAS_STRENGTH else [],
     output:
-        **RULES["severity"].output,
+        oscillators=results("severity/oscillators.csv"),
+        peaks=results("severity/peaks.csv"),
+        fatigue=results("severity/fatigue.csv"),
+        strength=results("severity/strength.csv"),
+        margins=results("severity/margins.csv"),
+        maps=[results("severity/maps.nc")] if HAS_STRENGTH else [],
     log:
-        RULES["severity"].log,
+        results("severity/severity.log"),
     benchmark:
         results("benchmark/severity.tsv")
+    resources:
+        mem_mb=1000,
     params:
-        job=job(**RULES["severity"].params),
+        version=VERSION,
+        severity=section("severity"),
     message:
         "Oscillator spectra, peaks and fatigue"
-    shell:
-        "python -m scripts.severity {params.job:q} 2> {log}"
+    script:
+        "../scripts/severity.py"
+
+
+REPORTED += list(rules.severity.output)

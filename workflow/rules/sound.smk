@@ -3,17 +3,26 @@
 
 rule sound:
     input:
-        **RULES["sound"].input,
-        request=request_of("sound"),
+        modes=rules.panel.output.modes,
     output:
-        **RULES["sound"].output,
+        spectrum=results("sound/spectrum.csv"),
+        modal_force=results("sound/modal_force.nc"),
+        air=[results("sound/air.nc")] if STUDY.response.radiation != "none" else [],
     log:
-        RULES["sound"].log,
+        results("sound/sound.log"),
     benchmark:
         results("benchmark/sound.tsv")
+    resources:
+        mem_mb=1000,
     params:
-        job=job(**RULES["sound"].params),
+        version=VERSION,
+        sound=section("sound"),
+        highest=STUDY.response.frequency_hz[1],
+        air_mass=STUDY.response.air_mass,
     message:
         "Modal forces of the sound"
-    shell:
-        "python -m scripts.sound {params.job:q} 2> {log}"
+    script:
+        "../scripts/sound.py"
+
+
+REPORTED += [rules.sound.output.spectrum]

@@ -33,23 +33,20 @@ VALIDATED = ["impact", "lammps", "open_bed", "box", "periods"]
 
 
 rule verify:
-    input:
-        request=request("results/verification/{stage}/{case}.csv"),
     output:
         rows="results/verification/{stage}/{case}.csv",
     log:
         "results/verification/{stage}/{case}.log",
     benchmark:
         "results/verification/benchmark/{stage}_{case}.tsv"
+    resources:
+        mem_mb=1000,
     params:
-        job=job(
-            stage=lambda wildcards: wildcards.stage,
-            case=lambda wildcards: wildcards.case,
-        ),
+        version=VERSION,
     message:
         "Verify {wildcards.stage}, {wildcards.case}"
-    shell:
-        "python -m scripts.verify {params.job:q} 2> {log}"
+    script:
+        "../scripts/verify.py"
 
 
 VERIFIED_ROWS = [
@@ -62,19 +59,20 @@ VERIFIED_ROWS = [
 rule verification_page:
     input:
         rows=VERIFIED_ROWS,
-        request=request("results/verification/verification.html"),
     output:
         page="results/verification/verification.html",
     log:
         "results/verification/verification.log",
     benchmark:
         "results/verification/benchmark/page.tsv"
+    resources:
+        mem_mb=1000,
     params:
-        job=job(),
+        version=VERSION,
     message:
         "Page of the verification"
-    shell:
-        "python -m scripts.verification {params.job:q} 2> {log}"
+    script:
+        "../scripts/verification.py"
 
 
 # after the page, so that the page shows a number outside its tolerance as well
@@ -88,27 +86,30 @@ rule verification:
         "results/verification/verified.log",
     benchmark:
         "results/verification/benchmark/verified.tsv"
+    resources:
+        mem_mb=1000,
     params:
-        job=job(),
+        version=VERSION,
     message:
         "Compare the verification with its tolerances"
-    shell:
-        "python -m scripts.verified {params.job:q} 2> {log}"
+    script:
+        "../scripts/verified.py"
 
 
 rule validation:
     input:
         rows=expand("results/verification/experiments/{case}.csv", case=VALIDATED),
-        request=request("results/validation/validation.html"),
     output:
         page="results/validation/validation.html",
     log:
         "results/validation/validation.log",
     benchmark:
         "results/validation/benchmark/page.tsv"
+    resources:
+        mem_mb=1000,
     params:
-        job=job(),
+        version=VERSION,
     message:
         "Page of the validation"
-    shell:
-        "python -m scripts.validation {params.job:q} 2> {log}"
+    script:
+        "../scripts/validation.py"

@@ -1,14 +1,8 @@
 """Tables of the coupled runs of all scenarios."""
 
+from pidpanel import job
 from pidpanel.coupled.from_study import write_coupled
-from pidpanel.provenance.job import Job, run
-from pidpanel.study import load_study
+from pidpanel.provenance.files import Files
 
-
-def main(job: Job) -> None:
-    """From the estimate of each scenario."""
-    write_coupled(load_study(job.study), job.input.several("estimates"), job.output)
-
-
-if __name__ == "__main__":
-    run(main)
+with job.started(snakemake) as study:
+    write_coupled(study, snakemake.input.estimates, Files.of(snakemake.output))

@@ -1,15 +1,13 @@
 """Integrate panel and particles of a scenario until its rms accelerations are known."""
 
+from pathlib import Path
+
+from pidpanel import job
 from pidpanel.coupled.from_study import write_scenario
-from pidpanel.provenance.job import Job, run
-from pidpanel.study import load_study
+from pidpanel.paths import COUPON
+from pidpanel.provenance.files import Files
 
-
-def main(job: Job) -> None:
-    """From panel, sound and beds; the runs are kept in a folder beside the estimate."""
-    label, folder = job.params["scenario"], job.folder("folder")
-    write_scenario(load_study(job.study), job.input, label, job.coupon, folder, job.output.estimate)
-
-
-if __name__ == "__main__":
-    run(main)
+with job.started(snakemake) as study:
+    label, folder = snakemake.params.scenario, Path(snakemake.params.folder)
+    estimate = Path(snakemake.output.estimate)
+    write_scenario(study, Files.of(snakemake.input), label, COUPON, folder, estimate)

@@ -1,15 +1,9 @@
 """From ``cases.csv`` to the surface and the constants of the laws."""
 
+from pidpanel import job
 from pidpanel.damping.from_study import write_damping
-from pidpanel.provenance.job import Job, run
-from pidpanel.study import load_study
+from pidpanel.provenance.files import Files
 
-
-def main(job: Job) -> None:
-    """From the cases of a coupon."""
-    study, damper = load_study(job.study), job.params["damper"]
-    write_damping(study, damper, job.input.cases, job.output)
-
-
-if __name__ == "__main__":
-    run(main)
+with job.started(snakemake) as study:
+    damper, cases = snakemake.params.damper, snakemake.input.cases
+    write_damping(study, damper, cases, Files.of(snakemake.output))

@@ -1,16 +1,10 @@
 """Shake a poured packing loose: ``bed.json`` and its files."""
 
-from pidpanel.coupon import attempts, coding
-from pidpanel.coupon.bed import Bed
-from pidpanel.provenance.job import Job, run
-from pidpanel.provenance.requests import read_request
+from pathlib import Path
 
+from pidpanel import job
+from pidpanel.coupon.attempts import loosen_bed
 
-def main(job: Job) -> None:
-    """From the values of the bed and its packing."""
-    bed = coding.decode(Bed, read_request(job.input.values))
-    attempts.loosen_bed(bed, job.input.packing, job.output.bed)
-
-
-if __name__ == "__main__":
-    run(main)
+with job.started(snakemake):
+    packing, bed = Path(snakemake.input.packing), Path(snakemake.output.bed)
+    loosen_bed(snakemake.params.bed, packing, bed)

@@ -1,16 +1,10 @@
 """Measured PSDs and transmissibilities beside computed ones."""
 
+from pidpanel import job
 from pidpanel.measurement.from_study import write_measurements
-from pidpanel.provenance.job import Job, run
-from pidpanel.study import load_study
+from pidpanel.provenance.files import Files
 
-
-def main(job: Job) -> None:
-    """From the curves of the response and of base motion."""
-    read, made = job.input, job.output
-    curves = {"sound": read.get("response"), "base": read.get("base")}
-    write_measurements(load_study(job.study), curves, made.measured, made.differences)
-
-
-if __name__ == "__main__":
-    run(main)
+with job.started(snakemake) as study:
+    files, output = Files.of(snakemake.input), Files.of(snakemake.output)
+    curves = {"sound": files.get("response"), "base": files.get("base")}
+    write_measurements(study, curves, output.measured, output.differences)

@@ -1,15 +1,9 @@
 """Every scenario with every damping model: PSDs, rms values, stress, radiation."""
 
-from pidpanel.provenance.job import Job, run
+from pidpanel import job
+from pidpanel.provenance.files import Files
 from pidpanel.response.from_study import write_response
-from pidpanel.study import load_study
 
-
-def main(job: Job) -> None:
-    """From panel, sound, damping and coupled runs."""
-    damping, coupled = (job.optional_folder(name) for name in ("damping", "coupled"))
-    write_response(load_study(job.study), job.input, job.output, damping, coupled)
-
-
-if __name__ == "__main__":
-    run(main)
+with job.started(snakemake) as study:
+    files, output = Files.of(snakemake.input), Files.of(snakemake.output)
+    write_response(study, files, output, *job.folders(snakemake, "damping", "coupled"))

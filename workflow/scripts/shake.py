@@ -1,16 +1,11 @@
-"""Shake the cases of a batch: a folder for each run, and how each ended."""
+"""Shake the runs of a case, a folder for each, and write how each ended."""
 
-from pidpanel.coupon import attempts
-from pidpanel.coupon.batches import read_cases
+from pathlib import Path
+
+from pidpanel import job
+from pidpanel.coupon.attempts import write_case
 from pidpanel.coupon.runs import time_limit
-from pidpanel.provenance.job import Job, run
+from pidpanel.paths import COUPON
 
-
-def main(job: Job) -> None:
-    """From the file of the batch and the beds."""
-    with time_limit(job.seconds):
-        attempts.shake_cases(read_cases(job.input.batch), job.coupon, job.output.batch)
-
-
-if __name__ == "__main__":
-    run(main)
+with job.started(snakemake), time_limit(60 * float(snakemake.config.get("job_minutes", "inf"))):
+    write_case(snakemake.params.case, COUPON, Path(snakemake.output.outcome))

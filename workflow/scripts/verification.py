@@ -1,13 +1,9 @@
 """The page of the verification, from the rows of all cases."""
 
-from pidpanel.provenance.job import Job, run
+from pathlib import Path
+
+from pidpanel import job
 from pidpanel.verification.page import verification_page, write_page
 
-
-def main(job: Job) -> None:
-    """From the rows of all cases."""
-    write_page(verification_page, job.input.several("rows"), job.output.page)
-
-
-if __name__ == "__main__":
-    run(main)
+with job.started(snakemake):
+    write_page(verification_page, snakemake.input.rows, Path(snakemake.output.page))

@@ -1,7 +1,7 @@
 """Base motion of a study: the only module of the stage that reads it."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance.digests import stamp
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolve
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import damping_models, read_panel_mass
@@ -136,7 +136,7 @@ def write_base(
     study: Study,
     files: Files,
     damping: Path | None,
-    output: Mapping[str, Path],
+    output: Files,
     coupled: Path | None = None,
 ) -> None:
     """Write responses to the motion of the supports in every scenario with every damping model.
@@ -171,7 +171,7 @@ def write_base(
     )  # fmt: skip
     panels = dict(zip(shakers, shaker_panels(supported), strict=True))
     attributes = {**stamp(study), "basis_error": error}
-    write_csv(output["modes_table"], tables.mode_rows(supported.basis, supported.inertia))
+    write_csv(output.modes_table, tables.mode_rows(supported.basis, supported.inertia))
     if motion.random is not None:
         panel = panels["random"]
         points, limits = panel.basis.point_names, limits_of(motion, panel.basis.point_names)
@@ -183,19 +183,17 @@ def write_base(
         labels = [scenario.label for scenario in scenarios]
         shifts = mesh_shifts(panel, scenarios, models)
         psds = tables.random_dataset(random, models.names, labels, points, shifts)
-        write_csv(output["summary"], tables.summary_rows(psds))
-        write_csv(output["psd_table"], tables.psd_rows(psds))
-        psds.assign_attrs(attributes).to_netcdf(output["psd"], engine="scipy")
+        write_csv(output.summary, tables.summary_rows(psds))
+        write_csv(output.psd_table, tables.psd_rows(psds))
+        psds.assign_attrs(attributes).to_netcdf(output.psd, engine="scipy")
         if limits:
-            write_csv(output["notched"], tables.input_rows(random, limits))
+            write_csv(output.notched, tables.input_rows(random, limits))
     if motion.sine is not None:
         tones = damping_models(study, damping, coupled, is_broadband=False)
         curves = _sweeps(panels["sine"], supported.inertia, motion.sine, scenarios, tones)
         level = motion.sine.acceleration_g
-        write_csv(output["sine_table"], tables.peak_rows(curves, level))
-        curves.assign_attrs(attributes, acceleration_g=level).to_netcdf(
-            output["sine"], engine="scipy"
-        )
+        write_csv(output.sine_table, tables.peak_rows(curves, level))
+        curves.assign_attrs(attributes, acceleration_g=level).to_netcdf(output.sine, engine="scipy")
 
 
 def shakers_of(study: Study) -> dict[str, Shaker]:

@@ -26,7 +26,6 @@ def call(args: argparse.Namespace) -> int:
 def _folder(name: Path, results: Path) -> tuple[Path, list[str]]:
     """Return the folder that a study, or itself, names, and its scenarios without errors."""
     from pidpanel.paths import study_path
-    from pidpanel.provenance.owner import check_owner
     from pidpanel.report.from_study import partly_known
     from pidpanel.study import StudyError, load_study
 
@@ -35,7 +34,6 @@ def _folder(name: Path, results: Path) -> tuple[Path, list[str]]:
         folder = name.absolute()
     elif (file := study_path(str(name))).is_file():
         study = load_study(file)
-        check_owner(study, file, results)
         folder, unknown = results / study.name, partly_known(study)
     else:
         raise StudyError(f"{name}: must be a study or the folder of its results")

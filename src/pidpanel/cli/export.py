@@ -28,7 +28,7 @@ def call(args: argparse.Namespace) -> int:
 
         results = make(study, args, "report.html", "report").parent
         figures = args.to or results / "figures"
-        write_figures(page_of(args.study, results), args.figures, figures)
+        write_figures(page_of(study, args.study, results), args.figures, figures)
         print(figures)
     for path in sorted(folder.glob("[!.]*")):
         print(path)

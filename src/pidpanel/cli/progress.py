@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pidpanel.coupon.from_study import distinct_cases
-from pidpanel.coupon.liggghts.failures import BY_INPUTS
 from pidpanel.progress import last_line
-from pidpanel.provenance.locks import hold
 from pidpanel.study import CouponStudy, Study
 
 # Stage of a rule, where it is not the rule's own name.
@@ -35,11 +33,6 @@ class Cases:
     done: int  # whose runs have all ended
     failures: Mapping[str, int]  # by the name of the failure
 
-    @property
-    def of_machine(self) -> int:
-        """Failed ones that need not fail again."""
-        return sum(n for name, n in self.failures.items() if name not in BY_INPUTS)
-
     def __str__(self) -> str:
         failed = sum(self.failures.values())
         names = ", ".join(f"{count} {name}" for name, count in self.failures.items())
@@ -50,23 +43,17 @@ class Cases:
 def cases_of(study: CouponStudy, folder: Path) -> Cases:
     """Count the cases of a study by their state in ``results/coupon``."""
     failures: Counter[str] = Counter()
-    total = done = 0
-    for cases in distinct_cases(study).values():
-        for case in cases:
-            total += 1
-            ended = [_status(path) for path in case.outcomes(folder)]
-            done += None not in ended
-            failed = [status for status in ended if status not in (None, "ok")]
-            failures.update(failed[:1])
-    return Cases(total, done, failures)
-
-
-def _status(outcome: Path) -> str | None:
-    """Return how a run ended; None where it has not, or where that cannot be read."""
-    try:
-        return str(json.loads(outcome.read_text(encoding="utf-8"))["status"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
+    cases = [case for cases in distinct_cases(study).values() for case in cases]
+    done = 0
+    for case in cases:
+        try:
+            runs = json.loads(case.outcome_file(folder).read_text(encoding="utf-8"))["runs"]
+            failed = [str(run["status"]) for run in runs if run["status"] != "ok"]
+        except (OSError, ValueError, KeyError, TypeError):
+            continue
+        done += 1
+        failures.update(failed[:1])
+    return Cases(len(cases), done, failures)
 
 
 def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
@@ -74,35 +61,35 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
     by_stage: dict[str, list[str]] = {}
     for rule, count in left.items():
         by_stage.setdefault(STAGE_OF.get(rule, rule), []).append(f"{count} × {rule}")
-    names = ["report"]
+    for name in stage_names(study):
+        yield f"  {name:<11} {'left: ' + ', '.join(by_stage[name]) if name in by_stage else 'done'}"
+
+
+def stage_names(study: CouponStudy) -> list[str]:
+    """Return the stages that a study has, in the order in which they run."""
+    has = {"coupon": bool(study.coupons)}
     if isinstance(study, Study):
-        coupled = ["coupled"] if study.is_coupled else []
-        base = [] if study.base is None else ["base"]
-        sound = [[], []] if study.sound is None else [["sound"], ["response"]]
-        names = ["panel", *sound[0], *coupled, *sound[1], *base, *names]
-        if study.surfaces:
-            names.insert(0, "damping")
-    if study.coupons or study.is_coupled:  # whose packings are poured with the coupons
-        names.insert(0, "coupon")
-    for name in names:
-        yield f"  {name:<9} {'left: ' + ', '.join(by_stage[name]) if name in by_stage else 'done'}"
-
-
-def is_running(results: Path) -> bool:
-    """Return whether a process runs the workflow on a folder of results."""
-    if not results.is_dir():
-        return False
-    lock = hold(results)
-    if lock is None:
-        return True
-    lock.close()
-    return False
+        has = {
+            # whose packings are poured with the coupons
+            "coupon": bool(study.coupons) or study.is_coupled,
+            "damping": bool(study.surfaces),
+            "panel": True,
+            "sound": study.sound is not None,
+            "coupled": study.is_coupled,
+            "response": study.sound is not None,
+            "severity": study.severity is not None,
+            "base": study.base is not None,
+            "optimise": study.optimise is not None,
+            "measurement": bool(study.measurements),
+        }
+    return [*(name for name, is_there in has.items() if is_there), "report"]
 
 
 def failed(folder: Path, name: str, left: Mapping[str, int]) -> list[str]:
     """Return a line for each job of a study that failed in the last run and is still left."""
-    logs = [*(folder / ".snakemake" / "log").glob("*.log"), folder / "results" / name / "run.log"]
-    logs = sorted((log for log in logs if log.exists()), key=lambda log: log.stat().st_mtime)
+    logs = sorted(
+        (folder / ".snakemake" / "log").glob("*.log"), key=lambda log: log.stat().st_mtime
+    )
     failures: dict[str, None] = {}
     rule = ""
     for line in logs[-1].read_text(encoding="utf-8", errors="replace").splitlines() if logs else []:

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from pidpanel.cli.snakemake import RunError, jobs_left, run
-from pidpanel.provenance.owner import check_owner
 from pidpanel.study import CouponStudy
+from pidpanel.workflow.in_process import compute, is_alone, is_up_to_date
 
 
 def make(
@@ -15,9 +15,13 @@ def make(
 
     The arguments are those of a command: the file of the study and the folder with its results.
     """
-    folder, target = args.directory, f"results/{study.name}/{name}"
-    check_owner(study, args.study, folder / "results")
+    folder, target = args.directory.absolute(), f"results/{study.name}/{name}"
+    if is_alone(study) and not force and is_up_to_date(study, folder):
+        return args.directory / target
     left = jobs_left(args.study, folder, target)
+    if is_alone(study) and (left or force):
+        compute(study, args.study.resolve(), folder, 1)
+        return args.directory / target
     unfinished = {name: count for name, count in left.items() if name != rule}
     if unfinished:
         named = ", ".join(f"{count} × {name}" for name, count in unfinished.items())
@@ -28,4 +32,4 @@ def make(
         options = [target, "--quiet", "progress", "rules", *(["--forcerun", rule] if force else [])]
         if run(args.study, folder, 1, options):
             raise RunError(f"{folder / target}: failed; see above")
-    return folder / target
+    return args.directory / target

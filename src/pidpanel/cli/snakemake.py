@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import os
-import re
 import resource
 import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from pidpanel.cli.workflow_process import COUNTS
 from pidpanel.paths import PROFILE, SNAKEFILE
 
 PROCESS = "pidpanel.cli.workflow_process"  # module that is Snakemake's process
@@ -19,8 +22,6 @@ PROCESS = "pidpanel.cli.workflow_process"  # module that is Snakemake's process
 LEAST_SPACE = 20e6  # space that the smallest study takes on the disk [byte]
 
 LEAST_MEMORY = 800e6  # addresses that Snakemake takes with the smallest study, twice as many [byte]
-
-_ROW = re.compile(r"^(\w+) +(\d+)$")
 
 
 class RunError(RuntimeError):
@@ -53,9 +54,8 @@ def run(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:
 
     Ctrl-C ends Snakemake, which ends its jobs; this waits for it.
     """
-    # it weighs all jobs that are ready before each that it starts, which takes seconds of hundreds
-    sample = ["--scheduler-subsample", str(8 * jobs)]
-    process = subprocess.Popen(command(study, folder, [*sample, *options, f"-j{jobs}"]))
+    release(folder)
+    process = subprocess.Popen(command(study, folder, [*options, f"-j{jobs}"]))
     interrupted = False
     while True:
         try:
@@ -93,20 +93,31 @@ def check_memory() -> None:
 
 def jobs_left(study: Path, folder: Path, *targets: str) -> dict[str, int]:
     """Return how many jobs of each rule are to be run, from a dry run of Snakemake."""
-    options = [*targets, "--dry-run", "--nolock", "-j1", "--logger", "pidpanel"]
-    plain = {**os.environ, "NO_COLOR": "1"}
-    call = command(study, folder, options)
-    done = subprocess.run(call, capture_output=True, text=True, check=False, env=plain)
-    text = done.stdout + done.stderr
+    options = [*targets, "--dry-run", "--quiet", "all", "--nolock", "-j1"]
+    with tempfile.NamedTemporaryFile() as counts:
+        environment = {**os.environ, "NO_COLOR": "1", COUNTS: counts.name}
+        call = command(study, folder, options)
+        done = subprocess.run(call, capture_output=True, text=True, check=False, env=environment)
+        stats = json.loads(counts.read() or b"{}")
     if done.returncode:
-        last = [line for line in text.splitlines() if line.strip()] or ["no message"]
-        raise RunError(f"{study}: {last[-1].strip()}")
-    if "Job stats" not in text:
-        return {}
-    counts = {}
-    for line in text.split("Job stats:")[1].splitlines()[3:]:
-        row = _ROW.match(line)
-        if row is None:
-            break
-        counts[row[1]] = int(row[2])
-    return {rule: count for rule, count in counts.items() if rule not in ("all", "total")}
+        last = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
+        raise RunError(f"{study}: {last[-1].strip() if last else 'no message'}")
+    return {rule: count for rule, count in stats.items() if rule not in ("all", "total")}
+
+
+def is_running(folder: Path) -> bool:
+    """Return whether a process of this machine runs Snakemake in a folder: it has its log open."""
+    logs = str((folder / ".snakemake" / "log").resolve())
+    for handle in Path("/proc").glob("[0-9]*/fd/*"):
+        with contextlib.suppress(OSError):
+            if os.readlink(handle).startswith(logs):
+                return True
+    return False
+
+
+def release(folder: Path) -> None:
+    """Unlock a folder whose Snakemake was killed, as ``snakemake --unlock`` does."""
+    locks = folder / ".snakemake" / "locks"
+    if any(locks.glob("*.lock")) and not is_running(folder):
+        print(f"{folder}: unlocked, since no process runs Snakemake here any more", file=sys.stderr)
+        shutil.rmtree(locks)

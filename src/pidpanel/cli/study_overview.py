@@ -54,7 +54,7 @@ def overview(study: CouponStudy, results: Path = Path("results")) -> str:
 def _of_runs(study: CouponStudy, results: Path) -> Iterator[str]:
     """Yield how long the LIGGGHTS runs take that are not in a folder ``results``."""
     cases, folder = all_cases(study), results / "coupon"
-    left = [case for case in cases if not all(p.exists() for p in case.outcomes(folder))]
+    left = [case for case in cases if not case.outcome_file(folder).exists()]
     if left:
         from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
 

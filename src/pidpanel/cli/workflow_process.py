@@ -8,14 +8,42 @@ ended makes a look at the ready jobs more each second (snakemake/snakemake#3744)
 much as LIGGGHTS after a few hundred.
 """
 
+import json
 import logging
 import os
 import signal
 import sys
+import tempfile
+from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from pidpanel.provenance.locks import WORKFLOW_PROCESS
+from pidpanel.job import WORKFLOW_PROCESS
+
+# Variable with a file for the numbers of the jobs of a dry run, by rule.
+COUNTS = "PIDPANEL_COUNTS"
+
+
+class Counts(logging.Handler):
+    """Writes the numbers of jobs by rule that Snakemake tells its loggers, as JSON."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write those of a message that has them."""
+        if stats := getattr(record, "stats", None):
+            Path(os.environ[COUNTS]).write_text(json.dumps(stats), encoding="utf-8")
+
+
+def find_cache() -> None:
+    """Give Snakemake another folder for its cache where that of the home folder is read-only."""
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+    there = next((folder for folder in (home, *home.parents) if folder.exists()), home)
+    try:
+        tempfile.TemporaryFile(dir=there).close()
+    except OSError:
+        other = Path(tempfile.gettempdir()) / f"pidpanel-cache-{os.getuid()}"
+        other.mkdir(mode=0o700, exist_ok=True)
+        os.environ["XDG_CACHE_HOME"] = str(other)
+        print(f"{home}: cannot be written; Snakemake keeps its cache in {other}", file=sys.stderr)
 
 
 def interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
@@ -27,8 +55,14 @@ def interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
 
 def run_snakemake(arguments: list[str]) -> int:
     """Return the exit code of ``snakemake`` with some arguments."""
+    find_cache()
     from snakemake.cli import args_to_api, parse_args
     from snakemake.exceptions import print_exception
+
+    if COUNTS in os.environ:
+        from snakemake.logging import logger
+
+        logger.addHandler(Counts())
 
     try:
         parser, parsed = parse_args(arguments)

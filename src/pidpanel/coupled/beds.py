@@ -11,7 +11,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.coupon import geometry, preparation
-from pidpanel.coupon.attempts import sound_bed
+from pidpanel.coupon.attempts import prepared_bed
 from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import RunFailed
@@ -38,7 +38,7 @@ class StartedBed(NamedTuple):
 
 def started(bed: Bed, modulus: float, folder: Path) -> StartedBed:
     """Return a bed in its folder, with a modulus [Pa]; `RunFailed` if it could not be made."""
-    outcome = sound_bed(bed, folder / "bed.json")
+    outcome = prepared_bed(bed, folder / "bed.json")
     if outcome.found is None:
         raise RunFailed(outcome.status, outcome.message)
     return StartedBed(bed, modulus, folder, outcome.found.spheres)

@@ -25,7 +25,7 @@ from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.base_motion import BaseExcitation, supported_panel, with_translation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table

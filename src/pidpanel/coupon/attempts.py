@@ -1,20 +1,15 @@
 """Pour, loosen and shake as jobs: each is tried twice, and what became of it is written down.
 
-A failure is an outcome with a name, so that a sweep continues and its coverage decides. A packing
-or a bed that is missing or is not as it was left is made again where it is needed.
+A failure that the same inputs give again is an outcome with a name, so that a sweep continues and
+its coverage decides. Any other ends the job, and the same command tries again.
 """
 
-import contextlib
-import json
 import math
-import os
 import resource
 import shutil
 import sys
-import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -23,17 +18,13 @@ import numpy as np
 from pidpanel.coupon import coding, cycles, records, rows, states
 from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import Case, RunTarget
-from pidpanel.coupon.liggghts import deck, failures
+from pidpanel.coupon.liggghts import failures
 from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.coupon.packing import Packing
-from pidpanel.coupon.preparation import BED_FILE, PACKING_FILE, loosen, pour
-from pidpanel.coupon.runs import Continues, shake, time_limit
-from pidpanel.progress import with_progress
-from pidpanel.provenance import durable
-from pidpanel.provenance.locks import exclusive_lock
+from pidpanel.coupon.preparation import loosen, pour
+from pidpanel.coupon.runs import shake
 
 Product = TypeVar("Product")
-Outcome = TypeVar("Outcome", bound=records.PourOutcome | records.LoosenOutcome)
 
 # Version of the algorithms that decide from its rows whether a run is steady, long enough or in
 # several states, and its errors. With another version every run is evaluated again from its rows.
@@ -42,90 +33,45 @@ JUDGING_VERSION = 1
 
 def pour_packing(packing: Packing, file: Path) -> records.PourOutcome:
     """Pour a packing, in the folder of ``packing.json``, and write that."""
-    with exclusive_lock(_lock(file.parent)):
-        attempt, poured = _attempted(lambda: pour(packing, file.parent), file.parent)
-        files = records.files_of(file.parent, (PACKING_FILE,) if poured else ())
-        outcome = records.PourOutcome(**vars(attempt), packing=packing, found=poured, files=files)
-        coding.write(file, outcome)
+    attempt, poured = _attempted(lambda: pour(packing, file.parent), file.parent)
+    outcome = records.PourOutcome(**vars(attempt), packing=packing, found=poured)
+    coding.write(file, outcome)
     return outcome
 
 
 def loosen_bed(bed: Bed, packing_file: Path, file: Path) -> records.LoosenOutcome:
     """Shake a bed loose, in the folder of ``bed.json``, and write that or a failed packing."""
-    pour_again = partial(pour_packing, bed.packing)
-    source = _sound(records.PourOutcome, "packing", bed.packing, packing_file, pour_again)
+    source = coding.read(records.PourOutcome, packing_file)
     poured = source.found
-    with exclusive_lock(_lock(file.parent)):
-        if poured is None:
-            attempt, loosened = _handed_on(source), None
-        else:
-            full = poured.spheres_full
-            attempt, loosened = _attempted(
-                lambda: loosen(bed, packing_file.parent, file.parent, full), file.parent
-            )
-        files = records.files_of(file.parent, (BED_FILE, deck.WALLS_FILE) if loosened else ())
-        outcome = records.LoosenOutcome(**vars(attempt), bed=bed, found=loosened, files=files)
-        coding.write(file, outcome)
+    if poured is None:
+        attempt, loosened = _handed_on(source), None
+    else:
+        full = poured.spheres_full
+        attempt, loosened = _attempted(
+            lambda: loosen(bed, packing_file.parent, file.parent, full), file.parent
+        )
+    outcome = records.LoosenOutcome(**vars(attempt), bed=bed, found=loosened)
+    coding.write(file, outcome)
     return outcome
 
 
-def _lock(folder: Path) -> Path:
-    """Return the lock for writing a folder, next to it."""
-    return folder.with_name(f".{folder.name}.lock")
+def prepared_bed(bed: Bed, file: Path) -> records.LoosenOutcome:
+    """Return the content of ``bed.json``; a bed that is not there is made, from its packing.
 
-
-def sound_bed(bed: Bed, file: Path) -> records.LoosenOutcome:
-    """Return the content of ``bed.json``; a bed with changed files is made again.
-
-    The same spheres to the last bit, so that jobs that do so at the same time do no harm. Its
-    packing is looked for in ``../../packing`` of its folder.
+    The packing is in ``../../packing`` of its folder. Jobs that do so at the same time write the
+    same bits.
     """
+    if file.exists():
+        return coding.read(records.LoosenOutcome, file)
     packing = file.parent.parent.parent / "packing" / bed.packing.label / "packing.json"
-    return _sound(records.LoosenOutcome, "bed", bed, file, partial(loosen_bed, bed, packing))
-
-
-def _sound(
-    kind: type[Outcome],
-    key: str,
-    expected: Packing | Bed,
-    file: Path,
-    make: Callable[[Path], Outcome],
-) -> Outcome:
-    """Return the record of a file; ``make`` repeats a damaged step in a scratch folder."""
-    try:
-        outcome = coding.read(kind, file)
-        records.check_same(getattr(outcome, key), expected, file)
-        check_sound(outcome, file)
-    except failures.SolverFailure as failure:
-        if file.exists():
-            print(f"{failure}; made again", file=sys.stderr)
-        file.parent.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".again_", dir=file.parent.parent) as scratch:
-            outcome = make(Path(scratch) / "made" / file.name)
-            _take(Path(scratch) / "made", file.parent, (*outcome.files, file.name))
-    return outcome
-
-
-def check_sound(outcome: records.PourOutcome | records.LoosenOutcome, file: Path) -> None:
-    """Refuse what is not as it was left, and a failure that need not come again."""
-    if outcome.status != records.OK and outcome.status not in failures.BY_INPUTS:
-        raise failures.RunFailed(outcome.status, f"{file}: {outcome.status}")
-    records.check_files(file.parent, outcome.files)
-
-
-def _take(source: Path, folder: Path, names: Iterable[str]) -> None:
-    """Move files into a folder, each at one stroke, as old as what they take the place of."""
-    folder.mkdir(exist_ok=True)
-    for name in names:
-        with contextlib.suppress(FileNotFoundError):  # else Snakemake would make all that follows
-            age = (folder / name).stat()
-            os.utime(source / name, ns=(age.st_atime_ns, age.st_mtime_ns))
-        (source / name).replace(folder / name)
+    if not packing.exists():
+        pour_packing(bed.packing, packing)
+    return loosen_bed(bed, packing, file)
 
 
 def shake_run(run: Run, target: RunTarget, bed_file: Path, folder: Path) -> records.ShakeOutcome:
     """Shake a run in a folder; hand on the failure of its bed."""
-    bed = sound_bed(run.bed, bed_file)
+    bed = prepared_bed(run.bed, bed_file)
     if bed.found is None:
         attempt, shaken = _handed_on(bed), None
     else:
@@ -220,105 +166,42 @@ def has_states(case: Case, outcomes: Sequence[records.ShakeOutcome], folder: Pat
     return len(estimates) > 1 and len(states.states_of(means, errors)) > 1
 
 
-def shake_cases(cases: Sequence[Case], folder: Path, file: Path) -> None:
-    """Shake all seeds of some cases in ``results/coupon``; write how each ended.
-
-    One process for all of them: what Python imports is paid once.
-    """
-    ended = {}
-    for case in with_progress(cases, "cases"):
-        with exclusive_lock(folder / case.label / ".lock"):
-            outcomes = shake_case(case, folder)
-            paths = case.with_reserve.outcomes(folder)
-            for path, outcome in zip(paths, outcomes, strict=False):
-                spent = round(outcome.solver_cpu_s + _spent(path), 2)
-                coding.write(path, replace(outcome, seeds=len(outcomes), solver_cpu_s=spent))
-                ended[str(path.parent.relative_to(folder))] = outcome.status
-            for path in paths[len(outcomes) :]:  # of an earlier version that needed them
-                path.unlink(missing_ok=True)
-    durable.write_text(
-        file, json.dumps({"judging": JUDGING_VERSION, "ended": ended}, indent=1) + "\n"
-    )
-
-
-def _spent(file: Path) -> float:
-    """Return the CPU time that earlier calls spent on a run [s]: this one goes on from there."""
-    try:
-        return coding.read(records.ShakeOutcome, file).solver_cpu_s
-    except failures.SolverFailure:
-        return 0.0
+def write_case(case: Case, folder: Path, file: Path) -> None:
+    """Shake the runs of a case in ``results/coupon``, and write how each ended."""
+    coding.write(file, records.CaseOutcome(tuple(shake_case(case, folder))))
 
 
 def _attempted(
     action: Callable[[], Product], folder: Path
 ) -> tuple[records.Attempt, Product | None]:
-    """Do it, twice if need be; a failure is kept by its name.
+    """Do it, twice if need be; a failure by the inputs is kept by its name.
 
-    The first failure may be the machine's; the second is reported. A stopped run continues from
-    its last restart; a folder with damaged files is set aside; what any other failure left is
-    removed.
+    The first failure may be the machine's; the second counts. A stopped run continues from its
+    last restart; what any other failure left, or what cannot be read, is removed.
     """
-    attempts = 0
     start = resource.getrusage(resource.RUSAGE_CHILDREN)
-    while True:
-        attempts += 1
+    for attempts in (1, 2):
         product: Product | None = None
         status, message = records.OK, ""
         try:
             product = action()
-        except failures.SolverMissing:
-            raise
-        except failures.SolverFailure as failure:
+        except (failures.SolverFailure, OSError) as failure:
             status, message = type(failure).__name__, str(failure)
-        except OSError as error:
-            status, message = failures.FilesFailed.__name__, f"{folder}: {error}"
-        if status == records.OK or attempts == 2:
-            end = resource.getrusage(resource.RUSAGE_CHILDREN)
-            spent = end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime
-            return records.Attempt(
-                status, message, attempts, VERSION, round(max(spent, 0.0), 2)
-            ), product
-        if status in failures.DAMAGED:
-            durable.set_aside(folder, message)
-        elif status != failures.RunStopped.__name__:
-            print(f"{message}; tried again", file=sys.stderr)
-            shutil.rmtree(folder, ignore_errors=True)
+            is_final = attempts == 2 and status not in failures.BY_INPUTS
+            if is_final or isinstance(failure, failures.SolverMissing):
+                raise
+        if status == records.OK:
+            break
+        if attempts == 1:
+            print(f"{message}; tried again", file=sys.stderr, flush=True)
+            if status != failures.RunStopped.__name__:
+                shutil.rmtree(folder, ignore_errors=True)
+    end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime
+    attempt = records.Attempt(status, message, attempts, VERSION, round(max(spent, 0.0), 2))
+    return attempt, product
 
 
 def _handed_on(attempt: records.Attempt) -> records.Attempt:
     """Return the failure of the step before."""
     return records.Attempt(attempt.status, attempt.message, attempt.attempts, attempt.liggghts, 0.0)
-
-
-# Status of a leg whose runs go on in the next one, and of one that leaves nothing to do.
-CONTINUES, DONE = "continues", "done"
-
-
-def shake_leg(
-    request: Path, previous: Path | None, folder: Path, file: Path, *, seconds: float
-) -> None:
-    """Shake the runs of a request one after the other, for so long; write how the leg ended.
-
-    The seeds of a long case are shaken by several jobs, its legs. A leg goes on from the restart
-    that the one before left, and ends in time with the status `CONTINUES`, or with `DONE`: whether
-    a run failed is for the case to find. That runs were shared out changes none of their numbers:
-    they go cycle by cycle, and a restart after any of them changes no bit.
-    """
-    values = json.loads(request.read_text(encoding="utf-8"))
-    case = coding.decode(Case, values["case"])
-    status = CONTINUES
-    if previous is not None:
-        status = json.loads(previous.read_text(encoding="utf-8"))["status"]
-    if status == CONTINUES:
-        try:
-            with time_limit(seconds):
-                target, folders = first_target(case), case.folders(folder)
-                for number in values["runs"]:
-                    run = case.runs[number]
-                    bed = folder / "bed" / run.bed.label / "bed.json"
-                    shake_run(run, target, bed, folders[number])
-            status = DONE
-        except Continues:
-            if values["is_last"]:
-                raise
-    file.write_text(json.dumps({"status": status}) + "\n", encoding="utf-8")

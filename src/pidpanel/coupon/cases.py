@@ -46,7 +46,7 @@ class RunTarget:
 
     @property
     def label(self) -> str:
-        """Part of the name of the outcome file of a run."""
+        """Part of the name of the outcome file of a case."""
         return f"{100 * self.relative_error:.9g}pc_{self.min_cycles}to{self.max_cycles}"
 
     def as_strict_as(self, reference: RunTarget) -> RunTarget:
@@ -130,9 +130,9 @@ class Case:
 
     @property
     def outcome(self) -> str:
-        """Name of the outcome files of its runs, with everything that the outcome depends on."""
+        """Name of its outcome file, with all that the outcome depends on besides its runs."""
         return self.target.label + (f"_states{self.state_cycles}" if self.state_cycles else "")
 
-    def outcomes(self, folder: Path) -> list[Path]:
-        """Return the outcome files of the runs below ``results/coupon``, one per seed."""
-        return [path / f"{self.outcome}.json" for path in self.folders(folder)]
+    def outcome_file(self, folder: Path) -> Path:
+        """Return the outcome file below ``results/coupon``: how each run ended."""
+        return folder / self.label / f"{self.outcome}.json"

@@ -2,7 +2,7 @@
 
 A record holds numbers, text, truth values, None, other records and tuples of these. Pydantic
 checks what comes back without converting it: no key is missing or unknown, no value has another
-type. A file holds the hash of its values, which shows a changed digit.
+type.
 """
 
 import json
@@ -15,7 +15,6 @@ from pydantic import TypeAdapter, ValidationError
 
 from pidpanel.coupon.liggghts.failures import RecordUnreadable
 from pidpanel.provenance import durable
-from pidpanel.provenance.digests import json_digest
 
 Record = TypeVar("Record")
 
@@ -62,15 +61,10 @@ def _plain(values: Any) -> str:
     return json.dumps(json.loads(json.dumps(values), parse_int=float), sort_keys=True)
 
 
-DIGEST = "digest"  # key of a file with the hash of all its other values
-
-
 def write(path: Path, record: Any) -> None:
     """Write a record as a JSON file; make its folder."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    values = encode(record)
-    text = json.dumps({**values, DIGEST: json_digest(values)}, indent=1)
-    durable.write_text(path, text + "\n")
+    durable.write_text(path, json.dumps(encode(record), indent=1) + "\n")
 
 
 def read(kind: type[Record], path: Path) -> Record:
@@ -79,14 +73,10 @@ def read(kind: type[Record], path: Path) -> Record:
     Raises
     ------
     RecordUnreadable
-        If the file is missing, was changed after it was written, or has other keys.
+        If the file is missing, or is not such a record.
     """
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise RecordUnreadable(f"{path}: {error}") from None
-    written = values.pop(DIGEST, None) if isinstance(values, dict) else None
-    record = decode(kind, values, str(path))
-    if written != json_digest(values):
-        raise RecordUnreadable(f"{path}: not as it was written: its values do not give its digest")
-    return record
+        raise RecordUnreadable(f"{path}: {error}; delete it and run again") from None
+    return decode(kind, values, str(path))

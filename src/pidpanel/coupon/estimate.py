@@ -11,6 +11,7 @@ import numpy as np
 from pidpanel.coupon.bed import LOOSENING, Bed, Run, loosening
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.packing import Packing
+from pidpanel.coupon.runs import ORDINARY_STEP
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
 from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.geometry.sizes import Sizes
@@ -105,6 +106,15 @@ def run_steps(run: Run, case: Case) -> float:
     return cycles * run.steps_per_cycle + window * (1 + 8 / stride)
 
 
+def case_seconds(case: Case) -> float:
+    """Return the CPU time of a case on an ordinary core [s]; the longest go first."""
+    step = StepCost(*ORDINARY_STEP)
+    return sum(
+        run_steps(run, case) * step.seconds(spheres_in(run.packing, run.fill_fraction))
+        for run in case.runs
+    )
+
+
 def run_memory(run: Run) -> float:
     """Return the memory of the process of a run and of LIGGGHTS [bytes]."""
     spheres = spheres_in(run.packing, run.fill_fraction)
@@ -123,9 +133,10 @@ def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:
     total = 0.0
     beds: set[Bed] = set()
     for case in cases:
-        for run, outcome in zip(case.runs, case.outcomes(results), strict=True):
-            if outcome.exists():
-                continue
+        if case.outcome_file(results).exists():
+            continue
+        total += PER_JOB
+        for run in case.runs:
             spheres = spheres_in(run.packing, run.fill_fraction)
             total += PER_RUN + run_steps(run, case) * step.seconds(spheres, travel(run))
             beds.add(run.bed)

@@ -1,12 +1,13 @@
 """Results of the steps of a coupon, as records; `coding` converts them to JSON and back.
 
-`packing.json` is a `PourOutcome`, `bed.json` a `LoosenOutcome`, `<case>/s<seed>/<target>.json` a
-`ShakeOutcome`; `<case>/s<seed>/state.json` is the `RunState` of a run.
+`packing.json` is a `PourOutcome`, `bed.json` a `LoosenOutcome`, `<case>/<target>.json` a
+`CaseOutcome`; `<case>/s<seed>/state.json` is the `RunState` of a run.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import RunTarget
 from pidpanel.coupon.liggghts.failures import FileDamaged, RunFailed
 from pidpanel.coupon.packing import Packing
-from pidpanel.provenance.requests import content_digest
+from pidpanel.provenance.digests import file_digest
 
 OK = "ok"  # status of a step that did what it should; any other is the name of a failure
 
@@ -24,8 +25,12 @@ Files = Mapping[str, str]  # names of files of a folder, and the hash of the con
 
 
 def files_of(folder: Path, names: Iterable[str]) -> Files:
-    """Return the hashes of files of a folder; an empty one for a missing file."""
-    return {name: content_digest(folder / name) for name in names}
+    """Return the hashes of files of a folder; an empty one for a file that cannot be read."""
+    hashes = dict.fromkeys(names, "")
+    for name in hashes:
+        with suppress(OSError):
+            hashes[name] = file_digest(folder / name)
+    return hashes
 
 
 def check_files(folder: Path, files: Files) -> None:
@@ -74,14 +79,6 @@ class Shaken:
     mass_kg: float  # of all spheres [kg]
     ended_by: str  # ``accuracy`` or ``max_cycles``
     balance: MeasuredBalance | None  # none where the deck cannot list its contacts
-    rows_digest: str  # hash of the rows of these cycles; see `rows.digest`
-    last_digest: str  # hash of the file with the spheres at the end; see `runs.last_file`
-
-
-def check_same(left: Packing | Bed | Run, expected: Packing | Bed | Run, file: Path) -> None:
-    """Refuse a folder that was copied or renamed."""
-    if left != expected:
-        raise FileDamaged(f"{file}: belongs to another {type(expected).__name__.lower()}")
 
 
 @dataclass(frozen=True)
@@ -101,7 +98,6 @@ class PourOutcome(Attempt):
 
     packing: Packing
     found: Poured | None
-    files: Files
 
 
 @dataclass(frozen=True)
@@ -110,7 +106,6 @@ class LoosenOutcome(Attempt):
 
     bed: Bed
     found: Loosened | None
-    files: Files
 
 
 @dataclass(frozen=True)
@@ -120,13 +115,6 @@ class ShakeOutcome(Attempt):
     run: Run
     target: RunTarget
     found: Shaken | None
-    # Seeds of its case that were run: more than the case has runs where its cells are in several
-    # states; 0 where that was not looked for.
-    seeds: int = 0
-
-    def check_run(self, run: Run, file: Path) -> None:
-        """Refuse a record of another run; a deck may have moved."""
-        check_same(replace(self.run, deck=run.deck), run, file)
 
     @property
     def shaken(self) -> Shaken:
@@ -143,13 +131,19 @@ class ShakeOutcome(Attempt):
 
 
 @dataclass(frozen=True)
+class CaseOutcome:
+    """Outcomes of the runs of a case: its seeds and, where it has several states, its reserve."""
+
+    runs: tuple[ShakeOutcome, ...]
+
+
+@dataclass(frozen=True)
 class End:
     """End of a run where it met a target."""
 
     cycles: int  # of the run so far
     # Balance of the cycles that follow; None if the deck cannot list its contacts.
     balance: MeasuredBalance | None
-    last_digest: str  # see `Shaken`
 
 
 @dataclass(frozen=True)
@@ -165,7 +159,6 @@ class RunState:
     ends: tuple[End, ...] = ()  # one for each length at which the run has met a target
     # `window.BALANCE_VERSION` when their balances were measured; those of another are ignored.
     balance_version: int = 0
-    rows_digest: str = ""  # hash of all rows; see `rows.digest`
     files: Files = field(default_factory=dict)  # what a leg starts from: spheres, walls, restart
 
     @property

@@ -4,7 +4,6 @@ A run has a row a cycle, in the files of its legs. Nothing here enters a label: 
 the stored rows again.
 """
 
-import hashlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +14,7 @@ from pidpanel.arrays import Array
 from pidpanel.coupon import cycles
 from pidpanel.coupon.bed import HARD, Run
 from pidpanel.coupon.liggghts import deck, output
-from pidpanel.coupon.liggghts.failures import FileDamaged, LogTruncated, Unphysical
+from pidpanel.coupon.liggghts.failures import LogTruncated, Unphysical
 from pidpanel.coupon.records import Shaken
 
 # An error below this share of the inelastic bound ends a run too [1]: a bed that dissipates next
@@ -75,34 +74,16 @@ def read_shaken(run: Run, folder: Path, shaken: Shaken) -> Array:
     ------
     LogTruncated, NotFinite, Unphysical
         If rows are missing, not finite or impossible, with file, line and text.
-    FileDamaged
-        If the rows differ from those of the outcome.
     """
     rows = read_rows(run, folder, shaken.legs, shaken.cycles)
     check_physics(run, rows, shaken.mass_kg, folder)
     check_cells(rows, read_cells(run, folder, shaken), folder)
-    if digest(run, folder, shaken.legs, shaken.cycles) != shaken.rows_digest:
-        raise FileDamaged(
-            f"{folder}: its rows have changed since they were written; delete the folder to "
-            "run it again"
-        )
     return rows
 
 
 def files_of_rows(run: Run) -> list[Callable[[int], str]]:
     """Return the names of the files of rows of a run, by leg."""
     return [deck.cycles_file, deck.cells_file] if run.cells_listed else [deck.cycles_file]
-
-
-def digest(run: Run, folder: Path, legs: Sequence[int], cycles_wanted: int) -> str:
-    """Return the hash of the first rows of a run, and of those by cell, as in its files."""
-    lines: list[str] = []
-    for file_of in files_of_rows(run):
-        run_lines: list[str] = []
-        for number, leg in enumerate(legs, 1):
-            run_lines += rows_text(folder / file_of(number)).splitlines()[2 : 2 + leg]
-        lines += run_lines[:cycles_wanted]
-    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
 def rows_text(path: Path) -> str:

@@ -19,7 +19,7 @@ from pidpanel.coupon import geometry, rows, window
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import RunTarget
 from pidpanel.coupon.liggghts import deck, output
-from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunStopped
+from pidpanel.coupon.liggghts.failures import ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
 from pidpanel.coupon.records import End, RunState, Shaken, check_files, files_of
@@ -72,7 +72,7 @@ def check_time(longest: float) -> None:
         raise Continues(f"stopped {longest:.0f} s before the time limit; the next job continues")
 
 
-REPEAT_FOLDER = "again"  # folder below that of a run in which something of it is made again
+REPEAT_FOLDER = "again"  # folder below that of a run in which it is repeated to an earlier end
 
 
 def last_file(cycles: int) -> str:
@@ -103,7 +103,7 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
     SolverFailure
         If the run fails; the class is the reason.
     """
-    state = _resumed(run, target, bed_folder, folder) or _begun(run, bed_folder, folder)
+    state = _resumed(run, target, folder) or _begun(run, bed_folder, folder)
     solver: Liggghts | None = None
     with contextlib.ExitStack() as stack:
         while True:
@@ -120,7 +120,7 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
             state = _continued(solver, run, state, folder, stop)
             if run.deck is None:
                 check_time(time.monotonic() - begun)
-        end = _end_at(state, done, folder)
+        end = _end_at(state, done)
         if end is None:
             home = folder
             if solver is None and done == state.cycles and run.deck is None:
@@ -132,10 +132,6 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
                 fresh = _begun(run, bed_folder, home)
                 solver = stack.enter_context(_started(run, fresh, home))
                 _continued(solver, run, replace(fresh, legs=(0,)), home, done)
-                if rows.digest(run, home, (done,), done) != rows.digest(
-                    run, folder, state.legs, done
-                ):
-                    raise FileDamaged(f"{folder}: run again, because its rows have changed")
             end = _ended(solver, run, state, done, home, folder)
             state = state.ended(end, window.BALANCE_VERSION)
             state.write(folder)
@@ -147,8 +143,6 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
         mass_kg=state.mass,
         ended_by="accuracy" if good else "max_cycles",
         balance=end.balance,
-        rows_digest=rows.digest(run, folder, state.legs, done),
-        last_digest=end.last_digest,
     )
 
 
@@ -177,14 +171,11 @@ def _judged(run: Run, target: RunTarget, state: RunState, folder: Path) -> tuple
     return count, False
 
 
-def _end_at(state: RunState, done: int, folder: Path) -> End | None:
+def _end_at(state: RunState, done: int) -> End | None:
     """Return the end of the run after ``done`` cycles; None if missing or of another version."""
     if state.balance_version != window.BALANCE_VERSION:
         return None
-    end = next((end for end in state.ends if end.cycles == done), None)
-    name = last_file(done)
-    is_sound = end is not None and files_of(folder, [name])[name] == end.last_digest
-    return end if is_sound else None
+    return next((end for end in state.ends if end.cycles == done), None)
 
 
 def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, folder: Path) -> End:
@@ -197,10 +188,10 @@ def _ended(solver: Liggghts, run: Run, state: RunState, done: int, home: Path, f
     solver.finish(solver.instant().step, state.spheres)
     durable.sync(home / last)
     (home / last).replace(folder / last)
-    return End(done, balance, files_of(folder, [last])[last])
+    return End(done, balance)
 
 
-def _resumed(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> RunState | None:
+def _resumed(run: Run, target: RunTarget, folder: Path) -> RunState | None:
     """Return the state of a folder from which the run can continue."""
     state = RunState.read(folder)
     if state is None or state.run != run.identity:
@@ -211,25 +202,10 @@ def _resumed(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Run
         lines = rows.rows_text(path).splitlines(keepends=True)
         if len(lines) > 2 + state.legs[-1]:
             durable.write_text(path, "".join(lines[: 2 + state.legs[-1]]))
-    if rows.digest(run, folder, state.legs, state.cycles) != state.rows_digest:
-        raise FileDamaged(f"{folder}: its rows have changed since they were written")
-    _restore_start(run, state, bed_folder, folder)
     # a deck of the user's own may hold what no restart keeps: all of it is there, or none
     if run.deck is not None and _judged(run, target, state, folder)[0] > state.cycles:
         return None
     return state
-
-
-def _restore_start(run: Run, state: RunState, bed_folder: Path, folder: Path) -> None:
-    """Write the spheres and the walls of the start again where they are not what they were."""
-    start = {name: state.files[name] for name in (deck.START_FILE, deck.WALLS_FILE)}
-    if files_of(folder, start) != start:
-        repeat = folder / REPEAT_FOLDER
-        write_start(repeat, run.packing, read_bed(bed_folder), bed_folder)
-        for name in start:
-            (repeat / name).replace(folder / name)
-        repeat.rmdir()
-        check_files(folder, start)
 
 
 def _begun(run: Run, bed_folder: Path, folder: Path) -> RunState:
@@ -263,9 +239,8 @@ def _continued(solver: Liggghts, run: Run, state: RunState, folder: Path, cycles
         raise ParticlesLost(f"{solver.log}: {reached.spheres} spheres of {state.spheres}")
     legs = (*state.legs[:-1], state.legs[-1] + added)
     durable.sync(folder / restart, *(folder / f(len(legs)) for f in rows.files_of_rows(run)))
-    digest = rows.digest(run, folder, legs, cycles)
     files = files_of(folder, (deck.START_FILE, deck.WALLS_FILE, restart))
-    longer = replace(state, legs=legs, restart=restart, rows_digest=digest, files=files)
+    longer = replace(state, legs=legs, restart=restart, files=files)
     longer.write(folder)
     if state.restart:
         (folder / state.restart).unlink(missing_ok=True)

@@ -6,7 +6,6 @@ No label depends on this module: a change rebuilds the table from stored rows wi
 import csv
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from pidpanel.coupon.attempts import seeds_disagree
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.liggghts import failures
-from pidpanel.coupon.records import OK, MeasuredBalance, Shaken, ShakeOutcome
+from pidpanel.coupon.records import OK, CaseOutcome, MeasuredBalance, Shaken, ShakeOutcome
 from pidpanel.coupon.window import CLOSURE_LIMIT
 
 
@@ -34,13 +33,11 @@ class SeedEstimate:
     shaken: Shaken
 
 
-def read_run(run: Run, file: Path) -> SeedEstimate:
-    """Return the estimates of one run from the outcome in its folder."""
-    outcome = coding.read(ShakeOutcome, file)
-    outcome.check_run(run, file)
+def read_run(run: Run, outcome: ShakeOutcome, folder: Path) -> SeedEstimate:
+    """Return the estimates of one run from its outcome and its folder."""
     shaken = outcome.shaken
-    read = rows.read_shaken(run, file.parent, shaken)
-    cells = rows.cell_estimates(run, rows.read_cells(run, file.parent, shaken), shaken.mass_kg)
+    read = rows.read_shaken(run, folder, shaken)
+    cells = rows.cell_estimates(run, rows.read_cells(run, folder, shaken), shaken.mass_kg)
     work = rows.work(run, read)[len(read) // 2 :]
     damping, apparent_mass = rows.estimates(run, read, shaken.mass_kg)
     ends = float(work.min()), float(work.max())
@@ -87,17 +84,6 @@ def find_problems(run: Run, read: SeedEstimate, folder: Path) -> Iterator[failur
                 f"{folder}: work of {work:.3g} J per cycle in the energy balance, "
                 f"{low:.3g} to {high:.3g} J in the rows"
             )
-
-
-def runs_to_evaluate(case: Case, outcomes: Sequence[Path]) -> list[tuple[Run, Path]]:
-    """Return the runs used for a case, and their outcomes: with its reserve if that was run."""
-    for path in outcomes:
-        with suppress(failures.SolverFailure):
-            if coding.read(ShakeOutcome, path).seeds > len(case.runs):
-                homes = [path.parents[1] / f"s{run.packing.seed}" for run in case.reserve]
-                outcomes = [*outcomes, *(home / path.name for home in homes)]
-                return list(zip(case.with_reserve.runs, outcomes, strict=True))
-    return list(zip(case.runs, outcomes, strict=True))
 
 
 def total_damping_error(read: SeedEstimate) -> float:
@@ -171,21 +157,33 @@ class SeedMean:
     states: States = NO_STATES
 
 
-def read_seeds(
-    case: Case, outcomes: Sequence[Path]
-) -> tuple[list[SeedEstimate], list[tuple[str, str]]]:
-    """Return the estimates of readable seeds, and name and text of each problem."""
+def read_seeds(case: Case, folder: Path) -> tuple[list[SeedEstimate], list[tuple[str, str]]]:
+    """Return the estimates of good seeds, and name and text of each problem.
+
+    Parameters
+    ----------
+    folder
+        ``results/coupon``, with the outcome of the case and the rows of its runs.
+
+    Raises
+    ------
+    RecordUnreadable
+        If the outcome file cannot be read.
+    """
     problems: list[tuple[str, str]] = []
     seeds: list[SeedEstimate] = []
-    for run, path in runs_to_evaluate(case, outcomes):
+    outcomes = coding.read(CaseOutcome, case.outcome_file(folder)).runs
+    # those of the reserve are there where the cells have several states
+    all_runs = case.with_reserve
+    for run, home, outcome in zip(all_runs.runs, all_runs.folders(folder), outcomes, strict=False):
         try:
-            read = read_run(run, path)
+            read = read_run(run, outcome, home)
         except failures.SolverFailure as failure:
             status = getattr(failure, "status", type(failure).__name__)
             problems.append((status, str(failure)))
         else:
             seeds.append(read)
-            problems += [(type(p).__name__, str(p)) for p in find_problems(run, read, path.parent)]
+            problems += [(type(p).__name__, str(p)) for p in find_problems(run, read, home)]
     return seeds, problems
 
 
@@ -325,13 +323,13 @@ def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: fl
     `CoverageMissed` is raised after that and names the cases that are not ok, if their share
     exceeds 1 − coverage.
     """
-    seeds_of_cases = [read_seeds(case, case.outcomes(folder)) for case in cases]
+    seeds_of_cases = [read_seeds(case, folder) for case in cases]
     scatters = packing_scatter(cases, [seeds for seeds, _ in seeds_of_cases])
     table = [
         summarise(case, seeds, problems, scatter)
         for case, (seeds, problems), scatter in zip(cases, seeds_of_cases, scatters, strict=True)
     ]
-    write_cases(table, file)
+    write_cases(table, Path(file))
     check_coverage(table, coverage)
 
 

@@ -22,7 +22,7 @@ from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, read_co
 from pidpanel.damping.tables import TableDamping
 from pidpanel.paths import SECTION
 from pidpanel.provenance.digests import stamp
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper, WeighsAs

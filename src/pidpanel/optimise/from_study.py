@@ -38,7 +38,7 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import of_damper
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import StudySound, read_panel_mass, read_response_panel

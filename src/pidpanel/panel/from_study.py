@@ -28,7 +28,7 @@ from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles, rim_size
 from pidpanel.provenance.digests import stamp
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.study import Study
 from pidpanel.study.dampers import damper_masses, resolved_masses
 from pidpanel.study.panel import EXTENT, MOST_ELEMENTS, Panel

@@ -17,17 +17,19 @@ from pidpanel.report.films import read_film
 from pidpanel.report.html import Page, write_page
 from pidpanel.report.study_page import coupon_page, shaker_page, study_page
 from pidpanel.report.templates import sentence
-from pidpanel.study import CouponStudy, Study, StudyError, load_any_study, load_study
+from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.coupon import Coupon
 
 
-def write_study_page(study_file: Path, folder: Path, file: Path, figures: Path) -> None:
+def write_study_page(
+    study: Study, study_file: Path, folder: Path, file: Path, figures: Path
+) -> None:
     """Write ``report.html`` and ``report/*`` of a study with a panel.
 
     Parameters
     ----------
-    study_file
-        The study.
+    study, study_file
+        The study and its file.
     folder
         Results of the study, ``results/<study>``.
     file, figures
@@ -38,12 +40,11 @@ def write_study_page(study_file: Path, folder: Path, file: Path, figures: Path) 
     StudyError
         If the results are not those of the study.
     """
-    write_page(page_of(study_file, folder), file, figures)
+    write_page(page_of(study, study_file, folder), Path(file), Path(figures))
 
 
-def page_of(study_file: Path, folder: Path) -> Page:
+def page_of(study: Study, study_file: Path, folder: Path) -> Page:
     """Return the page of `write_study_page`."""
-    study = load_study(study_file)
     on_panel = read_panel_inputs(study, folder)
     steps = _steps(study, study_file)
     if study.sound is None:
@@ -51,15 +52,16 @@ def page_of(study_file: Path, folder: Path) -> Page:
     return study_page(read_inputs(study, on_panel, folder), steps)
 
 
-def write_coupon_page(study_file: Path, table: Path, file: Path, figures: Path) -> None:
+def write_coupon_page(
+    study: CouponStudy, study_file: Path, table: Path, file: Path, figures: Path
+) -> None:
     """Write the page and the figures of a study of a coupon alone.
 
     Parameters are those of `write_study_page`, and ``table``, its ``coupon/cases.csv``.
     """
-    study = load_any_study(study_file)
-    results = read_coupon(study, SECTION, table)
+    results = read_coupon(study, SECTION, Path(table))
     page = coupon_page(study, stamp(study), results, _steps(study, study_file))
-    write_page(page, file, figures)
+    write_page(page, Path(file), Path(figures))
 
 
 def _steps(study: CouponStudy, file: Path) -> list[tuple[str, str]]:

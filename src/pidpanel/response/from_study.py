@@ -17,7 +17,7 @@ from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.exports import write_exports

@@ -10,7 +10,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array, Index, variable
 from pidpanel.damping.coupled import COUPLED, CoupledDamping
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.psd_files import is_steady

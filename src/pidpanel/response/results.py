@@ -11,7 +11,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.response import tables
 from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase
 from pidpanel.response.extrapolation import between_regimes, extrapolation_of

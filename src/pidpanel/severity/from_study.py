@@ -8,7 +8,7 @@ import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.provenance.digests import stamp
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.response.results import write_csv
 from pidpanel.severity.fatigue import FatigueLine

@@ -15,7 +15,7 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature, WettedFace
 from pidpanel.provenance.digests import stamp
-from pidpanel.provenance.job import Files
+from pidpanel.provenance.files import Files
 from pidpanel.sound import field
 from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table, write_tables

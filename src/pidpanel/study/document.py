@@ -5,6 +5,7 @@ are text too: no key of a study is one. Nothing explodes.
 """
 
 import contextlib
+import copy
 import re
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -18,6 +19,7 @@ from pidpanel.columns import NUMBER
 from pidpanel.study.base import SectionModel, StudyError
 from pidpanel.study.coupon_study import RESERVED, CouponStudy
 from pidpanel.study.mistakes import WORDS, Keys, Mistake, dotted, mistakes_of, one_line
+from pidpanel.study.numbers import WrittenFloat, WrittenInt, merged, numbered, sections
 from pidpanel.study.study import Study
 from pidpanel.text_files import TextFileError, read_text
 
@@ -25,18 +27,6 @@ CORE = "tag:yaml.org,2002:"
 NULL, MERGE = f"{CORE}null", f"{CORE}merge"
 TAGS = {CORE + kind for kind in ("str", "int", "float", "bool", "null", "map", "seq", "merge")}
 MOST_VALUES = 500_000  # values that a study may have once its aliases are written out
-
-
-class WrittenInt(int):
-    """A whole number, and how it is written: ``7`` may be meant as a name."""
-
-    written: str
-
-
-class WrittenFloat(float):
-    """A number, and how it is written: ``1.50`` may be meant as a name."""
-
-    written: str
 
 
 class Loader(yaml.SafeLoader):
@@ -174,11 +164,14 @@ ASIDE = "x-"
 class Document:
     """A YAML file whose keys are text, as they are written; `StudyError` if it is none.
 
-    ``data`` is its content, ``mistakes`` are duplicate keys and keys without a value.
+    ``data`` is its content, ``mistakes`` are duplicate keys and keys without a value. Values that
+    came without a file, or in place of those of the file, have no line: messages begin with
+    ``source``.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, source: str = "") -> None:
+        self.path, self.source = path, source
+        self._changed: dict[str, Any] = {}
         try:
             loader = Loader(read_text(path, LARGEST))
             root = loader.get_single_node()
@@ -204,6 +197,22 @@ class Document:
         }
         self.mistakes = loader.mistakes
 
+    @classmethod
+    def of_values(cls, values: Mapping[str, Any], path: Path, source: str = "") -> "Document":
+        """Return the document that values are, named and placed as a file of the path would be."""
+        document = cls.__new__(cls)
+        document.path, document.source, document.mistakes = path, source, []
+        document._root = yaml.MappingNode(f"{CORE}map", [])
+        document.data = document._changed = numbered(values)
+        return document
+
+    def changed(self, values: Mapping[str, Any]) -> "Document":
+        """Return the document with other values: text among them is read as YAML reads it."""
+        document = copy.copy(self)
+        document._changed = numbered(sections(values), read=number_of)
+        document.data = merged(self.data, document._changed)
+        return document
+
     def error(self, mistakes: Iterable[Mistake]) -> StudyError:
         """Return the error with a line for each mistake, in the order of the file.
 
@@ -221,6 +230,8 @@ class Document:
 
     def _message(self, line: int, value: str, mistake: Mistake) -> str:
         place = f"{self.path}:{line}" if line else str(self.path)
+        if line < 0:
+            place = self.source
         key = dotted(mistake.keys)
         setting = f"{key} = {value}" if value else key
         return ": ".join(part for part in (place, setting, mistake.message) if part)
@@ -230,7 +241,15 @@ class Document:
 
         The line is 0 for the file as a whole; the value is empty for a key that is not there.
         """
-        line, node = 0, self._root
+        changed, node, line = self._changed, self._root, -1 if self._changed is self.data else 0
+        for depth, key in enumerate(mistake.keys, start=1):
+            if not isinstance(changed, Mapping) or key not in changed:
+                break
+            changed = changed[key]
+            if depth == len(mistake.keys) or not isinstance(changed, Mapping):
+                return -1, _short_text(changed)
+        if line < 0:
+            return line, ""
         for key in mistake.keys:
             entry = _entry(node, key)
             if entry is None:
@@ -254,7 +273,11 @@ def _entry(node: yaml.Node, key: str | int) -> tuple[int, yaml.Node] | None:
 
 def _short_value(node: yaml.Node) -> str:
     """Return a value as it would be written on one line, or the beginning of a long one."""
-    text = one_line(_in_a_line(node, 3))
+    return _short_text(_in_a_line(node, 3))
+
+
+def _short_text(value: Any) -> str:
+    text = one_line(str(value))
     return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}…"
 
 
@@ -268,6 +291,16 @@ def _in_a_line(node: yaml.Node, depth: int) -> str:
         pairs = (f"{key.value}: {_in_a_line(value, depth - 1)}" for key, value in node.value)
         return f"{{{', '.join(pairs)}}}"
     return f"[{', '.join(_in_a_line(item, depth - 1) for item in node.value)}]"
+
+
+def number_of(text: str) -> Any:
+    """Return the number or truth value that a text is in YAML; the text where it is none."""
+    with contextlib.suppress(yaml.YAMLError):
+        loader = Loader(text)
+        node = loader.get_single_node()
+        if isinstance(node, yaml.ScalarNode) and node.tag.endswith(("int", "float", "bool")):
+            return loader.construct_document(node)
+    return text
 
 
 T = TypeVar("T", bound=SectionModel)

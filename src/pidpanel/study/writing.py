@@ -8,7 +8,8 @@ import numpy as np
 import yaml
 
 from pidpanel.study.base import StudyError
-from pidpanel.study.document import CORE, Document, WrittenFloat, WrittenInt
+from pidpanel.study.document import CORE, Document
+from pidpanel.study.numbers import WrittenFloat, WrittenInt
 
 
 def values_of(file: Path) -> dict[str, Any]:

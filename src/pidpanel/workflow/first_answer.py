@@ -7,12 +7,9 @@ from pidpanel.check import checked_study
 from pidpanel.constants import ATLAS
 from pidpanel.paths import study_path
 from pidpanel.provenance import durable
-from pidpanel.provenance.owner import OwnerError, check_owner
 from pidpanel.study import Study, StudyError, load_study
 from pidpanel.study.writing import text_of, values_of, with_changes
-from pidpanel.workflow.fork_runner import run_rules
-from pidpanel.workflow.plan import Plan
-from pidpanel.workflow.rules import panel_rules
+from pidpanel.workflow.in_process import compute, is_up_to_date
 
 
 def first_study(file: Path, results: Path) -> Path | None:
@@ -38,12 +35,10 @@ def main(name: str, jobs: str) -> int:
         if path is None:
             return 0
         study = load_study(path)
-        check_owner(study, path, results)
-    except (StudyError, OwnerError):  # the run itself reports it
+    except StudyError:  # the run itself reports it
         return 0
-    plan = Plan(study, path.resolve())
-    if not run_rules(plan, panel_rules(plan, study), int(jobs)):
-        return 1
+    if not is_up_to_date(study, Path.cwd()):
+        compute(study, path.resolve(), Path.cwd(), int(jobs))
     print(f"first answer, from the atlas: {(results / study.name / 'report.html').absolute()}")
     return 0
 

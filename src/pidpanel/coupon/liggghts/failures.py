@@ -77,7 +77,3 @@ class RunFailed(SolverFailure):
 
 class RecordUnreadable(SolverFailure):
     """A JSON file of a packing, a bed or a run is cut, or has other keys than are expected."""
-
-
-# Failures of files that were left here; they are set aside.
-DAMAGED = frozenset(kind.__name__ for kind in (FileDamaged, LogTruncated, RecordUnreadable))
