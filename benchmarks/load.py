@@ -115,7 +115,7 @@ def gather(sizes: list[int]) -> None:
             packing = folder / "packing" / run.packing.label / "packing.json"
             attempts.pour_packing(run.packing, packing)
             attempts.loosen_bed(run.bed, packing, folder / "bed" / run.bed.label / "bed.json")
-        attempts.shake_cases([case], folder, folder / "batch.json")
+        attempts.write_case(case, folder, case.outcome_file(folder))
         for size in sizes:
             copies = [dataclasses.replace(case) for _ in range(size)]
             for number, copy in enumerate(copies):

@@ -1,9 +1,16 @@
 """Jobs of the workflow, called as the rules call them."""
 
-from importlib import import_module
+import runpy
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
 
-from pidpanel.provenance.files import Files, Job
+from pidpanel.paths import WORKFLOW
+from pidpanel.provenance.files import Files
+from pidpanel.study import load_any_study
+
+SCRIPTS = WORKFLOW / "scripts"
 
 PANEL = {
     "modes": "modes.nc",
@@ -30,10 +37,28 @@ def files(paths):
     return Files({name: [Path(path) for path in many] for name, many in several.items()})
 
 
-def call(name, study, input, output, *, params=None, **more):
-    """Call a script of the workflow."""
-    job = Job(files(input), files(output), params or {}, Path(study), **more)
-    import_module(f"scripts.{name}").main(job)
+class Named(dict):
+    """Named values, as Snakemake hands them to a script."""
+
+    __getattr__ = dict.__getitem__
+
+
+def call(name, study, input, output, *, params=None):
+    """Run a script of the workflow, with its study, files and parameters."""
+    given = SimpleNamespace(
+        input=Named({key: _texts(value) for key, value in input.items()}),
+        output=Named({key: str(value) for key, value in output.items()}),
+        params=Named({"damping": None, "coupled": None, **(params or {})}),
+        wildcards=Named(params or {}),
+        config={"file": study},
+    )
+    read = load_any_study(study) if study else None
+    with mock.patch("pidpanel.job.started", lambda _: nullcontext(read)):
+        runpy.run_path(str(SCRIPTS / f"{name}.py"), {"snakemake": given})
+
+
+def _texts(value):
+    return [str(item) for item in value] if isinstance(value, list) else str(value)
 
 
 def within(folder, names):

@@ -221,9 +221,7 @@ def test_run_hands_study_folder_and_options_to_snakemake(capsys, tmp_path, monke
     # a profile of the package, none of the working folder
     profile = called[0].index("--workflow-profile")
     assert Path(called[0][profile + 1]).is_relative_to(STUDIES.parents[1])
-    assert called[0][profile + 2 : profile + 6] == [
-        "--scheduler-subsample", "24", "--forceall", "-j3"
-    ]  # fmt: skip
+    assert called[0][profile + 2 : profile + 4] == ["--forceall", "-j3"]
     assert called[0][-4:] == [
         "--directory",
         str(tmp_path),
@@ -358,27 +356,6 @@ def test_an_own_spectrum_is_named_relative_to_the_new_study(capsys, tmp_path, mo
     assert values["sound"]["spectrum"] == "../own.csv"
     low, high = values["response"]["frequency_hz"]
     assert 89 < low < 90 and 281 < high < 281.84  # edges: 100 · 10^-0.05, 251.19 · 10^0.05
-
-
-# --------------------------------------------------------------------------------- status
-
-
-@pytest.mark.parametrize(("status", "code"), [("RunStopped", 1), ("UnderFilled", 0)])
-def test_a_run_that_the_machine_cost_a_case_says_so(capsys, tmp_path, monkeypatch, status, code):
-    # red: `in BY_INPUTS` for `not in`; exit code 0
-    study = load_any_study(STUDIES / "coupon_friction.yaml")
-    (path, *_) = cases_of(study.coupon)[0].outcomes(tmp_path / "results" / "coupon")
-    path.parent.mkdir(parents=True)
-    path.write_text(json.dumps({"status": status}))
-    monkeypatch.setattr(snakemake, "run", lambda *given: 0)
-    ended, _, error = answer(capsys, "run", "coupon_friction.yaml", "-d", tmp_path)
-    assert ended == code
-    assert error == (
-        "coupon_friction: cases: 0 of 12 done, 12 left; 1 of them failed (1 RunStopped); the same "
-        "command tries 1 of them again\n"
-        if code
-        else ""
-    )
 
 
 @pytest.mark.parametrize("limit", [100e6, 799e6])

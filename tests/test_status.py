@@ -3,9 +3,9 @@
 import json
 
 from pidpanel.cli import progress
+from pidpanel.cli.snakemake import is_running, release
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.paths import STUDIES
-from pidpanel.provenance import locks
 from pidpanel.study import load_any_study
 
 
@@ -13,13 +13,13 @@ def test_status_counts_cases_by_how_they_ended(tmp_path):
     # red: `done += None in ended`
     study = load_any_study(STUDIES / "coupon_friction.yaml")
     cases = cases_of(study.coupon)
-    for case, ends in zip(cases, (["ok", "ok"], ["ok", "RunStopped"], ["ok"]), strict=False):
-        for path, status in zip(case.outcomes(tmp_path), ends, strict=False):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(json.dumps({"status": status}))
+    for case, ends in zip(cases, (["ok", "ok"], ["ok", "UnderFilled"]), strict=False):
+        path = case.outcome_file(tmp_path)
+        path.parent.mkdir(parents=True)
+        path.write_text(json.dumps({"runs": [{"status": status} for status in ends]}))
     found = progress.cases_of(study, tmp_path)
-    assert (found.total, found.done, dict(found.failures)) == (12, 2, {"RunStopped": 1})
-    assert str(found) == "2 of 12 done, 10 left; 1 of them failed (1 RunStopped)"
+    assert (found.total, found.done, dict(found.failures)) == (12, 2, {"UnderFilled": 1})
+    assert str(found) == "2 of 12 done, 10 left; 1 of them failed (1 UnderFilled)"
 
 
 def test_status_tells_stages_and_what_failed_last(tmp_path):
@@ -45,14 +45,28 @@ def test_status_tells_stages_and_what_failed_last(tmp_path):
     assert found == ["failed: maps, results/l_panel/maps.log: no space left"]
 
 
-def test_a_run_in_progress_is_told_from_one_that_has_ended(tmp_path):
-    # red: `lock is not None`
-    assert not progress.is_running(tmp_path / "none")
-    lock = locks.hold(tmp_path)
-    assert progress.is_running(tmp_path)
-    lock.close()
-    assert not progress.is_running(tmp_path)
-    assert not progress.is_running(tmp_path)
+def test_a_run_in_progress_is_told_from_one_that_has_ended_or_was_killed(tmp_path):
+    # red: the locks asked, which a killed Snakemake leaves; `release` while its log is open
+    lock = tmp_path / ".snakemake" / "locks" / "0.output.lock"
+    log = tmp_path / ".snakemake" / "log" / "now.log"
+    for path in (lock, log):
+        path.parent.mkdir(parents=True)
+        path.touch()
+    with log.open("a"):
+        assert is_running(tmp_path)
+        release(tmp_path)
+        assert lock.exists()
+    assert not is_running(tmp_path)
+    release(tmp_path)
+    assert not lock.exists()
+
+
+def test_status_has_every_stage_of_a_study():
+    # red: optimise, severity, measurement or base left out of `stage_names`
+    design = load_any_study(STUDIES / "design_launch.yaml")
+    assert "optimise" in progress.stage_names(design)
+    shaker = load_any_study(STUDIES / "shaker.yaml")
+    assert "base" in progress.stage_names(shaker)
 
 
 def test_status_has_coupled_runs_before_the_response_and_their_packings():

@@ -94,5 +94,5 @@ def run_stages(study, folder):
         "psd_table": "psd.csv",
         "notched": "notched.csv", "sine_table": "sine.csv", "sine": "sine.nc",
     }  # fmt: skip
-    write_base(study, read, None, {name: base / file for name, file in output.items()})
+    write_base(study, read, None, files(within(base, output)))
     return base

@@ -17,7 +17,7 @@ from pidpanel.coupon.liggghts.deck import WALLS_FILE
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed
 from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.coupon.preparation import BED_FILE
-from pidpanel.coupon.records import OK, Loosened, LoosenOutcome, files_of
+from pidpanel.coupon.records import OK, Loosened, LoosenOutcome
 from pidpanel.solve.base_motion import BaseExcitation, inertia_of, with_translation
 from pidpanel.study.coupon import Coupon
 
@@ -51,7 +51,6 @@ def stored(found, folder, spheres):
     (folder / WALLS_FILE).write_text("solid walls\nendsolid\n")
     outcome = LoosenOutcome(
         OK, "", 1, VERSION, 0.0, bed=found, found=Loosened(len(rows), 0.0),
-        files=files_of(folder, (BED_FILE, WALLS_FILE)),
     )  # fmt: skip
     coding.write(folder / "bed.json", outcome)
 

@@ -7,7 +7,7 @@ from pidpanel.coupon import attempts, coding, cycles, rows, states, summary
 from pidpanel.coupon.bed import HARD_CYCLES
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import failures
-from pidpanel.coupon.records import ShakeOutcome
+from pidpanel.coupon.records import CaseOutcome
 from pidpanel.paths import TEMPLATES
 from pidpanel.study.coupon import Coupon
 
@@ -108,7 +108,7 @@ def shaken(tmp_path_factory):
     folder = tmp_path_factory.mktemp("states")
     accuracy = {"min_cycles": 24, "max_cycles": 48, "state_cycles": 48}
     (case,) = cases_of(coupon(time_step_rayleigh=0.25, accuracy=accuracy))
-    attempts.shake_cases([case], folder, folder / "batch.json")
+    attempts.write_case(case, folder, case.outcome_file(folder))
     return folder, case
 
 
@@ -118,7 +118,7 @@ def test_a_case_of_two_states_says_both_with_their_shares_and_an_error_that_cove
     # red: `found.damping_error` left out of the error; the reserve not run; the mean of the runs
     # in place of that of the settled cells
     folder, case = shaken
-    row = summary.summarise(case, *summary.read_seeds(case, case.outcomes(folder)))
+    row = summary.summarise(case, *summary.read_seeds(case, folder))
     assert row["status"] == "ok", row["message"]
     values = [float(value) for value in row["state_damping_n_s_m3"].split()]
     shares = [float(value) for value in row["state_share"].split()]
@@ -142,27 +142,21 @@ def test_a_run_shaken_hard_has_its_rows_after_that(shaken):
     run, home = case.runs[1], case.folders(folder)[1]
     steps = np.loadtxt(home / "cycles_1.txt")[:, 0]
     assert steps[0] == (HARD_CYCLES + 1) * run.steps_per_cycle
-    found = coding.read(ShakeOutcome, case.outcomes(folder)[1]).shaken
+    found = coding.read(CaseOutcome, case.outcome_file(folder)).runs[1].shaken
     assert len(rows.read_shaken(run, home, found)) == found.cycles == 48
     assert abs(found.balance.closure) < 0.02  # of the drive, not of what came before
 
 
 @pytest.mark.liggghts
-def test_what_was_run_is_not_run_again_and_a_lost_outcome_of_the_reserve_is_named(shaken):
-    # red: `runs_to_evaluate` takes the outcomes that are there
+def test_what_was_run_is_not_run_again(shaken):
+    # red: the restart of a run not read
     folder, case = shaken
-    before = summary.summarise(case, *summary.read_seeds(case, case.outcomes(folder)))
+    before = summary.summarise(case, *summary.read_seeds(case, folder))
     third = case.with_reserve.folders(folder)[2]
     log = (third / "shake_1.log").stat().st_mtime_ns
-    attempts.shake_cases([case], folder, folder / "batch.json")
-    assert summary.summarise(case, *summary.read_seeds(case, case.outcomes(folder))) == before
+    attempts.write_case(case, folder, case.outcome_file(folder))
+    assert summary.summarise(case, *summary.read_seeds(case, folder)) == before
     assert (third / "shake_1.log").stat().st_mtime_ns == log
-    file = case.with_reserve.outcomes(folder)[2]
-    kept = file.read_bytes()
-    file.unlink()
-    row = summary.summarise(case, *summary.read_seeds(case, case.outcomes(folder)))
-    assert (row["status"], row["seeds"]) == ("RecordUnreadable", 2)
-    file.write_bytes(kept)
 
 
 # ------------------------------------------------------------------ rows of every cell
@@ -187,7 +181,7 @@ def celled(tmp_path_factory):
     folder = tmp_path_factory.mktemp("celled")
     for cycles_run in (8, 14):
         case, _ = two_cells(min_cycles=cycles_run, max_cycles=cycles_run)
-        attempts.shake_cases([case], folder, folder / "batch.json")
+        attempts.write_case(case, folder, case.outcome_file(folder))
     return folder, case
 
 
@@ -197,7 +191,7 @@ def test_the_cells_together_are_the_run_and_a_restart_goes_on_with_both(celled):
     # starts from a restart; `unfix cycle_cells` left out (a row of the window follows)
     folder, case = celled
     run, home = case.runs[1], case.folders(folder)[1]
-    found = coding.read(ShakeOutcome, case.outcomes(folder)[1]).shaken
+    found = coding.read(CaseOutcome, case.outcome_file(folder)).runs[1].shaken
     assert found.legs == (8, 6)
     cells = rows.read_cells(run, home, found)
     assert cells.shape == (14, 2, 2)
@@ -219,7 +213,7 @@ def test_rows_that_are_not_those_of_the_cells_together_are_named(celled):
     # red: the tolerance of `check_cells` times a hundred; the row of the cosine left out
     folder, case = celled
     run, home = case.runs[1], case.folders(folder)[1]
-    found = coding.read(ShakeOutcome, case.outcomes(folder)[1]).shaken
+    found = coding.read(CaseOutcome, case.outcome_file(folder)).runs[1].shaken
     read, cells = rows.read_shaken(run, home, found), rows.read_cells(run, home, found)
     rows.check_cells(read, cells, home)
     for column in (1, 2):

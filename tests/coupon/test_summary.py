@@ -1,6 +1,7 @@
 """From a recorded run to its row, and when a table is refused."""
 
 import math
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,8 @@ import pytest
 from pidpanel.coupon import coding, cycles, rows, summary
 from pidpanel.coupon.balance import EnergyBalance
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.records import MeasuredBalance, Shaken, ShakeOutcome
+from pidpanel.coupon.liggghts.failures import RecordUnreadable
+from pidpanel.coupon.records import CaseOutcome, MeasuredBalance, Shaken, ShakeOutcome
 from pidpanel.study.coupon import Coupon
 
 GOLDEN = Path(__file__).parent / "liggghts" / "golden" / "shake"
@@ -35,24 +37,29 @@ def recorded_case(**sweep):
 
 def record(case, folder, *, status="ok", closure=0.001, energies=None):
     """Leave the golden rows as the run of a case."""
-    (file,) = case.outcomes(folder)
-    file.parent.mkdir(parents=True)
-    shutil.copy(GOLDEN / "cycles_1.txt", file.parent)
+    (home,) = case.folders(folder)
+    home.mkdir(parents=True)
+    shutil.copy(GOLDEN / "cycles_1.txt", home)
     balance = MeasuredBalance(energies or LOSSES, closure, 1, 100)
-    digest = rows.digest(case.point, file.parent, (12,), 12)
-    found = Shaken(12, (12,), 8, MASS, "accuracy", balance, digest, "")
+    found = Shaken(12, (12,), 8, MASS, "accuracy", balance)
     if status != "ok":
         found = None
-    coding.write(
-        file, ShakeOutcome(status, "so it says", 1, "3.8.0", 1.0, case.point, case.target, found)
-    )
+    outcome = ShakeOutcome(status, "so it says", 1, "3.8.0", 1.0, case.point, case.target, found)
+    coding.write(case.outcome_file(folder), CaseOutcome((outcome,)))
+
+
+def read(case, folder):
+    """Estimates of the one run of a case, and its folder."""
+    (outcome,) = coding.read(CaseOutcome, case.outcome_file(folder)).runs
+    (home,) = case.folders(folder)
+    return summary.read_run(case.point, outcome, home), home
 
 
 def test_a_row_is_what_the_recorded_momentum_says(tmp_path):
     # red: p_cos for p_sin; the mass of one sphere; E_d per radian
     (case,) = recorded_case()
     record(case, tmp_path)
-    row = summary.summarise(case, *summary.read_seeds(case, case.outcomes(tmp_path)))
+    row = summary.summarise(case, *summary.read_seeds(case, tmp_path))
     p_sin = np.loadtxt(GOLDEN / "cycles_1.txt")[:, 1]
     area, omega = math.sqrt(3) / 2 * 6.35e-3**2, 2 * math.pi * 200
     amplitude = 98.0665 / omega**2
@@ -77,7 +84,7 @@ def test_an_apparent_mass_without_an_error_is_known_to_the_mass_of_the_particles
     # red: infinity, which no fit can weigh
     (case,) = recorded_case()
     record(case, tmp_path)
-    ((seed,), problems) = summary.read_seeds(case, case.outcomes(tmp_path))
+    ((seed,), problems) = summary.read_seeds(case, tmp_path)
     unknown = replace(seed, apparent_mass=replace(seed.apparent_mass, error=math.inf))
     row = summary.summarise(case, [unknown], problems)
     area = math.sqrt(3) / 2 * 6.35e-3**2
@@ -88,7 +95,7 @@ def test_the_columns_keep_their_order(tmp_path):
     # what reads cases.csv goes by name, people by place; red: two columns exchanged
     (case,) = recorded_case()
     record(case, tmp_path)
-    assert list(summary.summarise(case, *summary.read_seeds(case, case.outcomes(tmp_path)))) == [
+    assert list(summary.summarise(case, *summary.read_seeds(case, tmp_path))) == [
         "case", "fill_fraction", "frequency_hz", "acceleration_g", "displacement_mm",
         "velocity_m_s", "diameter_mm", "youngs_modulus_mpa", "seeds", "cells", "spheres_per_cell",
         "bulk_fraction", "particle_mass_per_area_kg_m2", "dissipated_energy_j_m2",
@@ -105,18 +112,16 @@ def test_the_columns_keep_their_order(tmp_path):
 @pytest.mark.parametrize(
     ("spoil", "status", "message"),
     [
-        (lambda file: file.unlink(), "RecordUnreadable", "No such file"),
-        (lambda file: file.write_text("{}"), "RecordUnreadable", "status: Field required"),
-        (lambda file: (file.parent / "cycles_1.txt").write_text("# cut"), "LogTruncated", "cut"),
-        (lambda file: (file.parent / "cycles_1.txt").unlink(), "LogTruncated", "no such file"),
+        (lambda file: file.write_text("# cut"), "LogTruncated", "cut"),
+        (lambda file: file.unlink(), "LogTruncated", "no such file"),
     ],
 )
 def test_what_cannot_be_read_of_a_run_is_its_status(tmp_path, spoil, status, message):
     # red: a file that is not there ends the table
     (case,) = recorded_case()
     record(case, tmp_path)
-    spoil(case.outcomes(tmp_path)[0])
-    row = summary.summarise(case, *summary.read_seeds(case, case.outcomes(tmp_path)))
+    spoil(case.folders(tmp_path)[0] / "cycles_1.txt")
+    row = summary.summarise(case, *summary.read_seeds(case, tmp_path))
     assert row["status"] == status
     assert message in row["message"] and str(tmp_path) in row["message"]
     assert math.isnan(row["equivalent_damping_n_s_m3"])
@@ -126,13 +131,13 @@ def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
     # red: `closure > CLOSURE_LIMIT` without its absolute value
     (case,) = recorded_case()
     record(case, tmp_path, closure=-0.021)
-    (file,) = case.outcomes(tmp_path)
-    read = summary.read_run(case.point, file)
-    problems = list(summary.find_problems(case.point, read, file.parent))
+    found, home = read(case, tmp_path)
+    problems = list(summary.find_problems(case.point, found, home))
     assert "EnergyNotClosed" in [type(problem).__name__ for problem in problems]
     assert any("-2.10% of the work is missing" in str(problem) for problem in problems)
     assert (
-        summary.summarise(case, *summary.read_seeds(case, [file]))["equivalent_damping_n_s_m3"] > 0
+        summary.summarise(case, *summary.read_seeds(case, tmp_path))["equivalent_damping_n_s_m3"]
+        > 0
     )
 
 
@@ -140,9 +145,7 @@ def problems(folder, **changes):
     """Names of what speaks against the golden run with other energies than in its balance."""
     (case,) = recorded_case()
     record(case, folder, **changes)
-    (file,) = case.outcomes(folder)
-    read = summary.read_run(case.point, file)
-    found = list(summary.find_problems(case.point, read, file.parent))
+    found = list(summary.find_problems(case.point, *read(case, folder)))
     return [type(problem).__name__ for problem in found]
 
 
@@ -206,14 +209,14 @@ def test_a_run_that_drifts_counts_with_the_error_that_says_so(tmp_path):
     # red: `return damping.error` without a look at the drift
     (case,) = recorded_case()
     record(case, tmp_path)
-    read = summary.read_run(case.point, case.outcomes(tmp_path)[0])
+    found, _ = read(case, tmp_path)
     for drift, times in ((1.0, 1.0), (-5.0, 5.0)):
-        damping = replace(read.damping, start=0, drift=drift)
-        assert summary.total_damping_error(replace(read, damping=damping)) == pytest.approx(
+        damping = replace(found.damping, start=0, drift=drift)
+        assert summary.total_damping_error(replace(found, damping=damping)) == pytest.approx(
             times * damping.error
         )
-    late = replace(read.damping, start=11, drift=0.5)  # not steady, though it drifts little
-    assert summary.total_damping_error(replace(read, damping=late)) == late.error
+    late = replace(found.damping, start=11, drift=0.5)  # not steady, though it drifts little
+    assert summary.total_damping_error(replace(found, damping=late)) == late.error
 
 
 def test_runs_that_are_not_steady_count_by_their_error():
@@ -233,3 +236,13 @@ def test_runs_that_are_not_steady_count_by_their_error():
     assert len(off) > 40
     assert np.sqrt(np.mean(np.square(off))) < 1.6  # 1.8 without what they drift
     assert np.mean(np.abs(off) < 2) > 0.75
+
+
+@pytest.mark.parametrize("spoil", [lambda file: file.unlink(), lambda file: file.write_text("{}")])
+def test_an_outcome_that_cannot_be_read_is_an_error_that_names_its_file(tmp_path, spoil):
+    # red: a row with a status in place of it, which Snakemake would keep
+    (case,) = recorded_case()
+    record(case, tmp_path)
+    spoil(case.outcome_file(tmp_path))
+    with pytest.raises(RecordUnreadable, match=re.escape(str(case.outcome_file(tmp_path)))):
+        summary.read_seeds(case, tmp_path)

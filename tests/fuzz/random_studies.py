@@ -233,7 +233,7 @@ def carried_out(study, file: Path, folder: Path, *, page: bool) -> Path:
     if page:
         export = folder / "response" / "export"
         write_export(study, panel[0], response["psd"], response["summary"], export)
-        write_study_page(file, folder, folder / "report.html", folder / "report")
+        write_study_page(study, file, folder, folder / "report.html", folder / "report")
     return response["summary"]
 
 

@@ -92,7 +92,7 @@ def test_the_best_layout_moves_as_the_base_stage_says(stages, tmp_path):
         study,
         files(within(on_panel, PANEL)),
         None,
-        {name: tmp_path / file for name, file in outputs.items()},
+        files(within(tmp_path, outputs)),
     )
     base = pd.read_csv(tmp_path / "s.csv").set_index(["scenario", "point"])
     summary = tables["summary"].query("layout == 1").set_index("point")

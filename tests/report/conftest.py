@@ -11,9 +11,8 @@ from coupled_study import coupled_results, coupled_text
 from made_up import responses, rows_of_patches, strains
 
 from pidpanel.coupon import coding
-from pidpanel.coupon import rows as coupon_rows
 from pidpanel.coupon.from_study import cases_of, write_table
-from pidpanel.coupon.records import Shaken, ShakeOutcome
+from pidpanel.coupon.records import CaseOutcome, Shaken, ShakeOutcome
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.panel.section import ThinSection
@@ -293,8 +292,7 @@ def table(tmp_path_factory, write_study, table_values):
     measured = within(folder / "measurement", {n: f"{n}.csv" for n in ("measured", "differences")})
     call("measurement", study, {"response": response["psd"]}, measured)
     page = within(folder, {"page": "report.html", "figures": "report"})
-    runs = folder.parent / "coupon"
-    call("report", study, {}, page, params={"results": str(folder)}, coupon=runs)
+    call("report", study, {}, page, params={"results": str(folder)})
     return study, folder
 
 
@@ -306,20 +304,20 @@ def coupon(tmp_path_factory):
     file.write_text(COUPON)
     study = load_any_study(file)
     (case,) = cases_of(study.coupon)
-    (run,), (outcome,) = case.runs, case.outcomes(folder / "runs")
-    outcome.parent.mkdir(parents=True)
+    (run,), (home,) = case.runs, case.folders(folder / "runs")
+    home.mkdir(parents=True)
     for name in ("last.dump", "start.data"):
-        shutil.copy(GOLDEN / name, outcome.parent / name.replace("last", "at_12"))
+        shutil.copy(GOLDEN / name, home / name.replace("last", "at_12"))
     head = [line for line in (GOLDEN / "cycles_1.txt").read_text().splitlines() if line[0] == "#"]
     rows = np.loadtxt(GOLDEN / "cycles_1.txt")
     text = [f"{number * run.steps_per_cycle} " + " ".join(f"{x:.8g}" for x in row[1:])
             for number, row in enumerate(rows, 1)]  # fmt: skip
-    (outcome.parent / "cycles_1.txt").write_text("\n".join([*head, *text]) + "\n")
+    (home / "cycles_1.txt").write_text("\n".join([*head, *text]) + "\n")
     mass = 8 * 1190 * np.pi / 6 * 2.5e-3**3
-    digest = coupon_rows.digest(run, outcome.parent, (len(rows),), len(rows))
-    found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None, digest, "")
-    coding.write(outcome, ShakeOutcome("ok", "", 1, "3.8.0", 0.0, run, case.target, found))
+    found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None)
+    outcome = ShakeOutcome("ok", "", 1, "3.8.0", 0.0, run, case.target, found)
+    coding.write(case.outcome_file(folder / "runs"), CaseOutcome((outcome,)))
     write_table(study, "coupon", folder / "runs", folder / "cases.csv")
     page = within(folder, {"page": "report.html", "figures": "report"})
-    call("coupon_report", file, {"cases": folder / "cases.csv"}, page, coupon=folder / "runs")
+    call("coupon_report", file, {"cases": folder / "cases.csv"}, page)
     return file, folder, case

@@ -8,7 +8,7 @@ import pytest
 
 from pidpanel.report import from_study, inputs
 from pidpanel.report.html import write_figures
-from pidpanel.study import StudyError, load_any_study
+from pidpanel.study import StudyError, load_any_study, load_study
 from tests.jobs import call
 
 
@@ -48,7 +48,7 @@ def test_the_page_of_a_panel_holds_the_figures_beside_it(table):
 def test_figures_are_written_as_vectors(table, tmp_path):
     # red: the date in the files; figures of images alone
     study, folder = table
-    page = replace(from_study.page_of(study, folder), sections=[])
+    page = replace(from_study.page_of(load_study(study), study, folder), sections=[])
     write_figures(page, ("png", "svg", "pdf"), tmp_path / "figures")
     for name in ("panel", "answer", "reduction_mass"):
         png, svg, pdf = (

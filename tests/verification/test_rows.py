@@ -1,12 +1,9 @@
 """The neutral row: its error, its verdict, its file."""
 
 import math
-import sys
-from importlib import import_module
 
 import pytest
 
-from pidpanel.provenance.job import arguments_of, run
 from pidpanel.verification.rows import (
     COLUMNS,
     Row,
@@ -16,6 +13,7 @@ from pidpanel.verification.rows import (
     verify,
     write_rows,
 )
+from tests.jobs import call
 
 
 def row(computed, reference, tolerance=0.01, **more):
@@ -87,14 +85,12 @@ def test_a_missed_number_is_named_and_refused():
     ]
 
 
-def test_a_missed_number_ends_the_script_in_one_message_and_leaves_no_file(tmp_path, monkeypatch):
-    # red: the verdict written before it is known; an error that `run` does not know as ours
+def test_a_missed_number_ends_the_script_and_leaves_no_file(tmp_path):
+    # red: the verdict written before it is known
     write_rows(tmp_path / "rows.csv", [row(102.0, 100.0)])
-    files = {"input": {"rows": "rows.csv"}, "output": {"verdict": "verified.txt"}}
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["verified", *arguments_of(**files)])
-    with pytest.raises(SystemExit, match="1 of 1 numbers miss their tolerance"):
-        run(import_module("scripts.verified").main)
+    files = {"rows": [tmp_path / "rows.csv"]}, {"verdict": tmp_path / "verified.txt"}
+    with pytest.raises(ToleranceMissedError, match="1 of 1 numbers miss their tolerance"):
+        call("verified", "", *files)
     assert not (tmp_path / "verified.txt").exists()
 
 

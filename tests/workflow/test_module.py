@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 import yaml
 
 from tests.commands import call, said
@@ -93,32 +94,23 @@ def test_a_study_may_be_named_and_settings_given_on_the_command_line(tmp_path):
     assert "results/l_panel/report.html" in dry_run(tmp_path, *options)
 
 
-def test_values_beside_the_file_of_the_study_are_refused_in_one_line(tmp_path):
-    # red: `config.get(key) != written.get(key)` left out
-    further = tmp_path / "further.yaml"
-    further.write_text("title: Another\n")
-    for options, key in (
-        (["--configfile", STUDY, "--config", "title=Another"], "title"),
-        (["--configfile", STUDY, further], "sound"),
-        (["--configfile", STUDY, "--config", "sound={oaspl_db: 120}"], "sound"),
-        (["--config", f"study={STUDY}", "title=Another"], "title"),
-    ):
-        (line,) = [x for x in refusal(tmp_path, *options).splitlines() if "one file" in x]
-        assert f"{key}: " in line or key == "sound"
-
-
 def test_without_a_study_one_line_says_how_to_name_it(tmp_path):
     # red: a study by default
     assert "no study: snakemake --configfile study.yaml" in refusal(tmp_path)
 
 
-def test_a_value_without_a_study_file_is_named(tmp_path):
-    # red: `not files` alone, which asked for a study that config/config.yaml names
-    (tmp_path / "config").mkdir()
-    (tmp_path / "config" / "config.yaml").write_text("study: l_panel.yaml\n")
-    for value in ("panel={damping_ratio: 0.02}", "stduy=l_panel.yaml"):
-        key = value.partition("=")[0]
-        assert f"--config {key}: not a setting" in refusal(tmp_path, "--config", value)
+@pytest.mark.parametrize(
+    ("value", "line"),
+    [
+        ("panel={damping_ratio: 5}", "--config: panel.damping_ratio = 5: "),
+        ("panl={damping_ratio: 0.02}", "--config: panl = "),
+        ("sound={sped_m_s: 300}", "--config: sound.sped_m_s = 300: unknown key"),
+    ],
+)
+def test_a_mistake_in_a_value_of_the_command_line_names_it(tmp_path, value, line):
+    # red: values of --config passed over; the line of the file for them
+    options = ["--configfile", STUDY, "--config", value]
+    assert f"{STUDY}, {line}" in refusal(tmp_path, *options)
 
 
 def test_a_profile_in_the_working_folder_is_not_evaluated(tmp_path):

@@ -135,7 +135,6 @@ def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:
     for case in cases:
         if case.outcome_file(results).exists():
             continue
-        total += PER_JOB
         for run in case.runs:
             spheres = spheres_in(run.packing, run.fill_fraction)
             total += PER_RUN + run_steps(run, case) * step.seconds(spheres, travel(run))

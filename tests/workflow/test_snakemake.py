@@ -1,0 +1,303 @@
+"""What users of Snakemake type, on one small study without LIGGGHTS."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests.commands import call, jobs, pidpanel, said
+from tests.commands import snakemake as snakemake_on
+from tests.workflow.test_workflow import ROOT
+
+ALL = {"panel", "sound", "response", "maps", "export", "severity", "measurement", "report"}
+AFTER_RESPONSE = {"response", "maps", "export", "severity", "measurement", "report"}
+SUMMARY = "results/small/response/summary.csv"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, write_study, table_values):
+    """Folder in which Snakemake has run the study to its page."""
+    folder = tmp_path_factory.mktemp("small")
+    write_study(folder, "small", table_values())
+    result = snakemake(folder, "--cores", "all")
+    assert result.returncode == 0, said(result)
+    return folder
+
+
+@pytest.fixture
+def copied(made, tmp_path):
+    """A copy of that folder that a test may change."""
+    return shutil.copytree(made, tmp_path / "copy", symlinks=True)
+
+
+def snakemake(folder, *options):
+    return snakemake_on(folder, folder / "small.yaml", *options)
+
+
+def files(folder):
+    return {p: p.stat().st_mtime_ns for p in Path(folder, "results").rglob("*") if p.is_file()}
+
+
+def changed(folder, old, new):
+    """Change the text of the study."""
+    path = folder / "small.yaml"
+    text = path.read_text()
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new))
+
+
+# ------------------------------------------------------------------ what runs when
+
+
+def test_a_second_run_has_nothing_to_do_and_a_dry_run_writes_nothing(made):
+    # red: a param that differs between calls; `check_machine` where the rules are read
+    before = files(made)
+    assert jobs(snakemake(made, "-n")) == {}
+    assert said(snakemake(made, "--list-changes", "params")).count("results/small") == 0
+    assert "Nothing to be done" in said(snakemake(made))
+    assert files(made) == before
+
+
+def test_a_dry_run_of_an_empty_folder_leaves_no_results(tmp_path, write_study, table_values):
+    # red: the folder made by the check of the machine
+    write_study(tmp_path, "small", table_values())
+    assert set(jobs(snakemake(tmp_path, "-n"))) == ALL
+    assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "wanted"),
+    [
+        ("damping_ratio: 0.02", "damping_ratio: 0.03", ALL - {"sound"} | {"sound"}),
+        ("oaspl_db: 150\n  field", "oaspl_db: 151\n  field", ALL - {"panel"}),
+        ("title: A small panel", "title: The small panel", {"report"}),
+        ("exponent: 6", "exponent: 7", {"severity", "report"}),
+    ],
+)
+def test_a_change_of_the_study_runs_what_depends_on_it_whatever_the_dates(copied, old, new, wanted):
+    # results of another machine whose clock is ahead; red: params left out of the triggers
+    for path in files(copied):
+        os.utime(path, (4e9, 4e9))
+    changed(copied, old, new)
+    assert set(jobs(snakemake(copied, "-n"))) == wanted
+
+
+def test_a_changed_table_runs_what_reads_it(copied):
+    # red: `by_content` left out of `section`
+    table = copied / "lab.csv"
+    age = table.stat()
+    table.write_text(table.read_text().replace("0.3,40,3,", "0.3,41,3,", 1))
+    os.utime(table, (age.st_atime, age.st_mtime))
+    assert AFTER_RESPONSE <= set(jobs(snakemake(copied, "-n")))
+
+
+def test_another_version_of_the_package_runs_all_again(copied, monkeypatch):
+    # red: `version` left out of a rule
+    records = [p for p in (copied / ".snakemake" / "metadata").rglob("*") if p.is_file()]
+    for path in records:
+        path.write_text(path.read_text().replace("'0.1.0+", "'0.0.9+"))
+    assert set(jobs(snakemake(copied, "-n"))) == ALL
+
+
+def test_values_of_the_command_line_take_the_place_of_those_of_the_study(copied):
+    # red: nested values of --config left text; compared with the file by Snakemake's own reading
+    plain = pd.read_csv(copied / SUMMARY)
+    options = ["--config", "panel={damping_ratio: 0.04}"]
+    result = snakemake(copied, *options, SUMMARY)
+    assert result.returncode == 0, said(result)
+    damped = pd.read_csv(copied / SUMMARY)
+    bare = plain["scenario"].str.startswith("bare")
+    assert (damped[bare]["acceleration_rms_g"] < 0.9 * plain[bare]["acceleration_rms_g"]).all()
+    assert jobs(snakemake(copied, "-n", *options, SUMMARY)) == {}
+    assert "response" in jobs(snakemake(copied, "-n", SUMMARY))
+
+
+def test_a_further_configfile_takes_the_place_of_values(made, tmp_path):
+    # red: the first of the files for the study
+    further = tmp_path / "small.yaml"
+    further.write_text("response: {frequency_hz: [40, 140]}\n")
+    files_of = made / "small.yaml", further
+    options = ["-s", ROOT / "Snakefile", "-d", made, "-n", "-j1", "--configfile", *files_of]
+    assert AFTER_RESPONSE <= set(jobs(call(*options)))
+
+
+# ------------------------------------------------------------------ commands of Snakemake
+
+
+def test_graphs_and_summaries_name_every_rule(made):
+    for option in ("--rulegraph", "--dag"):
+        assert all(f'"{name}' in said(snakemake(made, option)) for name in ALL)
+    rows = snakemake(made, "--summary").stdout.splitlines()
+    plans = [line.split("\t")[-1] for line in rows if line.startswith("results/")]
+    assert len(plans) > 20 and set(plans) == {"no update"}
+
+
+def test_parts_of_the_study_are_chosen(made):
+    assert set(jobs(snakemake(made, "-n", "-R", "response"))) == AFTER_RESPONSE
+    assert set(jobs(snakemake(made, "-n", "--forceall"))) == ALL
+    assert set(jobs(snakemake(made, "-n", "--forceall", "--until", "sound"))) == {"panel", "sound"}
+
+
+def test_touched_results_are_up_to_date(copied):
+    # red: something besides Snakemake's own records decides
+    changed(copied, "title: A small panel", "title: The small panel")
+    assert snakemake(copied, "--touch").returncode == 0
+    assert jobs(snakemake(copied, "-n")) == {}
+
+
+def test_lost_records_of_snakemake_leave_time_stamps(copied):
+    shutil.rmtree(copied / ".snakemake")
+    assert jobs(snakemake(copied, "-n")) == {}
+    (copied / "results" / "small" / "panel" / "modes.nc").touch()
+    assert AFTER_RESPONSE <= set(jobs(snakemake(copied, "-n")))
+
+
+def test_what_a_killed_job_left_is_made_again(copied):
+    # red: `rerun-incomplete` left out of the profile
+    marks = copied / ".snakemake" / "incomplete"
+    (record,) = [
+        p for p in (copied / ".snakemake" / "metadata").rglob("*")
+        if p.is_file() and json.loads(p.read_text())["rule"] == "sound" and "Y3N2" in p.name[-6:]
+    ][:1]  # fmt: skip
+    marks.mkdir(exist_ok=True)
+    (marks / record.name).write_text('{"external_jobid": null}')
+    assert "sound" in jobs(snakemake(copied, "-n"))
+
+
+def test_a_failed_stage_is_one_line_and_leaves_no_result(copied):
+    # red: the error of a class of pidpanel with its traceback; results of before kept
+    (copied / "results" / "small" / "panel" / "modes.nc").write_bytes(b"no NetCDF")
+    result = snakemake(copied, "--keep-going", "-R", "sound")
+    assert result.returncode != 0
+    assert "Error in rule sound" in said(result)
+    assert not (copied / "results" / "small" / "sound" / "spectrum.csv").exists()
+
+
+def test_the_report_of_snakemake_has_the_page(made, tmp_path):
+    result = snakemake(made, "--report", tmp_path / "report.zip")
+    assert result.returncode == 0, said(result)
+    with zipfile.ZipFile(tmp_path / "report.zip") as archive:
+        assert any("report.html" in name for name in archive.namelist())
+
+
+def test_all_results_are_deleted(copied):
+    assert snakemake(copied, "--delete-all-output").returncode == 0
+    left = [p.name for p in files(copied) if p.suffix not in (".log", ".tsv")]
+    assert not left
+
+
+def test_the_workflow_is_archived(made, tmp_path):
+    # Snakemake packs what git knows of, so this needs a checkout
+    if not (ROOT / ".git").exists():
+        pytest.skip("no checkout")
+    result = snakemake(made, "--archive", tmp_path / "all.tar.gz")
+    assert result.returncode == 0, said(result)
+    with tarfile.open(tmp_path / "all.tar.gz") as archive:
+        names = archive.getnames()
+    assert any(name.endswith("rules/panel.smk") for name in names)
+
+
+def test_lint_finds_nothing(made):
+    assert "Congratulations" in said(snakemake(made, "--lint"))
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--software-deployment-method", "apptainer"),
+        ("--workflow-profile", ROOT / "profiles" / "slurm", "-j1"),
+    ],
+    ids=["apptainer", "slurm"],
+)
+def test_a_cluster_and_a_container_plan_the_same_jobs(tmp_path, write_study, table_values, options):
+    write_study(tmp_path, "small", table_values())
+    assert set(jobs(snakemake(tmp_path, "-n", *options))) == ALL
+
+
+SWEEP = """
+RATIOS = [0.01, 0.04]
+
+{modules}
+
+rule compare:
+    default_target: True
+    input:
+        expand("results/ratio_{{ratio}}/response/summary.csv", ratio=RATIOS),
+    output:
+        "compared.txt",
+    shell:
+        "cat {{input}} > {{output}}"
+"""
+MODULE = """
+module ratio_{number}:
+    snakefile:
+        "{snakefile}"
+    config:
+        {{"study": "small.yaml", "name": "ratio_{ratio}", "panel": {{"damping_ratio": {ratio}}}}}
+
+use rule * from ratio_{number} as ratio_{number}_*
+"""
+
+
+def test_a_sweep_over_a_key_is_a_module_for_each_value(copied):
+    # docs/asking.md; red: the config of one module taken for that of another
+    snakefile = ROOT / "workflow" / "Snakefile"
+    modules = "".join(
+        MODULE.format(number=k, ratio=ratio, snakefile=snakefile)
+        for k, ratio in enumerate((0.01, 0.04))
+    )
+    (copied / "Snakefile").write_text(SWEEP.format(modules=modules))
+    result = call("-s", copied / "Snakefile", "-d", copied, "-j2", "--rerun-incomplete")
+    assert result.returncode == 0, said(result)
+    rms = [
+        pd.read_csv(copied / f"results/ratio_{ratio}/response/summary.csv")["acceleration_rms_g"]
+        for ratio in ("0.01", "0.04")
+    ]
+    assert (rms[1] < rms[0]).all()
+
+
+# ------------------------------------------------------------------ pidpanel run
+
+
+def test_one_process_leaves_the_same_files_and_snakemake_makes_them_again(made, tmp_path):
+    # red: a file left out of `stage_files`; no marks, so that Snakemake takes them for its own
+    for name in ("small.yaml", "lab.csv", "limit.csv", "test.csv"):
+        shutil.copy(made / name, tmp_path)
+    result = pidpanel(tmp_path, "run", "small.yaml")
+    assert result.returncode == 0, said(result)
+    names = {str(p.relative_to(tmp_path)) for p in files(tmp_path)}
+    wanted = {str(p.relative_to(made)) for p in files(made)}
+    own = {"results/small/run.log", "results/small/.in_process.json"}
+    theirs = {name for name in wanted if name.endswith((".log", ".tsv")) or ".snakemake" in name}
+    assert names - own == wanted - theirs
+    for name in sorted(names & wanted):
+        if name.endswith((".csv", ".nc")):
+            assert (tmp_path / name).read_bytes() == (made / name).read_bytes(), name
+    assert "Nothing to be done" in said(pidpanel(tmp_path, "run", "small.yaml"))
+    assert pidpanel(tmp_path, "status", "small.yaml").stdout.startswith("small: complete")
+    assert set(jobs(snakemake(tmp_path, "-n"))) == ALL
+    changed(tmp_path, "damping_ratio: 0.02", "damping_ratio: 0.04")
+    before = (tmp_path / SUMMARY).read_bytes()
+    assert pidpanel(tmp_path, "run", "small.yaml").returncode == 0
+    assert (tmp_path / SUMMARY).read_bytes() != before
+
+
+def test_a_killed_process_leaves_no_page_of_before(copied):
+    # red: the page of the run before beside new numbers
+    (copied / "limit.csv").write_text("frequency_hz,acceleration_psd_g2_hz\n40,0.5\n150,0.5\n")
+    code = (
+        "import os, signal, sys; from pidpanel.workflow import in_process\n"
+        "in_process.map_in_forks = lambda *given: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "from pidpanel.cli import main; main(['run', 'small.yaml'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=copied, check=False)
+    assert done.returncode != 0
+    assert not (copied / "results" / "small" / "report.html").exists()
+    assert pidpanel(copied, "run", "small.yaml").returncode == 0
