@@ -1,12 +1,12 @@
 """What users of Snakemake type, on one small study without LIGGGHTS."""
 
-import json
 import os
 import shutil
 import subprocess
 import sys
 import tarfile
 import zipfile
+from base64 import urlsafe_b64encode
 from pathlib import Path
 
 import pandas as pd
@@ -60,7 +60,9 @@ def test_a_second_run_has_nothing_to_do_and_a_dry_run_writes_nothing(made):
     # red: a param that differs between calls; `check_machine` where the rules are read
     before = files(made)
     assert jobs(snakemake(made, "-n")) == {}
-    assert said(snakemake(made, "--list-changes", "params")).count("results/small") == 0
+    # of params Snakemake 9.27 lists one file of each job whether or not they have changed
+    assert "results/small" not in said(snakemake(made, "--list-changes", "input"))
+    assert snakemake(made, "--list-changes", "params").returncode == 0
     assert "Nothing to be done" in said(snakemake(made))
     assert files(made) == before
 
@@ -110,12 +112,12 @@ def test_values_of_the_command_line_take_the_place_of_those_of_the_study(copied)
     # red: nested values of --config left text; compared with the file by Snakemake's own reading
     plain = pd.read_csv(copied / SUMMARY)
     options = ["--config", "panel={damping_ratio: 0.04}"]
-    result = snakemake(copied, *options, SUMMARY)
+    result = snakemake(copied, SUMMARY, *options)
     assert result.returncode == 0, said(result)
     damped = pd.read_csv(copied / SUMMARY)
     bare = plain["scenario"].str.startswith("bare")
     assert (damped[bare]["acceleration_rms_g"] < 0.9 * plain[bare]["acceleration_rms_g"]).all()
-    assert jobs(snakemake(copied, "-n", *options, SUMMARY)) == {}
+    assert jobs(snakemake(copied, "-n", SUMMARY, *options)) == {}
     assert "response" in jobs(snakemake(copied, "-n", SUMMARY))
 
 
@@ -161,13 +163,8 @@ def test_lost_records_of_snakemake_leave_time_stamps(copied):
 
 def test_what_a_killed_job_left_is_made_again(copied):
     # red: `rerun-incomplete` left out of the profile
-    marks = copied / ".snakemake" / "incomplete"
-    (record,) = [
-        p for p in (copied / ".snakemake" / "metadata").rglob("*")
-        if p.is_file() and json.loads(p.read_text())["rule"] == "sound" and "Y3N2" in p.name[-6:]
-    ][:1]  # fmt: skip
-    marks.mkdir(exist_ok=True)
-    (marks / record.name).write_text('{"external_jobid": null}')
+    name = urlsafe_b64encode(b"results/small/sound/spectrum.csv").decode()
+    (copied / ".snakemake" / "incomplete" / name).write_text('{"external_jobid": null}')
     assert "sound" in jobs(snakemake(copied, "-n"))
 
 
@@ -193,15 +190,12 @@ def test_all_results_are_deleted(copied):
     assert not left
 
 
-def test_the_workflow_is_archived(made, tmp_path):
-    # Snakemake packs what git knows of, so this needs a checkout
-    if not (ROOT / ".git").exists():
-        pytest.skip("no checkout")
+def test_the_study_is_archived_without_what_was_computed(made, tmp_path):
     result = snakemake(made, "--archive", tmp_path / "all.tar.gz")
     assert result.returncode == 0, said(result)
     with tarfile.open(tmp_path / "all.tar.gz") as archive:
         names = archive.getnames()
-    assert any(name.endswith("rules/panel.smk") for name in names)
+    assert "small.yaml" in names and not [name for name in names if "results" in name]
 
 
 def test_lint_finds_nothing(made):
@@ -217,19 +211,24 @@ def test_lint_finds_nothing(made):
     ids=["apptainer", "slurm"],
 )
 def test_a_cluster_and_a_container_plan_the_same_jobs(tmp_path, write_study, table_values, options):
-    write_study(tmp_path, "small", table_values())
-    assert set(jobs(snakemake(tmp_path, "-n", *options))) == ALL
+    # Snakemake asks for the version of apptainer, and a dry run for nothing else
+    apptainer = tmp_path / "bin" / "apptainer"
+    apptainer.parent.mkdir()
+    apptainer.write_text("#!/bin/sh\necho apptainer version 1.3.0\n")
+    apptainer.chmod(0o755)
+    path = f"{apptainer.parent}:{os.environ['PATH']}"
+    study = write_study(tmp_path, "small", table_values())
+    places = ["-s", ROOT / "Snakefile", "-d", tmp_path, "--configfile", study, "-j2", "-n"]
+    assert set(jobs(call(*places, *options, PATH=path))) == ALL
 
 
 SWEEP = """
-RATIOS = [0.01, 0.04]
-
 {modules}
 
 rule compare:
     default_target: True
     input:
-        expand("results/ratio_{{ratio}}/response/summary.csv", ratio=RATIOS),
+        expand("results/ratio_{{number}}/response/summary.csv", number=[0, 1]),
     output:
         "compared.txt",
     shell:
@@ -240,7 +239,7 @@ module ratio_{number}:
     snakefile:
         "{snakefile}"
     config:
-        {{"study": "small.yaml", "name": "ratio_{ratio}", "panel": {{"damping_ratio": {ratio}}}}}
+        {{"study": "small.yaml", "name": "ratio_{number}", "panel": {{"damping_ratio": {ratio}}}}}
 
 use rule * from ratio_{number} as ratio_{number}_*
 """
@@ -257,8 +256,8 @@ def test_a_sweep_over_a_key_is_a_module_for_each_value(copied):
     result = call("-s", copied / "Snakefile", "-d", copied, "-j2", "--rerun-incomplete")
     assert result.returncode == 0, said(result)
     rms = [
-        pd.read_csv(copied / f"results/ratio_{ratio}/response/summary.csv")["acceleration_rms_g"]
-        for ratio in ("0.01", "0.04")
+        pd.read_csv(copied / f"results/ratio_{k}/response/summary.csv")["acceleration_rms_g"]
+        for k in (0, 1)
     ]
     assert (rms[1] < rms[0]).all()
 

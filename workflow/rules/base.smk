@@ -26,8 +26,8 @@ rule base:
         mem_mb=2000,
     params:
         version=VERSION,
-        damping=results("damping") if SURFACES else None,
-        coupled=results("coupled") if STUDY.is_coupled else None,
+        damping=lambda wildcards: results("damping") if SURFACES else None,
+        coupled=lambda wildcards: results("coupled") if COUPLED else None,
         study=section("base", "damping", "panel", "sound", "response"),
         dampers=used_dampers(),
         scenarios=scenarios(),

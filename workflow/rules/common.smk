@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pidpanel.check import check_machine
 from pidpanel.job import WORKFLOW_PROCESS
-from pidpanel.paths import SECTION, in_a_path, of_damper
+from pidpanel.paths import COUPON, SECTION, in_a_path, of_damper
 from pidpanel.provenance.digests import by_content
 from pidpanel.study import Study, StudyError
 from pidpanel.study.coupon_study import NAME
@@ -33,8 +33,7 @@ VERSION = package_version()
 REPORTED = []
 
 # jobs end with this process, however that ends, and nothing is imported from the working folder
-os.environ[WORKFLOW_PROCESS] = str(os.getpid())
-os.environ["PYTHONSAFEPATH"] = "1"
+os.environ.update({WORKFLOW_PROCESS: str(os.getpid()), "PYTHONSAFEPATH": "1"})
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
@@ -76,3 +75,32 @@ def coupon(damper=SECTION):
 def scenarios():
     """All scenarios of the study."""
     return [by_content(scenario.model_dump()) for scenario in STUDY.all_scenarios()]
+
+
+def used_dampers():
+    """The dampers of the scenarios; coupons come as surfaces."""
+    dampers = {name: STUDY.all_dampers[name] for name in STUDY.used_dampers}
+    return {name: by_content(d.model_dump(exclude={"coupon"})) for name, d in dampers.items()}
+
+
+def atlas():
+    """What the damping from the atlas depends on; nothing where none is."""
+    read = {"cell", "particles", "walls", "gravity_g", "gravity_direction"}
+    coupons = {**STUDY.atlas_coupons, **STUDY.prior_coupons}
+    return {name: by_content(c.model_dump(include=read)) for name, c in coupons.items()}
+
+
+# beds and packings by their labels
+BEDS, PACKINGS = {}, {}
+
+
+def add_beds(beds):
+    """Make beds known, and their packings."""
+    for bed in beds:
+        BEDS[bed.label] = bed
+        PACKINGS[bed.packing.label] = bed.packing
+
+
+def outcomes(damper):
+    """The outcome files of the cases of a damper."""
+    return [str(case.outcome_file(COUPON)) for case in SWEPT[damper].values()]

@@ -3,20 +3,9 @@
 from pidpanel.coupled.from_study import coupled_scenarios, depends_on
 
 COUPLED_SCENARIOS = {in_a_path(label): s for label, s in coupled_scenarios(STUDY).items()}
-
-
-def first_beds(label):
-    """Beds of the first run of a scenario; further runs make their own."""
-    return {bed.label: bed for bed in COUPLED_SCENARIOS[label].beds[0]}
-
-
-for label in COUPLED_SCENARIOS:
-    BEDS.update(first_beds(label))
-
-
-def coupled_values(label):
-    """What the runs of a scenario depend on in the study."""
-    return by_content(depends_on(STUDY, COUPLED_SCENARIOS[label].name))
+# beds of the first run of each; further runs make their own
+FIRST_BEDS = {label: list(s.beds[0]) for label, s in COUPLED_SCENARIOS.items()}
+add_beds(bed for beds in FIRST_BEDS.values() for bed in beds)
 
 
 rule coupled_scenario:
@@ -25,7 +14,9 @@ rule coupled_scenario:
         plate=rules.panel.output.plate,
         modal_force=rules.sound.output.modal_force if STUDY.sound else [],
         air=rules.sound.output.air if STUDY.sound else [],
-        beds=lambda wildcards: expand(rules.loosen.output.bed, bed=first_beds(wildcards.scenario)),
+        beds=lambda wildcards: expand(
+            rules.loosen.output.bed, bed=[bed.label for bed in FIRST_BEDS[wildcards.scenario]]
+        ),
     output:
         estimate=results("coupled/{scenario}.nc"),
     log:
@@ -40,7 +31,9 @@ rule coupled_scenario:
     params:
         version=VERSION,
         scenario=lambda wildcards: COUPLED_SCENARIOS[wildcards.scenario].name,
-        values=lambda wildcards: coupled_values(wildcards.scenario),
+        values=lambda wildcards: by_content(
+            depends_on(STUDY, COUPLED_SCENARIOS[wildcards.scenario].name)
+        ),
         folder=lambda wildcards: results(f"coupled/{wildcards.scenario}"),
     message:
         "Panel and particles together, {wildcards.scenario}"

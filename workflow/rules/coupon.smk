@@ -9,24 +9,13 @@ from pidpanel.coupon.attempts import JUDGING_VERSION
 # by damper and label; a case of two dampers is one
 SWEPT = cases_by_coupon(STUDY)
 CASES = {label: case for cases in SWEPT.values() for label, case in cases.items()}
-# by label
-BEDS = {run.bed.label: run.bed for case in CASES.values() for run in case.runs}
+add_beds(run.bed for case in CASES.values() for run in case.runs)
+
 # with a time limit of jobs, one that is over goes on from its last restart
 JOB_MINUTES = int(config.get("job_minutes", 0))
 RETRIES = 50 if JOB_MINUTES else None
 # before all else that waits
 FIRST = 10**6
-
-
-def packing_of(wildcards):
-    """The packing of a label."""
-    packings = {bed.packing.label: bed.packing for bed in BEDS.values()}
-    return packings[wildcards.packing]
-
-
-def outcomes(damper):
-    """The outcome files of the cases of a damper."""
-    return [f"results/coupon/{label}/{case.outcome}.json" for label, case in SWEPT[damper].items()]
 
 
 rule pour:
@@ -40,7 +29,7 @@ rule pour:
     resources:
         mem_mb=500,
     params:
-        packing=packing_of,
+        packing=lambda wildcards: PACKINGS[wildcards.packing],
     message:
         "Pour packing {wildcards.packing}"
     script:

@@ -46,18 +46,3 @@ use rule damping as damper_damping with:
 # what stages read that need the damping of the scenarios
 SURFACES = [damper_file("damping", damper, "surface.nc") for damper in STUDY.surfaces]
 COUPLED = list(rules.coupled.output) if STUDY.is_coupled else []
-
-
-def used_dampers():
-    """The dampers of the scenarios; coupons come as surfaces."""
-    return {
-        damper: by_content(STUDY.all_dampers[damper].model_dump(exclude={"coupon"}))
-        for damper in STUDY.used_dampers
-    }
-
-
-def atlas():
-    """What the damping from the atlas depends on; nothing where none is."""
-    read = {"cell", "particles", "walls", "gravity_g", "gravity_direction"}
-    coupons = {**STUDY.atlas_coupons, **STUDY.prior_coupons}
-    return {name: by_content(c.model_dump(include=read)) for name, c in coupons.items()}

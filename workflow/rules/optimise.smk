@@ -24,7 +24,7 @@ rule optimise:
         mem_mb=2000,
     params:
         version=VERSION,
-        damping=results("damping") if SURFACES else None,
+        damping=lambda wildcards: results("damping") if SURFACES else None,
         study=section(
             *("damping", "panel", "sound", "response", "base", "dampers", "optimise"),
             without={"response": {"maps"}, "damping": {"coupled"}},

@@ -28,7 +28,7 @@ rule report:
     params:
         version=VERSION,
         study=section(),
-        results=results(""),
+        results=lambda wildcards, output: str(Path(output.page).parent),
     message:
         "Report"
     script:

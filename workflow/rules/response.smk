@@ -30,8 +30,8 @@ rule response:
         mem_mb=2000,
     params:
         version=VERSION,
-        damping=results("damping") if SURFACES else None,
-        coupled=results("coupled") if STUDY.is_coupled else None,
+        damping=lambda wildcards: results("damping") if SURFACES else None,
+        coupled=lambda wildcards: results("coupled") if COUPLED else None,
         study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
         dampers=used_dampers(),
         scenarios=scenarios(),
