@@ -77,12 +77,8 @@ rule shake:
     resources:
         mem_mb=lambda wildcards, attempt: attempt
         * int(run_memory(CASES[wildcards.case].point) / 1e6),
-        runtime=lambda wildcards: JOB_MINUTES or 10 + int(case_seconds(CASES[wildcards.case]) / 30),
-    params:
-        case=lambda wildcards: CASES[wildcards.case],
-        judging=JUDGING_VERSION,
-    message:
-        "Shake case {wildcards.case}"
+        runtime=lambda wildcards, attempt: attempt
+        * (5 + min(JOB_MINUTES or 1440, int(case_seconds(CASES[wildcards.case]) / 30))),
     script:
         "../scripts/shake.py"
 
