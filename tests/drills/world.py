@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import random
 import shutil
 import signal
 import subprocess
@@ -13,7 +12,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-SNAKEMAKE = Path(sys.executable).with_name("snakemake")
 PIDPANEL = Path(sys.executable).with_name("pidpanel")
 TABLE = "results/drill/coupon/cases.csv"
 PANEL_FILES = tuple(
@@ -74,8 +72,6 @@ class World:
 
     folder: Path
     environment: dict[str, str] = field(default_factory=dict)
-    project: Path = ROOT
-    """Whose workflow and code run."""
     files: tuple[str, ...] = (TABLE,)
     """What is asked for, and compared."""
 
@@ -91,21 +87,18 @@ class World:
         (self.folder / "drill.yaml").write_text(text)
 
     def start(self, *options: str, megabytes: int | None = None) -> subprocess.Popen[str]:
-        """Start Snakemake in a session of its own, as a shell does.
+        """Start `pidpanel run` in a session of its own, as a shell does.
 
         Parameters
         ----------
         options
             ``-j2`` by default.
         megabytes
-            To which ``ulimit -v`` limits each process; it is started by ``pidpanel run`` then.
+            To which ``ulimit -v`` limits each process.
         """
-        snakefile = self.project / "Snakefile"
-        command = [SNAKEMAKE, "-s", snakefile, *(options or ("-j2",)), *self.files]
-        command += ["--configfile", "drill.yaml"]
+        command = [PIDPANEL, "run", "drill.yaml", *(options or ("-j2",)), "--", *self.files]
         if megabytes is not None:
-            limited = f"ulimit -v {1024 * megabytes}; exec " + '"$@"'
-            command = ["sh", "-c", limited, "sh", PIDPANEL, "run", "drill.yaml", "--", *self.files]
+            command = ["sh", "-c", f"ulimit -v {1024 * megabytes}; exec " + '"$@"', "sh", *command]
         # compiled code is kept, as `make` keeps it
         left_out = ("PYTHONDONTWRITEBYTECODE", "PYTHONPATH")
         inherited = {
@@ -113,8 +106,6 @@ class World:
             for key, value in os.environ.items()
             if not key.startswith("PIDPANEL_") and key not in left_out
         }
-        if self.project != ROOT:
-            inherited["PYTHONPATH"] = str(self.project / "src")
         return subprocess.Popen(
             command,
             cwd=self.folder,
@@ -151,7 +142,7 @@ class World:
     def copy(self, folder: Path) -> World:
         """Return a world that is the same, ages of files included."""
         shutil.copytree(self.folder, folder, symlinks=True)
-        return World(folder, dict(self.environment), self.project, self.files)
+        return World(folder, dict(self.environment), self.files)
 
     def written(self) -> list[Path]:
         """Files of the results, the ones written last first."""
@@ -170,7 +161,7 @@ class World:
                 there = (entry / "cwd").resolve().is_relative_to(self.folder.resolve())
             except OSError:
                 continue
-            if command == name and there and any(one.startswith(argument) for one in words):
+            if command == name and there and any(argument in one for one in words):
                 found.append(int(entry.name))
         return found
 
@@ -181,22 +172,3 @@ class World:
                 return found[0]
             time.sleep(0.01)
         return None
-
-
-def flip(file: Path, rng: random.Random, keep_age: bool) -> None:
-    """Flip one bit of a file."""
-    data, age = bytearray(file.read_bytes()), file.stat()
-    if not data:
-        return
-    data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
-    file.write_bytes(bytes(data))
-    if keep_age:
-        os.utime(file, ns=(age.st_atime_ns, age.st_mtime_ns))
-
-
-def lose(file: Path, rng: random.Random) -> None:
-    """Do to a file what a power cut does to one that was not yet on the disk; its age stays."""
-    data, age = file.read_bytes(), file.stat()
-    kept = rng.randrange(len(data) + 1)
-    file.write_bytes(rng.choice([b"", data[:kept], data[:kept] + bytes(len(data) - kept)]))
-    os.utime(file, ns=(age.st_atime_ns, age.st_mtime_ns))
