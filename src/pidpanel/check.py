@@ -112,8 +112,7 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         keys = (*way, *(("vary", "deck", varied.index(path)) if varied else ("deck",)))
         names = case.point.deck_values(restart="none")
         try:
-            check_trust(Path(path))
-            text = read_text(Path(path), LARGEST_DECK)
+            text = read_text(check_trust(Path(path)), LARGEST_DECK)
             unknown = deck.undeclared(text, names)
         except DeckRefused as error:
             yield Mistake(keys, str(error).removeprefix(f"{path}: "))
