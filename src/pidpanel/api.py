@@ -32,9 +32,11 @@ from pidpanel.damping.from_study import (
     surface_of,
 )
 from pidpanel.damping.models import DampingModel
+from pidpanel.links import check_working_folder
 from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
+from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
 from pidpanel.response.from_study import write_response
@@ -147,11 +149,12 @@ class Model:
         ResultsError
             If the run fails, with the message of Snakemake.
         """
+        check_working_folder(self.folder)
         file = self._file
         if file is None:
             file = self.results / "study.yaml"
             file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(text_of(self._values, self.study.name), encoding="utf-8")
+            durable.write_text(file, text_of(self._values, self.study.name))
         names = [f"results/{self.study.name}/{name}" for name in targets]
         self.folder.mkdir(parents=True, exist_ok=True)
         call = command(file, self.folder, [*names, f"-j{jobs}"])

@@ -1,7 +1,9 @@
 # The study, and what all rules share. What decides is in the package, `pidpanel.workflow`.
 
+import os
 from pathlib import Path
 
+from pidpanel.links import LinkError, check_working_folder
 from pidpanel.paths import SECTION, in_a_path
 from pidpanel.provenance.digests import values_digest
 from pidpanel.provenance.job import arguments_of
@@ -19,6 +21,9 @@ from pidpanel.workflow.rules import (
 )
 from snakemake.exceptions import WorkflowError
 
+# no module in the working folder, or in that of Snakemake's scripts, takes the place of a real one
+os.environ["PYTHONSAFEPATH"] = "1"
+
 if not has_study(config) and Path("config/config.yaml").exists():
 
     configfile: "config/config.yaml"
@@ -27,8 +32,10 @@ if not has_study(config) and Path("config/config.yaml").exists():
 def planned():
     """The plan, or one line that says what is wrong with the study or with the machine."""
     try:
+        if workflow.is_main_process:
+            check_working_folder(Path("."))
         return Plan.read(config, workflow.configfiles)
-    except (StudyError, OwnerError) as error:
+    except (StudyError, OwnerError, LinkError) as error:
         raise WorkflowError(str(error)) from None
 
 

@@ -26,6 +26,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = parsed(sys.argv[1:] if arguments is None else arguments)
         if getattr(options, "trust_deck", False):
             os.environ["PIDPANEL_TRUST_DECK"] = "1"
+        if hasattr(options, "directory"):
+            from pidpanel.links import check_working_folder
+
+            check_working_folder(options.directory)
         status: int = options.call(options)
         sys.stdout.flush()
     except KeyboardInterrupt:

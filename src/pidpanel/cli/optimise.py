@@ -50,6 +50,7 @@ def write_study(study: Path, table: Path, file: Path) -> None:
     import pandas as pd
     import yaml
 
+    from pidpanel.provenance import durable
     from pidpanel.study.document import Document
 
     values: dict[str, Any] = {**Document(study).data}
@@ -73,4 +74,4 @@ def write_study(study: Path, table: Path, file: Path) -> None:
     plain = json.loads(json.dumps({**values, "scenarios": scenarios}))  # numbers know their text
     text = yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)
     head = f"# The best layouts that pidpanel optimise {study.name} proposes.\n"
-    file.write_text(head + text, encoding="utf-8")
+    durable.write_text(file, head + text)

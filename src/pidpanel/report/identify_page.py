@@ -14,6 +14,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.identify.from_study import IdentificationResult, summary
 from pidpanel.identify.posterior import Posterior
+from pidpanel.provenance import durable
 from pidpanel.report import style
 from pidpanel.report.html import Fragment, Page, PageSection, figure_picture, render
 from pidpanel.report.layout import figure_of_axes, frequency_axis
@@ -56,7 +57,7 @@ def _further(result: IdentificationResult) -> list[dict[str, Any]]:
 
 def write_identification(result: IdentificationResult, file: Path) -> None:
     """Write the page."""
-    file.write_text(render(identification_page(result)), encoding="utf-8")
+    durable.write_text(file, render(identification_page(result)))
 
 
 def identification_page(result: IdentificationResult) -> Page:
