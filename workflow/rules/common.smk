@@ -1,6 +1,5 @@
 # The study, and what all rules share. What decides is in the package, `pidpanel.workflow`.
 
-import os
 from pathlib import Path
 
 from pidpanel.links import LinkError, check_working_folder
@@ -20,9 +19,6 @@ from pidpanel.workflow.rules import (
     scenarios_digest,
 )
 from snakemake.exceptions import WorkflowError
-
-# no module in the working folder, or in that of Snakemake's scripts, takes the place of a real one
-os.environ["PYTHONSAFEPATH"] = "1"
 
 if not has_study(config) and Path("config/config.yaml").exists():
 
