@@ -125,6 +125,10 @@ def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:
         raise _refusal(f"the tag {name} is not allowed", node.start_mark)
     if id(node) in ancestors:
         raise _refusal("an alias contains itself", node.start_mark)
+    # an escape such as "\ud800" writes what no file of results can have
+    if isinstance(node, yaml.ScalarNode) and (odd := Loader.NON_PRINTABLE.search(node.value)):
+        message = f"the character U+{ord(odd[0]):04X} is not allowed"
+        raise _refusal(message, node.start_mark)
     if id(node) not in counts:
         ancestors.add(id(node))
         parts = [child for _, child in _children(node)]
