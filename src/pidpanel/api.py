@@ -32,13 +32,13 @@ from pidpanel.damping.from_study import (
     surface_of,
 )
 from pidpanel.damping.models import DampingModel
-from pidpanel.links import check_working_folder
 from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
+from pidpanel.provenance.links import check_working_folder
 from pidpanel.response.from_study import write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError

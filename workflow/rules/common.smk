@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from pidpanel.links import LinkError, check_working_folder
 from pidpanel.paths import SECTION, in_a_path
 from pidpanel.provenance.digests import values_digest
 from pidpanel.provenance.job import arguments_of
+from pidpanel.provenance.links import LinkError, check_working_folder
 from pidpanel.provenance.owner import OwnerError
 from pidpanel.study import StudyError
 from pidpanel.study.coupon_study import NAME

@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if getattr(options, "trust_deck", False):
             os.environ["PIDPANEL_TRUST_DECK"] = "1"
         if hasattr(options, "directory"):
-            from pidpanel.links import check_working_folder
+            from pidpanel.provenance.links import check_working_folder
 
             check_working_folder(options.directory)
         status: int = options.call(options)

@@ -10,8 +10,8 @@ import pytest
 from pidpanel.api import Model
 from pidpanel.cli import main
 from pidpanel.cli.snakemake import command
-from pidpanel.links import LinkError, check_links, check_working_folder
 from pidpanel.paths import STUDIES
+from pidpanel.provenance.links import LinkError, check_links, check_working_folder
 
 STUDY = "l_panel"
 PLACES = [  # that are written by the commands, by the rules, by Snakemake and by LIGGGHTS
