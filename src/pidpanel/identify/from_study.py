@@ -27,7 +27,7 @@ from pidpanel.identify.force_files import read_force
 from pidpanel.identify.next_tones import NextTones, candidates, next_tones
 from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
 from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
-from pidpanel.measurement.files import UNIVERSAL
+from pidpanel.measurement.universal import SUFFIXES
 from pidpanel.provenance import durable
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study.document import Document, section_in
@@ -124,7 +124,7 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
     mass = weight or mass_per_fill * (identification.fill_fraction or 0.5)
     test = identification.measured
     try:
-        if test.file.suffix.lower() in UNIVERSAL:
+        if test.file.suffix.lower() in SUFFIXES:
             measured = _from_universal(test, mass)
         else:
             measured, weight = _from_table(test, mass, weight)
