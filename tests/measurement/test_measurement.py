@@ -10,7 +10,9 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.measurement.differences import band_differences, common_range
 from pidpanel.measurement.files import MeasuredPsd, read_measured
 from pidpanel.response.exports import Curve, write_uff58
+from pidpanel.solve.bands import band_rms
 
+HEAD = "frequency_hz,acceleration_psd_g2_hz\n"
 FREQUENCY = np.geomspace(20.0, 400.0, 300)
 PSD = 2.0 + np.cos(FREQUENCY / 9)
 
@@ -52,7 +54,14 @@ def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
         ("a.csv", "frequency_hz,psd\n20,1\n", "column 'psd': unknown"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n", "at least two lines"),
         ("a.csv", "frequency_hz,transmissibility\n20,0\n30,0\n", "the transmissibility must be"),
-        ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n10,1\n", "must rise; 10 Hz"),
+        (
+            "a.csv",
+            "frequency_hz,acceleration_psd_g2_hz\n20,1\n10,1\n",
+            "must rise; 10 Hz follows 20 Hz",
+        ),
+        ("a.csv", f"{HEAD}20,1\n20,1\n30,1\n", "20 Hz is given twice"),
+        ("a.csv", f"{HEAD}20,1\n30,1\n30,2\n30,3\n", "30 Hz is given twice"),
+        ("a.csv", f"{HEAD}20,1\n30,1\n30,2\n20,3\n", "20 Hz follows 30 Hz"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,-1\n30,1\n", "at least 0"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,0\n30,0\n", "not 0 everywhere"),
         ("a.uff", "no data set\n", "has no data set 58"),
@@ -67,6 +76,24 @@ def test_a_file_that_is_wrong_is_refused_in_a_line(tmp_path, name, content, mess
         read_measured(path)
     (fault,) = error.value.faults
     assert fault.startswith(str(path)) and message in fault
+
+
+def test_two_lines_at_one_frequency_are_a_step(tmp_path):
+    # red: refused; the higher value from the line below on. ∫ = 60·4 + 40·1
+    path = tmp_path / "steps.csv"
+    path.write_text(f"{HEAD}40,4\n100,4\n100,1\n140,1\n")
+    measured = read_measured(path)
+    assert measured.frequency.tolist() == [40.0, np.nextafter(100.0, 0), 100.0, 140.0]
+    rms = band_rms(measured.frequency, measured.psd, np.array([[40.0, 140.0], [90.0, 110.0]]))
+    np.testing.assert_allclose(rms**2, [280.0, 50.0], rtol=1e-12)
+
+
+def test_the_number_of_a_data_set_belongs_to_universal_files(tmp_path):
+    # red: ignored with a table
+    path = tmp_path / "a.csv"
+    path.write_text(f"{HEAD}20,1\n30,1\n")
+    with pytest.raises(ColumnsError, match="record is only allowed with a universal file"):
+        read_measured(path, 1)
 
 
 def test_a_universal_file_of_another_function_or_of_several_is_refused(tmp_path):

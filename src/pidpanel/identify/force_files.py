@@ -65,13 +65,13 @@ def read_force(
 def _apparent_mass(path: Path, record: int | None) -> tuple[Array, Array]:
     """Return the frequency (n,) [Hz] and force over acceleration (n,) [kg]."""
     function = read_function(path, record)
-    above, below = (function.axes[name].kind for name in ("ordinate", "orddenom"))
-    if function.kind != RESPONSE or {above, below} != {FORCE, ACCELERATION}:
+    numerator, denominator = (function.axes[name].kind for name in ("ordinate", "orddenom"))
+    if function.kind != RESPONSE or {numerator, denominator} != {FORCE, ACCELERATION}:
         message = f"must be a frequency response, function type {RESPONSE}, of force over "
         message += f"acceleration or the inverse, data types {FORCE} and {ACCELERATION}"
         raise function.refusal(message)
     values, allowed = function.values.astype(complex), "such as N and m/s^2, lbf and g"
-    if above == FORCE:
+    if numerator == FORCE:
         values *= function.factor(KILOGRAM, "force over acceleration", f"units {allowed}")
     else:
         inverse = KILOGRAM.power(-1)

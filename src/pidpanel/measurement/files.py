@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, numbers, read_rows
+from pidpanel.columns import Allowed, ColumnsError, TableRows, numbers, read_rows
 from pidpanel.measurement.units import GRAVITY, HERTZ, ONE
 from pidpanel.measurement.universal import (
     ACCELERATION,
@@ -50,14 +50,26 @@ class MeasuredPsd(NamedTuple):
         return {FREQUENCY_COLUMN: self.frequency, name: values}
 
 
-def read_measured(path: Path, record: int | None = None) -> MeasuredPsd:
+def read_measured(path: Path, record: int | None = None, point: str = "") -> MeasuredPsd:
     """Read a measured PSD or transmissibility from a table or, by its suffix, a universal file.
 
-    ``record`` is the number of the data set 58, from 1. A `ColumnsError` has all faults of a file.
+    Parameters
+    ----------
+    record
+        Number of the data set 58 of a universal file, from 1.
+    point
+        Name of the point, whose column is read of a table with several, as in ``response/export``.
+
+    Raises
+    ------
+    ColumnsError
+        With all faults of a file.
     """
     if path.suffix.lower() in SUFFIXES:
         return _checked(path, *_universal(path, record))
-    text = read_rows(path)
+    if record is not None:
+        raise ColumnsError([f"{path}: record is only allowed with a universal file"])
+    text = _of_point(read_rows(path), point)
     over_base = RATIO_COLUMN in text.header
     names = (FREQUENCY_COLUMN, RATIO_COLUMN if over_base else PSD_COLUMN)
     table = numbers(text, {name: COLUMNS[name] for name in names})
@@ -66,37 +78,59 @@ def read_measured(path: Path, record: int | None = None) -> MeasuredPsd:
     return _checked(path, frequency, values, over_base)
 
 
+def _of_point(text: TableRows, point: str) -> TableRows:
+    """Return frequency and PSD of a point from a table with the columns of several."""
+    names, column = text.header, f"{PSD_COLUMN}_{point}"
+    if FREQUENCY_COLUMN not in names or column not in names:
+        return text
+    places = [names.index(name) for name in (FREQUENCY_COLUMN, column)]
+    rows = [
+        (line, [cells[place] for place in places] if len(cells) == len(names) else cells)
+        for line, cells in text.rows
+    ]
+    return text._replace(header=[FREQUENCY_COLUMN, PSD_COLUMN], rows=rows)
+
+
 def _checked(path: Path, frequency: Array, values: Array, over_base: bool) -> MeasuredPsd:
+    """Return the curve, with a step where two lines have one frequency; refuse other faults."""
     if frequency.size < 2:
         raise ColumnsError([f"{path}: must have at least two lines, not {frequency.size}"])
-    falls = np.flatnonzero(np.diff(frequency) <= 0)
-    if falls.size:
-        low = frequency[falls[0] + 1]
-        raise ColumnsError([f"{path}: frequencies must rise; {low:g} Hz follows a higher one"])
     if not (np.isfinite(values).all() and (values >= 0).all() and values.any()):
         message = f"the {'transmissibility' if over_base else 'PSD'} must be finite, not negative, "
         raise ColumnsError([f"{path}: {message}and not 0 everywhere"])
-    return MeasuredPsd(frequency, values**2 if over_base else values, over_base)
+    is_step = np.diff(frequency) == 0
+    lower = np.where(np.append(is_step, False), np.nextafter(frequency, 0.0), frequency)
+    is_doubled = is_step & (np.diff(values) == 0)
+    wrong = np.flatnonzero(is_doubled | ~(np.diff(lower) > 0))
+    if wrong.size:
+        row = wrong[0]
+        message = f"{frequency[row + 1]:g} Hz follows {frequency[row]:g} Hz"
+        if is_step[row]:
+            message = f"{frequency[row]:g} Hz is given twice"
+        allowed = "two lines at one frequency are a step between two values"
+        raise ColumnsError([f"{path}: frequencies must rise; {message}; {allowed}"])
+    return MeasuredPsd(lower, values**2 if over_base else values, over_base)
 
 
 def _universal(path: Path, record: int | None) -> tuple[Array, Array, bool]:
     """Return frequency, PSD [g²/Hz] or transmissibility, and which, of a data set 58."""
     function = read_function(path, record)
-    kind, above, below = function.kind, function.axes["ordinate"], function.axes["orddenom"]
+    kind, axes = function.kind, function.axes
+    numerator, denominator = axes["ordinate"], axes["orddenom"]
     over_base = kind in (RESPONSE, TRANSMISSIBILITY)
     if kind != PSD and not over_base:
         message = "must be a power spectral density, frequency response or transmissibility, "
         message += f"function type {PSD}, {RESPONSE} or {TRANSMISSIBILITY}"
         raise function.refusal(f"{message}; {kind} is {FUNCTIONS.get(kind, 'another function')}")
-    if above.kind not in (*ANY, ACCELERATION):
+    if numerator.kind not in (*ANY, ACCELERATION):
         raise function.refusal("must be an acceleration, data type 12 of the ordinate")
     if over_base:
-        if below.kind not in (*ANY, ACCELERATION):
+        if denominator.kind not in (*ANY, ACCELERATION):
             message = "must be over the acceleration of the base, data type 12 of the denominator"
             raise function.refusal(message)
         factor = function.factor(ONE, "a transmissibility", "one unit of acceleration over another")
         return function.frequency, factor * np.abs(function.values).astype(float), True
-    if below.kind not in (*ANY, FREQUENCY):
+    if denominator.kind not in (*ANY, FREQUENCY):
         raise function.refusal("must have no denominator, data type 0")
     if np.abs(function.values.imag).max() > 1e-6 * np.abs(function.values).max():
         raise function.refusal("must be real; a complex one is a cross spectrum")

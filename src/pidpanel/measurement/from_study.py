@@ -36,7 +36,7 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
     """Yield what is wrong with the files, and those without a band of the response."""
     for name, measurement in study.measurements.items():
         keys = ("measurements", name, "file")
-        read = partial(read_measured, measurement.file, measurement.record)
+        read = partial(read_measured, measurement.file, measurement.record, measurement.point)
         measured = yield from read_at(keys, read)
         if measured is None:
             continue
@@ -70,7 +70,7 @@ def write_measurements(
     labels = {"base": base_labels(study), "sound": {}}
     lines, rows = [], []
     for name, measurement in study.measurements.items():
-        measured = read_measured(measurement.file, measurement.record)
+        measured = read_measured(measurement.file, measurement.record, measurement.point)
         excitation = excitation_of(study, measurement, measured)
         label = measurement.scenario or study.all_scenarios()[0].label
         label = labels[excitation].get(label, label)

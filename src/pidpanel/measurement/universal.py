@@ -60,23 +60,23 @@ class UniversalFunction(NamedTuple):
         ColumnsError
             If labels are missing, unknown, of another dimension, or contradict data set 164.
         """
-        above, below = self.axes["ordinate"], self.axes["orddenom"]
-        texts = [axis.label for axis in (above, below) if axis.label]
+        numerator, denominator = self.axes["ordinate"], self.axes["orddenom"]
+        texts = [axis.label for axis in (numerator, denominator) if axis.label]
         labels = " over ".join(map(repr, texts))
         is_density = self.kind == PSD
         try:
-            unit, divisor = self._unit_of(above, is_density), self._unit_of(below, False)
+            unit, divisor = self._unit_of(numerator, is_density), self._unit_of(denominator, False)
         except UnitError as error:
             raise self.refusal(f"unit {labels}: {error}; {quantity} must be in {allowed}") from None
         if len({"rms" in text.lower() for text in texts}) > 1:
             raise self.refusal(f"unit {labels}: must be rms on both sides, or on neither")
         is_ratio = expected.dimension == ONE.dimension
-        if is_ratio and above == below == Axis(ACCELERATION, ""):  # whatever the unit of both
-            return 1.0
+        if is_ratio and numerator == denominator == Axis(ACCELERATION, ""):
+            return 1.0  # whatever the unit of both
         if unit is None:
             message = f"the unit of the ordinate is missing; {quantity} must be in {allowed}"
             raise self.refusal(message)
-        is_whole = not below.label and unit.dimension == expected.dimension
+        is_whole = not denominator.label and unit.dimension == expected.dimension
         if divisor is not None and not is_whole:
             unit = unit.over(divisor)
         if unit.dimension != expected.dimension:

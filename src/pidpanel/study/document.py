@@ -72,6 +72,10 @@ class Loader(yaml.SafeLoader):
         self.flatten_mapping(node)
         return {key.value: self.construct_object(value, deep) for key, value in node.value}
 
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        """Put the keys of merged mappings before those of the mapping."""
+        node.value = list(_pairs(node))
+
     def construct_number(self, node: yaml.ScalarNode) -> WrittenInt | WrittenFloat:
         """Return a number."""
         text = node.value.lower().replace(".inf", "inf").replace(".nan", "nan")
@@ -96,6 +100,21 @@ Loader.add_implicit_resolver(NULL, re.compile("(~|null|Null|NULL|)$"), ["~", "n"
 Loader.add_implicit_resolver(MERGE, re.compile("<<$"), "<")
 Loader.add_constructor(f"{CORE}int", Loader.construct_number)
 Loader.add_constructor(f"{CORE}float", Loader.construct_number)
+
+
+def _pairs(node: yaml.Node) -> Iterator[tuple[yaml.Node, yaml.Node]]:
+    """Yield keys and values, those that count last: of several merged mappings the first.
+
+    Versions of PyYAML differ in that order (https://yaml.org/type/merge.html).
+    """
+    if not isinstance(node, yaml.MappingNode):
+        raise _refusal("expected a mapping or list of mappings for merging", node.start_mark)
+    for key, value in node.value:
+        if key.tag == MERGE:
+            merged = value.value if isinstance(value, yaml.SequenceNode) else [value]
+            for mapping in reversed(merged):
+                yield from _pairs(mapping)
+    yield from ((key, value) for key, value in node.value if key.tag != MERGE)
 
 
 def _refusal(message: str, mark: yaml.Mark | None = None) -> yaml.MarkedYAMLError:
