@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.columns import in_kilohertz
 from pidpanel.geometry.polygon import overlap, signed_area
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
@@ -22,7 +23,11 @@ from pidpanel.study.sound import Sound
 from pidpanel.text_files import TextFileError, read_text
 
 LARGEST_DECK = 1_000_000  # most bytes of a deck
-QUIETEST = 100.0  # level of a table [dB] below which it is taken for one in other units
+# Overall levels of a table [dB] outside which it is taken for one in other units
+QUIETEST, LOUDEST = 100.0, 170.0
+# Bands of levels [dB] that may be pressures [Pa]: the lowest is below, their range above
+LOWEST_BAND, WIDEST_RANGE = 60.0, 50.0
+MOST_SHIFT = 20.0  # of a table by oaspl_db [dB]
 MOST_CARRIED = 5  # heaviest mass on a panel over that of the panel
 # Difference of a stated overall value and that of its table: levels have two digits.
 OVERALL_TOLERANCE = 0.03
@@ -163,6 +168,13 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         message = f"resolving its resonances takes {lines} frequency lines from {low:g} to "
         message += f"{high:g} Hz; allowed are {LINES_AT_MOST}, for ratios from {ratio:g}"
         yield Mistake(("panel", "damping_ratio"), message)
+    frequency = study.panel.modal_damping.frequency
+    if frequency and in_kilohertz(frequency, low, high):
+        message = (
+            f"its frequencies are {min(frequency):g} to {max(frequency):g} Hz, all below those "
+        )
+        message += f"of the response, {low:g} to {high:g} Hz; in kHz?"
+        yield Mistake(("panel", "damping_ratio"), message)
     yield from _check_layouts(study)
     if study.base is not None and study.base.random is not None:
         yield from _check_base(study.base, study.base.random, study.response)
@@ -223,7 +235,8 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
     if lowest > high or highest < low:
         message = f"its frequencies are {lowest:g} to {highest:g} Hz, all outside those of the "
         message += f"response, {low:g} to {high:g} Hz"
-        yield Mistake(keys, f"{message}; in kHz?" if low <= 1e3 * highest <= 2 * high else message)
+        is_in_kilohertz = in_kilohertz(columns["frequency_hz"], low, high)
+        yield Mistake(keys, f"{message}; in kHz?" if is_in_kilohertz else message)
     if "fill_fraction" not in columns:
         return
     emptiest, fullest = (float(f(columns["fill_fraction"])) for f in (min, max))
@@ -240,13 +253,22 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
     spectrum = yield from read_at(("sound", "spectrum"), lambda: read_spectrum(sound.spectrum))
     if spectrum is None:
         return
+    bands = getattr(spectrum, "band_spl", np.zeros(1))  # a table of a PSD has none
     sums = f"its {spectrum.rows} sum to {spectrum.oaspl:.1f} dB"
     if not OVERALL.holds(spectrum.oaspl):
         message = f"{sums}; {OVERALL.allowed}: are they in Pa?"
         yield Mistake(("sound", "spectrum"), message)
-    elif spectrum.oaspl < QUIETEST and sound.oaspl_db is None:
-        message = f"{sums}, far below a launch; in Pa or Pa²/Hz? "
-        message += f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
+    elif sound.oaspl_db is None:
+        doubt = "far below a launch; in Pa or Pa²/Hz?" if spectrum.oaspl < QUIETEST else ""
+        if spectrum.oaspl > LOUDEST or _may_be_pascals(bands):
+            doubt = doubt or "not those of a launch; in Pa?"
+        if doubt:
+            meant = f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
+            yield Mistake(("sound", "spectrum"), f"{sums}, {doubt} {meant}")
+    elif sound.oaspl_db > spectrum.oaspl + MOST_SHIFT and _may_be_pascals(bands):
+        message = (
+            f"{sums}, far below oaspl_db = {sound.oaspl_db:g}; must be levels in dB, not in Pa"
+        )
         yield Mistake(("sound", "spectrum"), message)
     low, high = spectrum.reach
     if response.frequency_hz[0] < low or response.frequency_hz[1] > high:
@@ -255,6 +277,17 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
         if "frequency_hz" not in response.model_fields_set:
             message += "; by default it is {:g} to {:g} Hz".format(*response.frequency_hz)
         yield Mistake(("response", "frequency_hz"), message)
+
+
+def _may_be_pascals(bands: Array) -> bool:
+    """Return whether bands (n,) are rather those of a launch in Pa than in dB."""
+    from pidpanel.sound.spectrum import REFERENCE_PRESSURE
+
+    is_odd = np.ptp(bands) > WIDEST_RANGE or bands.max() < QUIETEST
+    if not (is_odd and 0 < bands.min() < LOWEST_BAND):
+        return False
+    pressure = np.sqrt(np.sum(bands**2))
+    return bool(QUIETEST <= 20 * np.log10(pressure / REFERENCE_PRESSURE) <= LOUDEST)
 
 
 def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) -> Iterator[Mistake]:

@@ -98,3 +98,8 @@ def lines_of(text: str) -> list[str]:
 
 def _bytes(count: int) -> str:
     return f"{count / 1e6:.3g} MB"
+
+
+def one_line(text: str) -> str:
+    """Return a text with all that would break its line written as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

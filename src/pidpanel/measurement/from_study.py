@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from pidpanel.base.from_study import base_labels, shakers_of
-from pidpanel.columns import ColumnsError
+from pidpanel.columns import ColumnsError, in_kilohertz
 from pidpanel.measurement.computed import computed_psd
 from pidpanel.measurement.differences import band_differences, common_range
 from pidpanel.measurement.files import COLUMNS as FILE_COLUMNS
@@ -56,7 +56,8 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
         if common_range(measured, low, high) is None:
             first, last = measured.frequency[[0, -1]]
             message = f"its lines are {first:g} to {last:g} Hz; must share a third octave with the "
-            yield Mistake(keys, f"{message}response, {low:g} to {high:g} Hz")
+            unit = "; in kHz?" if in_kilohertz(measured.frequency, low, high) else ""
+            yield Mistake(keys, f"{message}response, {low:g} to {high:g} Hz{unit}")
 
 
 def write_measurements(

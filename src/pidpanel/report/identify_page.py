@@ -107,8 +107,7 @@ def posterior_figure(posterior: Posterior) -> Figure:
     if min(density.shape) > 1 and len(levels) > 1:
         colours = ["#9ecae1", "#3182bd"][: len(levels) - 1]
         axes.contourf(e, friction, density.T, levels=levels, colors=colours)
-    mean = posterior.estimate(0).mean, math.exp(posterior.estimate(1).mean)
-    axes.plot(*mean, "o", color="black", ms=5)
+    axes.plot(posterior.best[0], math.exp(posterior.best[1]), "o", color="black", ms=5)
     axes.set(yscale="log", xlabel="restitution e", ylabel="friction μ")
     axes.set_yticks(_ticks(friction), [f"{value:g}" for value in _ticks(friction)], minor=False)
     axes.minorticks_off()

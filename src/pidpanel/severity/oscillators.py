@@ -63,8 +63,8 @@ def gain(ratio: Array, quality: float) -> Array:
 def miles(frequency: Array, psd: Array, natural: Array, quality: float) -> Array:
     """Return the rms acceleration of oscillators by Miles' equation, √(π/2 f_n Q S(f_n)).
 
-    Parameters and result are the same as in `response_spectrum`. At a step of the PSD, S(f_n) is the
-    mean of both sides; a natural frequency within `NEAR` of a step is at it.
+    Parameters and result are the same as in `response_spectrum`. At a step of the PSD, S(f_n) is
+    the mean of both sides; a natural frequency within `NEAR` of a step is at it.
     """
     sides = natural * (1 + NEAR * np.array([[-1.0], [1.0]]))
     values = [np.interp(sides, frequency, column).mean(axis=0) for column in psd.T]

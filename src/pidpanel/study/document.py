@@ -17,9 +17,9 @@ from pydantic import ValidationError
 from pidpanel.columns import NUMBER
 from pidpanel.study.base import SectionModel, StudyError
 from pidpanel.study.coupon_study import RESERVED, CouponStudy
-from pidpanel.study.mistakes import WORDS, Keys, Mistake, dotted, mistakes_of, one_line
+from pidpanel.study.mistakes import WORDS, Keys, Mistake, dotted, mistakes_of
 from pidpanel.study.study import Study
-from pidpanel.text_files import TextFileError, read_text
+from pidpanel.text_files import TextFileError, one_line, read_text
 
 CORE = "tag:yaml.org,2002:"
 NULL, MERGE = f"{CORE}null", f"{CORE}merge"
@@ -202,24 +202,25 @@ class Document:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.place = one_line(str(path))
         try:
             loader = Loader(read_text(path, LARGEST))
             root = loader.get_single_node()
             data = loader.construct_document(root) if root else None
         except TextFileError as error:
-            place = path if error.line is None else f"{path}:{error.line}"
+            place = self.place if error.line is None else f"{self.place}:{error.line}"
             raise StudyError(f"{place}: {error.message}") from None
         except yaml.YAMLError as error:
             line, message = problem_of(error)
             raise StudyError(
-                f"{path}:{line}: {message}" if line else f"{path}: {message}"
+                f"{self.place}:{line}: {message}" if line else f"{self.place}: {message}"
             ) from None
         except RecursionError:
-            raise StudyError(f"{path}: lists and mappings are nested too deeply") from None
+            raise StudyError(f"{self.place}: lists and mappings are nested too deeply") from None
         if root is None or not isinstance(data, dict):
             is_empty = "" if root is not None else "is empty; "
             raise StudyError(
-                f"{path}: {is_empty}must be a mapping with keys such as name, coupon, panel"
+                f"{self.place}: {is_empty}must be a mapping with keys such as name, coupon, panel"
             )
         self._root = root
         self.data: Mapping[str, Any] = {
@@ -243,10 +244,11 @@ class Document:
         return StudyError("\n".join(self._message(*entry) for entry in ordered))
 
     def _message(self, line: int, value: str, mistake: Mistake) -> str:
-        place = f"{self.path}:{line}" if line else str(self.path)
+        place = f"{self.place}:{line}" if line else self.place
         key = dotted(mistake.keys)
         setting = f"{key} = {value}" if value else key
-        return ": ".join(part for part in (place, setting, mistake.message) if part)
+        parts = (place, setting, one_line(mistake.message))
+        return ": ".join(part for part in parts if part)
 
     def _line_and_value(self, mistake: Mistake) -> tuple[int, str]:
         """Return the line of a key, or of the last on the way that is there, and its value.

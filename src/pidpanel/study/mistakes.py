@@ -13,6 +13,7 @@ from pydantic_core import ErrorDetails
 
 from pidpanel.columns import ColumnsError
 from pidpanel.study.choice import TAG, keys_of, kinds_of
+from pidpanel.text_files import one_line
 
 T = TypeVar("T")
 Keys = tuple[str | int, ...]  # way to a place of a study: names of keys, and indices in lists
@@ -69,11 +70,6 @@ def dotted(keys: Keys) -> str:
         f"[{key}]" if isinstance(key, int) else f".{one_line(key) or repr(key)}" for key in keys
     )
     return "".join(parts).removeprefix(".")
-
-
-def one_line(text: str) -> str:
-    """Return a text with all that would break its line written as escapes."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
