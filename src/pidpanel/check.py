@@ -263,8 +263,8 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
         if spectrum.oaspl > LOUDEST or _may_be_pascals(bands):
             doubt = doubt or "not those of a launch; in Pa?"
         if doubt:
-            meant = f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
-            yield Mistake(("sound", "spectrum"), f"{sums}, {doubt} {meant}")
+            remedy = f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
+            yield Mistake(("sound", "spectrum"), f"{sums}, {doubt} {remedy}")
     elif sound.oaspl_db > spectrum.oaspl + MOST_SHIFT and _may_be_pascals(bands):
         message = (
             f"{sums}, far below oaspl_db = {sound.oaspl_db:g}; must be levels in dB, not in Pa"

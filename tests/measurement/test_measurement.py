@@ -8,7 +8,7 @@ import pyuff
 from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.measurement.differences import band_differences, common_range
-from pidpanel.measurement.files import MeasuredPsd, read_measured
+from pidpanel.measurement.files import PSD_COLUMN, RATIO_COLUMN, MeasuredPsd, read_measured
 from pidpanel.response.exports import Curve, write_uff58
 from pidpanel.solve.bands import band_rms
 
@@ -59,6 +59,9 @@ def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
             "frequency_hz,acceleration_psd_g2_hz\n20,1\n10,1\n",
             "must rise; 10 Hz follows 20 Hz",
         ),
+        ("a.csv", f"{HEAD}0,1\n20,1\n", "frequency_hz = 0: must be above 0"),
+        ("a.csv", f"{HEAD}20,1\n30,1.05e6\n", "at most 1e+06"),
+        ("a.csv", "frequency_hz,transmissibility\n20,1\n30,1.05e6\n", "at most 1e+06"),
         ("a.csv", f"{HEAD}20,1\n20,1\n30,1\n", "20 Hz is given twice"),
         ("a.csv", f"{HEAD}20,1\n30,1\n30,2\n30,3\n", "30 Hz is given twice"),
         ("a.csv", f"{HEAD}20,1\n30,1\n30,2\n20,3\n", "20 Hz follows 30 Hz"),
@@ -86,6 +89,38 @@ def test_two_lines_at_one_frequency_are_a_step(tmp_path):
     assert measured.frequency.tolist() == [40.0, np.nextafter(100.0, 0), 100.0, 140.0]
     rms = band_rms(measured.frequency, measured.psd, np.array([[40.0, 140.0], [90.0, 110.0]]))
     np.testing.assert_allclose(rms**2, [280.0, 50.0], rtol=1e-12)
+
+
+def test_a_table_of_several_points_gives_that_of_a_point(tmp_path):
+    # red: the first point; a short row as the row of another point
+    path = tmp_path / "points.csv"
+    head = (
+        "frequency_hz,acceleration_psd_g2_hz_P,velocity_psd_m2_s2_hz_P,acceleration_psd_g2_hz_Q\n"
+    )
+    path.write_text(f"{head}20,1,7,4\n30,2,8,5\n")
+    for point, values in (("P", [1, 2]), ("Q", [4, 5])):
+        measured = read_measured(path, None, point)
+        assert measured.frequency.tolist() == [20, 30] and measured.psd.tolist() == values
+    with pytest.raises(ColumnsError, match="'acceleration_psd_g2_hz_P': unknown"):
+        read_measured(path, None, "R")
+    path.write_text(f"{head}20,1,7,4\n30,2,8\n40,3,9,6\n")
+    with pytest.raises(ColumnsError, match="line 3: has 3 values, must have 2"):
+        read_measured(path, None, "Q")
+
+
+@pytest.mark.parametrize(("over_base", "name"), [(False, PSD_COLUMN), (True, RATIO_COLUMN)])
+def test_columns_of_a_curve_are_those_of_its_table(over_base, name):
+    # red: the square of a transmissibility
+    columns = MeasuredPsd(np.array([20.0, 30.0]), np.array([4.0, 9.0]), over_base).columns
+    assert list(columns) == ["frequency_hz", name]
+    assert columns[name].tolist() == ([2, 3] if over_base else [4, 9])
+
+
+def test_a_step_below_1_hz_has_its_lower_side_below(tmp_path):
+    # red: the neighbour towards 1
+    path = tmp_path / "slow.csv"
+    path.write_text(f"{HEAD}0.4,4\n0.5,4\n0.5,1\n0.9,1\n")
+    assert read_measured(path).frequency.tolist() == [0.4, np.nextafter(0.5, 0), 0.5, 0.9]
 
 
 def test_the_number_of_a_data_set_belongs_to_universal_files(tmp_path):

@@ -59,6 +59,33 @@ def test_labels_with_other_units(label, factor, dimension):
     assert unit.factor == pytest.approx(factor, rel=1e-12)
 
 
+# Acceleration, force and mass in SI by the definitions of the units (NIST SP 811, appendix B)
+NAMES = {
+    (1, 0, 0): {"m": 1.0, "meter": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "µm": 1e-6, "km": 1e3,
+                "in": 0.0254, "inch": 0.0254, "ft": 0.3048, "foot": 0.3048, "IN": 0.0254},
+    (0, 0, 1): {"s": 1.0, "sec": 1.0, "ms": 1e-3, "min": 60.0, "S": 1.0},
+    (0, 0, -1): {"Hz": 1.0, "hz": 1.0, "cps": 1.0, "kHz": 1e3, "KHz": 1e3, "MHz": 1e6,
+                 "cpm": 1 / 60, "RPM": 1 / 60},
+    (0, 0, 0): {"rad": 0.15915494309189535, "deg": 1 / 360, "%": 0.01, "1": 1.0},
+    (1, 0, -2): {"g": G, "G": G, "g's": G, "Gs": G, "mg": 1e-3 * G, "ug": 1e-6 * G, "µg": 1e-6 * G,
+                 "Gal": 0.01},
+    (0, 1, 0): {"kg": 1.0, "lbm": 0.45359237, "slug": 14.593902937206364, "KG": 1.0},
+    (1, 1, -2): {"N": 1.0, "kN": 1e3, "mN": 1e-3, "cN": 1e-2, "dyn": 1e-5, "kgf": G, "kp": G,
+                 "lbf": 4.4482216152605, "LBF": 4.4482216152605},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "dimension"),
+    [(name, factor, key) for key, names in NAMES.items() for name, factor in names.items()],
+)
+def test_names_of_units(name, factor, dimension):
+    # red: a factor or an exponent of the table
+    unit = unit_of_label(name)
+    assert unit.dimension == dimension
+    assert unit.factor == pytest.approx(factor, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("label", "message"),
     [

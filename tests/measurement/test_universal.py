@@ -108,6 +108,46 @@ def test_a_label_agrees_with_data_set_164(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("code", "length", "force", "metre"),
+    [(1, 1.0, 1.0, 1.0), (2, 3.280840, 0.2248089, 0.3048), (3, 1.0, 0.1019716, 1.0),
+     (4, 3.280840, 7.233014, 0.3048), (5, 1e3, 1e3, 1e-3), (6, 1e2, 1e2, 1e-2),
+     (7, 39.37008, 0.2248089, 0.0254), (8, 1e3, 0.1019716, 1e-3), (9, 10.0, 1.0, 0.1)],
+)  # fmt: skip
+def test_all_units_of_data_set_164(tmp_path, code, length, force, metre):
+    # the factors of its specification (SDRC); red: one of the codes
+    measured = read(tmp_path, units(code, length, force) + data_set(0.01, NONE))
+    np.testing.assert_allclose(measured.psd, 0.01 * (metre / G) ** 2, rtol=1e-5)
+    if code != 9:
+        wrong = units(code, 1.01 * length, force)
+        refused(tmp_path, wrong + data_set(0.01, NONE), "contradict units code")
+    for label in ("(km/s^2)^2/Hz",) if length != 1 else ():
+        refused(tmp_path, units(code, length, force) + data_set(1, label), "states others")
+
+
+def test_units_of_force_alone_may_be_others_than_si(tmp_path):
+    # metre and kilogram-force: a label in mm contradicts the metre; red: all → any of the two
+    refused(tmp_path, units(3, 1.0, 0.1019716) + data_set(0.01, "mm2/s4/Hz"), "states others")
+
+
+@pytest.mark.parametrize("shift", [0, 1])
+def test_a_label_may_begin_early_and_be_longer_than_the_format_has(tmp_path, shift):
+    # red: its first or last letters left out
+    lines = data_set(0.01, "x" * 20).splitlines(keepends=True)
+    lines[10] = lines[10].replace(" " * shift + "x" * 20, "( meters / second ^ 2 ) ^ 2 / Hz")
+    np.testing.assert_allclose(read(tmp_path, "".join(lines)).psd, 0.01 / G**2, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("function", "name"),
+    [(1, "a time history"), (2, "an auto spectrum without a width"), (3, "a cross spectrum"),
+     (6, "a coherence"), (12, "a spectrum"), (24, "a shock response spectrum"),
+     (7, "another function")],
+)  # fmt: skip
+def test_other_functions_are_named(tmp_path, function, name):
+    refused(tmp_path, data_set(0.01, "g^2/Hz", function), f"{function} is {name}")
+
+
+@pytest.mark.parametrize(
     ("value", "above", "below", "ratio"),
     [
         (0.5, "g", (12, "g"), 0.5),

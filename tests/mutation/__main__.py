@@ -62,7 +62,7 @@ FORMULAS = {
     "base": "basis_check random sine",
     "severity": "fatigue moments oscillators strength",
     "optimise": "objectives places proposal reduced_panel search variants",
-    "measurement": "computed differences",
+    "measurement": "computed differences files units universal",
     "identify": "force_files next_tones posterior prediction",
     "report": "verdict",
 }

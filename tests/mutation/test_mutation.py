@@ -89,7 +89,7 @@ OTHERS = {
     "base": "from_study tables",
     "severity": "from_study tables",
     "optimise": "excitations from_study options",
-    "measurement": "files from_study",
+    "measurement": "from_study",
     "identify": "from_study",
     "response": "exports from_study psd_files refinement results trust",
 }

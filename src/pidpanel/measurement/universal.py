@@ -19,7 +19,7 @@ UNKNOWN, GENERAL, ACCELERATION, FORCE, FREQUENCY = 0, 1, 12, 13, 18
 FUNCTION, UNITS = 58, 164  # numbers of data sets
 
 AXES = {"abscissa": 9, "ordinate": 10, "orddenom": 11}  # lines of a data set
-LABEL = slice(46, 67)  # columns of the units of an axis
+LABEL = 46  # column from which on an axis has its unit; longer ones than the format has are whole
 NO_LABELS = ("", "NONE")
 LENGTH_FACTORS = {1: 1.0, 2: 3.28084, 3: 1.0, 4: 3.28084, 5: 1e3, 6: 1e2, 7: 39.37, 8: 1e3}
 
@@ -166,7 +166,7 @@ def _label(line: bytes) -> str:
         text = line.decode("utf-8")
     except UnicodeDecodeError:
         text = line.decode("cp1252", errors="replace")
-    label = text[LABEL].strip()
+    label = text[LABEL:].strip()
     return "" if label.upper() in NO_LABELS else label
 
 
