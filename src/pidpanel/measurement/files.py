@@ -7,7 +7,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.columns import Allowed, ColumnsError, TableRows, numbers, read_rows
-from pidpanel.measurement.units import GRAVITY, HERTZ, ONE
+from pidpanel.measurement.units import DIMENSIONLESS, GRAVITY, HERTZ
 from pidpanel.measurement.universal import (
     ACCELERATION,
     FREQUENCY,
@@ -128,12 +128,14 @@ def _universal(path: Path, record: int | None) -> tuple[Array, Array, bool]:
         if denominator.kind not in (*ANY, ACCELERATION):
             message = "must be over the acceleration of the base, data type 12 of the denominator"
             raise function.refusal(message)
-        factor = function.factor(ONE, "a transmissibility", "one unit of acceleration over another")
+        factor = function.factor(
+            DIMENSIONLESS, "a transmissibility", "one unit of acceleration over another"
+        )
         return function.frequency, factor * np.abs(function.values).astype(float), True
     if denominator.kind not in (*ANY, FREQUENCY):
         raise function.refusal("must have no denominator, data type 0")
     if np.abs(function.values.imag).max() > 1e-6 * np.abs(function.values).max():
         raise function.refusal("must be real; a complex one is a cross spectrum")
-    unit = GRAVITY.power(2).over(HERTZ)
+    unit = GRAVITY.power(2).divide(HERTZ)
     factor = function.factor(unit, "a PSD", "g^2/Hz, (m/s^2)^2/Hz, mm^2/s^4/Hz or the like")
     return function.frequency, factor * function.values.real.astype(float), False

@@ -32,21 +32,21 @@ class Unit(NamedTuple):
         """Return a power of the unit."""
         return Unit(self.factor**exponent, *(exponent * part for part in self.dimension))
 
-    def times(self, unit: "Unit") -> "Unit":
+    def multiply(self, unit: "Unit") -> "Unit":
         """Return the product with another unit."""
         exponents = zip(self.dimension, unit.dimension, strict=True)
         return Unit(self.factor * unit.factor, *map(sum, exponents))
 
-    def over(self, unit: "Unit") -> "Unit":
+    def divide(self, unit: "Unit") -> "Unit":
         """Return the ratio to another unit."""
-        return self.times(unit.power(-1))
+        return self.multiply(unit.power(-1))
 
 
 def _named(names: str, factor: float, *exponents: int) -> dict[str, Unit]:
     return dict.fromkeys(names.split(), Unit(factor, *exponents))
 
 
-ONE, HERTZ = Unit(1.0), Unit(1.0, 0, 0, -1)
+DIMENSIONLESS, HERTZ = Unit(1.0), Unit(1.0, 0, 0, -1)
 KILOGRAM = Unit(1.0, 0, 1)
 GRAVITY, NEWTON = Unit(STANDARD_GRAVITY, 1, 0, -2), Unit(1.0, 1, 1, -2)
 POUND = 0.45359237  # [kg]
@@ -134,10 +134,10 @@ def _tokens(label: str) -> list[str]:
 
 def _product(tokens: list[str]) -> Unit:
     """Return the product up to a closing bracket or the end; take its tokens away."""
-    unit, operator, has_slash = ONE, "*", False
+    unit, operator, has_slash = DIMENSIONLESS, "*", False
     while True:
         factor = _power(tokens)
-        unit = unit.over(factor) if operator == "/" else unit.times(factor)
+        unit = unit.divide(factor) if operator == "/" else unit.multiply(factor)
         if not tokens or tokens[0] in CLOSING.values():
             return unit
         operator = tokens.pop(0) if tokens[0] in "*./" else "*"
@@ -153,7 +153,7 @@ def _power(tokens: list[str]) -> Unit:
         if not tokens or tokens.pop(0) != CLOSING[token]:
             raise UnitError(f"{token} is not closed")
     else:
-        unit = ONE if token == "1" else _unit(token)
+        unit = DIMENSIONLESS if token == "1" else _unit(token)
     is_marked = bool(tokens) and tokens[0] == "^"
     if is_marked:
         tokens.pop(0)

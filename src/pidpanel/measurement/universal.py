@@ -9,7 +9,14 @@ import pyuff
 
 from pidpanel.arrays import Array
 from pidpanel.columns import ColumnsError
-from pidpanel.measurement.units import HERTZ, ONE, Unit, UnitError, contradicts, unit_of_label
+from pidpanel.measurement.units import (
+    DIMENSIONLESS,
+    HERTZ,
+    Unit,
+    UnitError,
+    contradicts,
+    unit_of_label,
+)
 
 SUFFIXES = (".uff", ".unv", ".uf58")
 
@@ -70,15 +77,15 @@ class UniversalFunction(NamedTuple):
             raise self.refusal(f"unit {labels}: {error}; {quantity} must be in {allowed}") from None
         if len({"rms" in text.lower() for text in texts}) > 1:
             raise self.refusal(f"unit {labels}: must be rms on both sides, or on neither")
-        is_ratio = expected.dimension == ONE.dimension
+        is_ratio = expected.dimension == DIMENSIONLESS.dimension
         if is_ratio and numerator == denominator == Axis(ACCELERATION, ""):
             return 1.0  # whatever the unit of both
         if unit is None:
             message = f"the unit of the ordinate is missing; {quantity} must be in {allowed}"
             raise self.refusal(message)
-        is_whole = not denominator.label and unit.dimension == expected.dimension
-        if divisor is not None and not is_whole:
-            unit = unit.over(divisor)
+        is_complete = not denominator.label and unit.dimension == expected.dimension
+        if divisor is not None and not is_complete:
+            unit = unit.divide(divisor)
         if unit.dimension != expected.dimension:
             raise self.refusal(
                 f"unit {labels or 'of data set 164'}: {quantity} must be in {allowed}"
@@ -96,8 +103,8 @@ class UniversalFunction(NamedTuple):
         if self.units is None or axis.kind not in (ACCELERATION, FORCE):
             return None
         length, force = self.units
-        unit = length.times(HERTZ.power(2)) if axis.kind == ACCELERATION else force
-        return unit.power(2).over(HERTZ) if is_density else unit
+        unit = length.multiply(HERTZ.power(2)) if axis.kind == ACCELERATION else force
+        return unit.power(2).divide(HERTZ) if is_density else unit
 
 
 def read_function(path: Path, record: int | None) -> UniversalFunction:
@@ -119,7 +126,7 @@ def read_function(path: Path, record: int | None) -> UniversalFunction:
     try:
         unit = unit_of_label(label)
     except UnitError:
-        unit = ONE
+        unit = DIMENSIONLESS
     if axis.kind not in (UNKNOWN, GENERAL, FREQUENCY) or unit.dimension != HERTZ.dimension:
         message = f"the abscissa must be a frequency, in Hz, kHz or rad/s, not {label!r}"
         raise ColumnsError([f"{path}: {message} of data type {axis.kind}"])
@@ -149,8 +156,8 @@ def _data_set(
             name: Axis(int(data[f"{name}_spec_data_type"]), _label(lines[number]))
             for name, number in AXES.items()
         }
-        before = [place for place, kind in enumerate(kinds[:place]) if kind == UNITS]
-        return data, axes, _system(file.read_sets(before[-1])) if before else None
+        systems = [place for place, kind in enumerate(kinds[:place]) if kind == UNITS]
+        return data, axes, _system(file.read_sets(systems[-1])) if systems else None
     except ColumnsError:
         raise
     except UnitError as error:
