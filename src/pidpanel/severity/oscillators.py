@@ -66,7 +66,7 @@ def miles(frequency: Array, psd: Array, natural: Array, quality: float) -> Array
     Parameters and result are the same as in `response_spectrum`. At a step of the PSD, S(f_n) is
     the mean of both sides; a natural frequency within `NEAR` of a step is at it.
     """
-    sides = natural * (1 + NEAR * np.array([[-1.0], [1.0]]))
+    sides = natural * np.array([[1 - NEAR], [1 + NEAR]])
     values = [np.interp(sides, frequency, column).mean(axis=0) for column in psd.T]
     psd_at_natural = np.stack(values, axis=1)
     return np.sqrt(np.pi / 2 * quality * natural[:, None] * psd_at_natural)
