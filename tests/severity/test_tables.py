@@ -64,6 +64,20 @@ def test_a_margin_is_that_of_flat_psds_at_points_with_limits_alone():
     assert np.isinf(still["margin_db"]).all()
 
 
+def test_margins_are_of_all_bands_that_the_response_and_the_limit_share():
+    # red: the second line or break point of either in place of the first or last
+    lines = np.array([20.0, 60.0, 200.0, 500.0])
+    moved = PointMotion(WHERE, ["P"], lines, np.full((4, 1), 0.1), np.zeros(1))
+    wide = BreakPoints(np.array([10.0, 100.0, 1000.0]), np.full(3, 0.4))
+    rows = table("margins", margin_rows(moved, {"P": wide}))
+    # whole bands: 22.4 to 28.2 Hz is the first, 355 to 447 Hz the last
+    centres = rows["center_hz"].round(1).tolist()
+    assert (centres[0], centres[-1], len(centres)) == (25.1, 398.1, 13)
+    short = BreakPoints(np.array([30.0, 100.0, 300.0]), np.full(3, 0.4))
+    centres = table("margins", margin_rows(moved, {"P": short}))["center_hz"].round(1).tolist()
+    assert (centres[0], centres[-1]) == (39.8, 251.2)
+
+
 def stress_of(level, layers=("top", "bottom")):
     """PSDs of stresses [Pa²/Hz], each layer and stress with its own level; P1 does not move."""
     shape = (FREQUENCY.size, 2, len(layers))
@@ -87,33 +101,33 @@ def test_the_error_of_damage_is_what_a_stress_larger_by_its_error_does(exponent)
         stress = stress_of(level)
         return table("fatigue", fatigue_rows(WHERE, stress, FREQUENCY, error, line, seconds))
 
-    stated = rows(1e12)
+    stated = rows(1e8)
     assert set(stated["point"]) == {"P1"} and len(stated) == 8  # what does not move has no row
     for row in stated.itertuples():
         relative = error[row.point, row.layer, row.quantity]
-        larger = rows(1e12 * (1 + relative) ** 2)
+        larger = rows(1e8 * (1 + relative) ** 2)
         same = larger[(larger["layer"] == row.layer) & (larger["quantity"] == row.quantity)]
         for count in ("damage_dirlik", "damage_narrow_band"):
             ratio = same[count].item() / getattr(row, count)
             assert row.damage_log_error == pytest.approx(math.log(ratio), rel=1e-9)
-    twice = rows(1e12, 120.0)
+    twice = rows(1e8, 120.0)
     for count in ("damage_dirlik", "damage_narrow_band"):
         np.testing.assert_allclose(twice[count], 2 * stated[count], rtol=1e-12)
     # √(level of the stress and its layer over 480 Hz) [MPa]
     levels = [k * n for k in range(1, 5) for n in (1, 2)]
-    np.testing.assert_allclose(stated["stress_rms_mpa"], np.sqrt(480.0 * np.array(levels)))
+    np.testing.assert_allclose(stated["stress_rms_mpa"], np.sqrt(0.048 * np.array(levels)))
 
 
 def test_a_peak_is_that_of_the_rms_with_its_error():
     # a flat PSD from a to b: ν₀² = (b³ − a³) / 3(b − a); Davenport's factor of ν₀T crossings
     # red: 3 → 2 rms; the error of the rms without the peak factor
-    rows = pd.DataFrame(peak_rows(motion(0.1, points=("P", "Q")), 60.0)).iloc[0]
+    rows = pd.DataFrame(peak_rows(motion(1e-4, points=("P", "Q")), 60.0)).iloc[0]
     rate = math.sqrt((500.0**3 - 20.0**3) / 3 / 480.0)
     root = math.sqrt(2 * math.log(60.0 * rate))
-    assert rows["acceleration_rms_g"] == pytest.approx(math.sqrt(48.0))
-    assert rows["three_sigma_g"] == pytest.approx(3 * math.sqrt(48.0))
+    assert rows["acceleration_rms_g"] == pytest.approx(math.sqrt(0.048))
+    assert rows["three_sigma_g"] == pytest.approx(3 * math.sqrt(0.048))
     assert rows["zero_crossings_hz"] == pytest.approx(rate)
-    assert rows["peak_g"] == pytest.approx((root + 0.5772156649 / root) * math.sqrt(48.0))
+    assert rows["peak_g"] == pytest.approx((root + 0.5772156649 / root) * math.sqrt(0.048))
     assert rows["peak_error_g"] == pytest.approx(ERROR * rows["peak_g"])
     assert not list(peak_rows(motion(0.0), 60.0))
 
@@ -135,6 +149,7 @@ def test_indices_are_those_of_the_strengths_that_a_study_states():
     assert both.set_index("layer")["relative_error"].to_dict() == pytest.approx(
         {"top": 0.3, CORE: 0.4}
     )
+    assert both["layer"].tolist() == ["top", CORE]  # as in the table of the stresses
     alone = table("strength", strength_rows(WHERE, three_sigmas(), layers, None))
     assert alone["layer"].tolist() == ["top"]
     alone = table("strength", strength_rows(WHERE, three_sigmas(), None, core))
