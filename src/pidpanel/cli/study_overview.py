@@ -125,6 +125,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     yield _line("panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}")
     yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
                         f"{estimate.coordinates} coordinates")  # fmt: skip
+    yield from (_line("mesh", text) for text in _of_coarse_mesh(study))
     yield _line("modes", _of_modes(study, estimate))
     if names := study.panel.single_points:
         yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "
@@ -145,6 +146,25 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         yield _line("sound", _of_sound(study))
     if study.base is not None:
         yield _line("base", "; ".join(_of_base(study.base)))
+
+
+def _of_coarse_mesh(study: Study) -> Iterator[str]:
+    """Yield that results will not be trusted, where the error of the mesh is estimated as such."""
+    from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.response.trust import COARSE_MESH
+    from pidpanel.solve.mesh_error import ALLOWED_DB
+    from pidpanel.study.dampers import resolved_masses
+
+    panel, high = StudiedPanel(study.panel), study.response.frequency_hz[1]
+    regions, ratio = panel.regions(high, resolved_masses(study)), study.panel.modal_damping
+    error = panel.elements.line_error_db(regions, high, ratio.smallest(0.0, high), **panel.rough)
+    if error > ALLOWED_DB:
+        places = {"feet": " at the rims of feet", "ends": " at the ends of supported parts"}
+        where = places.get(panel.cause_of_shift(regions[0].longest_edge, high), "")
+        yield (
+            f"PSDs will be off by about {error:.1f} dB, above {ALLOWED_DB:g} dB: results are marked"
+            f" '{COARSE_MESH}'; elements{where} must be shorter"
+        )
 
 
 def _of_modes(study: Study, estimate: PanelEstimate) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from pidpanel.coupon.from_study import cases_by_coupon
-from pidpanel.damping.atlas_files import read_atlas
+from pidpanel.damping.atlas_files import read_atlas, version_text
 from pidpanel.damping.from_study import atlas_models, compare_measured
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.panel.files import read_basis
@@ -101,8 +101,8 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
 
 def read_atlas_results(study: Study) -> inputs.AtlasResults:
     """Return the atlas, and what a study reads from it."""
-    atlas, models = read_atlas(), atlas_models(study, is_broadband=True)
-    return inputs.AtlasResults(atlas.version, len(atlas.cases), models)
+    models = atlas_models(study, is_broadband=True)
+    return inputs.AtlasResults(version_text(read_atlas()), models)
 
 
 def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inputs.Inputs:

@@ -49,8 +49,7 @@ class CoupledResults(NamedTuple):
 class AtlasResults(NamedTuple):
     """The atlas of particle beds, and what is read from it."""
 
-    version: str
-    cases: int  # simulated
+    text: str  # version and cases
     models: Mapping[str, AtlasDamping]  # by damper
 
 
