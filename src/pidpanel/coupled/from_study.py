@@ -26,6 +26,7 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
+from pidpanel.provenance.results import read_netcdf
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.base_motion import BaseExcitation, supported_panel, with_translation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
@@ -184,7 +185,7 @@ def estimated_cpu_seconds(study: Study) -> float:
 def write_coupled(study: Study, estimates: Sequence[Path], outputs: Files) -> None:
     """Write the tables of all scenarios, from the estimates of `coupled_scenarios` in order."""
     frames = [
-        estimate_tables(scenario.label, xr.load_dataset(path, engine="scipy"))
+        estimate_tables(scenario.label, read_netcdf(path))
         for scenario, path in zip(study.coupled_scenarios(), estimates, strict=True)
     ]
     for name in frames[0]:
