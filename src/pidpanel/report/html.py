@@ -35,12 +35,12 @@ DIGITS = 4  # significant digits of a curve's values in the page: 0.01 % is fine
 
 
 def json_in_page(values: Any) -> str:
-    """Return values for a script element, which ``</script>`` would end and ``<!--`` keep open.
+    r"""Return values for a script element, which ``</script>`` would end and ``<!--`` keep open.
 
     Examples
     --------
     >>> json_in_page({"name": "<!--<script>"})
-    '{"name":"\\\\u003c!--\\\\u003cscript>"}'
+    '{"name":"\\u003c!--\\u003cscript>"}'
     """
     text = json.dumps(values, separators=(",", ":"), ensure_ascii=False)
     return text.replace("<", "\\u003c")

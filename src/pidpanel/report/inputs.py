@@ -187,7 +187,11 @@ def read_proposal(folder: Path, objective: str) -> ProposalResults:
 def read_severity(folder: Path, stated: Severity) -> SeverityResults:
     """Read what the severity stage left of a section of a study."""
     tables = _tables(folder, "oscillators", "peaks", "fatigue", "strength", "margins")
-    maps = None if tables["strength"].empty else read_netcdf(folder / "maps.nc")
+    texts = {"reading", "scenario", "point", "layer", "quantity"}
+    for name, table in tables.items():  # pandas has no kind of number for an empty column
+        numbers = [column for column in table if column not in texts]
+        tables[name] = table.astype(dict.fromkeys(numbers, float))
+    maps = None if stated.strength is None else read_netcdf(folder / "maps.nc")
     return SeverityResults(**tables, stated=stated, maps=maps)
 
 
