@@ -43,6 +43,14 @@ def test_curves_are_of_the_patches_read_from_the_atlas_at_their_motion():
     assert (table["apparent_mass_error_kg_m2"] == 0.5).all()
 
 
+def test_a_patch_outside_the_atlas_at_all_frequencies_leaves_a_section_without_curves():
+    # red: ValueError of axes from NaN to NaN, after everything was computed
+    with style.context():
+        section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (1500.0, 2000.0))
+    assert not section.pictures
+    assert "outside the range of the atlas" in blocks_of(section)[1].text
+
+
 def test_the_section_names_version_and_cases():
     # red: a section without its source
     with style.context():

@@ -135,7 +135,7 @@ def test_a_peak_is_that_of_the_rms_with_its_error():
 def three_sigmas():
     """Stresses of 3σ of a layer and of the core at a point [MPa], with errors."""
     rows = [("P", "top", name, 10.0 * k, 0.1 * k) for k, name in enumerate(STRESSES, 1)]
-    rows += [("P", CORE, name, 1.0 * k, 0.2 * k) for k, name in enumerate(CORE_STRESSES, 1)]
+    rows += [("P", CORE, name, -1.0 * k, 0.2 * k) for k, name in enumerate(CORE_STRESSES, 1)]
     names = ["point", "layer", "quantity", "three_sigma", "relative_error"]
     return pd.DataFrame(rows, columns=names).set_index(names[:3])
 

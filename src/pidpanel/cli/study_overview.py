@@ -24,6 +24,7 @@ MODES = 6  # number of natural frequencies listed
 # Elements that are solved in about four seconds, by section and kind.
 MOST_CELLS: Mapping[str, int] = {"thin triangles": 1100}
 MOST_OF_OTHERS = 8000
+COARSE = 1.05  # largest frequency of a coarser mesh over that of the study's
 COARSER = 2.0  # edge length of a coarser mesh over that of the one before
 # Damping ratios of bare panels with their attachments [1], and C_e below which nothing is damped
 # [N s/m³]: 0.07 % of critical damping at 30 Hz, all over a panel of 4 kg/m².
@@ -42,7 +43,10 @@ class PanelEstimate(NamedTuple):
 
 
 def overview(study: CouponStudy, results: Path = Path("results")) -> str:
-    """Return what a study is and takes, a line for each thing that is checked first."""
+    """Return what a study is and takes, a line for each thing that is checked first.
+
+    `StudyError` for coupled runs of a panel without modes; see `coupled.from_study.check_modes`.
+    """
     lines = [summary(study)]
     if isinstance(study, Study):
         lines += _of_panel(study, solve(study.panel))
@@ -126,6 +130,11 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
                         f"{estimate.coordinates} coordinates")  # fmt: skip
     yield from (_line("mesh", text) for text in _of_coarse_mesh(study))
+    if study.is_coupled and estimate.frequency is not None and estimate.frequency.size:
+        from pidpanel.coupled.from_study import check_modes
+
+        lower = 1.0 if estimate.elements == len(mesh.cells) else COARSE
+        check_modes(study, 0.0 if estimate.rigid else float(estimate.frequency[0]) / lower)
     yield _line("modes", _of_modes(study, estimate))
     if names := study.panel.single_points:
         yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "

@@ -116,7 +116,9 @@ def atlas_section(
         Range of the response [Hz].
     """
     beds = curves(atlas, layouts, frequency)
-    picture = figure_picture("atlas_damping", coupled_figure, beds, names)
+    picture = None
+    if len(beds):  # else the atlas has no bed at any of these motions
+        picture = figure_picture("atlas_damping", coupled_figure, beds, names)
     is_coupled = (layouts["reading"] == COUPLED).any()
     values = {"atlas": atlas.text, "damping": picture, "is_coupled": is_coupled}
     return template_section("atlas.html", "Damping from the atlas", values)
