@@ -192,9 +192,10 @@ def _of_modes(study: Study, estimate: PanelEstimate) -> str:
 
 
 def _of_tables(study: Study) -> Iterator[str]:
-    """Yield tables of damping that end within the frequencies of the response."""
+    """Yield tables of damping and limits that end within the frequencies of the response."""
     from pidpanel.check import damping_tables
     from pidpanel.damping.table_files import read_columns
+    from pidpanel.spectra.acceleration_table import read_base_table
 
     low, high = study.response.frequency_hz
     for keys, table in damping_tables(study):
@@ -203,6 +204,13 @@ def _of_tables(study: Study) -> Iterator[str]:
             yield (
                 f"{table.name} has {frequency.min():g} to {frequency.max():g} Hz, the response "
                 f"{low:g} to {high:g} Hz; damping is held constant outside"
+            )
+    for point, table in study.severity.limits.items() if study.severity else ():
+        first, last = read_base_table(table).frequency[[0, -1]].tolist()
+        if first > low * THIRD or last < high / THIRD:
+            yield (
+                f"severity.limits.{point} has {first:g} to {last:g} Hz, the response {low:g} to "
+                f"{high:g} Hz; there is no margin outside"
             )
 
 
