@@ -288,10 +288,10 @@ def _check_base(study: Study, motion: BaseMotion, random: RandomMotion) -> Itera
     if max(low, response.frequency_hz[0]) * LEAST_SPAN > min(high, response.frequency_hz[1]):
         message = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"
         yield Mistake(("response", "frequency_hz"), message)
-    least = {"psd_g2_hz": float(spectrum.psd.min()) * DEEPEST}
-    least["rms_g"] = math.sqrt(DEEPEST) * spectrum.rms
+    bounds = {"psd_g2_hz": float(spectrum.psd.min()) * DEEPEST}
+    bounds["rms_g"] = math.sqrt(DEEPEST) * spectrum.rms
     for name, limit in () if motion.limits is None else motion.limits.points.items():
-        for key, lowest in least.items():
+        for key, lowest in bounds.items():
             value = getattr(limit, key)
             if value is not None and value < lowest:
                 message = f"must be at least {lowest:.2g}, 30 dB below all of the input; lower that"
@@ -300,8 +300,8 @@ def _check_base(study: Study, motion: BaseMotion, random: RandomMotion) -> Itera
     if force is None or mass is None:
         return
     rigid = mass * STANDARD_GRAVITY
-    least = {"psd_n2_hz": rigid**2 * least["psd_g2_hz"], "rms_n": rigid * least["rms_g"]}
-    for key, lowest in least.items():
+    force_bounds = {"psd_n2_hz": rigid**2 * bounds["psd_g2_hz"], "rms_n": rigid * bounds["rms_g"]}
+    for key, lowest in force_bounds.items():
         value = getattr(force, key)
         if value is not None and value < lowest:
             message = f"must be at least {lowest:.2g}, 30 dB below the force of the input on "
