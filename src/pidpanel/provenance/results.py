@@ -61,6 +61,6 @@ def read_netcdf(path: Path, variables: Sequence[str] = ()) -> xr.Dataset:
     return dataset
 
 
-def _check(path: Path, names: Sequence[str], known: Container[Any]) -> None:
-    if missing := [name for name in names if name not in known]:
+def _check(path: Path, names: Sequence[str], content: Container[Any]) -> None:
+    if missing := [name for name in names if name not in content]:
         raise ResultsDamaged(f"{path}: has no {', '.join(missing)}; {REMEDY}")
