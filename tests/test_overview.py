@@ -199,6 +199,18 @@ def test_an_allowed_value_that_was_most_likely_meant_otherwise_is_named(
     assert line.startswith(f"  unusual  {message}")
 
 
+def test_motions_and_limits_far_below_those_of_tests_are_named(tmp_path):
+    # red: a limit of 1e-30 g²/Hz, a sweep of 1e-30 g, without a word
+    study = tmp_path / "stiff.yaml"
+    text = STIFF.replace(", coupled]", "]") + "severity: {limits: {middle: limit.csv}}\n"
+    for size, named in ((1e-30, 3), (0.1, 0)):
+        motions = f"{{random: {{spectrum: limit.csv}}, sine: {{frequency_hz: [60, 90], acceleration_g: {size}}}}}"
+        study.write_text(f"{text}base: {motions}\n")
+        rows = f"frequency_hz,acceleration_psd_g2_hz\n50,{size}\n290,{size}\n"
+        (tmp_path / "limit.csv").write_text(rows)
+        assert len(lines_of(study, tmp_path).get("unusual", [])) == named
+
+
 def test_limits_of_a_part_of_the_response_are_named(tmp_path):
     # red: empty margins without a word
     study = tmp_path / "stiff.yaml"

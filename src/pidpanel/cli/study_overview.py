@@ -24,6 +24,7 @@ MODES = 6  # number of natural frequencies listed
 # Elements that are solved in about four seconds, by section and kind.
 MOST_CELLS: Mapping[str, int] = {"thin triangles": 1100}
 MOST_OF_OTHERS = 8000
+LEAST_ACCELERATION = 0.01  # of tests and limits [g]
 COARSE = 1.05  # largest frequency of a coarser mesh over that of the study's
 COARSER = 2.0  # edge length of a coarser mesh over that of the one before
 # Damping ratios of bare panels with their attachments [1], and C_e below which nothing is damped
@@ -224,6 +225,22 @@ def _unusual(study: Study) -> Iterator[str]:
         if 0 < (damping := damper.equivalent_damping_n_s_m3 or 0.0) < LEAST_DAMPING:
             yield (f"dampers.{name}.equivalent_damping_n_s_m3 = {damping:g} does nothing; it is per"
                    " area, usually 10 to 100000: N s/m of a cell over its area")  # fmt: skip
+    for key, acceleration in _accelerations(study):
+        if acceleration < LEAST_ACCELERATION:
+            usual = f"tests and limits have {LEAST_ACCELERATION:g} to 100"
+            yield f"{key} has {acceleration:.2g} g; {usual}"
+
+
+def _accelerations(study: Study) -> Iterator[tuple[str, float]]:
+    """Yield the keys of accelerations and limits, with their overall values [g]."""
+    from pidpanel.spectra.acceleration_table import read_base_table
+
+    if study.base is not None and study.base.random is not None:
+        yield "base.random.spectrum", read_base_table(study.base.random.spectrum).rms
+    if study.base is not None and study.base.sine is not None:
+        yield "base.sine.acceleration_g", study.base.sine.acceleration_g
+    for point, path in study.severity.limits.items() if study.severity else ():
+        yield f"severity.limits.{point}", read_base_table(path).rms
 
 
 def _of_points(study: Study, mesh: PanelMesh) -> Iterator[str]:
