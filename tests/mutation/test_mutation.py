@@ -87,7 +87,7 @@ OTHERS = {
     "sound": "field_files from_study",
     "coupled": "beds checkpoints from_study pieces scenario",
     "base": "from_study tables",
-    "severity": "from_study tables",
+    "severity": "from_study",
     "optimise": "excitations from_study options",
     "measurement": "from_study",
     "identify": "from_study",

@@ -51,13 +51,14 @@ def write_study(study: Path, table: Path, file: Path) -> None:
     import yaml
 
     from pidpanel.provenance import durable
+    from pidpanel.provenance.results import read_csv
     from pidpanel.study.document import Document
 
     values: dict[str, Any] = {**Document(study).data}
     values.pop("optimise")
     values.pop("name", None)
     patches, scenarios = dict(values["panel"].get("patches", {})), {}
-    rows = pd.read_csv(table, dtype={"damper": str})
+    rows = read_csv(table, ["layout", "damper", "fill_fraction"], dtype={"damper": str})
     for layout in rows["layout"].unique()[:WRITTEN]:
         filled = {}
         for count, row in enumerate(rows[rows["layout"] == layout].to_dict("records"), start=1):

@@ -12,10 +12,11 @@ import xarray as xr
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.files import read_basis
+from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.report import html, text
 from pidpanel.report.answer import SIGNIFICANCE
-from pidpanel.report.inputs import read_by_point, read_dataset, without_errors
-from pidpanel.report.maps_section import map_figure, scale_ends
+from pidpanel.report.inputs import without_errors
+from pidpanel.report.maps_section import FIELD_STYLES, map_figure, scale_ends
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import DECIBEL_DECIMALS, READINGS, common_decimals, records, value_text
 
@@ -48,12 +49,16 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
         Scenarios without stated errors, from `pidpanel.report.from_study.partly_known`.
     """
     response = folder / "response"
-    tables = read_by_point(response / "summary.csv"), read_dataset(response / "psd.nc")
+    psd_file, columns = response / "psd.nc", [*KEYS, "acceleration_rms_g", "patch"]
+    tables = (
+        read_csv(response / "summary.csv", columns, dtype=dict.fromkeys([*KEYS, "patch"], str)),
+        read_netcdf(psd_file, ["frequency", "acceleration_psd", *KEYS]),
+    )
     summary, psd = without_errors(unknown, *tables)
     maps = None
     if (response / "maps.nc").is_file() and (folder / "panel" / "modes.nc").is_file():
         inside = read_basis(folder / "panel" / "modes.nc").cell_in_patch
-        maps = read_dataset(response / "maps.nc"), inside
+        maps = read_netcdf(response / "maps.nc", ["cells", *FIELD_STYLES]), inside
     return Side(folder.name, summary, psd, maps)
 
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.atlas_files import version_text
 from pidpanel.identify.from_study import IdentificationResult, summary
 from pidpanel.identify.posterior import Posterior
 from pidpanel.provenance import durable
@@ -85,7 +86,7 @@ def identification_page(result: IdentificationResult) -> Page:
             ("measurement", identification.measured.file.name),
             ("cell", f"hexagon, {cell.across_flats_mm:g} mm × {cell.depth_mm:g} mm"),
             ("particles", size),
-            ("atlas", f"version {result.atlas.version}, {len(result.atlas.cases)} simulated cases"),
+            ("atlas", version_text(result.atlas)),
         ],
         sections=[
             PageSection("next", "Further tests", [proposed]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeVar, get_args
@@ -88,6 +89,9 @@ def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
         yield Mistake((key,), f"has {len(names)} names; allowed are {MOST_NAMES}")
         return
     for name in names:
+        if is_formula(name):
+            message = f"must not begin with {name[0]!r}: spreadsheets compute it in the tables"
+            yield Mistake((key, name), message)
         text = name.strip()
         plain = name.isprintable() and text == name and not set(name) & {"/", '"'}
         if not plain or name in ("", ".", "..") or len(name) > LONGEST_NAME:
@@ -96,6 +100,17 @@ def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
                 f"must have a name of 1 to {LONGEST_NAME} printable characters without '/', '\"' "
                 "or surrounding spaces, because files and mesh groups use it",
             )
+
+
+def is_formula(text: str) -> bool:
+    """Return whether a spreadsheet computes a text of a table: not a plain ``-X`` or ``+Y wing``.
+
+    Examples
+    --------
+    >>> [is_formula(text) for text in ("=1+cmd|' /C calc'!A0", "@SUM(1)", "-2+3", "+Y wing", "A=B")]
+    [True, True, True, False, False]
+    """
+    return re.match(r"\s*(?:[=@]|[+-](?![\w .-]*$))", text) is not None
 
 
 def unknown_key(key: str, allowed: Sequence[str]) -> str:
