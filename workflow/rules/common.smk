@@ -8,6 +8,7 @@ from pidpanel.check import check_machine
 from pidpanel.job import WORKFLOW_PROCESS
 from pidpanel.paths import COUPON, SECTION, in_a_path, of_damper
 from pidpanel.provenance.digests import by_content
+from pidpanel.provenance.links import LinkError, check_working_folder
 from pidpanel.study import Study, StudyError
 from pidpanel.study.coupon_study import NAME
 from pidpanel.workflow.configuration import configured_study, has_study, package_version
@@ -19,8 +20,10 @@ if not has_study(config) and Path("config/config.yaml").exists():
 
 
 try:
+    if workflow.is_main_process:
+        check_working_folder(Path("."))
     STUDY, FILE = configured_study(config, workflow.configfiles)
-except StudyError as error:
+except (StudyError, LinkError) as error:
     raise WorkflowError(str(error)) from None
 
 # what scripts find in `snakemake.config`; `job.started` unpacks the study

@@ -8,6 +8,7 @@ A stopped run resumes with the same command. Options after `--` go to Snakemake,
 
 import argparse
 import os
+import sys
 
 
 def call(args: argparse.Namespace) -> int:
@@ -31,6 +32,8 @@ def call(args: argparse.Namespace) -> int:
             check_machine(study, results)
         except StudyError as error:
             raise MachineError(str(error)) from None
+        if results.is_symlink():
+            print(f"{results}: is a link; results go to {results.resolve()}", file=sys.stderr)
         check_space(results)
     if options or not is_alone(study):
         status = run(args.study, folder, args.jobs, options)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, check_size
+from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, read_mesh_file
 from pidpanel.text_files import lines_of
 
 CORNERS = {"CTRIA3": 3, "CQUAD4": 4}
@@ -102,8 +102,7 @@ def _cards(
     """Yield line number, name and fields of each card that is read; add faults of the others."""
     pending: tuple[int, str, list[str]] | None = None
     unknown: set[str] = set()
-    check_size(path)
-    data = path.read_bytes()
+    data = read_mesh_file(path)
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
         raise ValueError(f"{path}:{line}: must be text; it has a byte 0x00, as of a binary file")

@@ -4,155 +4,23 @@
 are text too: no key of a study is one. Nothing explodes.
 """
 
-import contextlib
 import copy
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, TypeVar
 
 import yaml
 from pydantic import ValidationError
 
-from pidpanel.columns import NUMBER
 from pidpanel.study.base import SectionModel, StudyError
 from pidpanel.study.coupon_study import RESERVED, CouponStudy
-from pidpanel.study.mistakes import WORDS, Keys, Mistake, dotted, mistakes_of, one_line
-from pidpanel.study.numbers import WrittenFloat, WrittenInt, merged, numbered, sections
+from pidpanel.study.loader import CORE, Loader, number_of, printable, problem_of
+from pidpanel.study.mistakes import Mistake, dotted, mistakes_of
+from pidpanel.study.numbers import merged, numbered, sections
 from pidpanel.study.study import Study
-from pidpanel.text_files import TextFileError, read_text
-
-CORE = "tag:yaml.org,2002:"
-NULL, MERGE = f"{CORE}null", f"{CORE}merge"
-TAGS = {CORE + kind for kind in ("str", "int", "float", "bool", "null", "map", "seq", "merge")}
-MOST_VALUES = 500_000  # values that a study may have once its aliases are written out
-
-
-class Loader(yaml.SafeLoader):
-    """Safe YAML whose keys are text as written.
-
-    Attributes
-    ----------
-    mistakes : list of Mistake
-        Duplicate keys and keys without a value, with the way to each.
-    """
-
-    EMPTY = "has no value; give one, or omit the key"
-
-    yaml_implicit_resolvers: ClassVar = {}  # type: ignore[misc]
-
-    def __init__(self, text: str) -> None:
-        super().__init__(text)
-        self.mistakes: list[Mistake] = []
-
-    def get_single_node(self) -> yaml.Node | None:
-        """Return the root, without what would not fit into memory or never end."""
-        root = super().get_single_node()
-        if root is not None:
-            count = _count(root, {}, set())
-            if count > MOST_VALUES:
-                message = f"has {count:.3g} values with its aliases written out"
-                raise _refusal(f"{message}; allowed are {MOST_VALUES}")
-            self.mistakes = list(_mistakes(root, (), set()))
-        return root
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Return a mapping with the keys as they are written, merged ones first."""
-        self.flatten_mapping(node)
-        return {key.value: self.construct_object(value, deep) for key, value in node.value}
-
-    def construct_number(self, node: yaml.ScalarNode) -> WrittenInt | WrittenFloat:
-        """Return a number."""
-        text = node.value.lower().replace(".inf", "inf").replace(".nan", "nan")
-        for kind in (WrittenInt, WrittenFloat):
-            with contextlib.suppress(ValueError):
-                number = kind(text)
-                number.written = node.value
-                return number
-        raise _refusal(f"{node.value} is not a number", node.start_mark)
-
-
-Loader.add_implicit_resolver(
-    f"{CORE}bool", re.compile("(true|True|TRUE|false|False|FALSE)$"), "tTfF"
-)
-Loader.add_implicit_resolver(f"{CORE}int", re.compile(r"[+-]?(0|[1-9][0-9]*)$"), "-+0123456789")
-Loader.add_implicit_resolver(
-    f"{CORE}float",
-    re.compile(rf"(?![+-]?0\d)({NUMBER.pattern}|[+-]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$"),
-    "-+0123456789.",
-)
-Loader.add_implicit_resolver(NULL, re.compile("(~|null|Null|NULL|)$"), ["~", "n", "N", ""])
-Loader.add_implicit_resolver(MERGE, re.compile("<<$"), "<")
-Loader.add_constructor(f"{CORE}int", Loader.construct_number)
-Loader.add_constructor(f"{CORE}float", Loader.construct_number)
-
-
-def _refusal(message: str, mark: yaml.Mark | None = None) -> yaml.MarkedYAMLError:
-    return yaml.MarkedYAMLError(None, None, message, mark)
-
-
-def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
-    """Return the line of an error and what is wrong there."""
-    if not isinstance(error, yaml.MarkedYAMLError):
-        if isinstance(error, yaml.reader.ReaderError):
-            return None, f"not YAML: the character U+{error.character:04X} is not allowed"
-        return None, f"not YAML: {' '.join(str(error).split())}"
-    mark, problem = error.problem_mark, " ".join(str(error.problem).split())
-    context = error.context or ""
-    if error.context_mark and context.startswith(("while scanning", "while parsing a flow")):
-        mark = error.context_mark  # where what is not closed begins
-    message = next(
-        (message for fragment, message in WORDS["yaml"].items() if fragment in problem), problem
-    )
-    return (mark.line + 1 if mark else None), f"not YAML: {message}"
-
-
-def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:
-    """Return the number of values in a node with its aliases written out."""
-    if node.tag not in TAGS:
-        name = node.tag.replace(CORE, "!!")
-        raise _refusal(f"the tag {name} is not allowed", node.start_mark)
-    if id(node) in ancestors:
-        raise _refusal("an alias contains itself", node.start_mark)
-    if id(node) not in counts:
-        ancestors.add(id(node))
-        parts = [child for _, child in _children(node)]
-        if isinstance(node, yaml.MappingNode):
-            parts += [key for key, _ in node.value]
-        counts[id(node)] = 1 + sum(_count(child, counts, ancestors) for child in parts)
-        ancestors.remove(id(node))
-    return counts[id(node)]
-
-
-def _children(node: yaml.Node) -> Iterator[tuple[str | int, yaml.Node]]:
-    if isinstance(node, yaml.MappingNode):
-        for key, value in node.value:
-            if not isinstance(key, yaml.ScalarNode):
-                raise _refusal("a key must be text", key.start_mark)
-            yield key.value, value
-    elif isinstance(node, yaml.SequenceNode):
-        yield from enumerate(node.value)
-
-
-def _mistakes(node: yaml.Node, way: Keys, visited: set[int]) -> Iterator[Mistake]:
-    """Yield duplicate keys and keys without a value; in ``vary``, none is a value."""
-    if id(node) in visited:
-        return
-    visited.add(id(node))
-    lines: dict[str, int] = {}
-    for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
-        line = key.start_mark.line + 1
-        if key.value in lines:
-            message = f"duplicate key; already in line {lines[key.value]}"
-            yield Mistake((*way, key.value), message, line)
-        lines.setdefault(key.value, line)
-    for name, child in _children(node):
-        keys = (*way, name)
-        if child.tag == NULL and "vary" not in way:
-            yield Mistake(keys, Loader.EMPTY)
-        yield from _mistakes(child, keys, visited)
-
+from pidpanel.text_files import TextFileError, one_line, read_text
 
 LONGEST_VALUE = 60  # longest value that a message shows whole [characters]
 # Most bytes of a study: what is longer belongs into a mesh or a table beside it.
@@ -171,25 +39,26 @@ class Document:
 
     def __init__(self, path: Path, source: str = "") -> None:
         self.path, self.source = path, source
+        self.place = one_line(str(path))
         self._changed: dict[str, Any] = {}
         try:
             loader = Loader(read_text(path, LARGEST))
             root = loader.get_single_node()
             data = loader.construct_document(root) if root else None
         except TextFileError as error:
-            place = path if error.line is None else f"{path}:{error.line}"
+            place = self.place if error.line is None else f"{self.place}:{error.line}"
             raise StudyError(f"{place}: {error.message}") from None
         except yaml.YAMLError as error:
             line, message = problem_of(error)
             raise StudyError(
-                f"{path}:{line}: {message}" if line else f"{path}: {message}"
+                f"{self.place}:{line}: {message}" if line else f"{self.place}: {message}"
             ) from None
         except RecursionError:
-            raise StudyError(f"{path}: lists and mappings are nested too deeply") from None
+            raise StudyError(f"{self.place}: lists and mappings are nested too deeply") from None
         if root is None or not isinstance(data, dict):
             is_empty = "" if root is not None else "is empty; "
             raise StudyError(
-                f"{path}: {is_empty}must be a mapping with keys such as name, coupon, panel"
+                f"{self.place}: {is_empty}must be a mapping with keys such as name, coupon, panel"
             )
         self._root = root
         self.data: Mapping[str, Any] = {
@@ -201,9 +70,9 @@ class Document:
     def of_values(cls, values: Mapping[str, Any], path: Path, source: str = "") -> "Document":
         """Return the document that values are, named and placed as a file of the path would be."""
         document = cls.__new__(cls)
-        document.path, document.source, document.mistakes = path, source, []
+        document.path, document.source, document.place, document.mistakes = path, source, source, []
         document._root = yaml.MappingNode(f"{CORE}map", [])
-        document.data = document._changed = numbered(values)
+        document.data = document._changed = numbered(values, read=printable)
         return document
 
     def changed(self, values: Mapping[str, Any]) -> "Document":
@@ -229,12 +98,13 @@ class Document:
         return StudyError("\n".join(self._message(*entry) for entry in ordered))
 
     def _message(self, line: int, value: str, mistake: Mistake) -> str:
-        place = f"{self.path}:{line}" if line else str(self.path)
+        place = f"{self.place}:{line}" if line else self.place
         if line < 0:
             place = self.source
         key = dotted(mistake.keys)
         setting = f"{key} = {value}" if value else key
-        return ": ".join(part for part in (place, setting, mistake.message) if part)
+        parts = (place, setting, one_line(mistake.message))
+        return ": ".join(part for part in parts if part)
 
     def _line_and_value(self, mistake: Mistake) -> tuple[int, str]:
         """Return the line of a key, or of the last on the way that is there, and its value.
@@ -291,16 +161,6 @@ def _in_a_line(node: yaml.Node, depth: int) -> str:
         pairs = (f"{key.value}: {_in_a_line(value, depth - 1)}" for key, value in node.value)
         return f"{{{', '.join(pairs)}}}"
     return f"[{', '.join(_in_a_line(item, depth - 1) for item in node.value)}]"
-
-
-def number_of(text: str) -> Any:
-    """Return the number or truth value that a text is in YAML; the text where it is none."""
-    with contextlib.suppress(yaml.YAMLError):
-        loader = Loader(text)
-        node = loader.get_single_node()
-        if isinstance(node, yaml.ScalarNode) and node.tag.endswith(("int", "float", "bool")):
-            return loader.construct_document(node)
-    return text
 
 
 T = TypeVar("T", bound=SectionModel)

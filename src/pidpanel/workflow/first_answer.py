@@ -11,6 +11,8 @@ from pidpanel.study import Study, StudyError, load_study
 from pidpanel.study.writing import text_of, values_of, with_changes
 from pidpanel.workflow.in_process import compute, is_up_to_date
 
+OF_OTHERS = {"coupled", "table", "interpolation", "apparent_mass"}  # keys of other damping models
+
 
 def first_study(file: Path, results: Path) -> Path | None:
     """Write a study without its simulated damping; None if it has none, or no atlas."""
@@ -21,6 +23,8 @@ def first_study(file: Path, results: Path) -> Path | None:
         return None
     name = f"{study.name}_first"
     values = with_changes(values_of(file), {"damping.readings": [ATLAS]})
+    for key in OF_OTHERS & set(values["damping"]):
+        del values["damping"][key]
     results.mkdir(parents=True, exist_ok=True)
     path = results / f"{name}.yaml"
     durable.write_text(path, text_of(values, name))
@@ -34,8 +38,12 @@ def main(name: str, jobs: str) -> int:
         path = first_study(study_path(name).resolve(), results)
         if path is None:
             return 0
-        study = load_study(path)
     except StudyError:  # the run itself reports it
+        return 0
+    try:
+        study = load_study(path)
+    except StudyError as error:
+        print(f"no first answer: {error}", file=sys.stderr)
         return 0
     if not is_up_to_date(study, Path.cwd()):
         compute(study, path.resolve(), Path.cwd(), int(jobs))
