@@ -22,7 +22,7 @@ from typing import Any
 WORKFLOW_PROCESS = "PIDPANEL_WORKFLOW_PROCESS"
 
 # Errors that are no fault of pidpanel.
-OF_THE_MACHINE = {
+MACHINE_ERRORS = {
     errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO,
     errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.ESTALE,
 }  # fmt: skip
@@ -73,7 +73,7 @@ def one_line(error: Exception) -> str | None:
     """Return a failure that has a name as one line; None for a bug."""
     if is_of_memory(error):
         return f"not enough memory ({error or 'no further word'})"
-    if isinstance(error, OSError) and error.errno in OF_THE_MACHINE:
+    if isinstance(error, OSError) and error.errno in MACHINE_ERRORS:
         return f"{error.filename or 'a file'}: {error.strerror}"
     return str(error) if type(error).__module__.startswith("pidpanel.") else None
 

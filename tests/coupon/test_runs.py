@@ -217,13 +217,13 @@ def test_seeds_are_apart_beyond_a_quarter_of_their_mean_and_four_errors():
 def test_a_failed_packing_is_handed_on_by_name(tmp_path):
     (case,) = cases_of(coupon())
     run = case.runs[0]
-    failed = records.PourOutcome("UnderFilled", "m", 2, "3.8.0", 1.5, run.packing, None, {})
+    failed = records.PourOutcome("UnderFilled", "m", 2, "3.8.0", 1.5, run.packing, None)
     coding.write(tmp_path / "packing.json", failed)
     attempts.loosen_bed(run.bed, tmp_path / "packing.json", tmp_path / "bed.json")
     outcome = attempts.shake_run(run, case.target, tmp_path / "bed.json", tmp_path / "s1")
     assert (outcome.status, outcome.message, outcome.solver_cpu_s) == ("UnderFilled", "m", 0.0)
-    coding.write(tmp_path / "outcome.json", outcome)
-    row = summary.summarise(case, *summary.read_seeds(case, [tmp_path / "outcome.json"]))
+    coding.write(case.outcome_file(tmp_path), records.CaseOutcome((outcome,)))
+    row = summary.summarise(case, *summary.read_seeds(case, tmp_path))
     assert row["status"] == "UnderFilled"
     assert np.isnan(row["equivalent_damping_n_s_m3"])
 

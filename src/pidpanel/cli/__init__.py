@@ -15,7 +15,7 @@ DONE, FAILED, MISTAKE, MACHINE, INTERRUPTED = 0, 1, 2, 3, 130
 FULL = (errno.ENOSPC, errno.EDQUOT)
 # Exit codes by the name of the error, so that none is imported before it is raised.
 OF_CLASS = {"SolverMissing": MACHINE, "MachineError": MACHINE, "RunError": FAILED,
-            "RunFailed": FAILED}  # fmt: skip
+            "StageFailed": FAILED}  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

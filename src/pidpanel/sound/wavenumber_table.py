@@ -13,7 +13,7 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.chebyshev import interpolation, unit_nodes
+from pidpanel.sound.chebyshev import interpolation, unit_nodes
 
 # Nodes beyond kL/4 in cos θ and kL/2 in azimuth and in the table, up to kL = 66.
 #

@@ -28,7 +28,7 @@ LOG = "run.log"  # output of the stages
 SNAKEMAKE = Path(".snakemake") / "incomplete"
 
 
-class RunFailed(RuntimeError):
+class StageFailed(RuntimeError):
     """A stage that failed, or a study that another process computes."""
 
 
@@ -60,7 +60,7 @@ def compute(study: Study, file: Path, folder: Path, jobs: int) -> None:
 
     Raises
     ------
-    RunFailed
+    StageFailed
         If a stage fails, or another process computes the study.
     """
     results = folder / "results" / study.name
@@ -70,7 +70,7 @@ def compute(study: Study, file: Path, folder: Path, jobs: int) -> None:
         try:
             fcntl.flock(log, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise RunFailed(f"{results}: another process runs the study here") from None
+            raise StageFailed(f"{results}: another process runs the study here") from None
         log.truncate()
         stages = stage_files(study, results)
         _begin(stages, folder)
@@ -191,9 +191,9 @@ def _stage(name: str, log: TextIO) -> Iterator[None]:
             yield
     except Exception as error:
         message = one_line(error)
-        if message is None or isinstance(error, OSError | RunFailed):
+        if message is None or isinstance(error, OSError | StageFailed):
             raise
-        raise RunFailed(f"{name}: {message}") from None
+        raise StageFailed(f"{name}: {message}") from None
     print(f"{name}, {time.monotonic() - begun:.0f} s", file=sys.stderr, flush=True)
 
 
