@@ -44,7 +44,7 @@ from _pytest.runner import runtestprotocol
 from mutants import Mutant, mutants_of
 
 FORMULAS = {
-    "": "chebyshev damping_ratio",
+    "": "damping_ratio",
     "spectra": "acceleration_table break_points third_octaves",
     "geometry": "cells plane_mesh plane_waves polygon sizes",
     "atlas": "groups",
@@ -53,7 +53,7 @@ FORMULAS = {
     "surface surface_cases tables",
     "panel": "attachments basis eigen checks grid mindlin modes navier plate point_supports resolution section shapes "
     "supports thin triangles",
-    "sound": "face field radiation spectrum table wavenumber_table",
+    "sound": "chebyshev face field radiation spectrum table wavenumber_table",
     "solve": "bands basis_error dampers direct elements excitation layout lines maps mesh_error modal "
     "model motions bare_motions panel power search sharpness solvers source stress base_motion uncertainty",
     "coupled": "coupled_panel estimate impedance integration linear own_force "

@@ -76,12 +76,12 @@ reason = "left to the reader"
 ORPHAN = "HALF * s → HALF / s"
 
 OTHERS = {
-    "": "api arrays check columns constants paths progress text_files",
+    "": "api arrays check columns constants job paths progress text_files",
     "spectra": "",
     "geometry": "",
     "solve": "",
     "atlas": "table",
-    "coupon": "attempts batches bed cases coding estimate film from_study packing preparation records runs summary window",
+    "coupon": "attempts bed cases coding estimate film from_study packing preparation records runs summary window",
     "damping": "atlas_files from_study surface_files table_files",
     "panel": "files flat_mesh gmsh_files from_study matrices mesh nastran tables",
     "sound": "field_files from_study",

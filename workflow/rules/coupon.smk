@@ -79,6 +79,11 @@ rule shake:
         * int(run_memory(CASES[wildcards.case].point) / 1e6),
         runtime=lambda wildcards, attempt: attempt
         * (5 + min(JOB_MINUTES or 1440, int(case_seconds(CASES[wildcards.case]) / 30))),
+    params:
+        case=lambda wildcards: CASES[wildcards.case],
+        judging=JUDGING_VERSION,
+    message:
+        "Shake case {wildcards.case}"
     script:
         "../scripts/shake.py"
 

@@ -10,4 +10,4 @@ from pidpanel.provenance.files import Files
 with job.started(snakemake) as study:
     label, folder = snakemake.params.scenario, Path(snakemake.params.folder)
     estimate = Path(snakemake.output.estimate)
-    write_scenario(study, Files.of(snakemake.input), label, COUPON, folder, estimate)
+    write_scenario(study, Files.from_names(snakemake.input), label, COUPON, folder, estimate)

@@ -6,4 +6,4 @@ from pidpanel.provenance.files import Files
 
 with job.started(snakemake) as study:
     damper, cases = snakemake.params.damper, snakemake.input.cases
-    write_damping(study, damper, cases, Files.of(snakemake.output))
+    write_damping(study, damper, cases, Files.from_names(snakemake.output))

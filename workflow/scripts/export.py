@@ -5,5 +5,5 @@ from pidpanel.provenance.files import Files
 from pidpanel.response.from_study import write_export
 
 with job.started(snakemake) as study:
-    files, folder = Files.of(snakemake.input), Files.of(snakemake.output).folder
+    files, folder = Files.from_names(snakemake.input), Files.from_names(snakemake.output).folder
     write_export(study, files.modes, files.psd, files.summary, folder)

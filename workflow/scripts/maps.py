@@ -5,4 +5,4 @@ from pidpanel.provenance.files import Files
 from pidpanel.response.from_study import write_maps
 
 with job.started(snakemake) as study:
-    write_maps(study, Files.of(snakemake.input), Files.of(snakemake.output))
+    write_maps(study, Files.from_names(snakemake.input), Files.from_names(snakemake.output))

@@ -6,4 +6,6 @@ from pidpanel.provenance.files import Files
 
 with job.started(snakemake) as study:
     (damping,) = job.folders(snakemake, "damping")
-    write_proposal(study, Files.of(snakemake.input), damping, Files.of(snakemake.output))
+    write_proposal(
+        study, Files.from_names(snakemake.input), damping, Files.from_names(snakemake.output)
+    )

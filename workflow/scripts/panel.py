@@ -5,4 +5,4 @@ from pidpanel.panel.from_study import write_panel
 from pidpanel.provenance.files import Files
 
 with job.started(snakemake) as study:
-    write_panel(study, Files.of(snakemake.output))
+    write_panel(study, Files.from_names(snakemake.output))

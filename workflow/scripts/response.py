@@ -5,5 +5,5 @@ from pidpanel.provenance.files import Files
 from pidpanel.response.from_study import write_response
 
 with job.started(snakemake) as study:
-    files, output = Files.of(snakemake.input), Files.of(snakemake.output)
+    files, output = Files.from_names(snakemake.input), Files.from_names(snakemake.output)
     write_response(study, files, output, *job.folders(snakemake, "damping", "coupled"))

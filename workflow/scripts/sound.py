@@ -6,4 +6,4 @@ from pidpanel.provenance.files import Files
 from pidpanel.sound.from_study import write_sound
 
 with job.started(snakemake) as study:
-    write_sound(study, read_basis(snakemake.input.modes), Files.of(snakemake.output))
+    write_sound(study, read_basis(snakemake.input.modes), Files.from_names(snakemake.output))

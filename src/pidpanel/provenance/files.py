@@ -17,7 +17,7 @@ class Files:
         self.all = dict(paths)
 
     @classmethod
-    def of(cls, named: Any) -> Files:
+    def from_names(cls, named: Any) -> Files:
         """Return the files of ``snakemake.input`` or ``snakemake.output``, or of a mapping."""
         several = {name: [f] if isinstance(f, str | Path) else f for name, f in named.items()}
         return cls({name: list(map(Path, files)) for name, files in several.items()})

@@ -18,10 +18,10 @@ def check_working_folder(folder: Path) -> None:
     LinkError
         One line: the first such path, and what to do.
     """
-    kept = folder / ".snakemake"
-    if kept.is_symlink():
-        raise _refusal(str(kept))
-    check_links(folder / "results", kept)
+    records = folder / ".snakemake"
+    if records.is_symlink():
+        raise _refusal(str(records))
+    check_links(folder / "results", records)
 
 
 def check_links(*folders: Path) -> None:
