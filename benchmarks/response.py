@@ -98,7 +98,7 @@ def main():
             for line in lines:
                 omega = 2 * np.pi * frequency[line]
                 Z = plate.stiffness * (1 + 0.02j) - omega**2 * (plate.mass + m[line] * D)
-                Z = sp.csc_matrix(Z + 1j * omega * c[line] * D)
+                Z = sp.csc_array(Z + 1j * omega * c[line] * D)
                 answer = spla.splu(Z).solve(pull)
                 plate.at_quadrature @ answer  # what the sound is then summed with
 

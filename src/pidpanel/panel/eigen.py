@@ -36,7 +36,7 @@ CONVERGED = 1e-9  # residual of an eigenvalue 1/(λ − σ), over that eigenvalu
 def factors(matrix: sp.sparray) -> spla.SuperLU:
     """Factorise a symmetric matrix in the order of minimum degree, without pivoting."""
     return spla.splu(
-        sp.csc_matrix(matrix),
+        sp.csc_array(matrix),
         permc_spec="MMD_AT_PLUS_A",
         diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},

@@ -34,6 +34,7 @@ from pidpanel.arrays import Array, Index
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import (
     AssembledPlate,
+    assemble_matrix,
     assembled_plate,
     bending_form,
     bent,
@@ -87,12 +88,14 @@ def assemble_shear_plate(
     free = free_coordinates(deflection.N + rotation.N, held)
     free_w, free_b = sp.csr_array(free[: deflection.N]), sp.csr_array(free[deflection.N :])
     S, D = {"shear": section.shear}, {"bending": section.bending}
-    coupling = sp.csr_array(shear_form.assemble(rotation, deflection, **S))
-    rotations = shear_form.assemble(rotation, **S) + bending_form.assemble(rotation, **D)
-    blocks = [[shear_form.assemble(deflection, **S), coupling], [coupling.T, rotations]]
+    coupling = assemble_matrix(shear_form, rotation, deflection, **S)
+    rotations = assemble_matrix(shear_form, rotation, **S) + assemble_matrix(
+        bending_form, rotation, **D
+    )
+    blocks = [[assemble_matrix(shear_form, deflection, **S), coupling], [coupling.T, rotations]]
     stiffness = sp.block_array(blocks, format="csr")
-    translation = section.mass_per_area * overlap_form.assemble(deflection)
-    turning = section.rotary_inertia * inertia_form.assemble(rotation)
+    translation = section.mass_per_area * assemble_matrix(overlap_form, deflection)
+    turning = section.rotary_inertia * assemble_matrix(inertia_form, rotation)
     mass = sp.block_diag([translation, turning], format="csr")
     held_dofs = deflection.nodal_dofs[0], deflection.N + rotation.nodal_dofs
     w, b = corner_basis(skmesh, deflection_element), corner_basis(skmesh, rotation_element)

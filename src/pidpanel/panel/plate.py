@@ -46,6 +46,11 @@ def bending_form(b, c, section):  # type: ignore[no-untyped-def]
     return np.einsum("i...,ij,j...->...", bent(c), section.bending, bent(b))
 
 
+def assemble_matrix(form: BilinearForm, *bases: CellBasis, **fields: object) -> sp.csr_array:
+    """Return the matrix of a form; scikit-fem returns it as a `scipy.sparse.spmatrix`."""
+    return sp.csr_array(form.assemble(*bases, **fields))
+
+
 def bent(field):  # type: ignore[no-untyped-def]
     """Return −κ of a deflection with second derivatives, or of a rotation of the normals."""
     G = field.grad if field.hess is None else field.hess
@@ -73,7 +78,7 @@ def assembled_plate(
     patch_overlap = {}
     for name, members in mesh.patch_cells.items():
         patch = CellBasis(skmesh, element, quadrature=deflection.quadrature, elements=members)
-        overlap = sp.csr_array(overlap_form.assemble(patch))
+        overlap = assemble_matrix(overlap_form, patch)
         patch_overlap[name] = sp.csr_array(free.T @ overlap @ free)
 
     at_vertices = sp.csr_array(free[deflection.nodal_dofs[0]])

@@ -204,10 +204,10 @@ def free_coordinates(n_dofs: int, blocks: Sequence[Block]) -> sp.csr_array:
                 raise ValueError(f"{block.name} and {owner[dof]} hold the same coordinate")
             owner[dof] = block.name
     untouched = np.setdiff1d(np.arange(n_dofs), dofs)
-    identity = sp.csr_array(sp.identity(n_dofs, format="csr")[:, untouched])
+    identity = sp.csr_array(sp.eye_array(n_dofs, format="csr")[:, untouched])
     if not blocks:
         return identity
-    local = sp.coo_array(sp.block_diag([block.columns for block in blocks]))
+    local = sp.block_diag([sp.coo_array(block.columns) for block in blocks])
     columns = sp.csr_array((local.data, (dofs[local.row], local.col)), (n_dofs, local.shape[1]))
     return sp.csr_array(sp.hstack([identity, columns]))
 

@@ -22,6 +22,7 @@ from pidpanel.arrays import Array
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import (
     AssembledPlate,
+    assemble_matrix,
     assembled_plate,
     bending_form,
     bent,
@@ -68,8 +69,8 @@ def assemble_thin_plate(
         skmesh, element = MeshTri(vertices, cells), _CentredArgyris()
     basis = CellBasis(skmesh, element, intorder=EXACT_ORDER[mesh.cell_kind])
     free = free_coordinates(basis.N, _support_blocks(mesh, basis, supports))
-    stiffness = sp.csr_array(bending_form.assemble(basis, bending=section.bending))
-    mass = sp.csr_array(section.mass_per_area * overlap_form.assemble(basis))
+    stiffness = assemble_matrix(bending_form, basis, bending=section.bending)
+    mass = section.mass_per_area * assemble_matrix(overlap_form, basis)
     held_dofs = basis.nodal_dofs[0], basis.nodal_dofs[1:3]
     corners = corner_basis(skmesh, element)
     return assembled_plate(
@@ -177,7 +178,7 @@ def _support_blocks(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> li
     feet = {name: point for name, point in supports.points.items() if point.radius > 0}
     if feet:
         loads = [LinearForm(load).assemble(basis) for load in RIGID_LOADS]
-        mass = sp.csc_matrix(overlap_form.assemble(basis))
+        mass = sp.csc_array(assemble_matrix(overlap_form, basis))
         rigid = spla.splu(mass).solve(np.column_stack(loads))
         for name, foot in feet.items():
             dofs = np.unique(basis.element_dofs[:, foot.foot_cells(mesh, name)])

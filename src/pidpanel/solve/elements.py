@@ -257,7 +257,7 @@ def _factorised_solution(matrix: sp.csr_array, right: Complexes) -> Complexes:
     left = np.linalg.norm(matrix @ answer - right, axis=0)
     if np.all(left <= EXACT * np.linalg.norm(right, axis=0)):
         return np.asarray(answer)
-    return np.asarray(spla.splu(sp.csc_matrix(matrix)).solve(right))
+    return np.asarray(spla.splu(sp.csc_array(matrix)).solve(right))
 
 
 def _as_real(x: Complexes) -> Array:

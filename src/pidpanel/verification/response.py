@@ -147,7 +147,7 @@ class DampedPanel:
             stiffness = 1j * omega * damper.damping - omega**2 * damper.mass
             Z = Z + stiffness * plate.patch_overlap[name]
         pull = plate.interpolate(self.basis.point_position).toarray().T.astype(complex)
-        answer = spla.splu(sp.csc_matrix(Z)).solve(pull)
+        answer = spla.splu(sp.csc_array(Z)).solve(pull)
         k = float(wavenumber(frequency, SPEED))
         cosine, weight = (half[30:] for half in np.polynomial.legendre.leggauss(60))
         load = plate.quadrature_weight[:, None] * (plate.at_quadrature @ answer)  # (nq, points)
