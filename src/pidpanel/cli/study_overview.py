@@ -125,6 +125,8 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     yield _line("panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}")
     yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
                         f"{estimate.coordinates} coordinates")  # fmt: skip
+    if remarks := StudiedPanel(study.panel).remarks:
+        yield _line("file", "; ".join(remarks))
     yield _line("modes", _of_modes(study, estimate))
     if names := study.panel.single_points:
         yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "

@@ -45,6 +45,20 @@ def area_of(mesh: PanelMesh) -> BaseGeometry:
     return pieces.difference(holes)
 
 
+def holes_within(area: BaseGeometry, kind: str) -> list[str]:
+    """Return a line about the holes of a mesh from a file, whose edges have a support."""
+    holes = [shapely.Polygon(ring) for part in shapely.get_parts(area) for ring in part.interiors]
+    if not holes:
+        return []
+    smallest = min(holes, key=lambda hole: hole.area)
+    count = "a hole" if len(holes) == 1 else f"{len(holes)} holes, the smallest"
+    place = show(smallest.representative_point().coords[0])
+    return [
+        f"{count} of {smallest.area:.3g} m² at {place} within the outline, edges"
+        f" {kind.replace('_', ' ')}"
+    ]
+
+
 def narrowest(outline: Shape) -> float:
     """Return the shorter side of the smallest rectangle of any direction round a panel [m].
 
