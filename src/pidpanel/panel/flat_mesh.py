@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pidpanel.arrays import Array, Index
 from pidpanel.columns import ColumnsError
 from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths
-from pidpanel.geometry.polygon import Position, Shape, show, signed_area
+from pidpanel.geometry.polygon import Position, Shape, show
 from pidpanel.panel.connectivity import check_connectivity
 from pidpanel.panel.mesh import PanelMesh, check_patch_areas
 from pidpanel.text_files import LARGEST
@@ -116,24 +116,16 @@ class FlatMesh:
         numbers, position = numbers[used], position[used]
         _check_plane(numbers, position)
         position = position[:, :2]
-        index = {number: k for k, number in enumerate(numbers.tolist())}
-        triangles, origin = [], []
-        for k, nodes in enumerate(corners):
-            places = [index[number] for number in nodes]
-            triangles += _cut(element[k], places, position[places])
-            origin += [k] * (len(nodes) - 2)
-        cells, origin_of = np.array(triangles), np.array(origin)
-        turned = _inverted(elements[origin_of], position, cells)
+        cells, origin = _cut(elements, corners, numbers, position)
+        turned = _inverted(elements[origin], position, cells)
         if 0 < turned.sum() < len(cells):
             fewer = turned if 2 * turned.sum() <= len(cells) else ~turned
-            count = len(np.unique(origin_of[fewer]))
+            count = len(np.unique(origin[fewer]))
             remarks.append(f"{_counted(count, 'element')} upside down, which has no effect")
         cells = np.where(turned[:, None], cells[:, ::-1], cells)
-        check_connectivity(numbers, elements[origin_of], position, cells)
+        check_connectivity(numbers, elements[origin], position, cells)
         remarks += _short_edges(numbers, position, cells)
-        members = {
-            name: np.flatnonzero(np.isin(origin_of, places)) for name, places in groups.items()
-        }
+        members = {name: np.flatnonzero(np.isin(origin, places)) for name, places in groups.items()}
         return cls(path, numbers, position, cells, members, tuple(remarks))
 
     def refined(self, times: int = 1) -> "FlatMesh":
@@ -226,19 +218,38 @@ def _check_plane(node: Index, position: Array) -> None:
         )
 
 
-def _cut(element: int, places: list[int], corners: Array) -> list[list[int]]:
-    """Return the triangles of an element; a quadrilateral is cut along its shorter diagonal."""
-    if len(set(places)) < len(places):
-        raise ValueError(f"element {element}: a node appears twice in it")
-    if len(places) == 3:
-        return [places]
-    a, b, c, d = places
-    turns = [signed_area(np.roll(corners, -k, axis=0)[:3]) for k in range(4)]
-    if min(turns) <= 0 <= max(turns):
-        raise ValueError(f"element {element}: its corners do not form a convex quadrilateral")
-    if np.linalg.norm(corners[0] - corners[2]) <= np.linalg.norm(corners[1] - corners[3]):
-        return [[a, b, c], [a, c, d]]
-    return [[a, b, d], [b, c, d]]
+def _cut(
+    element: Index, corners: Sequence[Sequence[int]], node: Index, position: Array
+) -> tuple[Index, Index]:
+    """Return the triangles of all elements in order, and the place of the element of each.
+
+    A quadrilateral is cut along its shorter diagonal.
+    """
+    order = np.argsort(node)
+    parts, origins = [], []
+    for count in (3, 4):
+        rows = np.array([k for k, nodes in enumerate(corners) if len(nodes) == count], dtype=int)
+        if not rows.size:
+            continue
+        cells = order[np.searchsorted(node, [corners[k] for k in rows.tolist()], sorter=order)]
+        if (twice := (np.diff(np.sort(cells)) == 0).any(axis=1)).any():
+            raise ValueError(f"element {element[rows[twice][0]]}: a node appears twice in it")
+        if count == 4:
+            turns = [cell_areas(position, np.roll(cells, -k, axis=1)[:, :3]) for k in range(4)]
+            if (concave := (np.min(turns, axis=0) <= 0) & (np.max(turns, axis=0) >= 0)).any():
+                raise ValueError(
+                    f"element {element[rows[concave][0]]}: its corners do not form a convex"
+                    " quadrilateral"
+                )
+            a, b, c, d = position[cells].transpose(1, 0, 2)
+            by_first = np.linalg.norm(a - c, axis=1) <= np.linalg.norm(b - d, axis=1)
+            halves = cells[:, [[0, 1, 2], [0, 2, 3]]], cells[:, [[0, 1, 3], [1, 2, 3]]]
+            cells = np.where(by_first[:, None, None], *halves).reshape(-1, 3)
+        parts.append(cells)
+        origins.append(np.repeat(rows, count - 2))
+    origin = np.concatenate(origins)
+    by_element = np.argsort(origin, kind="stable")
+    return np.concatenate(parts)[by_element], origin[by_element]
 
 
 def _inverted(element: Index, vertices: Array, triangles: Index) -> NDArray[np.bool_]:
