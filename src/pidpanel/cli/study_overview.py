@@ -142,6 +142,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     for name, key in study.massless_dampers.items():
         source = name or "the table"
         yield _line("mass", f"the particles of {source} have no mass in the computation; {key}")
+    yield from (_line("cells", text) for text in study.differing_cells)
     yield from (_line("unusual", text) for text in _unusual(study))
     if study.sound is not None:
         yield _line("sound", _of_sound(study))
