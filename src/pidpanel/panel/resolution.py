@@ -8,7 +8,7 @@ PSDs are wrong by more than 0.5 dB long before its frequency is by 1 %.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -184,9 +184,10 @@ class ElementKind:
         The regions are the panel without dampers, and its patches with theirs.
         """
         for region in regions:
-            allowed = self.longest_edge(frequency, region.added_mass, damping_ratio)
-            if region.longest_edge > allowed * (1 + 1e-9):
+            longest = self.longest_edge(frequency, region.added_mass, damping_ratio)
+            if region.longest_edge > longest * (1 + 1e-9):
                 half = half_wave(self.section, frequency, region.added_mass)
+                allowed = self._allowed_for_all(regions, region, longest, frequency, damping_ratio)
                 raise ValueError(
                     f"mesh: element edges of {region.longest_edge:.3g} m{_under(region)} are too"
                     f" coarse for {frequency:g} Hz, where half a bending wavelength is {half:.3g}"
@@ -196,13 +197,49 @@ class ElementKind:
         if error > LINE_ERROR_DB:
             shifts = self._shifts(regions, frequency)
             worst = regions[int(np.argmax(shifts))]
-            allowed = worst.longest_edge * (LINE_ERROR_DB / error) ** (1 / ORDER)
+            allowed = self._allowed_for_all(
+                regions, worst, worst.longest_edge, frequency, damping_ratio
+            )
             raise ValueError(
                 f"mesh: element edges of {worst.longest_edge:.3g} m{_under(worst)} raise resonances"
                 f" by up to {max(shifts):.2g} of their frequency, which with damping_ratio ="
                 f" {damping_ratio:g} changes PSDs by about {error:.1f} dB, more than"
                 f" {LINE_ERROR_DB:g} dB; at most {_rounded_down(allowed):g} m"
             )
+
+    def _allowed_for_all(
+        self,
+        regions: Sequence[Region],
+        region: Region,
+        longest: float,
+        frequency: float,
+        damping_ratio: float,
+    ) -> float:
+        """Return the longest edge that a region may have, up to `longest`, by both conditions [m].
+
+        Elements of patches that are too coarse are as long as those of the panel.
+        """
+        limit = {r.name: self.longest_edge(frequency, r.added_mass, damping_ratio) for r in regions}
+        coarse = {r.name for r in regions if r.longest_edge > limit[r.name] * (1 + 1e-9)}
+        longest = min([longest, *(limit[name] for name in coarse)])
+
+        def error(edge: float) -> float:
+            shorter = [
+                replace(r, longest_edge=min(r.longest_edge, edge))
+                if r.name in coarse or r is region or not region.name
+                else r
+                for r in regions
+            ]
+            return self.line_error_db(shorter, frequency, damping_ratio)
+
+        low, high = 0.0, longest
+        if error(high) <= LINE_ERROR_DB:
+            return high
+        for _ in range(30):  # to a billionth
+            middle = (low + high) / 2
+            low, high = (middle, high) if error(middle) <= LINE_ERROR_DB else (low, middle)
+        # where the others alone are too coarse, as if all were as much shorter as this
+        return low or longest * (LINE_ERROR_DB / error(longest)) ** (1 / ORDER)
 
     def _shifts(self, regions: Sequence[Region], frequency: float) -> list[float]:
         return [self.frequency_shift(r.longest_edge, frequency, r.added_mass) for r in regions]
