@@ -160,8 +160,8 @@ def test_the_error_of_a_line_is_that_of_even_resonances_that_are_shifted():
 
 @pytest.mark.parametrize(
     ("element", "edge", "seen"),
-    [("sandwich triangles", 13.0, 1 / 2), ("sandwich triangles", 26.0, 8 / 9),
-     ("solid triangles", 40.0, 1 / 2), ("solid triangles", 80.0, 4 / 5)],
+    [("sandwich triangles", 8.7, 1 / 2), ("sandwich triangles", 17.4, 1 / (1 + 0.5**0.9)),
+     ("solid triangles", 29.0, 1 / 2), ("solid triangles", 116.0, 2 / 3)],
 )  # fmt: skip
 def test_elements_see_the_shear_layer_at_free_edges_that_they_are_small_beside(element, edge, seen):
     # λ = √(D₆₆/S) of the torsion is missed along 0.5 m of free edges for each square metre
