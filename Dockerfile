@@ -1,5 +1,8 @@
 # docker build -t pidpanel .
 # docker run --rm -v "$PWD/results:/pidpanel/results" --user "$(id -u):$(id -g)" pidpanel
+#
+# pidpanel is MIT; gmsh, which it imports, and LIGGGHTS, which it loads, are GPL-2.0-or-later. Who
+# passes the image on does so under the GPL and offers the sources of all of it: docs/cite.md.
 FROM debian:bookworm-slim
 
 # USER: whoever --user names has no entry in /etc/passwd, and Snakemake asks for a name.

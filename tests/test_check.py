@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from pidpanel.check import check_machine, checked_study
-from pidpanel.cli import main
+from pidpanel.cli import MISTAKE, main
 from pidpanel.cli.study_overview import overview
 from pidpanel.coupon.liggghts.deck import TRUST
 from pidpanel.solve.lines import LINES_AT_MOST, frequency_grid
@@ -311,3 +311,87 @@ def test_a_point_on_a_hinge_is_named(capsys):
     assert "does not move" not in capsys.readouterr().out
     lines = overview(study.model_copy(update={"panel": panel})).splitlines()
     assert any(f"P on no patch, on {name}, where it does not move" in line for line in lines)
+
+
+PASCAL = {
+    "quiet": [25, 40, 60, 80, 70, 50, 30],  # 137 dB in Pa, 80.4 as levels
+    "loud": [3, 30, 70, 120, 90, 60, 20],  # 139 dB in Pa, 120 as levels
+    "loudest": [61, 70, 90, 175, 160, 80, 70],  # 142 dB in Pa, 175 as levels
+}
+CHAMBER = [121, 128, 131, 133, 130, 124, 96]
+FILTERED = [-40, 2, 131, 133, 130, 124, 96]
+
+
+@pytest.mark.parametrize(
+    ("levels", "oaspl_db", "message"),
+    [
+        (PASCAL["quiet"], None, "far below a launch; in Pa or Pa²/Hz?"),
+        (PASCAL["quiet"], 137.2, "must be levels in dB, not in Pa"),
+        (PASCAL["quiet"], 140, "must be levels in dB, not in Pa"),
+        (PASCAL["quiet"], 80.4, ""),
+        (PASCAL["loud"], None, "not those of a launch; in Pa?"),
+        (PASCAL["loud"], 145, "must be levels in dB, not in Pa"),
+        (PASCAL["loud"], 120, ""),
+        (PASCAL["loudest"], None, "not those of a launch; in Pa?"),
+        (PASCAL["loudest"], 175.1, ""),
+        (CHAMBER, None, ""),
+        (CHAMBER, 160, ""),
+        (FILTERED, None, ""),
+        (FILTERED, 160, ""),
+    ],
+)
+def test_pressures_are_not_taken_as_levels(tmp_path, levels, oaspl_db, message):
+    # red: any table whose sum lies between 100 and 200 dB, or whose overall level is stated
+    bands = [31.5, 63, 125, 250, 500, 1000, 2000]
+    rows = [f"{f:g},{level}" for f, level in zip(bands, levels, strict=True)]
+    (tmp_path / "levels.csv").write_text("\n".join(["center_hz,spl_db", *rows]))
+    values = changed("l_panel", ("sound", "spectrum"), "levels.csv")
+    values["response"]["frequency_hz"] = [50, 1000]
+    if oaspl_db is not None:
+        values["sound"]["oaspl_db"] = oaspl_db
+    if message:
+        ((line, told),) = refused(tmp_path, values)
+        assert line.startswith("spectrum:") and message in told
+    else:
+        path = tmp_path / "mine.yaml"
+        path.write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
+        checked_study(path)
+
+
+def test_a_file_whose_name_has_a_new_line_leaves_messages_on_one_line(
+    tmp_path, capsys, monkeypatch
+):
+    # red: the name as it is, in the place of the message or in its text
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "le\nvels.csv").write_text("center_hz,spl_db\n63,126\n")
+    values = changed("l_panel", ("sound", "spectrum"), "le\nvels.csv")
+    Path("st\nudy.yaml").write_text(yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
+    for command in ("check", "compare"):
+        names = ["st\nudy.yaml"] if command == "check" else ["no\nstudy", "st\nudy.yaml"]
+        assert main([command, *names]) == MISTAKE
+        (told,) = capsys.readouterr().err.splitlines()
+        assert "\\n" in told
+    for unreadable in ("a: [", "", "- 1"):
+        Path("st\nudy.yaml").write_text(unreadable)
+        assert main(["check", "st\nudy.yaml"]) == MISTAKE
+        (told,) = capsys.readouterr().err.splitlines()
+        assert told.startswith("st\\nudy.yaml:")
+
+
+@pytest.mark.parametrize(("scale", "is_refused"), [(1e-3, True), (1.0, False)])
+def test_a_damping_ratio_over_kilohertz_is_refused(tmp_path, scale, is_refused):
+    # red: ζ of the last row at all frequencies
+    table = [[50 * scale, 0.02], [900 * scale, 0.01]]
+    values = changed("l_panel", ("panel", "damping_ratio"), table)
+    (tmp_path / "ratio.csv").write_text(
+        "frequency_hz,damping_ratio\n" + "".join(f"{f:g},{z:g}\n" for f, z in table)
+    )
+    from_file = changed("l_panel", ("panel", "damping_ratio"), "ratio.csv")
+    for study in (values, from_file):
+        if is_refused:
+            ((line, told),) = refused(tmp_path, study)
+            assert line.startswith("damping_ratio:") and told.endswith("in kHz?")
+        else:
+            path = tmp_path / "mine.yaml"
+            path.write_text(yaml.safe_dump(study, sort_keys=False, allow_unicode=True))
+            checked_study(path)

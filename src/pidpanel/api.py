@@ -35,8 +35,11 @@ from pidpanel.damping.models import DampingModel
 from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
+from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
+from pidpanel.provenance.links import check_working_folder
+from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.response.from_study import write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
@@ -147,11 +150,12 @@ class Model:
         ResultsError
             If the run fails, with the message of Snakemake.
         """
+        check_working_folder(self.folder)
         file = self._file
         if file is None:
             file = self.results / "study.yaml"
             file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(text_of(self._values, self.study.name), encoding="utf-8")
+            durable.write_text(file, text_of(self._values, self.study.name))
         names = [f"results/{self.study.name}/{name}" for name in targets]
         self.folder.mkdir(parents=True, exist_ok=True)
         call = command(file, self.folder, [*names, f"-j{jobs}"])
@@ -221,7 +225,7 @@ class Model:
 
     def modes(self) -> xr.Dataset:
         """Return the modes of the panel: frequencies, masses, shapes at the points and the mesh."""
-        basis = xr.load_dataset(self._stages["modes.nc"], engine="scipy")
+        basis = read_netcdf(self._stages["modes.nc"])
         modes = basis.isel(shape=np.flatnonzero(basis["is_residual"].to_numpy() == 0))
         modes = modes.sortby("natural_frequency").rename({"shape": "mode"})
         names = [str(name) for name in basis["point_names"].to_numpy()]
@@ -255,7 +259,7 @@ class Model:
         from pidpanel.report.from_study import partly_known
         from pidpanel.report.inputs import without_errors
 
-        psd = xr.load_dataset(self._responses["psd.nc"], engine="scipy")
+        psd = read_netcdf(self._responses["psd.nc"])
         summary, psd = without_errors(partly_known(self._with_panel()), self.summary(), psd)
         index = summary.set_index(["reading", "scenario", "point"])
         template = psd["acceleration_psd"].isel(frequency=0, drop=True)
@@ -267,7 +271,7 @@ class Model:
 
     def summary(self) -> pd.DataFrame:
         """Return the table of the responses, ``response/summary.csv``."""
-        return pd.read_csv(self._responses["summary.csv"], dtype={"point": str})
+        return read_csv(self._responses["summary.csv"], dtype={"point": str})
 
     # ------------------------------------------------------------------ how it is computed
 
@@ -296,9 +300,8 @@ class Model:
         study = self._with_panel()
         if self.study.coupons or self.study.is_coupled:
             psd = self._result("response/psd.nc")
-            with xr.open_dataset(psd, engine="scipy") as dataset:
-                if dataset.attrs["study_hash"] != stamp(study)["study_hash"]:
-                    raise ResultsError(f"{psd}: of another state of the study; call run() again")
+            if read_netcdf(psd).attrs.get("study_hash") != stamp(study)["study_hash"]:
+                raise ResultsError(f"{psd}: of another state of the study; call run() again")
             names = ("panel/modes.nc", "response/psd.nc", "response/summary.csv")
             return {Path(name).name: self._result(name) for name in names}
         self._own = tempfile.TemporaryDirectory(prefix="pidpanel_")

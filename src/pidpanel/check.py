@@ -10,20 +10,25 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.geometry.polygon import overlap, signed_area
+from pidpanel.columns import in_kilohertz
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.geometry.polygon import overlap
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
 from pidpanel.study.base_motion import BaseMotion, RandomMotion
 from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
-from pidpanel.study.panel import Panel, key_path
+from pidpanel.study.panel import MOST_CARRIED, Panel, key_path
 from pidpanel.study.response import LEAST_SPAN, Response
 from pidpanel.study.sound import Sound
 from pidpanel.text_files import TextFileError, read_text
 
 LARGEST_DECK = 1_000_000  # most bytes of a deck
-QUIETEST = 100.0  # level of a table [dB] below which it is taken for one in other units
-MOST_CARRIED = 5  # heaviest mass on a panel over that of the panel
+# Overall levels of a table [dB] outside which it is taken for one in other units
+QUIETEST, LOUDEST = 100.0, 170.0
+# Bands of levels [dB] that may be pressures [Pa]: the lowest is below, their range above
+LOWEST_BAND, WIDEST_RANGE = 60.0, 50.0
+MOST_SHIFT = 20.0  # of a table by oaspl_db [dB]
 # Difference of a stated overall value and that of its table: levels have two digits.
 OVERALL_TOLERANCE = 0.03
 
@@ -112,8 +117,7 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         keys = (*way, *(("vary", "deck", varied.index(path)) if varied else ("deck",)))
         names = case.point.deck_values(restart="none")
         try:
-            check_trust(Path(path))
-            text = read_text(Path(path), LARGEST_DECK)
+            text = read_text(check_trust(Path(path)), LARGEST_DECK)
             unknown = deck.undeclared(text, names)
         except DeckRefused as error:
             yield Mistake(keys, str(error).removeprefix(f"{path}: "))
@@ -143,7 +147,6 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     # two seconds of imports that a study of the coupon alone does not need
     from pidpanel.damping.laws import FREQUENCY_RANGE
     from pidpanel.solve.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
-    from pidpanel.spectra.acceleration_table import read_base_table
     from pidpanel.study.dampers import resolved_masses
 
     low, high = study.response.frequency_hz
@@ -164,11 +167,17 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         message = f"resolving its resonances takes {lines} frequency lines from {low:g} to "
         message += f"{high:g} Hz; allowed are {LINES_AT_MOST}, for ratios from {ratio:g}"
         yield Mistake(("panel", "damping_ratio"), message)
+    frequency = study.panel.modal_damping.frequency
+    if frequency and in_kilohertz(frequency, low, high):
+        message = (
+            f"its frequencies are {min(frequency):g} to {max(frequency):g} Hz, all below those "
+        )
+        message += f"of the response, {low:g} to {high:g} Hz; in kHz?"
+        yield Mistake(("panel", "damping_ratio"), message)
     if study.base is not None and study.base.random is not None:
-        yield from _check_base(study.base, study.base.random, study.response)
+        yield from _check_base(study, study.base, study.base.random)
     for point, path in study.severity.limits.items() if study.severity else ():
-        limit = partial(read_base_table, path)
-        yield from read_at(("severity", "limits", point), limit)
+        yield from _check_limit(point, path, study.response)
     if study.measurements:
         from pidpanel.measurement.from_study import mistakes_of_files
 
@@ -232,7 +241,8 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
     if lowest > high or highest < low:
         message = f"its frequencies are {lowest:g} to {highest:g} Hz, all outside those of the "
         message += f"response, {low:g} to {high:g} Hz"
-        yield Mistake(keys, f"{message}; in kHz?" if low <= 1e3 * highest <= 2 * high else message)
+        is_in_kilohertz = in_kilohertz(columns["frequency_hz"], low, high)
+        yield Mistake(keys, f"{message}; in kHz?" if is_in_kilohertz else message)
     if "fill_fraction" not in columns:
         return
     emptiest, fullest = (float(f(columns["fill_fraction"])) for f in (min, max))
@@ -249,13 +259,22 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
     spectrum = yield from read_at(("sound", "spectrum"), lambda: read_spectrum(sound.spectrum))
     if spectrum is None:
         return
+    bands = getattr(spectrum, "band_spl", np.zeros(1))  # a table of a PSD has none
     sums = f"its {spectrum.rows} sum to {spectrum.oaspl:.1f} dB"
     if not OVERALL.holds(spectrum.oaspl):
         message = f"{sums}; {OVERALL.allowed}: are they in Pa?"
         yield Mistake(("sound", "spectrum"), message)
-    elif spectrum.oaspl < QUIETEST and sound.oaspl_db is None:
-        message = f"{sums}, far below a launch; in Pa or Pa²/Hz? "
-        message += f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
+    elif sound.oaspl_db is None:
+        doubt = "far below a launch; in Pa or Pa²/Hz?" if spectrum.oaspl < QUIETEST else ""
+        if spectrum.oaspl > LOUDEST or _may_be_pascals(bands):
+            doubt = doubt or "not those of a launch; in Pa?"
+        if doubt:
+            remedy = f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
+            yield Mistake(("sound", "spectrum"), f"{sums}, {doubt} {remedy}")
+    elif sound.oaspl_db > spectrum.oaspl + MOST_SHIFT and _may_be_pascals(bands):
+        message = (
+            f"{sums}, far below oaspl_db = {sound.oaspl_db:g}; must be levels in dB, not in Pa"
+        )
         yield Mistake(("sound", "spectrum"), message)
     low, high = spectrum.reach
     if response.frequency_hz[0] < low or response.frequency_hz[1] > high:
@@ -266,10 +285,39 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
         yield Mistake(("response", "frequency_hz"), message)
 
 
-def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) -> Iterator[Mistake]:
+def _may_be_pascals(bands: Array) -> bool:
+    """Return whether bands (n,) are rather those of a launch in Pa than in dB."""
+    from pidpanel.sound.spectrum import REFERENCE_PRESSURE
+
+    is_odd = np.ptp(bands) > WIDEST_RANGE or bands.max() < QUIETEST
+    if not (is_odd and 0 < bands.min() < LOWEST_BAND):
+        return False
+    pressure = np.sqrt(np.sum(bands**2))
+    return bool(QUIETEST <= 20 * np.log10(pressure / REFERENCE_PRESSURE) <= LOUDEST)
+
+
+def _check_limit(point: str, path: Path, response: Response) -> Iterator[Mistake]:
+    """Yield what is wrong with the table of a limit, and one without a band of the response."""
+    from pidpanel.solve.bands import third_octaves
+    from pidpanel.spectra.acceleration_table import read_base_table
+
+    keys = ("severity", "limits", point)
+    limit = yield from read_at(keys, lambda: read_base_table(path))
+    if limit is None:
+        return
+    (low, high), (lowest, highest) = response.frequency_hz, limit.frequency[[0, -1]].tolist()
+    if third_octaves(max(low, lowest), max(low, min(high, highest)))[0].size == 0:
+        message = f"its frequencies are {lowest:g} to {highest:g} Hz: no third octave of the "
+        message += f"response, {low:g} to {high:g} Hz"
+        is_in_kilohertz = in_kilohertz(limit.frequency, low, high)
+        yield Mistake(keys, f"{message}; in kHz?" if is_in_kilohertz else message)
+
+
+def _check_base(study: Study, motion: BaseMotion, random: RandomMotion) -> Iterator[Mistake]:
     """Yield what is wrong with the table of base motion, and an overall value it does not have."""
     from pidpanel.spectra.acceleration_table import read_base_table
 
+    response = study.response
     keys = ("base", "random")
     spectrum = yield from read_at((*keys, "spectrum"), lambda: read_base_table(random.spectrum))
     if spectrum is None:
@@ -282,24 +330,41 @@ def _check_base(motion: BaseMotion, random: RandomMotion, response: Response) ->
     if max(low, response.frequency_hz[0]) * LEAST_SPAN > min(high, response.frequency_hz[1]):
         message = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"
         yield Mistake(("response", "frequency_hz"), message)
-    least = {"psd_g2_hz": float(spectrum.psd.min()) * DEEPEST}
-    least["rms_g"] = math.sqrt(DEEPEST) * spectrum.rms
+    bounds = {"psd_g2_hz": float(spectrum.psd.min()) * DEEPEST}
+    bounds["rms_g"] = math.sqrt(DEEPEST) * spectrum.rms
     for name, limit in () if motion.limits is None else motion.limits.points.items():
-        for key, lowest in least.items():
+        for key, lowest in bounds.items():
             value = getattr(limit, key)
             if value is not None and value < lowest:
                 message = f"must be at least {lowest:.2g}, 30 dB below all of the input; lower that"
                 yield Mistake(("base", "limits", "points", name, key), message)
+    force, mass = None if motion.limits is None else motion.limits.force, _mass_of(study.panel)
+    if force is None or mass is None:
+        return
+    rigid = mass * STANDARD_GRAVITY
+    force_bounds = {"psd_n2_hz": rigid**2 * bounds["psd_g2_hz"], "rms_n": rigid * bounds["rms_g"]}
+    for key, lowest in force_bounds.items():
+        value = getattr(force, key)
+        if value is not None and value < lowest:
+            message = f"must be at least {lowest:.2g}, 30 dB below the force of the input on "
+            message += f"{mass:.3g} kg, a rigid panel; lower the input"
+            yield Mistake(("base", "limits", "force", key), message)
+
+
+def _mass_of(panel: Panel) -> float | None:
+    """Return the mass of a panel without attachments [kg]; None where its mistakes are reported."""
+    from pidpanel.panel.from_study import StudiedPanel
+
+    studied = StudiedPanel(panel)
+    try:
+        return float(studied.section.mass_per_area * studied.area.area)
+    except ValueError:
+        return None
 
 
 def _check_masses(panel: Panel) -> Iterator[Mistake]:
-    from pidpanel.panel.from_study import StudiedPanel
-
-    if panel.outline is None:
-        return
-    try:
-        weight = StudiedPanel(panel).section.mass_per_area * abs(signed_area(panel.outline.corners))
-    except ValueError:  # reported for the section
+    weight = _mass_of(panel)
+    if weight is None:
         return
     for name, mass in panel.masses.items():
         if mass.mass_kg > MOST_CARRIED * weight:

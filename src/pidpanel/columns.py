@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.text_files import TextFileError, lines_of, read_text
+from pidpanel.text_files import TextFileError, lines_of, one_line, read_text
 
 MOST_FAULTS = 20  # most mistakes reported per file
 MOST_ALIKE = 3  # most mistakes of one kind reported on a line each
@@ -33,8 +33,8 @@ class ColumnsError(ValueError):
             file = re.split(", line |:", faults[0])[0]
             summary = f"{file}: {len(faults) - MOST_FAULTS} further mistakes"
             faults = [*faults[:MOST_FAULTS], summary]
-        self.faults = tuple(faults)
-        super().__init__("\n".join(faults))
+        self.faults = tuple(one_line(fault) for fault in faults)
+        super().__init__("\n".join(self.faults))
 
 
 class Allowed(NamedTuple):
@@ -184,6 +184,18 @@ def _unknown(name: str, place: int, allowed: Sequence[str]) -> str:
     near = nearest(name, allowed)
     message = f"did you mean {near}?" if near else f"allowed are {', '.join(allowed)}"
     return f"column {name!r}: unknown; {message}"
+
+
+def in_kilohertz(frequency: ArrayLike, low: float, high: float) -> bool:
+    """Return whether frequencies below a range [Hz] lie in it if they are in kHz.
+
+    Examples
+    --------
+    >>> in_kilohertz([0.02, 2.0], 20.0, 2000.0), in_kilohertz([5.0, 15.0], 20.0, 2000.0)
+    (True, False)
+    """
+    highest = float(np.max(frequency))
+    return highest < low <= 1e3 * highest <= 2 * high
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,14 @@ def read_text(path: Path, limit: int = LARGEST) -> str:
     TextFileError
         If there is no such file, it is no file, cannot be read, is too large or is no such text.
     """
+    return decoded(read_bytes(path, limit))
+
+
+def read_bytes(path: Path, limit: int = LARGEST) -> bytes:
+    """Read a file; neither a pipe nor a device is waited for, see `read_text`.
+
+    Of a file that states no bytes, as those of ``/proc`` do, nothing is read: some never end.
+    """
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
@@ -40,13 +48,13 @@ def read_text(path: Path, limit: int = LARGEST) -> str:
             raise TextFileError("must be a file")
         if status.st_size > limit:
             raise TextFileError(f"has {_bytes(status.st_size)}; allowed are {_bytes(limit)}")
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            return file.read(status.st_size)
     except TextFileError:
         raise
     except (OSError, ValueError) as error:  # such as a NUL in its name
         message = getattr(error, "strerror", None) or error
         raise TextFileError(f"cannot be read: {message}") from None
-    return decoded(data)
 
 
 def decoded(data: bytes) -> str:
@@ -90,3 +98,8 @@ def lines_of(text: str) -> list[str]:
 
 def _bytes(count: int) -> str:
     return f"{count / 1e6:.3g} MB"
+
+
+def one_line(text: str) -> str:
+    """Return a text with all that would break its line written as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -1,5 +1,6 @@
 """The published table is what its description says, and agrees with itself."""
 
+import csv
 import json
 import math
 from pathlib import Path
@@ -10,6 +11,7 @@ import yaml
 
 from pidpanel.atlas.groups import Direction
 from pidpanel.atlas.table import PACKAGE_FILE, TABLE_FILE, fields, read_atlas
+from pidpanel.damping import atlas_files
 
 G = 9.80665
 
@@ -111,3 +113,13 @@ def test_a_missing_column_is_named(tmp_path):
     table.drop(columns="closure").to_csv(tmp_path / "cases.csv", index=False)
     with pytest.raises(ValueError, match="different are closure"):
         read_atlas(tmp_path / "cases.csv")
+
+
+def test_pages_count_the_cases_of_the_file():
+    # red: len(atlas.cases), those with gravity and a measurable loss, as all of them
+    with TABLE_FILE.open(newline="") as file:
+        count = sum(1 for _ in csv.DictReader(file))
+    atlas = atlas_files.read_atlas()
+    text = atlas_files.version_text(atlas)
+    assert f"{count} simulated cases, {len(atlas.cases)} of them" in text
+    assert len(atlas.cases) < count

@@ -11,6 +11,7 @@ from reference_pages import FILES
 from pidpanel.base import basis_check
 from pidpanel.base.from_study import base_labels, base_scenarios
 from pidpanel.check import checked_study
+from pidpanel.cli.study_overview import overview
 from pidpanel.measurement.from_study import write_measurements
 from pidpanel.paths import DATA
 from pidpanel.report import style
@@ -313,3 +314,41 @@ def test_the_stated_error_of_the_mesh_is_that_against_a_finer_one(shaken, tmp_pa
     )
     for point, stated in rows.set_index("point")["mesh_error"].items():
         assert largest[point] / 3 < stated < 10 * largest[point]
+
+
+COARSE = """
+panel:
+  outline_m: [1.2, 0.8]
+  section:
+    kind: sandwich
+    materials: {aluminium: {youngs_modulus_gpa: 70, poissons_ratio: 0.3, density_kg_m3: 2700}}
+    faces: [{material: aluminium, thickness_mm: 0.3}]
+    core: {grade: "3/16-5056-0.0007", thickness_mm: 20, ribbon_deg: 0}
+  supports:
+    outline: free
+    points:
+      H1: {at_m: [0.2, 0.2], kind: hold_down, radius_m: 0.02}
+      H2: {at_m: [1.0, 0.6], kind: hold_down, radius_m: 0.02}
+      H3: {at_m: [0.2, 0.6], kind: hold_down, radius_m: 0.02}
+  damping_ratio: 0.005
+  mesh: {kind: triangles, size_m: 0.12}
+  points: {P1: [0.6, 0.4]}
+base: {random: {spectrum: gevs_qualification.csv}}
+response: {frequency_hz: [30, 300]}
+"""
+
+
+def test_a_mesh_that_the_report_will_mark_is_named_before_the_run(tmp_path):
+    # the error of free edges and feet; a finer mesh is neither named nor marked
+    # red: waves alone, which the check refuses from 0.5 dB
+    named, marked = [], []
+    for size in ("0.12", "0.03"):
+        folder = tmp_path / size
+        folder.mkdir()
+        study = folder / "coarse.yaml"
+        study.write_text(COARSE.replace("0.12", size))
+        named.append("'mesh too coarse'" in overview(checked_study(study), folder))
+        summary = pd.read_csv(run_stages(load_study(study), folder) / "summary.csv")
+        marked.append(set(summary["doubts"].astype(object).fillna("")) == {"mesh too coarse"})
+        assert set(summary["trusted"]) == ({"no"} if marked[-1] else {"yes"})
+    assert named == marked == [True, False]

@@ -46,6 +46,13 @@ def test_what_cannot_be_meant_is_refused(wrong, base, case):
     wrong(base, *case)
 
 
+def test_more_fills_than_a_search_ends_with_are_refused(wrong):
+    # red: 10,000 of them, with no end after 150 s
+    fills = listed(f"{0.1 + k / 100:.2f}" for k in range(51))
+    change = f"mass_kg: 0.9\n  fill_fraction: {fills}"
+    wrong("design", "mass_kg: 0.9", change, "@fill_fraction|optimise.fill_fraction: count")
+
+
 @pytest.mark.parametrize("case", TOO_MUCH, ids=lambda case: case[1][:30])
 def test_what_is_too_much_is_refused(wrong, case):
     # red: no `_count`, no `MOST_RUNS`, no `LARGEST`

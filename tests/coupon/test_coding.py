@@ -9,8 +9,8 @@ import pytest
 from pidpanel.coupon import coding
 from pidpanel.coupon.balance import EnergyBalance
 from pidpanel.coupon.drive import Tone
-from pidpanel.coupon.liggghts.failures import RecordUnreadable
-from pidpanel.coupon.records import End, MeasuredBalance, RunState
+from pidpanel.coupon.liggghts.failures import FileDamaged, RecordUnreadable
+from pidpanel.coupon.records import End, MeasuredBalance, RunState, check_files
 
 BALANCE = MeasuredBalance(EnergyBalance(*(0.1 * i for i in range(1, 10))), -0.003, 2, 551)
 ENDS = (End(12, BALANCE, "d" * 64), End(18, None, "e" * 64))
@@ -23,6 +23,24 @@ def test_a_state_survives_its_way_through_a_file(tmp_path, state):
     state.write(tmp_path)
     assert RunState.read(tmp_path) == state
     assert not list(tmp_path.glob(".new*"))
+
+
+@pytest.mark.parametrize(
+    "restart", ["x\nshell touch hit", "../../victim", "at_17.restart", "/dev/zero"]
+)
+def test_a_state_of_somebody_else_puts_no_word_of_its_own_into_a_deck(tmp_path, restart):
+    # red: any text taken for the restart; LIGGGHTS then runs its second line, and a film copies
+    # the file that it names
+    dataclasses.replace(STATE, restart=restart).write(tmp_path)
+    with pytest.raises(RecordUnreadable, match=r"state\.json: restart = .*must be at_18\.restart"):
+        RunState.read(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["../victim", "/etc/hostname", "s1/start.data"])
+def test_a_record_of_somebody_else_names_no_file_outside_its_folder(tmp_path, name):
+    # red: `folder / name` of any name
+    with pytest.raises(FileDamaged, match="name of a file in it"):
+        check_files(tmp_path, {name: "d" * 64})
 
 
 def test_a_folder_without_a_state_has_none(tmp_path):

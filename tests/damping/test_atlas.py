@@ -174,6 +174,17 @@ def test_the_factor_is_the_conformal_quantile_of_the_scores():
     np.testing.assert_array_equal(factors[:, [0, 2]], 1.0)
 
 
+@pytest.mark.parametrize("count", [20, 40, 59, 60, 61, 100, 180])
+def test_a_further_case_lies_within_the_factor_in_95_of_100(count):
+    # of n + 1 equal cases the last is among the first k of n with probability k/(n + 1)
+    # red: 1 + 1/n left out: of 20 cases the 19th, which 90 of 100 do not exceed
+    scores = np.arange(1.0, count + 1)
+    predicted = Predicted(scores, np.ones(count), scores, np.ones(count))
+    factors = calibration_of(predicted, np.full(count, 0.3), np.arange(count))
+    least = next(k for k in range(1, count + 1) if 100 * k >= 95 * (count + 1))
+    np.testing.assert_allclose(factors[:, 1], least / 1.96)
+
+
 @pytest.mark.parametrize("count", [5, 19])
 def test_of_fewer_than_twenty_cases_the_largest_error_counts(count):
     scores = np.arange(1.0, count + 1)

@@ -82,7 +82,7 @@ def test_every_failure_is_on_the_page_of_messages():
     told = set(re.findall(r"`([A-Z]\w+)`", page))
     # what holds others together, what is told as the lines of a study's mistakes, and the end of
     # one of several jobs of a run
-    inner = {"SolverFailure", "StudyError", "Mistakes", "Continues"}
+    inner = {"SolverFailure", "StudyError", "Mistakes", "Continues", "UnitError"}
     found = set(errors_of_the_package()) - inner
     assert len(found) > 20
     assert found - told == set()

@@ -36,9 +36,15 @@ def apparent_mass():
     [
         (apparent_mass(), {}),
         (apparent_mass() * STANDARD_GRAVITY, {"unit": "g"}),
+        (apparent_mass() * STANDARD_GRAVITY, {"unit": "[g]"}),
+        (apparent_mass() * STANDARD_GRAVITY, {"unit": "g_n"}),
+        (apparent_mass() * STANDARD_GRAVITY, {"unit": "g (rms)", "force": "N rms"}),
+        (apparent_mass() * 1e-3, {"unit": "mm/s^2"}),
+        (apparent_mass() * 1e-3 * 0.0254, {"unit": "in/s²", "force": "kN"}),
+        (apparent_mass() / 0.45359237, {"unit": "g", "force": "lbf"}),
         (1 / apparent_mass(), {"kinds": (12, 13)}),
+        (1e3 / apparent_mass(), {"kinds": (12, 13), "unit": "mm/s2"}),
     ],
-    ids=["force over acceleration", "in g", "acceleration over force"],
 )
 def test_constants_come_back(tmp_path, values, options):
     # red: +ω Im M; the fixture not subtracted; force over acceleration not divided by the area
@@ -82,7 +88,14 @@ def test_a_band_has_the_mean_of_its_lines(tmp_path, first, size):
     [
         (apparent_mass(), {"function": 9}, "must be a frequency response"),
         (apparent_mass(), {"kinds": (12, 12)}, "of force over acceleration or the inverse"),
-        (apparent_mass(), {"force": "lbf"}, "the force must be in N, not lbf"),
+        (
+            apparent_mass(),
+            {"force": "V"},
+            "unit 'V' over 'm/s\\^2': 'V' is not a known unit; force",
+        ),
+        (apparent_mass(), {"unit": "mm"}, "unit 'N' over 'mm': force over acceleration must be in"),
+        (apparent_mass(), {"unit": ""}, "must be in units such as N and m/s\\^2, lbf and g"),
+        (1 / apparent_mass(), {"kinds": (12, 13), "force": "NONE"}, "unit 'm/s\\^2': acceleration"),
         (apparent_mass().conj(), {}, "C_e is negative in all third octaves"),
     ],
 )

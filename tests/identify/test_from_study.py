@@ -68,6 +68,7 @@ def test_the_command_prints_and_writes_the_particles(identified):
     assert posterior["probability"].sum() == pytest.approx(1, abs=1e-4)
     mean = (posterior["probability"] * posterior["restitution"]).sum()
     assert mean == pytest.approx(summary.loc["restitution", "value"], abs=1e-4)
+    assert summary["determined"].all()
     further = pd.read_csv(folder / "next_tests.csv")
     assert further["information_nat"].is_monotonic_decreasing
     page = (folder / "report.html").read_text(encoding="utf-8")
@@ -88,8 +89,8 @@ def test_a_measurement_that_nothing_explains_is_to_be_checked(laboratory, tmp_pa
 
 
 def test_a_measurement_that_is_hardly_explained_is_to_be_checked(laboratory, tmp_path, capsys):
-    # C_e of a tone four times too large, probability 2 %; red: a limit of 1 % alone
-    table = TABLE.replace("1478.7", "5914.8")
+    # C_e of a tone 1.8 times too large, probability 2 %; red: a limit of 1 % alone
+    table = TABLE.replace("1478.7", "2661.7")
     assert main(["identify", str(laboratory(table=table)), "-d", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert any(line.startswith("These particles hardly explain the measurement") for line in lines)
@@ -150,9 +151,24 @@ def test_the_identified_particles_are_a_damper_of_a_study(identified, tmp_path):
 
 def test_tones_that_all_lie_outside_the_atlas_are_refused(laboratory):
     # red: an answer, with a hint in its last lines
-    kilohertz = ROWS + "0.03,20,1478.7,4.4555\n0.08,20,413.3,-0.1645\n"
+    fast = ROWS + "15000,2,1478.7,4.4555\n18000,2,413.3,-0.1645\n"
     with pytest.raises(StudyError, match=r"measured.file = .*: no tone lies in the atlas.*in Hz"):
-        identify_file(laboratory(table=kilohertz))
+        identify_file(laboratory(table=fast))
+
+
+def test_frequencies_in_kilohertz_are_refused(laboratory):
+    # W/L of a tone of 0.5 g lies in the atlas; red: an answer from it
+    kilohertz = ROWS + "0.08,20,413.3,-0.1645\n2,1.6,413.3,-0.1645\n"
+    with pytest.raises(StudyError, match=r"at most 2 Hz, below those of the shaker.*; in kHz"):
+        read_measurement(laboratory(table=kilohertz), read_atlas())
+
+
+@pytest.mark.parametrize("key", ["record: 1", "area_mm2: 2000", "fixture_mass_kg: 0.4"])
+def test_keys_of_universal_files_are_refused_with_a_table(laboratory, key):
+    # red: ignored
+    rest = MEASURED.replace("}", f", {key}}}")
+    with pytest.raises(StudyError, match=f"{key[:6]}.*only allowed with a universal file"):
+        read_measurement(laboratory(rest), read_atlas())
 
 
 def test_differences_are_those_of_the_table(laboratory):
@@ -280,3 +296,18 @@ def test_force_over_acceleration_is_a_measurement(laboratory, tmp_path):
             read_measurement(
                 laboratory(test.replace(left, "") + ", relative_error: 0.05}\n"), read_atlas()
             )
+
+
+def test_what_a_test_does_not_determine_is_said(tmp_path, capsys):
+    # a tone that rides along gives m_a, hardly e and μ; red: the interval of the prior alone
+    file = write_measurement(
+        tmp_path, table=ROWS + "80,1.6,600,5.6\n", rest=MEASURED.replace("0.03", "0.5")
+    )
+    assert main(["identify", str(file), "-d", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("e = ") and lines[0].endswith("; not determined by this test)")
+    summary = pd.read_csv(tmp_path / "results" / "lab" / "identify" / "summary.csv")
+    assert not summary["determined"][0]
+    assert "not determined by this test" in (
+        tmp_path / "results" / "lab" / "identify" / "report.html"
+    ).read_text(encoding="utf-8")

@@ -99,13 +99,21 @@ def test_the_probability_is_that_of_students_t():
     # with one value more than parameters, that of |t| > √χ²
     # red: the sum in place of the mean; > for <
     posterior = normal(0.6, 0.04)
-    alone = replace(posterior, count=4, chi_square=np.full(posterior.weights.shape, 6.6))
+    alone = replace(posterior, count=4, mean_chi_square=6.6)
+    alone = replace(alone, chi_square=np.full(posterior.weights.shape, 6.6))
     assert alone.probability == pytest.approx(2 * student.sf(np.sqrt(6.6), 5), abs=0.005)
     assert replace(alone, count=40).probability > 0.99
     # no less than one, and one more where r is known
     assert replace(alone, count=2).probability == alone.probability
-    known = replace(alone, axes=(*alone.axes[:2], np.r_[0.5]), chi_square=alone.chi_square[..., :1])
-    assert replace(known, axes=(*alone.axes[:2], np.r_[0.4, 0.6])).probability == alone.probability
+
+    def with_fills(*fills):
+        """Fewer fill fractions on the grid."""
+        size = len(fills)
+        arrays = {name: getattr(alone, name)[..., :size] for name in ("weights", "chi_square")}
+        return replace(alone, axes=(*alone.axes[:2], np.array(fills)), **arrays)
+
+    known = with_fills(0.5)
+    assert with_fills(0.4, 0.6).probability == alone.probability
     assert known.probability == replace(alone, count=5).probability > 1.5 * alone.probability
 
 
@@ -163,6 +171,60 @@ def test_a_normal_posterior_has_its_moments_and_intervals():
     # a box within the range of the prior cuts nothing
     wide = replace(normal(0.93, 0.05), ranges=((0.2, 1.0), (-3.0, -0.2), (0.4, 0.6)))
     assert not wide.estimate(0).cut_high
+
+
+def two_modes(mean_chi_square):
+    """A posterior with 60 % of its weight at e = 0.4, 40 % at 0.8, and χ² = 1 and 2 there."""
+    axes = np.linspace(0.3, 0.9, 7), np.linspace(-3.0, -1.0, 5), np.array([0.5])
+    weights, chi_square = np.full((7, 5, 1), 1e-9), np.full((7, 5, 1), 60.0)
+    for place, share, value in (((1, 2, 0), 0.6, 1.0), ((5, 1, 0), 0.4, 2.0)):
+        weights[place], chi_square[place] = share, value
+    ranges = (0.3, 0.95), (-3.0, -0.2), (0.5, 0.5)
+    return Posterior(axes, weights / weights.sum(), chi_square, ranges, 4, mean_chi_square)
+
+
+def test_one_set_of_particles_is_named_and_judged():
+    # red: χ² of the grid's minimum beside the mean, which lies between two modes
+    split = two_modes(mean_chi_square=55.0)
+    assert split.is_split and split.is_explained and split.best_chi_square == 1.0
+    np.testing.assert_allclose(split.best, [0.4, -2.0, 0.5])
+    assert [split.estimate(axis).value for axis in range(3)] == pytest.approx([0.4, -2.0, 0.5])
+    assert split.estimate(0).mean == pytest.approx(0.56)
+    # where the mean explains the measurement it is named
+    whole = two_modes(mean_chi_square=4.0)
+    assert not whole.is_split and whole.best_chi_square == 4.0
+    np.testing.assert_allclose(whole.best, [0.56, -2.2, 0.5], atol=1e-6)
+    # nothing explains it, but the mean comes closest
+    poor = replace(two_modes(mean_chi_square=55.0), chi_square=np.full((7, 5, 1), 60.0))
+    assert not poor.is_split and poor.best_chi_square == 55.0 and not poor.is_explained
+
+
+def test_the_mode_has_the_largest_density():
+    # red: the largest weight, which an end point of the grid halves
+    split = two_modes(mean_chi_square=55.0)
+    weights = np.full((7, 5, 1), 1e-9)
+    weights[0, 2], weights[3, 2] = 0.45, 0.55  # densities 0.9 and 0.55
+    at_end = replace(split, weights=weights / weights.sum(), chi_square=np.ones((7, 5, 1)))
+    assert at_end.is_split
+    np.testing.assert_allclose(at_end.best, [0.3, -2.0, 0.5])
+
+
+def test_the_mean_is_judged_by_its_own_deviations():
+    # the same by the grid with the mean as its only point; red: χ² of the nearest grid point
+    posterior = identify(ATLAS, SPECIMEN, drawn(2), EXACT, RANGES)
+    axes = tuple(np.array([value]) for value in posterior.mean)
+    at_mean = grid_posterior(ATLAS, SPECIMEN, drawn(2), EXACT, axes).chi_square.item()
+    assert posterior.best_chi_square == pytest.approx(at_mean, rel=1e-9)
+    assert at_mean > posterior.chi_square.min()
+
+
+def test_an_interval_as_wide_as_the_prior_determines_nothing():
+    # 90 % of a range of 0.65 are 0.585; red: the whole range in place of its 90 %
+    density = normal(0.6, 10.0)
+    assert not density.estimate(0).is_determined
+    known = density.estimate(1)
+    assert known.is_determined and known.high - known.low < 0.8 * 0.9 * 2.8
+    assert normal(0.6, 0.1).estimate(0).is_determined
 
 
 def test_the_grid_holds_what_is_not_negligible():

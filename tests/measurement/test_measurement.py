@@ -8,9 +8,11 @@ import pyuff
 from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.measurement.differences import band_differences, common_range
-from pidpanel.measurement.files import MeasuredPsd, read_measured
+from pidpanel.measurement.files import PSD_COLUMN, RATIO_COLUMN, MeasuredPsd, read_measured
 from pidpanel.response.exports import Curve, write_uff58
+from pidpanel.solve.bands import band_rms
 
+HEAD = "frequency_hz,acceleration_psd_g2_hz\n"
 FREQUENCY = np.geomspace(20.0, 400.0, 300)
 PSD = 2.0 + np.cos(FREQUENCY / 9)
 
@@ -52,7 +54,17 @@ def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
         ("a.csv", "frequency_hz,psd\n20,1\n", "column 'psd': unknown"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n", "at least two lines"),
         ("a.csv", "frequency_hz,transmissibility\n20,0\n30,0\n", "the transmissibility must be"),
-        ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n10,1\n", "must rise; 10 Hz"),
+        (
+            "a.csv",
+            "frequency_hz,acceleration_psd_g2_hz\n20,1\n10,1\n",
+            "must rise; 10 Hz follows 20 Hz",
+        ),
+        ("a.csv", f"{HEAD}0,1\n20,1\n", "frequency_hz = 0: must be above 0"),
+        ("a.csv", f"{HEAD}20,1\n30,1.05e6\n", "at most 1e+06"),
+        ("a.csv", "frequency_hz,transmissibility\n20,1\n30,1.05e6\n", "at most 1e+06"),
+        ("a.csv", f"{HEAD}20,1\n20,1\n30,1\n", "20 Hz is given twice"),
+        ("a.csv", f"{HEAD}20,1\n30,1\n30,2\n30,3\n", "30 Hz is given twice"),
+        ("a.csv", f"{HEAD}20,1\n30,1\n30,2\n20,3\n", "20 Hz follows 30 Hz"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,-1\n30,1\n", "at least 0"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,0\n30,0\n", "not 0 everywhere"),
         ("a.uff", "no data set\n", "has no data set 58"),
@@ -67,6 +79,56 @@ def test_a_file_that_is_wrong_is_refused_in_a_line(tmp_path, name, content, mess
         read_measured(path)
     (fault,) = error.value.faults
     assert fault.startswith(str(path)) and message in fault
+
+
+def test_two_lines_at_one_frequency_are_a_step(tmp_path):
+    # red: refused; the higher value from the line below on. ∫ = 60·4 + 40·1
+    path = tmp_path / "steps.csv"
+    path.write_text(f"{HEAD}40,4\n100,4\n100,1\n140,1\n")
+    measured = read_measured(path)
+    assert measured.frequency.tolist() == [40.0, np.nextafter(100.0, 0), 100.0, 140.0]
+    rms = band_rms(measured.frequency, measured.psd, np.array([[40.0, 140.0], [90.0, 110.0]]))
+    np.testing.assert_allclose(rms**2, [280.0, 50.0], rtol=1e-12)
+
+
+def test_a_table_of_several_points_gives_that_of_a_point(tmp_path):
+    # red: the first point; a short row as the row of another point
+    path = tmp_path / "points.csv"
+    head = (
+        "frequency_hz,acceleration_psd_g2_hz_P,velocity_psd_m2_s2_hz_P,acceleration_psd_g2_hz_Q\n"
+    )
+    path.write_text(f"{head}20,1,7,4\n30,2,8,5\n")
+    for point, values in (("P", [1, 2]), ("Q", [4, 5])):
+        measured = read_measured(path, None, point)
+        assert measured.frequency.tolist() == [20, 30] and measured.psd.tolist() == values
+    with pytest.raises(ColumnsError, match="'acceleration_psd_g2_hz_P': unknown"):
+        read_measured(path, None, "R")
+    path.write_text(f"{head}20,1,7,4\n30,2,8\n40,3,9,6\n")
+    with pytest.raises(ColumnsError, match="line 3: has 3 values, must have 2"):
+        read_measured(path, None, "Q")
+
+
+@pytest.mark.parametrize(("over_base", "name"), [(False, PSD_COLUMN), (True, RATIO_COLUMN)])
+def test_columns_of_a_curve_are_those_of_its_table(over_base, name):
+    # red: the square of a transmissibility
+    columns = MeasuredPsd(np.array([20.0, 30.0]), np.array([4.0, 9.0]), over_base).columns
+    assert list(columns) == ["frequency_hz", name]
+    assert columns[name].tolist() == ([2, 3] if over_base else [4, 9])
+
+
+def test_a_step_below_1_hz_has_its_lower_side_below(tmp_path):
+    # red: the neighbour towards 1
+    path = tmp_path / "slow.csv"
+    path.write_text(f"{HEAD}0.4,4\n0.5,4\n0.5,1\n0.9,1\n")
+    assert read_measured(path).frequency.tolist() == [0.4, np.nextafter(0.5, 0), 0.5, 0.9]
+
+
+def test_the_number_of_a_data_set_belongs_to_universal_files(tmp_path):
+    # red: ignored with a table
+    path = tmp_path / "a.csv"
+    path.write_text(f"{HEAD}20,1\n30,1\n")
+    with pytest.raises(ColumnsError, match="record is only allowed with a universal file"):
+        read_measured(path, 1)
 
 
 def test_a_universal_file_of_another_function_or_of_several_is_refused(tmp_path):
@@ -98,9 +160,6 @@ def test_a_transmissibility_is_read_from_a_table_and_a_frequency_response(tmp_pa
     forces = accelerations | {"orddenom_spec_data_type": 13}
     with pytest.raises(ColumnsError, match="over the acceleration of the base, data type 12"):
         read_measured(universal(tmp_path / "force.uff", **forces))
-    with pytest.raises(ColumnsError, match="one unit above and below, not g and m/s"):
-        labels["ordinate_axis_units_lab"] = "g"
-        read_measured(universal(tmp_path / "units.uff", **accelerations, **labels))
 
 
 def test_differences_are_those_of_the_bands_that_both_have():

@@ -60,9 +60,9 @@ FORMULAS = {
     "excited_panel scenario_runs segments softening force_record spectra variants",
     "response": "cases dampers extrapolation mapping model_error nastran panel tables",
     "base": "basis_check random sine",
-    "severity": "fatigue moments oscillators strength",
+    "severity": "fatigue moments oscillators strength tables",
     "optimise": "objectives places proposal reduced_panel search variants",
-    "measurement": "computed differences",
+    "measurement": "computed differences files units universal",
     "identify": "force_files next_tones posterior prediction",
     "report": "verdict",
 }

@@ -87,9 +87,9 @@ OTHERS = {
     "sound": "field_files from_study",
     "coupled": "beds checkpoints from_study pieces scenario",
     "base": "from_study tables",
-    "severity": "from_study tables",
+    "severity": "from_study",
     "optimise": "excitations from_study options",
-    "measurement": "files from_study",
+    "measurement": "from_study",
     "identify": "from_study",
     "response": "exports from_study psd_files refinement results trust",
 }

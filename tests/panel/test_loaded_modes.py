@@ -13,6 +13,7 @@ from pidpanel.panel.modes import loaded_modes
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
+from pidpanel.provenance.results import ResultsDamaged
 from tests.panel_basis import panel_basis
 
 SIZE = (1.5, 1.0)
@@ -151,7 +152,7 @@ def test_the_plate_comes_back_from_its_file(plate, tmp_path):
 def test_another_file_is_no_plate(tmp_path):
     # red: in read_plate, no check for stiffness_data
     xr.Dataset({"a": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="scipy")
-    with pytest.raises(ValueError, match=r"other\.nc: not the matrices of a plate"):
+    with pytest.raises(ResultsDamaged, match=r"other\.nc: has no stiffness_data"):
         read_plate(tmp_path / "other.nc")
 
 

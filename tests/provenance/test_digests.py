@@ -75,10 +75,12 @@ def test_the_hash_changes_with_a_value_and_with_the_order_of_families(tmp_path):
     assert len(hashes) == 4
 
 
-def test_a_stamp_has_no_time_and_four_keys(tmp_path):
-    # red: a key more
+def test_a_stamp_has_no_time_and_five_keys(tmp_path):
+    # red: a key more; the conventions of NetCDF left out
     said = stamp(load_any_study(study_in(tmp_path / "one") / "mine.yaml"))
-    assert set(said) == {"study", "study_hash", "pidpanel_version", "liggghts_version"}
+    versions = {"pidpanel_version", "liggghts_version"}
+    assert set(said) == {"study", "study_hash", "Conventions", *versions}
+    assert said["Conventions"].startswith("CF-1.")
     assert said["study"] == "mine"
     assert len(said["study_hash"]) == 16
 

@@ -5,7 +5,7 @@ import pandas as pd
 
 from pidpanel.damping.models import DampingValues
 from pidpanel.report import style
-from pidpanel.report.coupled_section import atlas_section, atlas_text, curves
+from pidpanel.report.coupled_section import atlas_section, curves
 from pidpanel.report.inputs import AtlasResults
 from tests.page_reader import blocks_of
 
@@ -21,7 +21,7 @@ class Model:
         return np.diag([0.01] * len(frequency) + [0.25] * len(frequency))
 
 
-ATLAS = AtlasResults("0.1.0", 873, {"steel": Model()})
+ATLAS = AtlasResults("version 0.1.0, 873 simulated cases", {"steel": Model()})
 LAYOUTS = pd.DataFrame(
     {
         "reading": ["atlas", "atlas", "dem"],
@@ -43,13 +43,20 @@ def test_curves_are_of_the_patches_read_from_the_atlas_at_their_motion():
     assert (table["apparent_mass_error_kg_m2"] == 0.5).all()
 
 
+def test_a_patch_outside_the_atlas_at_all_frequencies_leaves_a_section_without_curves():
+    # red: ValueError of axes from NaN to NaN, after everything was computed
+    with style.context():
+        section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (1500.0, 2000.0))
+    assert not section.pictures
+    assert "outside the range of the atlas" in blocks_of(section)[1].text
+
+
 def test_the_section_names_version_and_cases():
     # red: a section without its source
-    assert atlas_text(ATLAS) == "version 0.1.0, 873 simulated cases"
     with style.context():
         section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (100.0, 2000.0))
         coupled = LAYOUTS.assign(reading=["atlas", "atlas", "coupled"])
         beside = atlas_section(ATLAS, coupled, {"a": "A"}, (100.0, 2000.0))
-    assert atlas_text(ATLAS) in blocks_of(section)[0].text
+    assert ATLAS.text in blocks_of(section)[0].text
     # red: "No bed of this study was simulated" beside its coupled runs
     assert [" simulated. To" in blocks_of(s)[0].text for s in (section, beside)] == [True, False]

@@ -123,3 +123,34 @@ def test_two_studies_of_one_name_are_told_apart_by_their_folders(tmp_path, monke
     text = page.read_text()
     assert "before/results/mine and results/mine" in text
     assert "before/results/mine, x" in text and "Where results/mine and before" in text
+
+
+def test_the_best_is_that_of_a_level_and_is_drawn_over_the_bare_panel_of_that_level():
+    # red: the lowest over all levels, 142 dB, next to the bare panel at 162 dB
+    values = [("bare", 100, np.nan), ("x", 50, 0.1), ("y", 40, 0.1)]
+    quiet = [("bare_142", 10, np.nan), ("x_142", 4, 0.1), ("y_142", 5, 0.1)]
+    sides = []
+    for name in ("one", "other"):
+        result = side(name, values + quiet)
+        rows = result.summary
+        rows["oaspl_db"] = [162.04] * 3 + [142.04] * 3
+        rows["patch"] = ["none", "A", "A"] * 2
+        sides.append(result)
+    rows = differences(*sides)
+    best = rows[rows["scenario"] == BEST].set_index("best_level")["label_first"]
+    assert best.to_dict() == {162.0: "y", 142.0: "x_142"}
+    lines = [line for line in comparison_lines(*sides) if BEST in line]
+    assert [("best at 162 dB: y" in line, "best at 142 dB: x_142" in line) for line in lines] == [
+        (True, False), (False, True),
+    ]  # fmt: skip
+    (section,) = (part for part in comparison_page(*sides).sections if part.name == "psd")
+    curves = [[curve.label for curve in picture.charts[0].curves] for picture in section.blocks]
+    assert curves == [
+        ["one, x_142", "other, x_142", "one, bare_142", "other, bare_142"],
+        ["one, y", "other, y", "one, bare", "other, bare"],
+    ]
+    # another level alone has no best in common
+    sides[1].summary["oaspl_db"] += 3
+    assert BEST not in set(differences(*sides)["scenario"])
+    (section,) = (part for part in comparison_page(*sides).sections if part.name == "psd")
+    assert len(section.blocks) == 1

@@ -1,10 +1,12 @@
 """The page needs no other file, and holds what it was given."""
 
 import base64
+import json
 import re
 from html.parser import HTMLParser
 
 import jinja2
+import numpy as np
 import pytest
 
 from pidpanel.report import html
@@ -98,3 +100,13 @@ def test_two_pictures_with_the_same_name_are_refused():
     one = html.Picture("one", PNG, "")
     with pytest.raises(ValueError, match="pictures with the same name: one"):
         html.render(page(one, one))
+
+
+@pytest.mark.parametrize("name", ["<!--<script>", "</script><b>", "]]>", "a < b"])
+def test_a_name_in_a_chart_cannot_end_or_keep_open_its_script(name):
+    # a browser reads a script with `<!--<script` in it to the next `-->`: the rest of the page
+    # red: "</" escaped alone
+    curve = html.PageCurve(name, np.ones(3), "#000000")
+    chart = html.Chart("title", np.arange(1.0, 4.0), "unit", [curve])
+    assert "<" not in chart.json
+    assert json.loads(chart.json)["curves"][0]["label"] == name

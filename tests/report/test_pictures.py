@@ -1,13 +1,22 @@
 """Rendered scenes show what they should: coloured spheres in their cells, warped modes."""
 
+from io import BytesIO
+
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
 
 from pidpanel.coupon import geometry
 from pidpanel.geometry.cells import SHAPES
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import films, style
+from pidpanel.report.answer_figures import panel_figure
+from pidpanel.report.layout import draw_field
+from pidpanel.report.maps_section import map_figure
 from pidpanel.report.panel_section import shapes_figure
+from pidpanel.response.mapping import UNITS, map_dataset
 
 
 def saturated(image):
@@ -96,3 +105,65 @@ def test_the_case_of_the_film_succeeded_and_is_nearest_to_half_fill(cases):
     assert nearest == "r0.3_f100Hz_a12g"  # now of r = 0.4
     cases.loc[cases["case"] == nearest, "status"] = "NotSteady"
     assert films.nearest_case(cases) != nearest
+
+
+def shares_of_the_bar(figure):
+    """Share of the coloured pixels of each field whose colours are those of its colour bar."""
+    pixels = np.asarray(Image.open(BytesIO(style.png(figure))).convert("RGB"))
+
+    def inside(axes):
+        box = axes.get_window_extent()
+        top, bottom = len(pixels) - int(box.y1), len(pixels) - int(box.y0)
+        return pixels[top + 2 : bottom - 2, int(box.x0) + 2 : int(box.x1) - 2].reshape(-1, 3)
+
+    for axes in figure.axes:
+        bar = getattr(axes.collections[0], "colorbar", None) if axes.collections else None
+        if bar is not None and axes is not bar.ax:
+            drawn, known = inside(axes), {tuple(c) for c in inside(bar.ax).tolist()}
+            drawn = drawn[np.ptp(drawn.astype(int), axis=1) > 20]  # neither lines nor paper
+            yield np.mean([tuple(colour) in known for colour in drawn.tolist()])
+
+
+def test_a_map_has_the_colours_of_its_bar_and_no_others():
+    # on two elements only, whose corners have the colours of both ends
+    # red: a palette in `style.png`; shading="gouraud", whose way from blue to red is purple
+    corners = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])[[[0, 1, 2], [0, 2, 3]]]
+    values = np.array([-1.0, 1, -1, 1])[[[0, 1, 2], [0, 2, 3]]]
+    with style.context():
+        figure = Figure(figsize=(3, 2))
+        axes = figure.subplots()
+        axes.set(xlim=(0, 1), ylim=(0, 1))
+        figure.colorbar(draw_field(axes, corners, values, "RdBu_r", (-1.0, 1.0)), ax=axes)
+        (share,) = shares_of_the_bar(figure)
+    assert share > 0.98  # the rest are grid lines
+    drawn = figure.axes[0].collections[0].get_array()
+    assert -1 <= drawn.min() < -0.95 and 0.95 < drawn.max() <= 1
+
+
+@pytest.fixture
+def maps():
+    """Fields of 20 × 10 cells that rise along both sides."""
+    x, y = (g.ravel() for g in np.meshgrid(np.linspace(0, 2, 21), np.linspace(0, 1, 11)))
+    corner = (np.arange(10)[:, None] * 21 + np.arange(20)).ravel()
+    cells = np.stack([corner, corner + 1, corner + 22, corner + 21], axis=1)
+    field = {name: np.tile(x * y, (1, 1)) for name in UNITS}
+    field |= {name: x * y for name in ("acceleration", "displacement")}
+    cases = {("dem", "bare"): field, ("dem", "A_r0.5"): field}
+    return map_dataset(cases, [0.1, 0.1], np.stack([x, y], axis=1), cells, ["t"])
+
+
+def test_the_maps_of_a_page_have_the_colours_of_their_bars(maps):
+    # red: edges of elements that blend with their neighbours; a palette in `style.png`
+    with style.context():
+        shares = list(shares_of_the_bar(map_figure(maps, np.zeros((1, 200), bool), ["A", "B"])))
+    assert shares and min(shares) > 0.98
+
+
+def test_the_shapes_and_the_answer_have_the_colours_of_their_bars(basis, study):
+    # red: shading="gouraud"
+    rms = np.linalg.norm(basis.shape_at_vertices, axis=1)
+    panel = StudiedPanel(study.panel)
+    with style.context():
+        shares = list(shares_of_the_bar(panel_figure(basis, panel, rms)))
+        shares += shares_of_the_bar(shapes_figure(basis, ["1", "2", "3"]))
+    assert len(shares) == 2 and min(shares) > 0.8  # lines and names are over the map

@@ -3,11 +3,15 @@
 import dataclasses
 
 import numpy as np
+import pandas as pd
 import pytest
 import pyuff
 
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.measurement.files import read_measured
 from pidpanel.response.exports import Curve, third_octave_rows, write_tabrnd1, write_uff58
+from pidpanel.response.results import write_csv
+from pidpanel.solve.lines import frequency_grid
 
 POSITION = np.array([[0.75, 0.5], [0.1, 0.3]])
 FREQUENCY = np.geomspace(50.0, 200.0, 101)
@@ -51,19 +55,37 @@ def test_nastran_cards_hold_the_psd_to_ten_figures(tmp_path):
 
 
 def test_universal_files_are_read_back_with_node_direction_and_units(tmp_path):
-    # the format holds uneven abscissae to six figures
-    # red: rsp_node=curve.node → rsp_node=1; PSD = 2
+    # red: rsp_node=curve.node → rsp_node=1; PSD = 2; ASCII, which holds frequencies to six figures
     path = tmp_path / "psd.uff"
     write_uff58(path, FREQUENCY, CURVES, "study", POSITION)
     sets = pyuff.UFF(str(path)).read_sets()
     assert [one["type"] for one in sets] == [151, 164, 15, 58, 58]
     for curve, read in zip(CURVES, sets[3:], strict=True):
-        np.testing.assert_allclose(read["x"], FREQUENCY, rtol=1e-5)
-        np.testing.assert_allclose(read["data"], curve.acceleration_psd, rtol=1e-10)
+        np.testing.assert_array_equal(read["x"], FREQUENCY)
+        np.testing.assert_array_equal(read["data"], curve.acceleration_psd)
         assert (read["rsp_node"], read["rsp_dir"], read["func_type"]) == (curve.node, 3, 9)
         assert read["rsp_ent_name"].strip() == curve.point
         assert read["ordinate_axis_units_lab"].strip() == "(m/s**2)**2/Hz"
         assert curve.scenario in read["id1"]
+
+
+def test_lines_at_a_step_of_the_input_come_back_from_our_own_files(tmp_path):
+    # red: seven digits of a frequency; six in the universal file
+    lines = frequency_grid(50.0, 200.0, 0.01, jumps=[100.0, 125.0])
+    psd = np.where(lines < 100, 2.0, np.where(lines < 125, 1.0, 0.5))
+    write_uff58(
+        tmp_path / "psd.uff", lines, [Curve("dem", "bare", "P", 1, psd, psd)], "s", POSITION
+    )
+    columns = {"acceleration_psd_g2_hz_P": psd, "velocity_psd_m2_s2_hz_P": 7.0,
+               "acceleration_psd_g2_hz_other": 7.0}  # fmt: skip
+    write_csv(tmp_path / "psd.csv", pd.DataFrame({"frequency_hz": lines, **columns}), 7)
+    for name, unit in (("psd.uff", STANDARD_GRAVITY**-2), ("psd.csv", 1.0)):
+        measured = read_measured(tmp_path / name, None, "P")
+        np.testing.assert_allclose(measured.psd, unit * psd, rtol=1e-12)
+        np.testing.assert_allclose(measured.frequency, lines, rtol=1e-6)
+        assert (np.diff(measured.frequency) > 0).all()
+        steps = measured.frequency[:-1][np.diff(measured.psd) != 0]
+        assert steps.tolist() == [np.nextafter(100.0, 0), np.nextafter(125.0, 0)]
 
 
 def test_universal_files_hold_points_and_units_in_the_columns_of_the_format(tmp_path):
@@ -71,7 +93,7 @@ def test_universal_files_hold_points_and_units_in_the_columns_of_the_format(tmp_
     # red: the position left out; lengths in mm
     path = tmp_path / "psd.uff"
     write_uff58(path, FREQUENCY, CURVES, "a study", POSITION)
-    lines = path.read_text().splitlines()
+    lines = path.read_text(encoding="latin-1").splitlines()
     marks = [number for number, line in enumerate(lines) if line.strip() == "-1"]
     sets = {
         int(lines[start + 1][:6]): lines[start + 2 : end]

@@ -75,3 +75,14 @@ def test_natural_frequencies_are_40_to_a_decade():
     np.testing.assert_allclose(np.diff(np.log10(values)), 1 / 40)
     # ends that are such frequencies belong to them; red: ± 1e-9 exchanged
     assert natural_frequencies(100.0, 1000.0)[[0, -1]] == pytest.approx([100.0, 1000.0])
+
+
+@pytest.mark.parametrize("shift", [-3, -1, 0, 1, 3])
+def test_miles_equation_at_a_step_has_the_mean_of_both_sides(shift):
+    # red: either side, by the rounding of 10^(k/40) and of the band's edge
+    edge = 10**2.05
+    frequency = np.array([20.0, np.nextafter(edge, 0), edge, 2000.0])
+    psd = np.array([[3.0], [3.0], [1.0], [1.0]])
+    natural = np.array([edge * (1 + shift * 2.3e-16), 50.0, 500.0])
+    expected = np.sqrt(np.pi / 2 * 10 * natural * [2.0, 3.0, 1.0])
+    np.testing.assert_allclose(miles(frequency, psd, natural, 10.0)[:, 0], expected, rtol=1e-8)

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from pidpanel.severity.strength import LayerStrength, maximum_stress_index, tsai_wu_index
+from pidpanel.severity.strength import (
+    LayerStrength,
+    core_index,
+    maximum_stress_index,
+    tsai_wu_index,
+)
 
 CARBON = LayerStrength(1500.0, 1200.0, 50.0, 200.0, 70.0)
 METAL = LayerStrength(300.0, 300.0, 300.0, 300.0, 300.0 / np.sqrt(3))
@@ -56,3 +61,9 @@ def test_no_stress_within_the_amplitudes_comes_nearer_to_failure():
 def test_the_maximum_stress_is_over_the_weaker_of_tension_and_compression():
     stress = np.array([[300.0, 10.0, 35.0], [-600.0, 0.0, 0.0], [0.0, 25.0, 14.0]])
     np.testing.assert_allclose(maximum_stress_index(stress, CARBON), 0.5)
+
+
+def test_the_index_of_a_core_does_not_depend_on_the_signs_of_its_stresses():
+    # red: np.abs left out
+    index = core_index(np.array([[-2.0, 0.3], [2.0, -0.3], [0.1, -0.6]]), (4.0, 1.0))
+    np.testing.assert_allclose(index, [0.5, 0.5, 0.6])

@@ -135,3 +135,21 @@ def test_a_file_named_by_its_place_beside_the_study_or_in_the_working_folder(tmp
     assert load_any_study(study).coupon.deck == working / "shake.in.j2"
     (tmp_path / "shake.in.j2").touch()
     assert load_any_study(study).coupon.deck == tmp_path / "shake.in.j2"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("<<: [*a, *b]", {"x": 1, "y": 2, "z": 3}),
+        ("<<: [*b, *a]", {"x": 10, "y": 2, "z": 30}),
+        ("<<: [*a, *b]\n  x: 7", {"x": 7, "y": 2, "z": 3}),
+        ("x: 7\n  <<: [*a, *b]", {"x": 7, "y": 2, "z": 3}),
+        ("<<: *b", {"x": 10, "z": 30}),
+        ("<<: [{x: 5, <<: *b}, *a]", {"x": 5, "y": 2, "z": 30}),
+    ],
+)
+def test_of_several_merged_mappings_the_first_counts(tmp_path, text, expected):
+    # red: the order of PyYAML 6.0.4, in which the last counts (https://yaml.org/type/merge.html)
+    path = tmp_path / "merged.yaml"
+    path.write_text(f"x-a: &a {{x: 1, y: 2, z: 3}}\nx-b: &b {{x: 10, z: 30}}\nc:\n  {text}\n")
+    assert Document(path).data == {"c": expected}

@@ -5,6 +5,7 @@ from pathlib import Path
 from pidpanel.paths import SECTION, in_a_path
 from pidpanel.provenance.digests import values_digest
 from pidpanel.provenance.job import arguments_of
+from pidpanel.provenance.links import LinkError, check_working_folder
 from pidpanel.provenance.owner import OwnerError
 from pidpanel.study import StudyError
 from pidpanel.study.coupon_study import NAME
@@ -27,8 +28,10 @@ if not has_study(config) and Path("config/config.yaml").exists():
 def planned():
     """The plan, or one line that says what is wrong with the study or with the machine."""
     try:
+        if workflow.is_main_process:
+            check_working_folder(Path("."))
         return Plan.read(config, workflow.configfiles)
-    except (StudyError, OwnerError) as error:
+    except (StudyError, OwnerError, LinkError) as error:
         raise WorkflowError(str(error)) from None
 
 

@@ -13,6 +13,7 @@ from pidpanel.base.random import Limit, RandomCase
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.response.tables import cases_dataset
+from pidpanel.response.trust import judged_base
 from pidpanel.solve.base_motion import Inertia
 from pidpanel.solve.mesh_error import MeshShift, mesh_error
 from pidpanel.solve.uncertainty import StandardErrors
@@ -121,7 +122,8 @@ def summary_rows(curves: xr.Dataset) -> pd.DataFrame:
     rows = table.to_dataframe(["reading", "scenario", "input", "point"]).reset_index()
     unstable = rows["acceleration_rms_g"].isna()
     rows.insert(4, "status", np.where(unstable, "unstable", "ok"))
-    return rows[~unstable | (rows["input"] == INPUTS[0])]
+    shown = rows[~unstable | (rows["input"] == INPUTS[0])]
+    return judged_base(shown, ["reading", "scenario", "input"])
 
 
 def psd_rows(curves: xr.Dataset) -> pd.DataFrame:
@@ -178,4 +180,5 @@ def peak_rows(curves: xr.Dataset, level_g: float) -> pd.DataFrame:
             "mesh_error": curves["mesh_error"],
         }
     )
-    return peaks.to_dataframe(["reading", "scenario", "direction", "point"]).reset_index()
+    rows = peaks.to_dataframe(["reading", "scenario", "direction", "point"]).reset_index()
+    return judged_base(rows, ["reading", "scenario", "direction"])

@@ -20,12 +20,17 @@ OF_CLASS = {"SolverMissing": MACHINE, "MachineError": MACHINE, "RunError": FAILE
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command ``pidpanel``."""
+    arguments = sys.argv[1:] if arguments is None else arguments
     try:
         from pidpanel.cli.parser import parsed
 
-        options = parsed(sys.argv[1:] if arguments is None else arguments)
+        options = parsed(arguments)
         if getattr(options, "trust_deck", False):
             os.environ["PIDPANEL_TRUST_DECK"] = "1"
+        if hasattr(options, "directory"):
+            from pidpanel.provenance.links import check_working_folder
+
+            check_working_folder(options.directory)
         status: int = options.call(options)
         sys.stdout.flush()
     except KeyboardInterrupt:
@@ -36,11 +41,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         if error.errno in FULL:  # what is left of the output cannot be written either
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return _print_error(format_error(error), MACHINE)
+        return _print_error(_with_plain_names(format_error(error), arguments), MACHINE)
     except Exception as error:
         if not type(error).__module__.startswith("pidpanel."):
             raise
-        return _print_error(str(error), OF_CLASS.get(type(error).__name__, MISTAKE))
+        text = _with_plain_names(str(error), arguments)
+        return _print_error(text, OF_CLASS.get(type(error).__name__, MISTAKE))
     return status
 
 
@@ -59,6 +65,16 @@ def format_error(error: OSError) -> str:
         return f"{place}no space left on the disk; free some and run the same command again"
     reason = error.strerror or str(error) or type(error).__name__
     return f"{place}{reason[:1].lower()}{reason[1:]}"
+
+
+def _with_plain_names(text: str, arguments: Sequence[str]) -> str:
+    """Return a message with arguments that would break its lines written as escapes."""
+    from pidpanel.text_files import one_line
+
+    for argument in arguments:
+        if not argument.isprintable():
+            text = text.replace(argument, one_line(argument))
+    return text
 
 
 def _print_error(text: str, status: int) -> int:

@@ -26,12 +26,14 @@ def call(args: argparse.Namespace) -> int:
 def _folder(name: Path, results: Path) -> tuple[Path, list[str]]:
     """Return the folder that a study, or itself, names, and its scenarios without errors."""
     from pidpanel.paths import study_path
+    from pidpanel.provenance.links import check_links
     from pidpanel.provenance.owner import check_owner
     from pidpanel.report.from_study import partly_known
     from pidpanel.study import StudyError, load_study
 
     unknown: list[str] = []
     if name.is_dir():
+        check_links(name)
         folder = name.absolute()
     elif (file := study_path(str(name))).is_file():
         study = load_study(file)

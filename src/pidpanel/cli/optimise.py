@@ -50,13 +50,15 @@ def write_study(study: Path, table: Path, file: Path) -> None:
     import pandas as pd
     import yaml
 
+    from pidpanel.provenance import durable
+    from pidpanel.provenance.results import read_csv
     from pidpanel.study.document import Document
 
     values: dict[str, Any] = {**Document(study).data}
     values.pop("optimise")
     values.pop("name", None)
     patches, scenarios = dict(values["panel"].get("patches", {})), {}
-    rows = pd.read_csv(table, dtype={"damper": str})
+    rows = read_csv(table, ["layout", "damper", "fill_fraction"], dtype={"damper": str})
     for layout in rows["layout"].unique()[:WRITTEN]:
         filled = {}
         for count, row in enumerate(rows[rows["layout"] == layout].to_dict("records"), start=1):
@@ -73,4 +75,4 @@ def write_study(study: Path, table: Path, file: Path) -> None:
     plain = json.loads(json.dumps({**values, "scenarios": scenarios}))  # numbers know their text
     text = yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)
     head = f"# The best layouts that pidpanel optimise {study.name} proposes.\n"
-    file.write_text(head + text, encoding="utf-8")
+    durable.write_text(file, head + text)

@@ -39,6 +39,8 @@ def call(args: argparse.Namespace) -> int:
         check_machine(study, results)
     except StudyError as error:
         raise MachineError(str(error)) from None
+    if results.is_symlink():
+        print(f"{results}: is a link; results go to {results.resolve()}", file=sys.stderr)
     check_owner(study, args.study, results)
     check_space(results)
     options = [*(["--dry-run"] if args.dry_run else []), *args.further]

@@ -24,6 +24,8 @@ MODES = 6  # number of natural frequencies listed
 # Elements that are solved in about four seconds, by section and kind.
 MOST_CELLS: Mapping[str, int] = {"thin triangles": 1100}
 MOST_OF_OTHERS = 8000
+LEAST_ACCELERATION = 0.01  # of tests and limits [g]
+COARSE = 1.05  # largest frequency of a coarser mesh over that of the study's
 COARSER = 2.0  # edge length of a coarser mesh over that of the one before
 # Damping ratios of bare panels with their attachments [1], and C_e below which nothing is damped
 # [N s/m³]: 0.07 % of critical damping at 30 Hz, all over a panel of 4 kg/m².
@@ -42,7 +44,10 @@ class PanelEstimate(NamedTuple):
 
 
 def overview(study: CouponStudy, results: Path = Path("results")) -> str:
-    """Return what a study is and takes, a line for each thing that is checked first."""
+    """Return what a study is and takes, a line for each thing that is checked first.
+
+    `StudyError` for coupled runs of a panel without modes; see `coupled.from_study.check_modes`.
+    """
     lines = [summary(study)]
     if isinstance(study, Study):
         lines += _of_panel(study, solve(study.panel))
@@ -127,6 +132,12 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
                         f"{estimate.coordinates} coordinates")  # fmt: skip
     if remarks := StudiedPanel(study.panel).remarks:
         yield _line("file", "; ".join(remarks))
+    yield from (_line("mesh", text) for text in _of_coarse_mesh(study))
+    if study.is_coupled and estimate.frequency is not None and estimate.frequency.size:
+        from pidpanel.coupled.from_study import check_modes
+
+        lower = 1.0 if estimate.elements == len(mesh.cells) else COARSE
+        check_modes(study, 0.0 if estimate.rigid else float(estimate.frequency[0]) / lower)
     yield _line("modes", _of_modes(study, estimate))
     if names := study.panel.single_points:
         yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "
@@ -150,6 +161,25 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         yield _line("base", "; ".join(_of_base(study.base)))
 
 
+def _of_coarse_mesh(study: Study) -> Iterator[str]:
+    """Yield that results will not be trusted, where the error of the mesh is estimated as such."""
+    from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.response.trust import COARSE_MESH
+    from pidpanel.solve.mesh_error import ALLOWED_DB
+    from pidpanel.study.dampers import resolved_masses
+
+    panel, high = StudiedPanel(study.panel), study.response.frequency_hz[1]
+    regions, ratio = panel.regions(high, resolved_masses(study)), study.panel.modal_damping
+    error = panel.elements.line_error_db(regions, high, ratio.smallest(0.0, high), **panel.rough)
+    if error > ALLOWED_DB:
+        places = {"feet": " at the rims of feet", "ends": " at the ends of supported parts"}
+        where = places.get(panel.cause_of_shift(regions[0].longest_edge, high), "")
+        yield (
+            f"PSDs will be off by about {error:.1f} dB, above {ALLOWED_DB:g} dB: results are marked"
+            f" '{COARSE_MESH}'; elements{where} must be shorter"
+        )
+
+
 def _of_modes(study: Study, estimate: PanelEstimate) -> str:
     if estimate.frequency is None:
         return "not computed here: the mesh is too large for a quick look"
@@ -166,9 +196,10 @@ def _of_modes(study: Study, estimate: PanelEstimate) -> str:
 
 
 def _of_tables(study: Study) -> Iterator[str]:
-    """Yield tables of damping that end within the frequencies of the response."""
+    """Yield tables of damping and limits that end within the frequencies of the response."""
     from pidpanel.check import damping_tables
     from pidpanel.damping.table_files import read_columns
+    from pidpanel.spectra.acceleration_table import read_base_table
 
     low, high = study.response.frequency_hz
     for keys, table in damping_tables(study):
@@ -177,6 +208,13 @@ def _of_tables(study: Study) -> Iterator[str]:
             yield (
                 f"{table.name} has {frequency.min():g} to {frequency.max():g} Hz, the response "
                 f"{low:g} to {high:g} Hz; damping is held constant outside"
+            )
+    for point, table in study.severity.limits.items() if study.severity else ():
+        first, last = read_base_table(table).frequency[[0, -1]].tolist()
+        if first > low * THIRD or last < high / THIRD:
+            yield (
+                f"severity.limits.{point} has {first:g} to {last:g} Hz, the response {low:g} to "
+                f"{high:g} Hz; there is no margin outside"
             )
 
 
@@ -190,6 +228,22 @@ def _unusual(study: Study) -> Iterator[str]:
         if 0 < (damping := damper.equivalent_damping_n_s_m3 or 0.0) < LEAST_DAMPING:
             yield (f"dampers.{name}.equivalent_damping_n_s_m3 = {damping:g} does nothing; it is per"
                    " area, usually 10 to 100000: N s/m of a cell over its area")  # fmt: skip
+    for key, acceleration in _accelerations(study):
+        if acceleration < LEAST_ACCELERATION:
+            usual = f"tests and limits have {LEAST_ACCELERATION:g} to 100"
+            yield f"{key} has {acceleration:.2g} g; {usual}"
+
+
+def _accelerations(study: Study) -> Iterator[tuple[str, float]]:
+    """Yield the keys of accelerations and limits, with their overall values [g]."""
+    from pidpanel.spectra.acceleration_table import read_base_table
+
+    if study.base is not None and study.base.random is not None:
+        yield "base.random.spectrum", read_base_table(study.base.random.spectrum).rms
+    if study.base is not None and study.base.sine is not None:
+        yield "base.sine.acceleration_g", study.base.sine.acceleration_g
+    for point, path in study.severity.limits.items() if study.severity else ():
+        yield f"severity.limits.{point}", read_base_table(path).rms
 
 
 def _of_points(study: Study, mesh: PanelMesh) -> Iterator[str]:

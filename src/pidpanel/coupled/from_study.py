@@ -26,6 +26,7 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
+from pidpanel.provenance.results import read_netcdf
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.base_motion import BaseExcitation, supported_panel, with_translation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
@@ -141,6 +142,8 @@ def write_scenario(
     `ScenarioRuns.record`.
     """
     scenario, keys = coupled_scenarios(study)[label], study.damping.coupled
+    basis = read_basis(files.modes)
+    check_modes(study, float(basis.natural_frequency[~basis.is_residual].min(initial=np.inf)))
     runs = ScenarioRuns(read_excited_panel(study, files), scenario, store, folder)
     folder.mkdir(parents=True, exist_ok=True)
     records: list[SettledRecord] = []
@@ -158,6 +161,20 @@ def write_scenario(
     ]
     points = runs.excited.basis.point_names
     write_estimate(output, estimate, beds, points, len(records), stamp(study))
+
+
+def check_modes(study: Study, first: float) -> None:
+    """Refuse a panel whose first mode [Hz] is above the response: its runs do not close in energy.
+
+    Raises
+    ------
+    StudyError
+    """
+    high = study.response.frequency_hz[1]
+    if first > high:
+        message = f"the damping model 'coupled' needs a mode of the panel below {high:g} Hz, the "
+        message += f"highest of response.frequency_hz; the first is at {first:.4g} Hz"
+        raise StudyError(f"{study.name}: damping.readings: {message}")
 
 
 def estimated_cpu_seconds(study: Study) -> float:
@@ -184,7 +201,7 @@ def estimated_cpu_seconds(study: Study) -> float:
 def write_coupled(study: Study, estimates: Sequence[Path], outputs: Files) -> None:
     """Write the tables of all scenarios, from the estimates of `coupled_scenarios` in order."""
     frames = [
-        estimate_tables(scenario.label, xr.load_dataset(path, engine="scipy"))
+        estimate_tables(scenario.label, read_netcdf(path))
         for scenario, path in zip(study.coupled_scenarios(), estimates, strict=True)
     ]
     for name in frames[0]:

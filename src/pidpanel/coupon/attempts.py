@@ -321,4 +321,4 @@ def shake_leg(
         except Continues:
             if values["is_last"]:
                 raise
-    file.write_text(json.dumps({"status": status}) + "\n", encoding="utf-8")
+    durable.write_text(file, json.dumps({"status": status}) + "\n")

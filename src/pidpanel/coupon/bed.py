@@ -192,8 +192,7 @@ class Run:
     def _template(self) -> Path:
         if self.deck is None:
             return TEMPLATES / "shake.in.j2"
-        deck.check_trust(Path(self.deck))
-        return Path(self.deck)
+        return deck.check_trust(Path(self.deck))
 
     @property
     def lists_contacts(self) -> bool:

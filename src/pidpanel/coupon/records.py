@@ -14,7 +14,7 @@ from pidpanel.coupon import coding
 from pidpanel.coupon.balance import EnergyBalance
 from pidpanel.coupon.bed import Bed, Run
 from pidpanel.coupon.cases import RunTarget
-from pidpanel.coupon.liggghts.failures import FileDamaged, RunFailed
+from pidpanel.coupon.liggghts.failures import FileDamaged, RecordUnreadable, RunFailed
 from pidpanel.coupon.packing import Packing
 from pidpanel.provenance.requests import content_digest
 
@@ -24,7 +24,16 @@ Files = Mapping[str, str]  # names of files of a folder, and the hash of the con
 
 
 def files_of(folder: Path, names: Iterable[str]) -> Files:
-    """Return the hashes of files of a folder; an empty one for a missing file."""
+    """Return the hashes of files of a folder; an empty one for a missing file.
+
+    Raises
+    ------
+    FileDamaged
+        If a name, which may come from a record of somebody else, leads out of the folder.
+    """
+    names = tuple(names)
+    if outside := [name for name in names if Path(name).name != name]:
+        raise FileDamaged(f"{folder}: {outside[0]!r} must be the name of a file in it")
     return {name: content_digest(folder / name) for name in names}
 
 
@@ -185,6 +194,25 @@ class RunState:
 
     @staticmethod
     def read(folder: Path) -> RunState | None:
-        """Return the state of a folder; None if it has none."""
+        """Return the state of a folder; None if it has none.
+
+        Raises
+        ------
+        RecordUnreadable
+            If it is not as it was written, or its restart is not that of its cycles: the name is a
+            word in a deck.
+        """
         path = folder / "state.json"
-        return coding.read(RunState, path) if path.exists() else None
+        if not path.exists():
+            return None
+        state = coding.read(RunState, path)
+        if state.restart not in ("", restart_file(state.cycles)):
+            raise RecordUnreadable(
+                f"{path}: restart = {state.restart!r}: must be {restart_file(state.cycles)}"
+            )
+        return state
+
+
+def restart_file(cycles: int) -> str:
+    """Return the name of the restart that a run leaves after a number of cycles."""
+    return f"at_{cycles}.restart"

@@ -22,7 +22,7 @@ from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.failures import FileDamaged, ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
-from pidpanel.coupon.records import End, RunState, Shaken, check_files, files_of
+from pidpanel.coupon.records import End, RunState, Shaken, check_files, files_of, restart_file
 from pidpanel.provenance import durable
 
 
@@ -253,7 +253,7 @@ def _started(run: Run, state: RunState, folder: Path) -> Liggghts:
 
 def _continued(solver: Liggghts, run: Run, state: RunState, folder: Path, cycles: int) -> RunState:
     """Run to a cycle and leave a restart there: the state then."""
-    restart = f"at_{cycles}.restart"
+    restart = restart_file(cycles)
     added = cycles - state.cycles
     reached = solver.run_cycles(added, run.steps_per_cycle, restart)
     last = (run.cycles_before + cycles) * run.steps_per_cycle

@@ -69,6 +69,13 @@ def package_version() -> str:
     return str(json.loads(table.PACKAGE_FILE.read_text(encoding="utf-8"))["version"])
 
 
+def version_text(atlas: Atlas, cases: Path = ATLAS_CASES) -> str:
+    """Return version and cases of an atlas: those of the table, and those that teach damping."""
+    count = len(table.read_atlas(cases))
+    text = f"version {atlas.version}, {count} simulated cases"
+    return f"{text}, {len(atlas.cases)} of them with gravity and a loss above its error"
+
+
 def read_rows(path: Path) -> pd.DataFrame:
     """Read the cases, with W/L in the clear gap of `surface_cases.clear_gap`.
 

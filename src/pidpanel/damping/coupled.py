@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT
 from pidpanel.damping.models import DampingModel, DampingValues, Point
+from pidpanel.provenance.results import read_csv
 
 COUPLED = "coupled"  # name of this damping model in a study
 
@@ -128,7 +128,7 @@ class CoupledDamping(DampingModel):
 
 def read_coupled(path: Path) -> dict[tuple[str, str], CoupledDamping]:
     """Read ``coupled/impedance.csv``: scenario and patch → C_e, m_a and own force of its bed."""
-    table = pd.read_csv(path, dtype={"scenario": str, "patch": str})
+    table = read_csv(path, dtype={"scenario": str, "patch": str})
     beds = {}
     for (scenario, patch), rows in table.groupby(["scenario", "patch"], sort=False):
         values: dict[str, Any] = {

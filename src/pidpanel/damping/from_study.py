@@ -23,6 +23,7 @@ from pidpanel.damping.tables import TableDamping
 from pidpanel.paths import SECTION
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
+from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import Damper, WeighsAs
@@ -51,18 +52,14 @@ def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
 
 def read_cases(path: Path) -> pd.DataFrame:
     """Read the rows of ``cases.csv``; an empty field is a number that is not known."""
-    import pandas as pd
-
-    return pd.read_csv(path, keep_default_na=True)
+    return read_csv(path, keep_default_na=True)
 
 
 def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> DampingModel:
     """Read the surface of ``damping/surface.nc``: of its cases alone, or added to the atlas."""
-    import xarray as xr
-
     from pidpanel.damping import surface_files
 
-    surface = surface_files.from_dataset(xr.load_dataset(path, engine="scipy"))
+    surface = surface_files.from_dataset(read_netcdf(path))
     if prior == "closed_form":
         return surface
     return atlas_model(coupon, is_broadband=False, surface=surface)

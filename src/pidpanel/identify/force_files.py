@@ -13,12 +13,10 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.columns import ColumnsError
-from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.measurement.files import ACCELERATION, RESPONSE, is_in_g, read_data_set
+from pidpanel.measurement.units import KILOGRAM
+from pidpanel.measurement.universal import ACCELERATION, FORCE, RESPONSE, read_function
 from pidpanel.spectra.third_octaves import edge_frequency
 
-FORCE = 13  # code of data set 58, kind of ordinate
-NEWTON = ("", "N", "NONE")  # units of the force
 LEAST_LINES = 4  # of a band
 
 
@@ -51,7 +49,7 @@ def read_force(
     Raises
     ------
     ColumnsError
-        If the file has no such function, other units than N and m/s² or g, or no band with
+        If the file has no such function, units that are not those of both, or no band with
         positive C_e.
     """
     frequency, mass = _apparent_mass(path, record)
@@ -66,27 +64,21 @@ def read_force(
 
 def _apparent_mass(path: Path, record: int | None) -> tuple[Array, Array]:
     """Return the frequency (n,) [Hz] and force over acceleration (n,) [kg]."""
-    data = read_data_set(path, record)
-    numerator, denominator = (
-        (int(data[f"{place}_spec_data_type"]), str(data[f"{place}_axis_units_lab"]).strip())
-        for place in ("ordinate", "orddenom")
-    )
-    if data["func_type"] != RESPONSE or {numerator[0], denominator[0]} != {FORCE, ACCELERATION}:
+    function = read_function(path, record)
+    numerator, denominator = (function.axes[name].kind for name in ("ordinate", "orddenom"))
+    if function.kind != RESPONSE or {numerator, denominator} != {FORCE, ACCELERATION}:
         message = f"must be a frequency response, function type {RESPONSE}, of force over "
         message += f"acceleration or the inverse, data types {FORCE} and {ACCELERATION}"
-        raise ColumnsError([f"{path}: {message}"])
-    is_inverse = numerator[0] == ACCELERATION
-    units = numerator[1], denominator[1]
-    force_unit, unit = units[::-1] if is_inverse else units
-    if force_unit not in NEWTON:
-        raise ColumnsError([f"{path}: the force must be in N, not {force_unit}"])
-    values = data["data"].astype(complex)
-    if is_inverse:
+        raise function.refusal(message)
+    values, allowed = function.values.astype(complex), "such as N and m/s^2, lbf and g"
+    if numerator == FORCE:
+        values *= function.factor(KILOGRAM, "force over acceleration", f"units {allowed}")
+    else:
+        inverse = KILOGRAM.power(-1)
+        values *= function.factor(inverse, "acceleration over force", f"units {allowed}")
         with np.errstate(divide="ignore", invalid="ignore"):
             values = 1 / values
-    if is_in_g(unit):
-        values = values / STANDARD_GRAVITY
-    frequency = data["x"].astype(float)
+    frequency = function.frequency
     if frequency.size < LEAST_LINES or not np.isfinite(values[frequency > 0]).all():
         raise ColumnsError([f"{path}: must have {LEAST_LINES} lines or more, all of them finite"])
     return frequency, values

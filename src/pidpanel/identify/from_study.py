@@ -10,7 +10,7 @@ import pandas as pd
 import yaml
 
 from pidpanel.arrays import Array
-from pidpanel.columns import ColumnsError
+from pidpanel.columns import ColumnsError, in_kilohertz
 from pidpanel.damping.atlas import Atlas
 from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.damping.measured import amplitudes_g, measured_values
@@ -27,7 +27,7 @@ from pidpanel.identify.force_files import read_force
 from pidpanel.identify.next_tones import NextTones, candidates, next_tones
 from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
 from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
-from pidpanel.measurement.files import UNIVERSAL
+from pidpanel.measurement.universal import SUFFIXES
 from pidpanel.provenance import durable
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study.document import Document, section_in
@@ -124,12 +124,26 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
     mass = weight or mass_per_fill * (identification.fill_fraction or 0.5)
     test = identification.measured
     try:
-        if test.file.suffix.lower() in UNIVERSAL:
+        if test.file.suffix.lower() in SUFFIXES:
             measured = _from_universal(test, mass)
         else:
+            unused = ("record", "area_mm2", "fixture_mass_kg")
+            if faults := [
+                Mistake(("measured", key), "only allowed with a universal file")
+                for key in unused
+                if key in test.model_fields_set
+            ]:
+                raise Mistakes(faults)
             measured, weight = _from_table(test, mass, weight)
     except ColumnsError as error:
         raise Mistakes(Mistake(("measured", "file"), fault) for fault in error.faults) from None
+    low, high = identification.shaker.frequency_hz
+    if in_kilohertz(measured.tones.frequency, low, high):
+        message = (
+            f"its frequencies are at most {measured.tones.frequency.max():g} Hz, below those of "
+        )
+        message += f"the shaker, {low:g} to {high:g} Hz; in kHz?"
+        raise Mistakes([Mistake(("measured", "file"), message)])
     specimen = Specimen(
         cell.across_flats, cell.depth, diameter, direction, coupon.gravity_g, mass_per_fill, weight
     )
@@ -258,7 +272,7 @@ def _predictions(
 ) -> pd.DataFrame:
     """Return measured values and those of the atlas with the identified particles."""
     tones, n = measured.tones, len(measured.tones.frequency)
-    particles = np.array([[posterior.estimate(axis).mean for axis in range(3)]])
+    particles = posterior.best[None]
     predicted = predict(atlas, specimen, particles, tones)
     error = np.sqrt(np.diagonal(predicted.covariance[0]))
     score = (measured.values - predicted.mean[0]) / np.hypot(error, measured.errors)
@@ -316,16 +330,18 @@ def write_tables(result: IdentificationResult, file: Path, folder: Path) -> None
 
 
 def summary(posterior: Posterior) -> pd.DataFrame:
-    """Return the rows of ``summary.csv``: mean, standard deviation and interval of e, μ and r."""
+    """Return the rows of ``summary.csv``: value, standard deviation and interval of e, μ and r."""
     rows = []
     for axis, name in enumerate(PARAMETERS):
         estimate = posterior.estimate(axis)
-        values = [estimate.mean, estimate.low, estimate.high]
+        values = [estimate.value, estimate.low, estimate.high]
         if name == "friction":  # from the logarithm
             values = [float(value) for value in np.exp(values)]
         error = estimate.error * (values[0] if name == "friction" else 1.0)
-        rows.append((name, values[0], error, *values[1:], estimate.cut_low, estimate.cut_high))
+        flags = estimate.cut_low, estimate.cut_high, estimate.is_determined
+        rows.append((name, values[0], error, *values[1:], *flags))
     columns = ["parameter", "value", "error", "low_90", "high_90", "cut_low", "cut_high"]
+    columns.append("determined")
     return pd.DataFrame(rows, columns=columns)
 
 

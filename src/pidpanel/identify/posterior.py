@@ -10,7 +10,9 @@ Student's t with ν = `DOF`, each with outliers of its own; σ is their scale ov
 error (`Atlas.student_scale`).
 
 The prior is uniform in e and ln μ over the range of the atlas, and uniform or normal in r. A coarse
-grid locates the posterior, a fine one over that box resolves it.
+grid locates the posterior, a fine one over that box resolves it. One set of particles is named,
+judged by χ² = Σ z² and compared with the measurement: the mean of the posterior, or its mode where
+the mean lies between modes and does not explain the measurement.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ NEGLIGIBLE = 1e-3  # share of the largest marginal density below which the fine 
 CREDIBILITY = 0.9  # probability of an interval
 SAMPLES = 20_000  # random samples for the probability of χ²
 LEAST_PROBABILITY = 0.01  # probability of χ² below which no particles explain a measurement
+DOUBTFUL_PROBABILITY = 0.05  # below which they hardly do
+NEARLY_PRIOR = 0.8  # share of the prior's interval from which on a test determines nothing
 CUT_DENSITY = 0.2  # relative density at the end of a range above which an interval is truncated
 FILL_SPAN_ERRORS = 3.0  # half width of the grid in r, in standard errors
 
@@ -82,14 +86,17 @@ class FillPrior(NamedTuple):
 
 
 class ParameterEstimate(NamedTuple):
-    """Mean, standard deviation and 90 % interval, and whether the prior's range truncates it."""
+    """Value, mean, standard deviation and 90 % interval of a parameter."""
 
+    value: float  # of the particles that are named, `Posterior.best`
     mean: float
     error: float
     low: float
     high: float
+    # Whether the prior's range truncates it
     cut_low: bool
     cut_high: bool
+    is_determined: bool  # whether the interval is much narrower than that of the prior
 
 
 @dataclass(frozen=True)
@@ -101,6 +108,7 @@ class Posterior:
     chi_square: Array  # (n_e, n_mu, n_r)
     ranges: Sequence[tuple[float, float]]  # of the prior
     count: int  # measured values
+    mean_chi_square: float = np.inf  # χ² of the particles with the mean of each parameter
 
     @property
     def particles(self) -> Array:
@@ -112,6 +120,29 @@ class Posterior:
         share = self.weights.sum(axis=tuple(k for k in range(3) if k != axis))
         return np.asarray(share / quadrature(self.axes[axis]))
 
+    @property
+    def mean(self) -> Array:
+        """Mean (3,) of e, ln μ and r."""
+        return np.asarray(self.weights.ravel() @ self.particles)
+
+    @property
+    def _mode(self) -> int:
+        """Index of the point with the largest density."""
+        e, log_friction, fill = np.ix_(*(quadrature(x) for x in self.axes))
+        return int(np.argmax(self.weights / (e * log_friction * fill)))
+
+    @property
+    def is_split(self) -> bool:
+        """Whether the mean, as between two modes, explains a measurement less than the mode."""
+        mode_chi_square = self.chi_square.ravel()[self._mode]
+        is_good = self._probability(self.mean_chi_square) >= DOUBTFUL_PROBABILITY
+        return not is_good and bool(mode_chi_square < self.mean_chi_square)
+
+    @property
+    def best(self) -> Array:
+        """e, ln μ and r (3,) of the particles that are named: the mean, or the mode of a split."""
+        return np.asarray(self.particles[self._mode]) if self.is_split else self.mean
+
     def estimate(self, axis: int) -> ParameterEstimate:
         """Return the estimate of e, ln μ or r, by the number of its axis."""
         x, density = self.axes[axis], self.density(axis)
@@ -122,7 +153,9 @@ class Posterior:
         at_end = density[[0, -1]] > CUT_DENSITY * density.max()
         begin, end = self.ranges[axis]
         cut = at_end & np.isclose(x[[0, -1]], [begin, end])
-        return ParameterEstimate(mean, error, low, high, bool(cut[0]), bool(cut[1]))
+        is_determined = high - low <= NEARLY_PRIOR * CREDIBILITY * (end - begin)
+        ends = low, high, bool(cut[0]), bool(cut[1])
+        return ParameterEstimate(float(self.best[axis]), mean, error, *ends, bool(is_determined))
 
     @property
     def correlation(self) -> Array:
@@ -134,20 +167,29 @@ class Posterior:
         return np.asarray(covariance / np.outer(sd, sd))
 
     @property
-    def least_chi_square(self) -> float:
-        """χ² of the particles that fit best."""
-        return float(self.chi_square.min())
+    def best_chi_square(self) -> float:
+        """χ² of `best`."""
+        mode_chi_square = self.chi_square.ravel()[self._mode]
+        return float(mode_chi_square if self.is_split else self.mean_chi_square)
 
     @property
     def probability(self) -> float:
-        """Probability of a larger χ² = Σ z² if these particles are the measured ones."""
+        """Probability of a larger χ² = Σ z² if `best` are the measured particles."""
+        return self._probability(self.best_chi_square)
+
+    def _probability(self, chi_square: float) -> float:
         free = sum(len(axis) > 1 for axis in self.axes)
         drawn = np.random.default_rng(0).standard_t(DOF, (SAMPLES, max(1, self.count - free)))
-        return float(np.mean((drawn**2).sum(axis=1) >= self.least_chi_square))
+        return float(np.mean((drawn**2).sum(axis=1) >= chi_square))
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether the particles explain the measurement, but hardly."""
+        return self.is_explained and self.probability < DOUBTFUL_PROBABILITY
 
     @property
     def is_explained(self) -> bool:
-        """Whether any particles of the atlas explain the measurement."""
+        """Whether the particles explain the measurement."""
         return self.probability > LEAST_PROBABILITY
 
 
@@ -177,7 +219,9 @@ def identify(
     coarse = grid_posterior(atlas, specimen, measured, fill, _axes(ends, COARSE))
     box = [_support(x, coarse.density(axis)) for axis, x in enumerate(coarse.axes)]
     fine = grid_posterior(atlas, specimen, measured, fill, _axes(box, FINE))
-    return Posterior(fine.axes, fine.weights, fine.chi_square, ends, fine.count)
+    mean = tuple(fine.mean[:, None])
+    mean_chi_square = grid_posterior(atlas, specimen, measured, fill, mean).chi_square.item()
+    return Posterior(fine.axes, fine.weights, fine.chi_square, ends, fine.count, mean_chi_square)
 
 
 def grid_posterior(

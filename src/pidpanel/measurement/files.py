@@ -1,16 +1,24 @@
 """Measured PSDs and transmissibilities from CSV tables and universal files (data set 58)."""
 
-import re
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import pyuff
 
 from pidpanel.arrays import Array
-from pidpanel.columns import Allowed, ColumnsError, numbers, read_rows
-from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.columns import Allowed, ColumnsError, TableRows, numbers, read_rows
+from pidpanel.measurement.units import DIMENSIONLESS, GRAVITY, HERTZ
+from pidpanel.measurement.universal import (
+    ACCELERATION,
+    FREQUENCY,
+    GENERAL,
+    PSD,
+    RESPONSE,
+    SUFFIXES,
+    TRANSMISSIBILITY,
+    UNKNOWN,
+    read_function,
+)
 
 COLUMNS = {
     "frequency_hz": Allowed(0.0, low_itself=False),
@@ -18,14 +26,10 @@ COLUMNS = {
     "transmissibility": Allowed(0.0, high=1e6),
 }
 FREQUENCY_COLUMN, PSD_COLUMN, RATIO_COLUMN = COLUMNS
-UNIVERSAL = (".uff", ".unv", ".uf58")
 
-# Codes of data set 58: two kinds of function, and the kind of ordinate
-RESPONSE, PSD, ACCELERATION = 4, 9, 12
+ANY = (UNKNOWN, GENERAL)  # data types of an axis
 FUNCTIONS = {1: "a time history", 2: "an auto spectrum without a width", 3: "a cross spectrum",
-             6: "a coherence"}  # fmt: skip
-
-IN_G = re.compile(r"g(n|\^2|\*\*2|²)?\s*(/|$)", re.IGNORECASE)  # label of an axis in g²/Hz
+             6: "a coherence", 12: "a spectrum", 24: "a shock response spectrum"}  # fmt: skip
 
 
 class MeasuredPsd(NamedTuple):
@@ -46,14 +50,26 @@ class MeasuredPsd(NamedTuple):
         return {FREQUENCY_COLUMN: self.frequency, name: values}
 
 
-def read_measured(path: Path, record: int | None = None) -> MeasuredPsd:
+def read_measured(path: Path, record: int | None = None, point: str = "") -> MeasuredPsd:
     """Read a measured PSD or transmissibility from a table or, by its suffix, a universal file.
 
-    ``record`` is the number of the data set 58, from 1. A `ColumnsError` has all faults of a file.
+    Parameters
+    ----------
+    record
+        Number of the data set 58 of a universal file, from 1.
+    point
+        Name of the point, whose column is read of a table with several, as in ``response/export``.
+
+    Raises
+    ------
+    ColumnsError
+        With all faults of a file.
     """
-    if path.suffix.lower() in UNIVERSAL:
+    if path.suffix.lower() in SUFFIXES:
         return _checked(path, *_universal(path, record))
-    text = read_rows(path)
+    if record is not None:
+        raise ColumnsError([f"{path}: record is only allowed with a universal file"])
+    text = _of_point(read_rows(path), point)
     over_base = RATIO_COLUMN in text.header
     names = (FREQUENCY_COLUMN, RATIO_COLUMN if over_base else PSD_COLUMN)
     table = numbers(text, {name: COLUMNS[name] for name in names})
@@ -62,76 +78,64 @@ def read_measured(path: Path, record: int | None = None) -> MeasuredPsd:
     return _checked(path, frequency, values, over_base)
 
 
+def _of_point(text: TableRows, point: str) -> TableRows:
+    """Return frequency and PSD of a point from a table with the columns of several."""
+    names, column = text.header, f"{PSD_COLUMN}_{point}"
+    if FREQUENCY_COLUMN not in names or column not in names:
+        return text
+    places = [names.index(name) for name in (FREQUENCY_COLUMN, column)]
+    rows = [
+        (line, [cells[place] for place in places] if len(cells) == len(names) else cells)
+        for line, cells in text.rows
+    ]
+    return text._replace(header=[FREQUENCY_COLUMN, PSD_COLUMN], rows=rows)
+
+
 def _checked(path: Path, frequency: Array, values: Array, over_base: bool) -> MeasuredPsd:
+    """Return the curve, with a step where two lines have one frequency; refuse other faults."""
     if frequency.size < 2:
         raise ColumnsError([f"{path}: must have at least two lines, not {frequency.size}"])
-    falls = np.flatnonzero(np.diff(frequency) <= 0)
-    if falls.size:
-        low = frequency[falls[0] + 1]
-        raise ColumnsError([f"{path}: frequencies must rise; {low:g} Hz follows a higher one"])
     if not (np.isfinite(values).all() and (values >= 0).all() and values.any()):
         message = f"the {'transmissibility' if over_base else 'PSD'} must be finite, not negative, "
         raise ColumnsError([f"{path}: {message}and not 0 everywhere"])
-    return MeasuredPsd(frequency, values**2 if over_base else values, over_base)
-
-
-def read_data_set(path: Path, record: int | None) -> Mapping[str, Any]:
-    """Read a data set 58 of a universal file, in the fields of pyuff.
-
-    Raises
-    ------
-    ColumnsError
-        If the file cannot be read, or it is not clear which data set is meant.
-    """
-    try:
-        file = pyuff.UFF(str(path))
-        numbers_of_58 = [n for n, kind in enumerate(file.get_set_types()) if kind == 58]
-        message = "" if numbers_of_58 else "has no data set 58"
-        if record is None and len(numbers_of_58) > 1:
-            message = f"has {len(numbers_of_58)} data sets 58; the key record selects one"
-        if numbers_of_58 and (record or 1) > len(numbers_of_58):
-            message = f"has {len(numbers_of_58)} data sets 58; record is {record}"
-        if message:
-            raise ColumnsError([f"{path}: {message}"])
-        data: dict[str, Any] = file.read_sets(numbers_of_58[(record or 1) - 1])
-        arrays = {key: np.asarray(data[key]) for key in ("x", "data")}
-        return {**data, **arrays, "func_type": int(data["func_type"])}
-    except ColumnsError:
-        raise
-    except Exception as error:  # whatever the library meets in a broken file
-        message = f"is no universal file that can be read ({type(error).__name__})"
-        raise ColumnsError([f"{path}: {message}"]) from None
+    is_step = np.diff(frequency) == 0
+    lower = np.where(np.append(is_step, False), np.nextafter(frequency, 0.0), frequency)
+    is_doubled = is_step & (np.diff(values) == 0)
+    wrong = np.flatnonzero(is_doubled | ~(np.diff(lower) > 0))
+    if wrong.size:
+        row = wrong[0]
+        message = f"{frequency[row + 1]:g} Hz follows {frequency[row]:g} Hz"
+        if is_step[row]:
+            message = f"{frequency[row]:g} Hz is given twice"
+        allowed = "two lines at one frequency are a step between two values"
+        raise ColumnsError([f"{path}: frequencies must rise; {message}; {allowed}"])
+    return MeasuredPsd(lower, values**2 if over_base else values, over_base)
 
 
 def _universal(path: Path, record: int | None) -> tuple[Array, Array, bool]:
     """Return frequency, PSD [g²/Hz] or transmissibility, and which, of a data set 58."""
-
-    def refuse(message: str) -> ColumnsError:
-        return ColumnsError([f"{path}: {message}"])
-
-    data = read_data_set(path, record)
-    x, values = data["x"], data["data"]
-    kind, label = data["func_type"], str(data["ordinate_axis_units_lab"])
-    if kind not in (PSD, RESPONSE):
-        message = (
-            f"a power spectral density or frequency response, function type {PSD} or {RESPONSE}"
-        )
-        raise refuse(f"must be {message}; {kind} is {FUNCTIONS.get(kind, 'another function')}")
-    if int(data["ordinate_spec_data_type"]) not in (0, ACCELERATION):
-        raise refuse("must be an acceleration, data type 12 of the ordinate")
-    if kind == RESPONSE:
-        denominator = str(data["orddenom_axis_units_lab"])
-        if int(data["orddenom_spec_data_type"]) not in (0, ACCELERATION):
+    function = read_function(path, record)
+    kind, axes = function.kind, function.axes
+    numerator, denominator = axes["ordinate"], axes["orddenom"]
+    over_base = kind in (RESPONSE, TRANSMISSIBILITY)
+    if kind != PSD and not over_base:
+        message = "must be a power spectral density, frequency response or transmissibility, "
+        message += f"function type {PSD}, {RESPONSE} or {TRANSMISSIBILITY}"
+        raise function.refusal(f"{message}; {kind} is {FUNCTIONS.get(kind, 'another function')}")
+    if numerator.kind not in (*ANY, ACCELERATION):
+        raise function.refusal("must be an acceleration, data type 12 of the ordinate")
+    if over_base:
+        if denominator.kind not in (*ANY, ACCELERATION):
             message = "must be over the acceleration of the base, data type 12 of the denominator"
-            raise refuse(message)
-        stated = {text.strip() for text in (label, denominator)} - {"", "NONE"}
-        if len({is_in_g(text) for text in stated}) > 1:
-            raise refuse(f"must have one unit above and below, not {label} and {denominator}")
-        return x.astype(float), np.abs(values).astype(float), True
-    factor = 1.0 if is_in_g(label) else STANDARD_GRAVITY**-2
-    return x.astype(float), values.real.astype(float) * factor, False
-
-
-def is_in_g(label: str) -> bool:
-    """Return whether the label of an axis states g, or g²/Hz."""
-    return IN_G.match(label.strip().lstrip("(")) is not None
+            raise function.refusal(message)
+        factor = function.factor(
+            DIMENSIONLESS, "a transmissibility", "one unit of acceleration over another"
+        )
+        return function.frequency, factor * np.abs(function.values).astype(float), True
+    if denominator.kind not in (*ANY, FREQUENCY):
+        raise function.refusal("must have no denominator, data type 0")
+    if np.abs(function.values.imag).max() > 1e-6 * np.abs(function.values).max():
+        raise function.refusal("must be real; a complex one is a cross spectrum")
+    unit = GRAVITY.power(2).divide(HERTZ)
+    factor = function.factor(unit, "a PSD", "g^2/Hz, (m/s^2)^2/Hz, mm^2/s^4/Hz or the like")
+    return function.frequency, factor * function.values.real.astype(float), False

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from pidpanel.base.from_study import base_labels, shakers_of
-from pidpanel.columns import ColumnsError
+from pidpanel.columns import ColumnsError, in_kilohertz
 from pidpanel.measurement.computed import computed_psd
 from pidpanel.measurement.differences import band_differences, common_range
 from pidpanel.measurement.files import COLUMNS as FILE_COLUMNS
@@ -36,7 +36,7 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
     """Yield what is wrong with the files, and those without a band of the response."""
     for name, measurement in study.measurements.items():
         keys = ("measurements", name, "file")
-        read = partial(read_measured, measurement.file, measurement.record)
+        read = partial(read_measured, measurement.file, measurement.record, measurement.point)
         measured = yield from read_at(keys, read)
         if measured is None:
             continue
@@ -56,7 +56,8 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
         if common_range(measured, low, high) is None:
             first, last = measured.frequency[[0, -1]]
             message = f"its lines are {first:g} to {last:g} Hz; must share a third octave with the "
-            yield Mistake(keys, f"{message}response, {low:g} to {high:g} Hz")
+            unit = "; in kHz?" if in_kilohertz(measured.frequency, low, high) else ""
+            yield Mistake(keys, f"{message}response, {low:g} to {high:g} Hz{unit}")
 
 
 def write_measurements(
@@ -70,7 +71,7 @@ def write_measurements(
     labels = {"base": base_labels(study), "sound": {}}
     lines, rows = [], []
     for name, measurement in study.measurements.items():
-        measured = read_measured(measurement.file, measurement.record)
+        measured = read_measured(measurement.file, measurement.record, measurement.point)
         excitation = excitation_of(study, measurement, measured)
         label = measurement.scenario or study.all_scenarios()[0].label
         label = labels[excitation].get(label, label)

@@ -52,6 +52,7 @@ from pidpanel.solve.stress import distinct_layers
 from pidpanel.study import Study
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.optimise import Optimise
+from pidpanel.study.panel import MOST_CARRIED
 
 LINES_PER_BANDWIDTH = 2.0  # of the search: g rms within 0.2 %
 
@@ -132,6 +133,10 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
     simulated = set(names) - set(study.atlas_coupons)
     if any(study.all_dampers[name].coupon is not None for name in simulated):
         return  # their mass is known once they are filled
+    heaviest = MOST_CARRIED * StudiedPanel(study.panel).section.mass_per_area * area.area
+    if section.mass_kg > heaviest:
+        message = f"must be at most {heaviest:.3g}, {MOST_CARRIED} times the mass of the panel"
+        yield Mistake(("optimise", "mass_kg"), message)
     lightest = np.inf
     for filling in fillings_of(study, models_of(study, None)):
         mass = filling.mass_per_area * places.area

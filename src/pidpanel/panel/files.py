@@ -16,6 +16,7 @@ import xarray as xr
 from pidpanel.arrays import described_variables, variable
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
+from pidpanel.provenance.results import read_netcdf
 
 VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
 # In single precision: errors of 6e-8 of each value are 1e-9 of an integral over the panel.
@@ -55,24 +56,21 @@ def read_basis(path: Path) -> PanelBasis:
 
     Raises
     ------
-    ValueError
-        If the file lacks a variable.
+    ResultsDamaged
+        If the file lacks a variable or cannot be read.
     """
-    with xr.open_dataset(path, engine="scipy") as dataset:
-        missing = [name for name in VARIABLES if name not in dataset]
-        if missing:
-            raise ValueError(f"{path}: not the basis of a panel: {missing} missing")
-        values: dict[str, Any] = {}
-        for name in VARIABLES:
-            value = dataset[name].to_numpy()
-            if name.endswith("_names"):
-                values[name] = tuple(str(entry) for entry in value)
-            elif name in PACKED:
-                values[name] = value * dataset[f"{name}_step"].to_numpy().astype(np.float64)
-            elif value.ndim == 0:
-                values[name] = float(value)
-            else:
-                values[name] = value.astype(NATIVE[value.dtype.kind])
+    dataset = read_netcdf(path, [*VARIABLES, *(f"{name}_step" for name in PACKED)])
+    values: dict[str, Any] = {}
+    for name in VARIABLES:
+        value = dataset[name].to_numpy()
+        if name.endswith("_names"):
+            values[name] = tuple(str(entry) for entry in value)
+        elif name in PACKED:
+            values[name] = value * dataset[f"{name}_step"].to_numpy().astype(np.float64)
+        elif value.ndim == 0:
+            values[name] = float(value)
+        else:
+            values[name] = value.astype(NATIVE[value.dtype.kind])
     return PanelBasis(**values)
 
 
@@ -120,13 +118,10 @@ def read_plate(path: Path) -> StoredPlate:
 
     Raises
     ------
-    ValueError
+    ResultsDamaged
         If the file is of something else.
     """
-    with xr.open_dataset(path, engine="scipy") as dataset:
-        if "stiffness_data" not in dataset:
-            raise ValueError(f"{path}: not the matrices of a plate")
-        data = dataset.load()
+    data = read_netcdf(path, ["stiffness_data"])
 
     def array(name: str, kind: type = np.float64) -> Any:
         return data[name].to_numpy().astype(kind)

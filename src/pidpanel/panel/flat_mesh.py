@@ -19,7 +19,7 @@ from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths
 from pidpanel.geometry.polygon import Position, Shape, show
 from pidpanel.panel.connectivity import check_connectivity
 from pidpanel.panel.mesh import PanelMesh, check_patch_areas
-from pidpanel.text_files import LARGEST
+from pidpanel.text_files import LARGEST, TextFileError, read_bytes
 
 # Patches of a foreign mesh are whole elements: their area may differ from the patch's by this.
 PATCH_AREA_TOLERANCE = 0.02
@@ -33,11 +33,12 @@ class MeshFileError(ColumnsError):
     """A mesh file with mistakes, a line each: file, line or element, what is wrong."""
 
 
-def check_size(path: Path) -> None:
-    """Refuse a file with more bytes than a mesh needs, before it is read."""
-    size = path.stat().st_size
-    if size > LARGEST:
-        raise ValueError(f"{path}: has {size / 1e6:.3g} MB; allowed are {LARGEST / 1e6:g} MB")
+def read_mesh_file(path: Path) -> bytes:
+    """Read a file; refuse one with more bytes than a mesh needs, before it is read."""
+    try:
+        return read_bytes(path, LARGEST)
+    except TextFileError as error:
+        raise ValueError(f"{path}: {error.message}") from None
 
 
 @dataclass(frozen=True)

@@ -164,16 +164,12 @@ class StudiedPanel:
     @property
     def remarks(self) -> list[str]:
         """What of a mesh file is not used or unusual, and the free edges within its outline."""
-        return (
-            []
-            if self.foreign is None
-            else [*self.foreign.remarks, *checks.holes_within(self.area, self.supports.holes)]
-        )
+        return checks.file_remarks(self.foreign, self.area, self.supports.holes)
 
     @property
     def wave_shift(self) -> Callable[[float, float, float], float]:
         """`ElementKind.frequency_shift` of edges [m], frequencies [Hz] and added masses [kg/m²]."""
-        return partial(self.elements.frequency_shift, **self._rough)
+        return partial(self.elements.frequency_shift, **self.rough)
 
     def point_refinement_error(self, highest: float) -> Array:
         """Return `checks.point_refinement_error` of the response points; masses at a frequency."""
@@ -187,7 +183,7 @@ class StudiedPanel:
 
     def cause_of_shift(self, edge: float, frequency: float) -> str:
         """Return the largest of `ElementKind.frequency_shifts` on the panel without dampers."""
-        shifts = self.elements.frequency_shifts(edge, frequency, **self._rough)
+        shifts = self.elements.frequency_shifts(edge, frequency, **self.rough)
         return max(shifts, key=shifts.__getitem__)
 
     @property
@@ -216,30 +212,33 @@ class StudiedPanel:
         checks.check_fit(self.area, self.supports, self.attachments)
         if mesh is None:
             checks.check_feet(self.area, self.supports)
-            edge, areas = self._element_size, self._areas
-            edges = dict.fromkeys(self.shapes, edge)
-            edges |= self.patch_sizes(frequency, damper_mass or {})
         else:
             checks.check_held(mesh, self.supports)
             checks.check_foot_areas(mesh, self.supports)
+        ratio = self.panel.modal_damping.smallest(0.0, frequency)
+        try:
+            self.elements.check(self.regions(frequency, damper_mass or {}), frequency, ratio)
+        except ValueError as error:
+            if self.foreign is None:
+                raise
+            raise ValueError(f"{error} (mesh.refine divides the elements of a file)") from error
+
+    def regions(self, frequency: float, damper_mass: Mapping[str, float]) -> list[Region]:
+        """Return the panel without dampers, and the patches with theirs; parameters of `check`."""
+        if self.foreign is None:
+            edge, areas = self._element_size, self._areas
+            edges = dict.fromkeys(self.shapes, edge) | self.patch_sizes(frequency, damper_mass)
+        else:
+            mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
             length = element_sizes(mesh.vertices, mesh.cells)
             area_of_cell, edge = cell_areas(mesh.vertices, mesh.cells), float(length.max())
             edges = {name: float(length[cells].max()) for name, cells in mesh.patch_cells.items()}
             areas = {name: area_of_cell[cells].sum() for name, cells in mesh.patch_cells.items()}
             areas[""] = area_of_cell.sum()
-        mass = {name: value for name, value in (damper_mass or {}).items() if value > 0}
+        mass = {name: value for name, value in damper_mass.items() if value > 0}
         bare_area = max(areas[""] - sum(areas[name] for name in mass), 0.0)
-        regions = [
-            Region("", bare_area, edge),
-            *(Region(name, areas[name], edges[name], value) for name, value in mass.items()),
-        ]
-        ratio = self.panel.modal_damping.smallest(0.0, frequency)
-        try:
-            self.elements.check(regions, frequency, ratio)
-        except ValueError as error:
-            if self.foreign is None:
-                raise
-            raise ValueError(f"{error} (mesh.refine divides the elements of a file)") from error
+        loaded = (Region(name, areas[name], edges[name], value) for name, value in mass.items())
+        return [Region("", bare_area, edge), *loaded]
 
     def patch_sizes(self, frequency: float, damper_mass: Mapping[str, float]) -> dict[str, float]:
         """Return the element sizes that the dampers of patches need, where they are shorter [m]."""
@@ -304,7 +303,8 @@ class StudiedPanel:
         return min(spec.size_m or 0.0, checks.narrowest(self._outline) / ELEMENTS_ACROSS)
 
     @cached_property
-    def _rough(self) -> dict[str, float]:
+    def rough(self) -> dict[str, float]:
+        """Parameters of `ElementKind.frequency_shifts` besides edge, frequency and mass."""
         rough = checks.roughness(self.area, self.supports, self._size_at)
         if self.foreign is not None:
             rough["jagged"] = checks.jaggedness(self.foreign.panel_mesh({}, {}), self.supports)
@@ -353,8 +353,8 @@ class StudiedPanel:
     def _attached(self) -> dict[str, Position]:
         positions: dict[str, Position] = {}
         for name, attached in self.attachments.items():
-            place = checks.place_of(name, attached)
-            names = [place] if len(attached.ends) == 1 else [f"{name} from_m", f"{name} to_m"]
+            names = [f"{name} from_m", f"{name} to_m"]
+            names = [checks.place_of(name, attached)] if len(attached.ends) == 1 else names
             positions |= zip(names, attached.ends, strict=True)
         return positions
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import gmsh
 import numpy as np
 
-from pidpanel.panel.flat_mesh import FlatMesh, check_size
+from pidpanel.panel.flat_mesh import FlatMesh, read_mesh_file
 from pidpanel.panel.mesh import gmsh_session
 
 CORNERS = {2: 3, 3: 4}  # corners of the elements that are read, by gmsh's number of their kind
@@ -45,8 +45,7 @@ def read_gmsh(path: Path, unit: float = 1.0) -> FlatMesh:
     unit
         Length unit of the file [m].
     """
-    check_size(path)
-    data = path.read_bytes()
+    data = read_mesh_file(path)
     if not data.lstrip().startswith(BEGINNINGS):
         raise ValueError(f"{path}: not a gmsh mesh: it must begin with $MeshFormat")
     for header in HEADER.finditer(data):

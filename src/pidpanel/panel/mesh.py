@@ -10,7 +10,9 @@ Vertices are numbered by rows: along x first, then up in y. On the structured me
 to a row, grid point 326 at (0.75, 0.50) m.
 """
 
+import shutil
 import signal
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from ctypes import CDLL, c_int, c_void_p
@@ -48,8 +50,9 @@ def read_mesh(
 
     One kind of cell in the plane z = 0; patches are surface groups, response points point groups.
     """
-    with gmsh_session():
-        gmsh.open(str(path))
+    with gmsh_session(), tempfile.TemporaryDirectory() as folder:
+        # gmsh runs ``mesh.msh.opt`` next to ``mesh.msh``, whoever put it into the results
+        gmsh.open(str(shutil.copy(path, folder)))
         model = gmsh.model
         tags, positions, _ = model.mesh.getNodes()
         (kind,), (elements,), (corners,) = model.mesh.getElements(2)

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.constants import PLACING_CARDS
-from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, check_size
+from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, read_mesh_file
 from pidpanel.text_files import lines_of
 
 CORNERS = {"CTRIA3": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUADR": 4}
@@ -152,8 +152,7 @@ def read_nastran(path: Path, ignored: Collection[str] = (), unit: float = 1.0) -
 def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]]:
     """Yield line number, name and fields of each card; add the faults of other lines."""
     pending: tuple[int, str, list[str]] | None = None
-    check_size(path)
-    data = path.read_bytes()
+    data = read_mesh_file(path)
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
         raise ValueError(f"{path}:{line}: must be text; it has a byte 0x00, as of a binary file")

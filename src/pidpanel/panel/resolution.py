@@ -7,7 +7,7 @@ PSDs are wrong by more than 0.5 dB long before its frequency is by 1 %.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -202,7 +202,7 @@ class ElementKind:
                 )
         error = self.line_error_db(regions, frequency, damping_ratio)
         if error > LINE_ERROR_DB:
-            shifts = self._shifts(regions, frequency)
+            shifts = self._shifts(regions, frequency, {})
             worst = regions[int(np.argmax(shifts))]
             allowed = self._allowed_for_all(
                 regions, worst, worst.longest_edge, frequency, damping_ratio
@@ -248,24 +248,30 @@ class ElementKind:
         # where the others alone are too coarse, as if all were as much shorter as this
         return low or longest * (LINE_ERROR_DB / error(longest)) ** (1 / ORDER)
 
-    def _shifts(self, regions: Sequence[Region], frequency: float) -> list[float]:
-        return [self.frequency_shift(r.longest_edge, frequency, r.added_mass) for r in regions]
+    def _shifts(
+        self, regions: Sequence[Region], frequency: float, rough: Mapping[str, float]
+    ) -> list[float]:
+        return [
+            self.frequency_shift(region.longest_edge, frequency, region.added_mass, **rough)
+            for region in regions
+        ]
 
     def line_error_db(
-        self, regions: Sequence[Region], frequency: float, damping_ratio: float
+        self, regions: Sequence[Region], frequency: float, damping_ratio: float, **rough: float
     ) -> float:
         """Estimate the largest error of a PSD that a mesh makes up to a frequency [dB].
 
         Resonances a spacing δ apart make S ∝ sinh x/(cosh x − cos(2π f/δ)) with x = 2πζf/δ, whose
         slope is at most 2π/(δ sinh x); the shift of the resonances times that is the error. Each
-        part of the panel has its share of the modes in the shift and in the damping.
+        part of the panel has its share of the modes in the shift and in the damping. ``rough`` has
+        parameters of `frequency_shifts`; without them the error is that of waves alone.
         """
         tried = frequency * np.geomspace(LOWEST_TRIED, 1.0, TRIED)
         mass, area = np.array([(region.added_mass, region.area) for region in regions]).T
         wavenumber = np.pi / np.array(
             [[half_wave(self.section, f, extra) for extra in mass.tolist()] for f in tried.tolist()]
         )
-        shift = np.array([self._shifts(regions, f) for f in tried.tolist()])
+        shift = np.array([self._shifts(regions, f, rough) for f in tried.tolist()])
         modes_below = area * wavenumber**2 / (4 * np.pi)  # modes below a frequency
         total = modes_below.sum(axis=1)
         share = modes_below / total[:, None]

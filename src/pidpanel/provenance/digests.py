@@ -84,11 +84,12 @@ def stamp(study: CouponStudy) -> dict[str, str]:
     Returns
     -------
     dict
-        Name and digest of the study, versions of pidpanel and LIGGGHTS.
+        Name and digest of the study, versions of pidpanel and LIGGGHTS, conventions of NetCDF.
     """
     return {
         "study": study.name,
         "study_hash": text_digest([json.dumps(by_content(study.model_dump()))])[:16],
         "pidpanel_version": version("pidpanel"),
         "liggghts_version": LIGGGHTS_VERSION,
+        "Conventions": "CF-1.11",
     }

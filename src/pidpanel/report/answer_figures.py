@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
-from matplotlib.tri import Triangulation
 
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import boundary_edges
@@ -24,7 +23,7 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.supports import Supports
 from pidpanel.report import style
 from pidpanel.report.answer import Candidate, StudyAnswer
-from pidpanel.report.layout import figure_of_axes, panel_axes, separate, triangles_of
+from pidpanel.report.layout import draw_field, figure_of_axes, panel_axes, separate, triangles_of
 
 WIDTH = 5.0  # width of a figure at the head of a page [inch]
 
@@ -57,10 +56,8 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
     figure, (axes,) = figure_of_axes(1, 1, height, 0.0, WIDTH)
     names: list[Annotation] = []
     if rms is not None:
-        mesh = Triangulation(vertices[:, 0], vertices[:, 1], triangles_of(cells))
-        mapped = axes.tripcolor(
-            mesh, rms, shading="gouraud", cmap="YlOrRd", vmin=0.0, vmax=float(rms.max())
-        )
+        triangles, top = triangles_of(cells), float(rms.max())
+        mapped = draw_field(axes, vertices[triangles], rms[triangles], "YlOrRd", (0.0, top))
         figure.colorbar(mapped, ax=axes, label="g rms", shrink=0.8, pad=0.02, aspect=25)
         worst = vertices[int(rms.argmax())]
         axes.plot(

@@ -74,15 +74,15 @@ def _row(
         "is_massless": any(f.damper in massless for f in candidate.scenario.fillings),
         "per_kg": response.reduction / candidate.mass if candidate.mass > 0 else math.nan,
         "is_within_error": not candidate.scenario.is_bare and is_gain(response) is False,
-        "trust": trust_text(candidate),
+        "trust": trust_text(candidate.doubts, candidate.note),
     }
 
 
-def trust_text(candidate: Candidate) -> str:
-    """Return whether the results of a scenario can be trusted, with reasons or a note."""
-    if candidate.doubts:
-        return f"no: {', '.join(candidate.doubts)}"
-    return f"yes; {candidate.note}" if candidate.note else "yes"
+def trust_text(doubts: Sequence[str], note: str = "") -> str:
+    """Return whether results can be trusted, with reasons or a note."""
+    if doubts:
+        return f"no: {', '.join(doubts)}"
+    return f"yes; {note}" if note else "yes"
 
 
 def _mapped_name(answer: StudyAnswer, label: str) -> str:

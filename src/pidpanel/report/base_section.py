@@ -11,9 +11,11 @@ import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import html, style
+from pidpanel.report.answer_section import trust_text
 from pidpanel.report.inputs import BaseResults
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import READINGS, common_decimals, records, value_text
+from pidpanel.response.trust import doubts_in
 
 MODES_SHOWN = 12  # modes with the largest effective masses in the table
 
@@ -88,6 +90,7 @@ def _random_values(summary: pd.DataFrame, names: Names, points: Sequence[str]) -
     ):
         by_point = {row["point"]: row for row in records(group)}
         about: dict[str, Any] = {"name": names[str(scenario)], "reading": reading, "input": level}
+        about["trust"] = trust_text(doubts_in(records(group)[0]))
         about["displacement"] = group["relative_displacement_rms_mm"].max()
         about["by_point"] = {point: by_point[point] for point in points}
         rows.append({**by_point[points[0]], **about})
@@ -178,6 +181,7 @@ def _sine_values(sine: xr.Dataset, peaks: pd.DataFrame, names: Names) -> dict[st
     decimals = {error: common_decimals(peaks[error]) for _, error in PEAKS.values() if error}
     for sweeps in zip(up, down, strict=True):
         row = {**sweeps[0], "name": names[sweeps[0]["scenario"]]}
+        row["trust"] = trust_text(doubts_in(max(sweeps, key=lambda s: len(doubts_in(s)))))
         for key, (value, error) in PEAKS.items():
             texts = [
                 value_text(s[value], s.get(error, math.nan), decimals.get(error)) for s in sweeps

@@ -12,16 +12,17 @@ import xarray as xr
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.files import read_basis
+from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.report import html, text
 from pidpanel.report.answer import SIGNIFICANCE
-from pidpanel.report.inputs import read_by_point, read_dataset, without_errors
-from pidpanel.report.maps_section import map_figure, scale_ends
+from pidpanel.report.inputs import without_errors
+from pidpanel.report.maps_section import FIELD_STYLES, map_figure, scale_ends
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import DECIBEL_DECIMALS, READINGS, common_decimals, records, value_text
 
 SAME = 1e-3  # share of a value below which a difference is that of lines and meshes [1]
 
-BEST = "best"  # name of the row of the scenario with the lowest rms value, whatever it is
+BEST = "best"  # name of the row of the scenario with the lowest rms value at a level
 
 KEYS = ["reading", "scenario", "point"]
 SIDES = ("first", "second")  # ends of the columns of `differences`
@@ -48,29 +49,36 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
         Scenarios without stated errors, from `pidpanel.report.from_study.partly_known`.
     """
     response = folder / "response"
-    tables = read_by_point(response / "summary.csv"), read_dataset(response / "psd.nc")
+    psd_file, columns = response / "psd.nc", [*KEYS, "acceleration_rms_g", "patch"]
+    tables = (
+        read_csv(response / "summary.csv", columns, dtype=dict.fromkeys([*KEYS, "patch"], str)),
+        read_netcdf(psd_file, ["frequency", "acceleration_psd", *KEYS]),
+    )
     summary, psd = without_errors(unknown, *tables)
     maps = None
     if (response / "maps.nc").is_file() and (folder / "panel" / "modes.nc").is_file():
         inside = read_basis(folder / "panel" / "modes.nc").cell_in_patch
-        maps = read_dataset(response / "maps.nc"), inside
+        maps = read_netcdf(response / "maps.nc", ["cells", *FIELD_STYLES]), inside
     return Side(folder.name, summary, psd, maps)
 
 
 def values_of(summary: pd.DataFrame) -> pd.DataFrame:
     """Return model, scenario, point, rms acceleration, error [g] and mass [kg], row by row.
 
-    The lowest of each point and damping model is repeated as the scenario `BEST`, with its own
-    ``label``. A bare panel has no error of its damping, and no mass.
+    The lowest of each point, damping model and sound level is repeated as the scenario `BEST`, with
+    its own ``label`` and ``best_level``. A bare panel has no error of its damping, and no mass.
     """
     columns = [*KEYS, "acceleration_rms_g", "acceleration_rms_error_g", "added_mass_kg", "patch"]
-    values = summary[summary["acceleration_rms_g"] > 0].reindex(columns=columns)
-    values = values.set_axis([*KEYS, "rms", "error", "mass", "is_bare"], axis=1)
+    values = summary[summary["acceleration_rms_g"] > 0].reindex(columns=[*columns, "oaspl_db"])
+    values = values.set_axis([*KEYS, "rms", "error", "mass", "is_bare", "level"], axis=1)
     values = values.reset_index(drop=True)
+    # to 0.1 dB; 0 under base motion, and for rows that are not the best of a level
+    values = values.assign(level=values["level"].round(1).fillna(0.0), best_level=0.0)
     values = values.assign(is_bare=values["is_bare"] == "none", label=values["scenario"])
     values.loc[values["is_bare"], ["error", "mass"]] = (0.0, np.nan)
-    treated = values[~values["is_bare"]].groupby(["reading", "point"], sort=False)
-    return pd.concat([values, values.loc[treated["rms"].idxmin()].assign(scenario=BEST)])
+    treated = values[~values["is_bare"]].groupby(["reading", "point", "level"], sort=False)
+    best = values.loc[treated["rms"].idxmin()]
+    return pd.concat([values, best.assign(scenario=BEST, best_level=best["level"])])
 
 
 def differences(first: Side, second: Side) -> pd.DataFrame:
@@ -83,7 +91,7 @@ def differences(first: Side, second: Side) -> pd.DataFrame:
     base, rival = (values.assign(source=values["reading"]) for values in (base, rival))
     if base["reading"].nunique() == rival["reading"].nunique() == 1:
         rival["reading"] = base["reading"].iloc[0]
-    shared = base.merge(rival, on=KEYS, suffixes=[f"_{side}" for side in SIDES])
+    shared = base.merge(rival, on=[*KEYS, "best_level"], suffixes=[f"_{side}" for side in SIDES])
     rms, rival_rms = shared["rms_first"], shared["rms_second"]
     reduction = 20 * np.log10(rms / rival_rms)
     relative = np.hypot(shared["error_first"] / rms, shared["error_second"] / rival_rms)
@@ -112,11 +120,13 @@ def rows_of(shared: pd.DataFrame) -> list[list[str]]:
     rows = []
     rms_decimals = common_decimals(shared[["error_first", "error_second"]].to_numpy().ravel())
     decimals = common_decimals(shared["error"], DECIBEL_DECIMALS)
+    has_levels = shared.loc[shared["scenario"] == BEST, "best_level"].nunique() > 1
     for row in records(shared):
         scenario, reading = row["scenario"], row["reading"]
         if scenario == BEST:
             labels = dict.fromkeys(row[f"label_{side}"] for side in SIDES)
-            scenario = f"{BEST}: {' | '.join(labels)}"
+            level = f" at {row['best_level']:g} dB" if has_levels else ""
+            scenario = f"{BEST}{level}: {' | '.join(labels)}"
         rms = [value_text(row[f"rms_{s}"], row[f"error_{s}"], rms_decimals) for s in SIDES]
         gain = value_text(row["reduction"], row["error"], decimals)
         model = READINGS.get(reading, reading)
@@ -230,29 +240,35 @@ def _facts(first: Side, second: Side) -> list[tuple[str, str]]:
 
 
 def _psds(first: Side, second: Side, shared: pd.DataFrame) -> list[html.Picture]:
-    """Return the PSDs of each point: both bare panels, and the best of both where there is one."""
+    """Return the PSDs of each point: at each level both bare panels, and the best of both."""
     pictures: list[html.Picture] = []
     lines = np.union1d(first.psd["frequency"], second.psd["frequency"])
     sides = dict(zip(SIDES, (first, second), strict=True))
     for point, reading in itertools.product(shared["point"].unique(), shared["reading"].unique()):
         rows = shared[(shared["reading"] == reading) & (shared["point"] == point)]
-        best, bare = rows[rows["scenario"] == BEST], rows[rows["is_bare_first"]].head(1)
-        curves = [
-            html.PageCurve(
-                f"{side.name}, {row[f'label_{end}']}",
-                _resample(side, row[f"source_{end}"], row[f"label_{end}"], point, lines),
-                colour,
-                "solid" if row["scenario"] == BEST else "dotted",
-                width=0.9,
-            )
-            for row in records(pd.concat([best, bare]))
-            for (end, side), colour in zip(sides.items(), COLOURS, strict=True)
-        ]
-        if curves:
-            title = READINGS.get(reading, reading)
-            chart = html.Chart(title, lines, PSD_UNIT, curves, f"point {point}")
-            caption = f"Acceleration PSD at point {point}; bare panels dotted."
-            pictures.append(chart_picture(f"psd_{len(pictures)}", [chart], caption))
+        drawn = rows[(rows["scenario"] == BEST) | rows["is_bare_first"]]
+        alike = drawn[drawn["level_first"] == drawn["level_second"]]
+        # without a common level the bare panels alone
+        groups = [part for _, part in alike.groupby("level_first")] or [drawn]
+        for group in groups:
+            best, bare = group[group["scenario"] == BEST], group[group["is_bare_first"]].head(1)
+            curves = [
+                html.PageCurve(
+                    f"{side.name}, {row[f'label_{end}']}",
+                    _resample(side, row[f"source_{end}"], row[f"label_{end}"], point, lines),
+                    colour,
+                    "solid" if row["scenario"] == BEST else "dotted",
+                    width=0.9,
+                )
+                for row in records(pd.concat([best, bare]))
+                for (end, side), colour in zip(sides.items(), COLOURS, strict=True)
+            ]
+            if curves:
+                title = READINGS.get(reading, reading)
+                level = f", {group['level_first'].iloc[0]:g} dB" if len(groups) > 1 else ""
+                chart = html.Chart(title, lines, PSD_UNIT, curves, f"point {point}")
+                caption = f"Acceleration PSD at point {point}{level}; bare panels dotted."
+                pictures.append(chart_picture(f"psd_{len(pictures)}", [chart], caption))
     return pictures
 
 

@@ -98,11 +98,6 @@ def coupled_figure(table: pd.DataFrame, names: Mapping[str, str]) -> Figure:
 LINES = 40  # frequencies of a curve
 
 
-def atlas_text(atlas: AtlasResults) -> str:
-    """Return version and size of the atlas."""
-    return f"version {atlas.version}, {atlas.cases} simulated cases"
-
-
 def atlas_section(
     atlas: AtlasResults,
     layouts: pd.DataFrame,
@@ -121,9 +116,11 @@ def atlas_section(
         Range of the response [Hz].
     """
     beds = curves(atlas, layouts, frequency)
-    picture = figure_picture("atlas_damping", coupled_figure, beds, names)
+    picture = None
+    if len(beds):  # else the atlas has no bed at any of these motions
+        picture = figure_picture("atlas_damping", coupled_figure, beds, names)
     is_coupled = (layouts["reading"] == COUPLED).any()
-    values = {"atlas": atlas_text(atlas), "damping": picture, "is_coupled": is_coupled}
+    values = {"atlas": atlas.text, "damping": picture, "is_coupled": is_coupled}
     return template_section("atlas.html", "Damping from the atlas", values)
 
 

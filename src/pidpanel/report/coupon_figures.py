@@ -131,10 +131,11 @@ def loss_factor_map(cases: pd.DataFrame) -> Figure:
             index=ACCELERATION.column, columns=FREQUENCY.column, values=LOSS_FACTOR.column
         )
         values = table.reindex(index=amplitudes, columns=frequencies).to_numpy(float)
-        axes.imshow(values, cmap="viridis", norm=norm, aspect="auto", origin="lower")
+        look: dict[str, Any] = {"aspect": "auto", "origin": "lower", "interpolation": "nearest"}
+        axes.imshow(values, cmap="viridis", norm=norm, **look)
         for row, column in np.argwhere(np.isfinite(values) & has_text):
             value = values[row, column]
-            look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 5.5}
+            look = {"ha": "center", "va": "center", "fontsize": 5.5}
             look["color"] = "white" if value < 0.6 * top else "black"
             axes.text(column, row, text.number(value, 2), **look)
         axes.grid(False)

@@ -11,7 +11,6 @@ import pandas as pd
 from pidpanel.coupon.liggghts.deck import comes_with_pidpanel
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.paths import STUDIES
-from pidpanel.report.coupled_section import atlas_text
 from pidpanel.report.inputs import BaseResults, Inputs, PanelInputs
 from pidpanel.report.names import Study
 from pidpanel.report.templates import pairs
@@ -28,7 +27,7 @@ def study_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
         "words": dict(pairs("words.html", {"study": study})),
         "base": None if base is None else _base(base),
         "response": None,
-        "atlas": atlas_text(inputs.atlas) if inputs.atlas else "",
+        "atlas": inputs.atlas.text if inputs.atlas else "",
         "runs": [],
         "proposed": [] if (found := inputs.proposal) is None else found.layouts["damper"].unique(),
         "coupons": [(name, cases_text(coupon.cases)) for name, coupon in inputs.coupons.items()],

@@ -22,6 +22,7 @@ from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.film import Film, watch
 from pidpanel.coupon.liggghts.failures import SolverFailure
+from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.report.html import Picture
 from pidpanel.report.layout import pick
 
@@ -77,7 +78,7 @@ def write_film(
     file
         NetCDF file to write; without frames where the run cannot be continued.
     """
-    rows = pd.read_csv(table)
+    rows = read_csv(table)
     film: Film | None = None
     label = nearest_case(rows) if (rows["status"] == "ok").any() else ""
     if label:
@@ -105,7 +106,7 @@ def read_film(cases: Mapping[str, Case], file: Path) -> Shot | None:
     """Read a file of `write_film`; None where there is none, or it has no frames."""
     if not file.is_file():
         return None
-    data = xr.load_dataset(file, engine="scipy")
+    data = read_netcdf(file)
     case = cases.get(data.attrs["case"])
     if case is None:
         return None

@@ -5,12 +5,13 @@ from pathlib import Path
 import pandas as pd
 
 from pidpanel.coupon.from_study import cases_by_coupon
-from pidpanel.damping.atlas_files import read_atlas
+from pidpanel.damping.atlas_files import read_atlas, version_text
 from pidpanel.damping.from_study import atlas_models, compare_measured
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.panel.files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
 from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.report import inputs
 from pidpanel.report.facts import files_step, run_step
 from pidpanel.report.films import read_film
@@ -76,9 +77,9 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
     return inputs.PanelInputs(
         study=study,
         stamp=stamp(study),
-        modes=pd.read_csv(panel / "modes.csv"),
+        modes=read_csv(panel / "modes.csv"),
         basis=read_basis(panel / "modes.nc"),
-        section=pd.read_csv(panel / "section.csv"),
+        section=read_csv(panel / "section.csv"),
         printed=pd.read_csv(PAPER_TABLE, comment="#"),
         coupons={
             name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"))
@@ -101,23 +102,23 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
 
 def read_atlas_results(study: Study) -> inputs.AtlasResults:
     """Return the atlas, and what a study reads from it."""
-    atlas, models = read_atlas(), atlas_models(study, is_broadband=True)
-    return inputs.AtlasResults(atlas.version, len(atlas.cases), models)
+    models = atlas_models(study, is_broadband=True)
+    return inputs.AtlasResults(version_text(read_atlas()), models)
 
 
 def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inputs.Inputs:
     """Read all that the page of a study under sound is made from."""
     response = folder / "response"
     table, psds = inputs.read_by_point(response / "summary.csv"), response / "psd.nc"
-    summary, psd = inputs.without_errors(partly_known(study), table, inputs.read_dataset(psds))
+    summary, psd = inputs.without_errors(partly_known(study), table, read_netcdf(psds))
     return inputs.Inputs(
         **vars(on_panel),
         summary=summary,
         layouts=inputs.read_by_point(response / "layouts.csv"),
         psd=psd,
-        bands=pd.read_csv(folder / "sound" / "spectrum.csv"),
+        bands=read_csv(folder / "sound" / "spectrum.csv"),
         stress=inputs.read_by_point(response / "stress.csv"),
-        maps=inputs.read_dataset(response / "maps.nc"),
+        maps=read_netcdf(response / "maps.nc"),
         severity=inputs.read_severity(folder / "severity", study.severity)
         if study.severity
         else None,
@@ -129,7 +130,7 @@ def read_coupon(study: CouponStudy, damper: str, table: Path) -> inputs.CouponRe
     if damper not in study.coupons:
         raise StudyError(f"{study.name}: no coupon named {damper!r}")
     cases = cases_by_coupon(study)[damper]
-    rows = pd.read_csv(table)
+    rows = read_csv(table)
     if unknown := sorted(set(rows["case"]) - set(cases)):
         raise StudyError(
             f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"

@@ -34,6 +34,18 @@ PIXELS = 1.6  # width of a curve on a screen over that in a figure [pixel/pt]
 DIGITS = 4  # significant digits of a curve's values in the page: 0.01 % is finer than a pixel
 
 
+def json_in_page(values: Any) -> str:
+    r"""Return values for a script element, which ``</script>`` would end and ``<!--`` keep open.
+
+    Examples
+    --------
+    >>> json_in_page({"name": "<!--<script>"})
+    '{"name":"\\u003c!--\\u003cscript>"}'
+    """
+    text = json.dumps(values, separators=(",", ":"), ensure_ascii=False)
+    return text.replace("<", "\\u003c")
+
+
 @dataclass(frozen=True)
 class PageCurve:
     """One curve of a `Chart`."""
@@ -89,8 +101,7 @@ class Chart:
         ]
         unit, frequency = self.unit.replace("$", ""), self._rounded(self.frequency, 6)
         values = {"unit": unit, "log": self.is_log, "x": frequency, "curves": drawn}
-        # "</" would end the script element that holds it
-        return json.dumps(values, separators=(",", ":"), ensure_ascii=False).replace("</", "<\\/")
+        return json_in_page(values)
 
     def _rounded(self, values: Array, digits: int = DIGITS) -> list[float | None]:
         """Return values to some significant digits; None for a gap."""

@@ -12,8 +12,10 @@ from matplotlib.figure import Figure
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.atlas_files import version_text
 from pidpanel.identify.from_study import IdentificationResult, summary
 from pidpanel.identify.posterior import Posterior
+from pidpanel.provenance import durable
 from pidpanel.report import style
 from pidpanel.report.html import Fragment, Page, PageSection, figure_picture, render
 from pidpanel.report.layout import figure_of_axes, frequency_axis
@@ -56,7 +58,7 @@ def _further(result: IdentificationResult) -> list[dict[str, Any]]:
 
 def write_identification(result: IdentificationResult, file: Path) -> None:
     """Write the page."""
-    file.write_text(render(identification_page(result)), encoding="utf-8")
+    durable.write_text(file, render(identification_page(result)))
 
 
 def identification_page(result: IdentificationResult) -> Page:
@@ -84,7 +86,7 @@ def identification_page(result: IdentificationResult) -> Page:
             ("measurement", identification.measured.file.name),
             ("cell", f"hexagon, {cell.across_flats_mm:g} mm × {cell.depth_mm:g} mm"),
             ("particles", size),
-            ("atlas", f"version {result.atlas.version}, {len(result.atlas.cases)} simulated cases"),
+            ("atlas", version_text(result.atlas)),
         ],
         sections=[
             PageSection("next", "Further tests", [proposed]),
@@ -106,8 +108,7 @@ def posterior_figure(posterior: Posterior) -> Figure:
     if min(density.shape) > 1 and len(levels) > 1:
         colours = ["#9ecae1", "#3182bd"][: len(levels) - 1]
         axes.contourf(e, friction, density.T, levels=levels, colors=colours)
-    mean = posterior.estimate(0).mean, math.exp(posterior.estimate(1).mean)
-    axes.plot(*mean, "o", color="black", ms=5)
+    axes.plot(posterior.best[0], math.exp(posterior.best[1]), "o", color="black", ms=5)
     axes.set(yscale="log", xlabel="restitution e", ylabel="friction μ")
     axes.set_yticks(_ticks(friction), [f"{value:g}" for value in _ticks(friction)], minor=False)
     axes.minorticks_off()

@@ -15,6 +15,7 @@ from pidpanel.damping.atlas import AtlasDamping
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.paths import of_damper
+from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.report.films import Shot
 from pidpanel.report.names import Severity, Study, names_of
 from pidpanel.report.rms import moving_points
@@ -49,8 +50,7 @@ class CoupledResults(NamedTuple):
 class AtlasResults(NamedTuple):
     """The atlas of particle beds, and what is read from it."""
 
-    version: str
-    cases: int  # simulated
+    text: str  # version and cases
     models: Mapping[str, AtlasDamping]  # by damper
 
 
@@ -150,30 +150,24 @@ PARTLY = BY_DAMPER  # damping models by damper, in which patches may have stated
 
 def read_by_point(path: Path) -> pd.DataFrame:
     """Read a table whose names are names, even where they look like numbers."""
-    return pd.read_csv(
-        path, dtype=dict.fromkeys(("measurement", "scenario", "patch", "point"), str)
-    )
+    names = ("measurement", "scenario", "patch", "point")
+    return read_csv(path, dtype=dict.fromkeys(names, str))
 
 
 def _tables(folder: Path, *names: str) -> dict[str, pd.DataFrame]:
     return {name: read_by_point(folder / f"{name}.csv") for name in names}
 
 
-def read_dataset(path: Path) -> xr.Dataset:
-    """Read a NetCDF file whole."""
-    return xr.load_dataset(path, engine="scipy")
-
-
 def read_base(folder: Path, parts: Mapping[str, bool]) -> BaseResults:
     """Read what the base stage left of the motions and limits that a study has."""
     random, sine = parts["random"], parts["sine"]
     return BaseResults(
-        pd.read_csv(folder / "modes.csv"),
+        read_csv(folder / "modes.csv"),
         read_by_point(folder / "summary.csv") if random else None,
-        read_dataset(folder / "psd.nc") if random else None,
+        read_netcdf(folder / "psd.nc") if random else None,
         read_by_point(folder / "notched.csv").fillna({"reason": ""}) if parts["limits"] else None,
         read_by_point(folder / "sine.csv") if sine else None,
-        read_dataset(folder / "sine.nc") if sine else None,
+        read_netcdf(folder / "sine.nc") if sine else None,
     )
 
 
@@ -186,14 +180,18 @@ def read_coupled(folder: Path, *, with_verdict: bool) -> CoupledResults:
 def read_proposal(folder: Path, objective: str) -> ProposalResults:
     """Read what the optimise stage left of a search for an objective."""
     tables = _tables(folder, "layouts", "front", "summary", "psd")
-    search = pd.read_csv(folder / "search.csv").set_index("quantity")["value"]
+    search = read_csv(folder / "search.csv").set_index("quantity")["value"]
     return ProposalResults(**tables, search=search, objective=objective)
 
 
 def read_severity(folder: Path, stated: Severity) -> SeverityResults:
     """Read what the severity stage left of a section of a study."""
     tables = _tables(folder, "oscillators", "peaks", "fatigue", "strength", "margins")
-    maps = None if tables["strength"].empty else read_dataset(folder / "maps.nc")
+    texts = {"reading", "scenario", "point", "layer", "quantity"}
+    for name, table in tables.items():  # pandas has no kind of number for an empty column
+        numbers = [column for column in table if column not in texts]
+        tables[name] = table.astype(dict.fromkeys(numbers, float))
+    maps = None if stated.strength is None else read_netcdf(folder / "maps.nc")
     return SeverityResults(**tables, stated=stated, maps=maps)
 
 
@@ -206,7 +204,7 @@ def read_damping(damper: str, folder: Path) -> DampingResults:
     """Read what the damping stage left of a coupon."""
     names = ("surface.nc", "law.csv")
     surface, law = (of_damper(folder / "damping", damper, name) for name in names)
-    return DampingResults(surface_files.from_dataset(read_dataset(surface)), pd.read_csv(law))
+    return DampingResults(surface_files.from_dataset(read_netcdf(surface)), read_csv(law))
 
 
 def without_errors(

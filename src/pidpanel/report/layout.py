@@ -3,10 +3,13 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
@@ -24,6 +27,9 @@ DASHES = (0, (3.5, 1.2))  # of a curve outside the range of its damping's data
 
 MARKER_RADIUS = 3.5  # of the markers that names leave free [pt]
 NAME_GAP = 2.0  # between names [pt]
+
+SHADES = 64  # of the colour scale of a map
+FLAT_TRIANGLES = 90_000  # of a figure whose meshes have fewer
 
 GREY = "#555555"  # colour of a legend's line that represents all colours
 
@@ -82,6 +88,34 @@ def pick(values: Array, count: int) -> Array:
 def triangles_of(cells: Index) -> Index:
     """Return the triangles (n, 3) of elements with three or more corners."""
     return np.concatenate([cells[:, [0, i, i + 1]] for i in range(1, cells.shape[1] - 1)])
+
+
+def shades(colours: str) -> Colormap:
+    """Return a scale of colours whose bar has each of them, and whose flat areas are small files.
+
+    Collections in it are not antialiased: neighbours would blend to colours that the bar lacks.
+    """
+    return mpl.colormaps[colours].resampled(SHADES)
+
+
+def draw_field(
+    axes: Axes, corners: Array, values: Array, colours: str, ends: tuple[float, float]
+) -> PolyCollection:
+    """Draw values (n, 3) at the corners (n, 3, 2) of triangles in colours of a scale and no others.
+
+    Values are linear in a triangle. It is split into flat ones: shading between the colours of its
+    corners passes by those of the scale.
+    """
+    triangles = np.concatenate([corners, values[..., None]], axis=-1)
+    while 4 * len(triangles) * len(axes.figure.axes) <= FLAT_TRIANGLES:
+        middle = (triangles + np.roll(triangles, -1, axis=1)) / 2
+        outer = np.stack([triangles, middle, np.roll(middle, 1, axis=1)], axis=2)
+        triangles = np.concatenate([outer, middle[:, None]], axis=1).reshape(-1, 3, 3)
+    drawn = PolyCollection(list(triangles[..., :2]), array=triangles[..., 2].mean(axis=1))
+    drawn.set(cmap=shades(colours), antialiased=False, rasterized=True)
+    drawn.set_clim(*ends)
+    axes.add_collection(drawn)
+    return drawn
 
 
 def panel_axes(axes: Axes, vertices: Array, margin: float) -> None:

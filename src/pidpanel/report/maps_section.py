@@ -11,7 +11,7 @@ from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 from pidpanel.report.html import PageSection, figure_picture, template_section
-from pidpanel.report.layout import panel_axes
+from pidpanel.report.layout import panel_axes, shades
 from pidpanel.report.text import READINGS
 
 # Fields drawn: label with unit, factor from SI to that unit, colour map.
@@ -77,8 +77,8 @@ def map_figure(
         values = _on_cells(maps, name) * factor
         for row in range(count):
             ax = axes[row, column]
-            drawn = PolyCollection(list(corners), array=values[row], cmap=colours)
-            drawn.set(clim=(0.0, tops[name]), edgecolor="face", linewidth=0.2)
+            drawn = PolyCollection(list(corners), array=values[row], cmap=shades(colours))
+            drawn.set(clim=(0.0, tops[name]), antialiased=False)
             ax.add_collection(drawn)
             ax.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
             panel_axes(ax, position, 0.0)

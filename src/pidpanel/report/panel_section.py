@@ -4,19 +4,15 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.tri import Triangulation
 
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.html import PageSection, figure_picture, template_section
-from pidpanel.report.layout import WIDTH, triangles_of
+from pidpanel.report.layout import WIDTH, draw_field, triangles_of
 from pidpanel.report.text import records
 
 MODES_SHOWN = 9  # modes whose shapes are drawn
@@ -100,15 +96,13 @@ def shapes_figure(basis: PanelBasis, titles: Sequence[str]) -> Figure:
     for axes, shape, title in zip(grid, basis.shape_at_vertices.T, titles, strict=False):
         scaled = shape / shape[np.abs(shape).argmax()]
         place = np.column_stack([vertices - middle, LIFT * float(size.min()) * scaled]) @ SEEN.T
-        mesh = Triangulation(place[:, 0], place[:, 1], triangles)
-        axes.tripcolor(mesh, scaled, shading="gouraud", cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+        drawn = draw_field(axes, place[triangles], scaled[triangles], "RdBu_r", (-1.0, 1.0))
         axes.add_collection(LineCollection(list(place[lines]), colors="black", linewidths=0.6))
         axes.plot(*place[distance.argmin(axis=0)].T, "o", color="black", ms=2.2)
         axes.set_title(title, fontsize=8)
         axes.set_aspect("equal")
         axes.set_xlim(-1.65 * half, 1.65 * half)
         axes.set_ylim(-half, half)
-    scale = ScalarMappable(Normalize(-1, 1), mpl.colormaps["RdBu_r"])
     label = "deflection over its\nlargest value, –"
-    figure.colorbar(scale, ax=figure.axes, label=label, shrink=0.75, pad=0.02, aspect=30)
+    figure.colorbar(drawn, ax=figure.axes, label=label, shrink=0.75, pad=0.02, aspect=30)
     return figure

@@ -40,9 +40,9 @@ from pidpanel.report.varied_section import findings, varied_section
 from pidpanel.report.verdict_section import verdict_section
 from pidpanel.report.warnings import (
     at_points,
-    coarse_mesh,
     coupon_warnings,
     doubted_coupons,
+    mesh_under_base_motion,
     study_warnings,
 )
 
@@ -225,7 +225,7 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
         "names": inputs.names,
         "outside": 0.0,
         "unstable": [],
-        "panel_mesh": None,
+        "panel_mesh": mesh_under_base_motion(inputs, inputs.names, base),
         "at_points": {"names": study.panel.single_points},
         "remarks": StudiedPanel(study.panel).remarks,
         "has_tones": False,
@@ -236,7 +236,6 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
         values |= {
             "outside": base.summary["outside_run_points_share"].max(),
             "unstable": records(unstable.drop_duplicates(["reading", "scenario"])),
-            "panel_mesh": coarse_mesh(inputs, inputs.names, base.summary),
             "at_points": at_points(inputs, base.summary),
             "has_tones": not study.is_coupled
             and (bool(study.scenarios) or inputs.proposal is not None),

@@ -21,7 +21,6 @@ from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from numpy.typing import NDArray
 from PIL import Image
 
 RESOLUTION = 180  # dots per inch of the PNG files
@@ -30,8 +29,6 @@ BARE = "#000000"  # colour of the bare panel
 
 # Mathematics that figures write themselves; a dollar of any other text is a dollar.
 _OURS = re.compile(r"(\$(?:[CEm]_[ade]|m A\^2 \\omega\^2|\\mathdefault\{.*?\})\$)")
-
-COLOURS = 256  # colours of a PNG file: a third of the bytes, and no difference that is seen
 
 # Colours of patches, and of anything else without an order.
 PLACES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -136,22 +133,6 @@ def png(figure: Figure) -> bytes:
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # `savefig` draws twice
     buffer = BytesIO()
-    reduced = _reduced(np.ascontiguousarray(canvas.buffer_rgba()))
-    reduced.save(buffer, format="png", compress_level=6)  # `optimize` takes seven times as long
+    image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    image.save(buffer, format="png", compress_level=6)  # `optimize` takes seven times as long
     return buffer.getvalue()
-
-
-def _reduced(colours: NDArray[np.uint8]) -> Image.Image:
-    """Return an image (rows, columns, 4) with a palette, whose last colour is the white of paper.
-
-    Most pixels are white, and take no part in the choice of the others.
-    """
-    drawn = colours.view(np.uint32)[..., 0] != np.uint32(0xFFFFFFFF)
-    ink = Image.fromarray(colours[drawn][None, :, :3])
-    ink = ink.quantize(COLOURS - 1, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-    index = np.full(drawn.shape, COLOURS - 1, dtype=np.uint8)
-    index[drawn] = np.asarray(ink)[0]
-    reduced = Image.fromarray(index, "P")
-    palette = (ink.getpalette() or [])[: 3 * (COLOURS - 1)]
-    reduced.putpalette(palette + [255] * (3 * COLOURS - len(palette)))
-    return reduced

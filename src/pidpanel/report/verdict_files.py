@@ -9,6 +9,7 @@ import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.coupled import COUPLED
+from pidpanel.provenance.results import read_csv
 from pidpanel.report.names import Scenario, Study
 from pidpanel.report.verdict import CoupledRun, distance
 from pidpanel.response.psd_files import is_steady, read_psd
@@ -45,7 +46,7 @@ def write_verdict(
         CSV file to write.
     """
     # points may be named by numbers
-    summary, bands = (pd.read_csv(path, dtype={"point": str}) for path in (summary_csv, bands_csv))
+    summary, bands = (read_csv(path, dtype={"point": str}) for path in (summary_csv, bands_csv))
     psd = read_psd(psd_nc)
     frequency = psd["frequency"].to_numpy()
     # as in the tables of the coupled runs

@@ -17,7 +17,7 @@ from pidpanel.panel.resolution import ORDER, element_sizes
 from pidpanel.paths import SECTION
 from pidpanel.report.answer import StudyAnswer, main_reading
 from pidpanel.report.answer_section import worst_map
-from pidpanel.report.inputs import CouponResults, Inputs, PanelInputs
+from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInputs
 from pidpanel.report.names import Study, names_of
 from pidpanel.report.templates import lines
 from pidpanel.report.text import READINGS, capitalised, records
@@ -45,9 +45,9 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     proposed = inputs.proposal
     reads = proposed is not None and proposed.layouts["acceleration_g"].notna().any()
     base_mesh = None
-    if base is not None and base.summary is not None:
+    if base is not None:
         names = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
-        base_mesh = coarse_mesh(inputs, names, base.summary)
+        base_mesh = mesh_under_base_motion(inputs, names, base)
     values = {
         "trust": trust,
         "study": study,
@@ -162,6 +162,17 @@ def coarse_mesh(
         "rms": rms,
         "shorter": math.ceil(10 * excess ** (1 / ORDER if cause == "waves" else 1)) / 10,
     }
+
+
+def mesh_under_base_motion(
+    inputs: PanelInputs, names: Mapping[str, str], base: BaseResults
+) -> dict[str, Any] | None:
+    """Return `coarse_mesh` of random motion, or of a sine sweep alone, which has no rms values."""
+    if base.summary is not None:
+        return coarse_mesh(inputs, names, base.summary)
+    if base.peaks is None:
+        return None
+    return coarse_mesh(inputs, names, base.peaks.assign(status="ok", mesh_error_rms=0.0))
 
 
 def at_points(inputs: PanelInputs, summary: pd.DataFrame) -> dict[str, Any]:

@@ -83,8 +83,8 @@ def write_uff58(
 ) -> None:
     """Write a universal file: header, SI units, points, then a data set 58 for each curve.
 
-    Data sets 151, 164 and 15 describe the contents and positions. 58 is in ASCII, in double
-    precision.
+    Data sets 151, 164 and 15 describe the contents and positions. 58 is binary, in double
+    precision: in ASCII a frequency has six digits, by which lines at a step would be alike.
 
     Parameters
     ----------
@@ -97,6 +97,7 @@ def write_uff58(
     """
     sets = [
         pyuff.prepare_58(
+            binary=1,
             id1=curve.title[:80],
             id2=title[:80],
             id3="one-sided acceleration PSD, (m/s**2)**2/Hz",

@@ -6,8 +6,6 @@ Behind it are functions of data: `cases` solves, `results`, `mapping` and `expor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import pandas as pd
-
 from pidpanel.constants import BY_DAMPER
 from pidpanel.damping.coupled import read_coupled
 from pidpanel.damping.from_study import models_by_damper, study_model
@@ -18,6 +16,7 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
+from pidpanel.provenance.results import read_csv
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.exports import write_exports
@@ -204,7 +203,7 @@ def write_response(
 
 def read_panel_mass(study: Study, section: Path) -> float:
     """Return the mass of the panel with attached masses [kg]."""
-    table = pd.read_csv(section).set_index("quantity")["value"]
+    table = read_csv(section).set_index("quantity")["value"]
     return float(table["mass"]) + sum(mass.mass_kg for mass in study.panel.masses.values())
 
 
@@ -242,7 +241,7 @@ def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, fol
     folder
         Made where it is not there.
     """
-    summary = pd.read_csv(summary_csv, dtype={"scenario": str, "point": str})
+    summary = read_csv(summary_csv, dtype={"scenario": str, "point": str})
     psd, title = read_psd(psd_nc), f"pidpanel study {study.name}"
     scenarios, ratio = scenarios_of(study), study.panel.modal_damping
     write_exports(read_basis(modes), ratio, scenarios, study.readings, psd, summary, title, folder)

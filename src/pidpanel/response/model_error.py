@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT, BroadbandError
+from pidpanel.provenance.results import read_csv
 from pidpanel.response.cases import SolvedCase
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.model import PanelResponse
@@ -65,7 +65,7 @@ def with_model_error(
 def read_errors(folder: Path, frequency: Array, points: Sequence[str]) -> dict[str, StandardErrors]:
     """Return the errors of the coupled runs in a folder at the points, by scenario."""
     files = (folder / "summary.csv", folder / "psd.csv")
-    summary, psd = (pd.read_csv(path, dtype={"point": str}) for path in files)
+    summary, psd = (read_csv(path, dtype={"point": str}) for path in files)
     errors = {}
     for scenario, rows in summary.groupby("scenario", sort=False):
         at_points = rows.set_index("point").loc[list(points)]

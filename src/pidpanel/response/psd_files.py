@@ -5,10 +5,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from pidpanel.provenance.results import read_netcdf
+
 
 def read_psd(path: Path) -> xr.Dataset:
-    """Read the dataset of ``response/psd.nc``, in memory."""
-    return xr.load_dataset(path, engine="scipy")
+    """Read the dataset of ``response/psd.nc`` or ``stress.nc``, in memory."""
+    return read_netcdf(path, ["frequency"])
 
 
 def is_steady(psd: xr.Dataset, reading: str, scenario: str) -> bool:

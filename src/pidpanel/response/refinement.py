@@ -13,6 +13,7 @@ from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.resolution import element_sizes
+from pidpanel.provenance.results import read_netcdf
 from pidpanel.response.cases import (
     CasePlan,
     ResponseScenario,
@@ -202,8 +203,7 @@ def write_further_shapes(path: Path, further_shapes: Array, attributes: dict[str
 
 def read_further_shapes(path: Path) -> Array:
     """Read what `write_further_shapes` wrote."""
-    with xr.open_dataset(path, engine="scipy") as dataset:
-        return dataset["left_out"].to_numpy().astype(np.float64)[:, 1:]
+    return read_netcdf(path, ["left_out"])["left_out"].to_numpy().astype(np.float64)[:, 1:]
 
 
 def _check(

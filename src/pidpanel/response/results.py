@@ -31,6 +31,7 @@ from pidpanel.solve.model import PanelResponse, ResponseError, UnstableDamping
 from pidpanel.solve.panel import fixed_points
 from pidpanel.solve.solvers import Request
 
+FREQUENCY = "frequency_hz"
 CORE = "core"  # name of the core among the layers of ``stress.csv``
 
 
@@ -293,5 +294,20 @@ def _refuse_outside(frequency: Array, case: SolvedCase, response: LayoutResponse
 
 
 def write_csv(path: Path, frame: pd.DataFrame, digits: int = 6) -> None:
-    """Write a table with numbers of ``digits`` digits."""
+    """Write a table with numbers of ``digits`` digits, more where lines would coincide."""
+    if FREQUENCY in frame:
+        frame = frame.assign(**{FREQUENCY: _distinct(frame[FREQUENCY].to_numpy(), digits)})
     frame.to_csv(path, index=False, float_format=f"%.{digits}g")
+
+
+def _distinct(frequency: Array, digits: int) -> list[str]:
+    """Return frequencies as text, with all digits where two rows would be alike, as at a step."""
+    values = frequency.astype(float).tolist()
+    texts = [f"{value:.{digits}g}" for value in values]
+    alike = {
+        place
+        for row in range(1, len(values))
+        if texts[row - 1] == texts[row] and values[row - 1] != values[row]
+        for place in (row - 1, row)
+    }
+    return [repr(value) if row in alike else texts[row] for row, value in enumerate(values)]

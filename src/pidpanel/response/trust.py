@@ -125,10 +125,7 @@ def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "
         reasons.append("motion not converged")
     if first.get("basis_error", 0.0) > BASIS_ERROR:
         reasons.append("basis too small")
-    if largest(rows, "mesh_error") > MESH_ERROR or largest(rows, "mesh_error_rms") > MESH_RMS:
-        reasons.append(COARSE_MESH)
-    if largest(rows, "point_error_rms") > POINT_RMS:
-        reasons.append(AT_POINTS)
+    reasons += mesh_doubts(rows)
     if math.isfinite(largest_error):
         error = max((_relative_error(row) for row in rows), default=0.0)
         if not math.isfinite(error):
@@ -136,6 +133,31 @@ def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "
         elif error > largest_error:
             reasons.append(f"{KNOWN_TO} ± {100 * error:.2g} % only{remedy}")
     return reasons
+
+
+def mesh_doubts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the reasons not to trust rows that the mesh has, under sound or base motion."""
+    reasons = []
+    if largest(rows, "mesh_error") > MESH_ERROR or largest(rows, "mesh_error_rms") > MESH_RMS:
+        reasons.append(COARSE_MESH)
+    if largest(rows, "point_error_rms") > POINT_RMS:
+        reasons.append(AT_POINTS)
+    return reasons
+
+
+def judged_base(table: pd.DataFrame, keys: Sequence[str]) -> pd.DataFrame:
+    """Return a table of base motion with the columns ``trusted`` and ``doubts`` of each case.
+
+    ``keys`` are the columns that make a case; its rows are those of the points.
+    """
+    doubts_of_case: dict[Hashable, str] = {}
+    for key, rows in table.groupby(list(keys), sort=False):
+        records = [{str(k): v for k, v in row.items()} for row in rows.to_dict("records")]
+        status = records[0].get("status", "ok")
+        reasons = mesh_doubts(records) if status == "ok" else [str(status)]
+        doubts_of_case[key] = BETWEEN.join(reasons)
+    reasons = [doubts_of_case[key] for key in table[list(keys)].itertuples(index=False, name=None)]
+    return table.assign(trusted=["no" if r else "yes" for r in reasons], doubts=reasons)
 
 
 def largest(rows: Sequence[Mapping[str, Any]], column: str) -> float:

@@ -9,6 +9,7 @@ import xarray as xr
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
+from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.response.results import write_csv
 from pidpanel.severity.fatigue import FatigueLine
@@ -37,7 +38,7 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
         raise StudyError(f"{study.name}: severity: missing")
     psd, stress = read_psd(files.psd), read_psd(files.stress)
     summary, stress_rows = (
-        pd.read_csv(path, dtype=NAMES).set_index([*NAMES, *keys]).sort_index()
+        read_csv(path, dtype=NAMES).set_index([*NAMES, *keys]).sort_index()
         for path, keys in ((files.summary, []), (files.stress_table, ["layer", "quantity"]))
     )
     relative = summary["acceleration_rms_error_g"] / summary["acceleration_rms_g"]
@@ -81,8 +82,7 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
     for name, header in COLUMNS.items():
         write_csv(getattr(output, name), pd.DataFrame(rows[name], columns=list(header)))
     if severity.strength is not None:
-        with xr.open_dataset(files.maps, engine="scipy") as maps:
-            indices = index_maps(maps.load(), layers, core)
+        indices = index_maps(read_netcdf(files.maps), layers, core)
         indices.assign_attrs(stamp(study)).to_netcdf(output.maps, engine="scipy")
 
 

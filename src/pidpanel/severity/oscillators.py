@@ -15,6 +15,8 @@ from pidpanel.arrays import Array
 WIDEST = 1.5
 ADDED = 241
 PER_DECADE = 40
+# Relative distance of a natural frequency from a step of the PSD, as rounding of 10^(N/40) has it
+NEAR = 1e-9
 
 
 def natural_frequencies(low: float, high: float) -> Array:
@@ -61,7 +63,10 @@ def gain(ratio: Array, quality: float) -> Array:
 def miles(frequency: Array, psd: Array, natural: Array, quality: float) -> Array:
     """Return the rms acceleration of oscillators by Miles' equation, √(π/2 f_n Q S(f_n)).
 
-    Parameters and result are the same as in `response_spectrum`.
+    Parameters and result are the same as in `response_spectrum`. At a step of the PSD, S(f_n) is
+    the mean of both sides; a natural frequency within `NEAR` of a step is at it.
     """
-    psd_at_natural = np.stack([np.interp(natural, frequency, column) for column in psd.T], axis=1)
+    sides = natural * np.array([[1 - NEAR], [1 + NEAR]])
+    values = [np.interp(sides, frequency, column).mean(axis=0) for column in psd.T]
+    psd_at_natural = np.stack(values, axis=1)
     return np.sqrt(np.pi / 2 * quality * natural[:, None] * psd_at_natural)

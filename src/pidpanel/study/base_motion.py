@@ -95,8 +95,10 @@ class BaseMotion(SectionModel):
 
     @property
     def parts(self) -> dict[str, bool]:
-        """Parts that the section has."""
-        return {name: getattr(self, name) is not None for name in ("random", "limits", "sine")}
+        """Parts that the section has; limits without a value are none."""
+        has_limits = self.limits is not None and bool(self.limits.points or self.limits.force)
+        has = {name: getattr(self, name) is not None for name in ("random", "sine")}
+        return {"random": has["random"], "limits": has_limits, "sine": has["sine"]}
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield a section without a motion, and limits of none."""

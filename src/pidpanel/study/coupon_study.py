@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pidpanel.paths import SECTION
 from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.mistakes import LONGEST_NAME, Mistake
+from pidpanel.study.mistakes import LONGEST_NAME, Mistake, is_formula
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"  # also of wildcards, in which Snakemake allows no braces
 # Rule for names of folders: studies and dampers.
@@ -36,6 +36,8 @@ class CouponStudy(SectionModel):
     """The honeycomb coupon that LIGGGHTS shakes."""
 
     def mistakes(self) -> Iterator[Mistake]:
+        if is_formula(self.title):  # the source of the rows of an atlas
+            yield Mistake(("title",), f"must not begin with {self.title.strip()[0]!r}")
         if not is_name(self.name):
             yield Mistake(("name",), f"must be {NAME_WORDS}")
         elif self.name in RESERVED:

@@ -14,6 +14,7 @@ from pidpanel.study.base import SectionModel, file_in
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
+from pidpanel.text_files import TextFileError, read_bytes
 
 if TYPE_CHECKING:
     from pidpanel.study import Study
@@ -230,7 +231,10 @@ class Damper(SectionModel):
 
 
 def _columns(table: Path) -> list[str]:
-    lines = table.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
+    try:
+        lines = read_bytes(table).decode("utf-8-sig", errors="replace").splitlines()
+    except TextFileError:  # reported where the table is read
+        return []
     header = next((line for line in lines if line.partition("#")[0].strip()), "")
     return [name.strip() for name in header.partition("#")[0].split(",")]
 

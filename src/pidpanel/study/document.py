@@ -17,9 +17,9 @@ from pydantic import ValidationError
 from pidpanel.columns import NUMBER
 from pidpanel.study.base import SectionModel, StudyError
 from pidpanel.study.coupon_study import RESERVED, CouponStudy
-from pidpanel.study.mistakes import WORDS, Keys, Mistake, dotted, mistakes_of, one_line
+from pidpanel.study.mistakes import WORDS, Keys, Mistake, dotted, mistakes_of
 from pidpanel.study.study import Study
-from pidpanel.text_files import TextFileError, read_text
+from pidpanel.text_files import TextFileError, one_line, read_text
 
 CORE = "tag:yaml.org,2002:"
 NULL, MERGE = f"{CORE}null", f"{CORE}merge"
@@ -72,6 +72,10 @@ class Loader(yaml.SafeLoader):
         self.flatten_mapping(node)
         return {key.value: self.construct_object(value, deep) for key, value in node.value}
 
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        """Put the keys of merged mappings before those of the mapping."""
+        node.value = list(_pairs(node))
+
     def construct_number(self, node: yaml.ScalarNode) -> WrittenInt | WrittenFloat:
         """Return a number."""
         text = node.value.lower().replace(".inf", "inf").replace(".nan", "nan")
@@ -96,6 +100,21 @@ Loader.add_implicit_resolver(NULL, re.compile("(~|null|Null|NULL|)$"), ["~", "n"
 Loader.add_implicit_resolver(MERGE, re.compile("<<$"), "<")
 Loader.add_constructor(f"{CORE}int", Loader.construct_number)
 Loader.add_constructor(f"{CORE}float", Loader.construct_number)
+
+
+def _pairs(node: yaml.Node) -> Iterator[tuple[yaml.Node, yaml.Node]]:
+    """Yield keys and values, those that count last: of several merged mappings the first.
+
+    Versions of PyYAML differ in that order (https://yaml.org/type/merge.html).
+    """
+    if not isinstance(node, yaml.MappingNode):
+        raise _refusal("expected a mapping or list of mappings for merging", node.start_mark)
+    for key, value in node.value:
+        if key.tag == MERGE:
+            merged = value.value if isinstance(value, yaml.SequenceNode) else [value]
+            for mapping in reversed(merged):
+                yield from _pairs(mapping)
+    yield from ((key, value) for key, value in node.value if key.tag != MERGE)
 
 
 def _refusal(message: str, mark: yaml.Mark | None = None) -> yaml.MarkedYAMLError:
@@ -125,6 +144,10 @@ def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:
         raise _refusal(f"the tag {name} is not allowed", node.start_mark)
     if id(node) in ancestors:
         raise _refusal("an alias contains itself", node.start_mark)
+    # an escape such as "\ud800" writes what no file of results can have
+    if isinstance(node, yaml.ScalarNode) and (odd := Loader.NON_PRINTABLE.search(node.value)):
+        message = f"the character U+{ord(odd[0]):04X} is not allowed"
+        raise _refusal(message, node.start_mark)
     if id(node) not in counts:
         ancestors.add(id(node))
         parts = [child for _, child in _children(node)]
@@ -179,24 +202,25 @@ class Document:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.place = one_line(str(path))
         try:
             loader = Loader(read_text(path, LARGEST))
             root = loader.get_single_node()
             data = loader.construct_document(root) if root else None
         except TextFileError as error:
-            place = path if error.line is None else f"{path}:{error.line}"
+            place = self.place if error.line is None else f"{self.place}:{error.line}"
             raise StudyError(f"{place}: {error.message}") from None
         except yaml.YAMLError as error:
             line, message = problem_of(error)
             raise StudyError(
-                f"{path}:{line}: {message}" if line else f"{path}: {message}"
+                f"{self.place}:{line}: {message}" if line else f"{self.place}: {message}"
             ) from None
         except RecursionError:
-            raise StudyError(f"{path}: lists and mappings are nested too deeply") from None
+            raise StudyError(f"{self.place}: lists and mappings are nested too deeply") from None
         if root is None or not isinstance(data, dict):
             is_empty = "" if root is not None else "is empty; "
             raise StudyError(
-                f"{path}: {is_empty}must be a mapping with keys such as name, coupon, panel"
+                f"{self.place}: {is_empty}must be a mapping with keys such as name, coupon, panel"
             )
         self._root = root
         self.data: Mapping[str, Any] = {
@@ -220,10 +244,11 @@ class Document:
         return StudyError("\n".join(self._message(*entry) for entry in ordered))
 
     def _message(self, line: int, value: str, mistake: Mistake) -> str:
-        place = f"{self.path}:{line}" if line else str(self.path)
+        place = f"{self.place}:{line}" if line else self.place
         key = dotted(mistake.keys)
         setting = f"{key} = {value}" if value else key
-        return ": ".join(part for part in (place, setting, mistake.message) if part)
+        parts = (place, setting, one_line(mistake.message))
+        return ": ".join(part for part in parts if part)
 
     def _line_and_value(self, mistake: Mistake) -> tuple[int, str]:
         """Return the line of a key, or of the last on the way that is there, and its value.

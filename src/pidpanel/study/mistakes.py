@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeVar, get_args
@@ -13,6 +14,7 @@ from pydantic_core import ErrorDetails
 
 from pidpanel.columns import ColumnsError
 from pidpanel.study.choice import TAG, keys_of, kinds_of
+from pidpanel.text_files import one_line
 
 T = TypeVar("T")
 Keys = tuple[str | int, ...]  # way to a place of a study: names of keys, and indices in lists
@@ -71,11 +73,6 @@ def dotted(keys: Keys) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def one_line(text: str) -> str:
-    """Return a text with all that would break its line written as escapes."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-
-
 def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
     """Yield the names under a key that cannot name a file and a group of a mesh.
 
@@ -92,6 +89,9 @@ def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
         yield Mistake((key,), f"has {len(names)} names; allowed are {MOST_NAMES}")
         return
     for name in names:
+        if is_formula(name):
+            message = f"must not begin with {name[0]!r}: spreadsheets compute it in the tables"
+            yield Mistake((key, name), message)
         text = name.strip()
         plain = name.isprintable() and text == name and not set(name) & {"/", '"'}
         if not plain or name in ("", ".", "..") or len(name) > LONGEST_NAME:
@@ -100,6 +100,17 @@ def mistakes_of_names(key: str, names: Iterable[str]) -> Iterator[Mistake]:
                 f"must have a name of 1 to {LONGEST_NAME} printable characters without '/', '\"' "
                 "or surrounding spaces, because files and mesh groups use it",
             )
+
+
+def is_formula(text: str) -> bool:
+    """Return whether a spreadsheet computes a text of a table: not a plain ``-X`` or ``+Y wing``.
+
+    Examples
+    --------
+    >>> [is_formula(text) for text in ("=1+cmd|' /C calc'!A0", "@SUM(1)", "-2+3", "+Y wing", "A=B")]
+    [True, True, True, False, False]
+    """
+    return re.match(r"\s*(?:[=@]|[+-](?![\w .-]*$))", text) is not None
 
 
 def unknown_key(key: str, allowed: Sequence[str]) -> str:

@@ -10,6 +10,7 @@ from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.response import Frequency
 
 LEAST_BAND = 1.1  # ratio of the ends of a band: 40 natural frequencies are in a decade
+MOST_FILLS = 50  # fill fractions on each place; every one is searched
 MOST_PATCHES = 6  # patches of a layout; the search grows steeply with them
 
 
@@ -69,6 +70,9 @@ class Optimise(SectionModel):
             values = getattr(self, key)
             if len(set(values)) < len(values):
                 yield Mistake((key,), "has a value twice")
+        if len(self.fill_fraction) > MOST_FILLS:
+            message = f"must have at most {MOST_FILLS} values, not {len(self.fill_fraction)}"
+            yield Mistake(("fill_fraction",), message)
 
     @property
     def spacing(self) -> tuple[float, float]:

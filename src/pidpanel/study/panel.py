@@ -32,6 +32,7 @@ MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".fem", ".msh")  # in small or capital 
 EXTENT = Quantity(0.01, 30, unit="metres")  # of a panel [m]
 Length = Annotated[float, EXTENT]
 Radius = Annotated[float, Quantity(0, 15, unit="metres")]  # of corners [m]
+MOST_CARRIED = 5  # heaviest mass on a panel, or of all its dampers, over that of the panel
 Count = Annotated[int, whole(2, 5000)]  # of elements along an edge
 # Elements that a mesh may have: its modes take more memory than a machine has.
 MOST_ELEMENTS = 400_000

@@ -1,6 +1,10 @@
 """Values of a study as a mapping, changed, and as the text of a YAML file."""
 
+import math
 from collections.abc import Mapping
+from datetime import date
+from decimal import Decimal
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +13,9 @@ import yaml
 
 from pidpanel.study.base import StudyError
 from pidpanel.study.document import CORE, Document, WrittenFloat, WrittenInt
+from pidpanel.study.mistakes import Keys, dotted
+
+DEEPEST = 50  # most lists and mappings around a value
 
 
 def values_of(file: Path) -> dict[str, Any]:
@@ -19,6 +26,8 @@ def values_of(file: Path) -> dict[str, Any]:
 def with_changes(values: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Set values by their keys joined with dots; a key that is not there is added."""
     for key, value in changes.items():
+        if not isinstance(key, str):
+            raise StudyError(f"{key!r}: a key must be text, such as panel.damping_ratio")
         *sections, name = key.split(".")
         section = values
         for entry in sections:
@@ -58,12 +67,52 @@ def _with_absolute_files(value: Any, folder: Path) -> Any:
     return str(folder / value) if is_file else value
 
 
-def plain(value: Any) -> Any:
-    """Return values as YAML has them: no arrays or paths."""
+def plain(value: Any, keys: Keys = ()) -> Any:
+    """Return values as YAML has them: numbers of any library as those of Python, dates as text.
+
+    Raises
+    ------
+    StudyError
+        If a value is none that a file can have, with its key.
+    """
+    if len(keys) > DEEPEST:
+        raise StudyError(f"{dotted(keys[:1])}: lists and mappings are nested too deeply")
     if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    return str(value) if isinstance(value, Path) else value
+        names = {_name(key, keys): item for key, item in value.items()}
+        return {name: plain(item, (*keys, name)) for name, item in names.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist(), keys)
+    if isinstance(value, list | tuple | range):
+        return [plain(item, (*keys, number)) for number, item in enumerate(value)]
+    if isinstance(value, str | Path | date | np.datetime64):
+        return str(value)
+    if isinstance(value, np.bool_):
+        return bool(value)
+    if value is None or isinstance(value, bool | WrittenInt | WrittenFloat):
+        return value
+    if isinstance(value, Real | Decimal):
+        return _number(value, keys)
+    kind = type(value).__name__
+    raise _refusal(keys, f"is of type {kind}; must be a number, text, a list or a mapping")
+
+
+def _name(key: object, keys: Keys) -> str:
+    if isinstance(key, str):
+        return str(key)
+    if isinstance(key, Real):
+        return str(_number(key, keys))
+    raise _refusal(keys, f"has a key of type {type(key).__name__}; must be text")
+
+
+def _number(value: Any, keys: Keys) -> int | float:
+    try:
+        number = float(value)
+    except (OverflowError, ValueError):  # a signalling NaN
+        number = math.inf
+    if math.isinf(number) and not isinstance(value, float):
+        raise _refusal(keys, "must be a finite number")
+    return int(value) if isinstance(value, Integral) else number
+
+
+def _refusal(keys: Keys, message: str) -> StudyError:
+    return StudyError(f"{dotted(keys)}: {message}" if keys else message)

@@ -14,6 +14,8 @@ from pidpanel.workflow.fork_runner import run_rules
 from pidpanel.workflow.plan import Plan
 from pidpanel.workflow.rules import panel_rules
 
+OF_OTHERS = {"coupled", "table", "interpolation", "apparent_mass"}  # keys of other damping models
+
 
 def first_study(file: Path, results: Path) -> Path | None:
     """Write a study without its simulated damping; None if it has none, or no atlas."""
@@ -24,6 +26,8 @@ def first_study(file: Path, results: Path) -> Path | None:
         return None
     name = f"{study.name}_first"
     values = with_changes(values_of(file), {"damping.readings": [ATLAS]})
+    for key in OF_OTHERS & set(values["damping"]):
+        del values["damping"][key]
     results.mkdir(parents=True, exist_ok=True)
     path = results / f"{name}.yaml"
     durable.write_text(path, text_of(values, name))
@@ -37,9 +41,13 @@ def main(name: str, jobs: str) -> int:
         path = first_study(study_path(name).resolve(), results)
         if path is None:
             return 0
+    except StudyError:  # the run itself reports it
+        return 0
+    try:
         study = load_study(path)
         check_owner(study, path, results)
-    except (StudyError, OwnerError):  # the run itself reports it
+    except (StudyError, OwnerError) as error:
+        print(f"no first answer: {error}", file=sys.stderr)
         return 0
     plan = Plan(study, path.resolve())
     if not run_rules(plan, panel_rules(plan, study), int(jobs)):

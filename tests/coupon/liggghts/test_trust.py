@@ -45,6 +45,33 @@ def study(tmp_path, monkeypatch):
     return write
 
 
+def test_a_link_to_a_deck_of_ours_includes_nothing_that_lies_next_to_it(study, tmp_path):
+    # red: `_template` with the path of the link
+    path = study()
+    hit = tmp_path / "hit"
+    program = f"{{{{ cycler.__init__.__globals__.os.system('touch {hit}') }}}}"
+    for name in ("header.j2", "contacts.j2"):
+        (tmp_path / name).write_text(program)
+    (tmp_path / "own.in.j2").unlink()
+    (tmp_path / "own.in.j2").symlink_to(TEMPLATES / "shake_lab.in.j2")
+    run = cases_of(checked_study(path).coupon)[0].runs[0]
+    assert "pair_style gran" in run.deck_text()
+    assert not hit.exists()
+
+
+@pytest.mark.parametrize("name", ["header.j2", "../own.in.j2", "SHAKE.in.j2", "results/x/shake.in"])
+def test_a_hard_link_and_a_deck_elsewhere_are_the_user_s(study, tmp_path, name):
+    # red: `comes_with_pidpanel` by content, by the name of the file or by the path as written
+    folder = tmp_path / "folder"
+    (folder / "results" / "x").mkdir(parents=True)
+    path = study().rename(folder / "own.yaml")
+    if not (folder / name).exists():
+        (folder / name).hardlink_to(tmp_path / "own.in.j2")
+    path.write_text(STUDY.replace("own.in.j2", name))
+    with pytest.raises(StudyError, match="a program"):
+        checked_study(path)
+
+
 @pytest.mark.parametrize("text", PROGRAMS)
 def test_no_deck_of_the_user_is_read_before_it_is_trusted(study, text, capsys):
     # red: `check_trust` left out of `check_decks`; the list of harmless commands, for most of these

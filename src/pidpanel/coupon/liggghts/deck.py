@@ -51,7 +51,7 @@ def _number(value: Any) -> Any:
 @lru_cache
 def _environment(folder: Path) -> jinja2.Environment:
     return jinja2.Environment(
-        # a deck of the user's own may include ours
+        # a deck of the user's own may include ours; ours, from its real folder, only ours
         loader=jinja2.FileSystemLoader([folder, TEMPLATES]),
         undefined=jinja2.StrictUndefined,
         keep_trailing_newline=True,
@@ -108,10 +108,10 @@ TRUST = "PIDPANEL_TRUST_DECK"
 
 def comes_with_pidpanel(template: Path) -> bool:
     """Return whether a template is not of the user's own."""
-    return template.resolve().is_relative_to(TEMPLATES)
+    return template.resolve().is_relative_to(TEMPLATES.resolve())
 
 
-def check_trust(template: Path) -> None:
+def check_trust(template: Path) -> Path:
     """Refuse a template that did not come with pidpanel, unless such decks are trusted.
 
     A deck of the user's own is a program. A template can compute anything, and the commands of
@@ -120,13 +120,22 @@ def check_trust(template: Path) -> None:
     that starts. So nothing of such a deck is rendered or run before its user says that it may do
     anything (`TRUST`).
 
+    Returns
+    -------
+    Path
+        Path to read and render: that of a link to one of our templates is the template itself, so
+        that it includes nothing that lies next to the link.
+
     Raises
     ------
     DeckRefused
         If the deck is not trusted, with its risks and how to allow it.
     """
-    if os.environ.get(TRUST) != "1" and not comes_with_pidpanel(template):
+    if comes_with_pidpanel(template):
+        return template.resolve()
+    if os.environ.get(TRUST) != "1":
         raise DeckRefused(
             f"{template}: your own deck is a program, which can start others and write any file; "
             "read it, then allow it with --trust-deck"
         )
+    return template

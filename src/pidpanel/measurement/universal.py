@@ -1,0 +1,187 @@
+"""Functions of universal files, data set 58, with the units of their labels or of data set 164."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyuff
+
+from pidpanel.arrays import Array
+from pidpanel.columns import ColumnsError
+from pidpanel.measurement.units import (
+    DIMENSIONLESS,
+    HERTZ,
+    Unit,
+    UnitError,
+    contradicts,
+    unit_of_label,
+)
+
+SUFFIXES = (".uff", ".unv", ".uf58")
+
+# Codes of data set 58: functions, and what an axis has
+RESPONSE, TRANSMISSIBILITY, PSD = 4, 5, 9
+UNKNOWN, GENERAL, ACCELERATION, FORCE, FREQUENCY = 0, 1, 12, 13, 18
+FUNCTION, UNITS = 58, 164  # numbers of data sets
+
+AXES = {"abscissa": 9, "ordinate": 10, "orddenom": 11}  # lines of a data set
+LABEL = 46  # column from which on an axis has its unit; longer ones than the format has are whole
+NO_LABELS = ("", "NONE")
+LENGTH_FACTORS = {1: 1.0, 2: 3.28084, 3: 1.0, 4: 3.28084, 5: 1e3, 6: 1e2, 7: 39.37, 8: 1e3}
+
+
+class Axis(NamedTuple):
+    """What an axis has, by its code, and the label of its unit."""
+
+    kind: int
+    label: str
+
+
+class UniversalFunction(NamedTuple):
+    """A function of a data set 58."""
+
+    path: Path
+    kind: int
+    frequency: Array  # (n,) [Hz]
+    values: Array  # (n,) real or complex
+    axes: Mapping[str, Axis]
+    units: tuple[Unit, Unit] | None  # of length and force, of the data set 164 before it
+
+    def refusal(self, message: str) -> ColumnsError:
+        """Return the error of a message."""
+        return ColumnsError([f"{self.path}: {message}"])
+
+    def factor(self, expected: Unit, quantity: str, allowed: str) -> float:
+        """Return the ordinate's unit over the expected one.
+
+        Parameters
+        ----------
+        expected
+            Unit with the dimension of the ordinate.
+        quantity, allowed
+            Its name and examples of labels, for the message.
+
+        Raises
+        ------
+        ColumnsError
+            If labels are missing, unknown, of another dimension, or contradict data set 164.
+        """
+        numerator, denominator = self.axes["ordinate"], self.axes["orddenom"]
+        texts = [axis.label for axis in (numerator, denominator) if axis.label]
+        labels = " over ".join(map(repr, texts))
+        is_density = self.kind == PSD
+        try:
+            unit, divisor = self._unit_of(numerator, is_density), self._unit_of(denominator, False)
+        except UnitError as error:
+            raise self.refusal(f"unit {labels}: {error}; {quantity} must be in {allowed}") from None
+        if len({"rms" in text.lower() for text in texts}) > 1:
+            raise self.refusal(f"unit {labels}: must be rms on both sides, or on neither")
+        is_ratio = expected.dimension == DIMENSIONLESS.dimension
+        if is_ratio and numerator == denominator == Axis(ACCELERATION, ""):
+            return 1.0  # whatever the unit of both
+        if unit is None:
+            message = f"the unit of the ordinate is missing; {quantity} must be in {allowed}"
+            raise self.refusal(message)
+        is_complete = not denominator.label and unit.dimension == expected.dimension
+        if divisor is not None and not is_complete:
+            unit = unit.divide(divisor)
+        if unit.dimension != expected.dimension:
+            raise self.refusal(
+                f"unit {labels or 'of data set 164'}: {quantity} must be in {allowed}"
+            )
+        return unit.factor / expected.factor
+
+    def _unit_of(self, axis: Axis, is_density: bool) -> Unit | None:
+        """Return the unit that an axis states, or has by data set 164; None for none."""
+        if axis.label:
+            unit = unit_of_label(axis.label)
+            is_si = self.units is None or all(unit.factor == 1.0 for unit in self.units)
+            if self.units is not None and not is_si and contradicts(axis.label, self.units):
+                raise UnitError("data set 164 states others")
+            return unit
+        if self.units is None or axis.kind not in (ACCELERATION, FORCE):
+            return None
+        length, force = self.units
+        unit = length.multiply(HERTZ.power(2)) if axis.kind == ACCELERATION else force
+        return unit.power(2).divide(HERTZ) if is_density else unit
+
+
+def read_function(path: Path, record: int | None) -> UniversalFunction:
+    """Read a data set 58 of a universal file, by its number from 1.
+
+    Raises
+    ------
+    ColumnsError
+        If the file cannot be read, it is not clear which data set is meant, values are missing, or
+        the abscissa is no frequency.
+    """
+    data, axes, units = _data_set(path, record)
+    count, x, values = int(data["num_pts"]), np.asarray(data["x"]), np.asarray(data["data"])
+    if min(x.size, values.size) < count:
+        message = f"has {min(x.size, values.size)} of the {count} values that it states"
+        raise ColumnsError([f"{path}: {message}"])
+    axis = axes["abscissa"]
+    label = axis.label or "Hz"
+    try:
+        unit = unit_of_label(label)
+    except UnitError:
+        unit = DIMENSIONLESS
+    if axis.kind not in (UNKNOWN, GENERAL, FREQUENCY) or unit.dimension != HERTZ.dimension:
+        message = f"the abscissa must be a frequency, in Hz, kHz or rad/s, not {label!r}"
+        raise ColumnsError([f"{path}: {message} of data type {axis.kind}"])
+    frequency = unit.factor * x[:count].astype(float)
+    return UniversalFunction(path, int(data["func_type"]), frequency, values[:count], axes, units)
+
+
+def _data_set(
+    path: Path, record: int | None
+) -> tuple[dict[str, Any], dict[str, Axis], tuple[Unit, Unit] | None]:
+    """Return a data set 58 in the fields of pyuff, its axes, and the units of data set 164."""
+    try:
+        file = pyuff.UFF(str(path))
+        kinds = file.get_set_types().tolist() if file.get_n_sets() else []
+        places = [place for place, kind in enumerate(kinds) if kind == FUNCTION]
+        message = "" if places else "has no data set 58"
+        if record is None and len(places) > 1:
+            message = f"has {len(places)} data sets 58; the key record selects one"
+        if places and (record or 1) > len(places):
+            message = f"has {len(places)} data sets 58; record is {record}"
+        if message:
+            raise ColumnsError([f"{path}: {message}"])
+        place = places[(record or 1) - 1]
+        data: dict[str, Any] = file.read_sets(place)
+        lines = path.read_bytes()[file._block_ind[place, 0] :].splitlines()
+        axes = {
+            name: Axis(int(data[f"{name}_spec_data_type"]), _label(lines[number]))
+            for name, number in AXES.items()
+        }
+        systems = [place for place, kind in enumerate(kinds[:place]) if kind == UNITS]
+        return data, axes, _system(file.read_sets(systems[-1])) if systems else None
+    except ColumnsError:
+        raise
+    except UnitError as error:
+        raise ColumnsError([f"{path}: data set 164: {error}"]) from None
+    except Exception as error:  # whatever the library meets in a broken file
+        message = f"is no universal file that can be read ({type(error).__name__})"
+        raise ColumnsError([f"{path}: {message}"]) from None
+
+
+def _label(line: bytes) -> str:
+    """Return the unit of a line that describes an axis, in UTF-8 or Latin-1; empty for none."""
+    try:
+        text = line.decode("utf-8")
+    except UnicodeDecodeError:
+        text = line.decode("cp1252", errors="replace")
+    label = text[LABEL:].strip()
+    return "" if label.upper() in NO_LABELS else label
+
+
+def _system(data: Mapping[str, Any]) -> tuple[Unit, Unit]:
+    """Return the units of length and force of a data set 164, which has their numbers in SI."""
+    length, force = float(data["length"]), float(data["force"])
+    expected = LENGTH_FACTORS.get(int(data["units_code"]), length)
+    if not (0 < length < np.inf and 0 < force < np.inf and abs(length / expected - 1) < 1e-3):
+        message = f"{length:g} units of length in a metre and {force:g} of force in a newton"
+        raise UnitError(f"{message} contradict units code {data['units_code']}")
+    return Unit(1 / length, 1), Unit(1 / force, 1, 1, -2)

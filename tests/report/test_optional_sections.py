@@ -1,0 +1,66 @@
+"""Every optional section of a study, alone and empty: its page is written, or one line refuses it.
+
+The stages run as they do in the workflow, without LIGGGHTS.
+"""
+
+import pytest
+
+from pidpanel.check import checked_study
+from pidpanel.study import StudyError
+from pidpanel.workflow.fork_runner import run_rules
+from pidpanel.workflow.plan import Plan
+from pidpanel.workflow.rules import panel_rules
+
+STUDY = """
+panel:
+  outline_m: [0.9, 0.6]
+  section: {mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}
+  mesh: {elements: [6, 4]}
+  patches: {A: {centre_m: [0.45, 0.3], size_m: [0.3, 0.3]}}
+  points: {middle: [0.45, 0.3]}
+dampers: {D: {equivalent_damping_n_s_m3: 500, apparent_mass_kg_m2: 3}}
+scenarios: {s: {patch: A, damper: D}}
+response: {frequency_hz: [50, 200]}
+"""
+SOUND = "sound: {spectrum: smc_s_016_2014_min_third.csv}\n"
+SHAKER = "base: {random: {spectrum: gevs_qualification.csv}}\n"
+
+WRITTEN = {
+    "severity, empty": SOUND + "severity: {}",
+    "fatigue alone": SOUND + "severity: {fatigue: {stress_mpa: 100, exponent: 5}}",
+    "strength of layers alone": SOUND + "severity: {strength: {layers: {tension_1_mpa: 300, "
+    "compression_1_mpa: 300, tension_2_mpa: 300, compression_2_mpa: 300, shear_mpa: 170}}}",
+    "limits alone": SOUND + "severity: {limits: {middle: limit.csv}}",
+    "measurements, empty": SOUND + "measurements: {}",
+    "damping, empty": SOUND + "damping: {}",
+    "limits of base motion, empty": SHAKER.replace("}}", "}, limits: {}}"),
+    "limits of the force alone": SHAKER.replace("}}", "}, limits: {force: {rms_n: 100}}}"),
+    "a sine sweep alone": "base: {sine: {frequency_hz: [60, 180], acceleration_g: 0.5}}",
+    "both motions": SHAKER.replace("}}", "}, sine: {frequency_hz: [60, 180], acceleration_g: 1}}"),
+    "sound and base motion": SOUND + SHAKER,
+}
+
+
+def planned(folder, text):
+    (folder / "limit.csv").write_text("frequency_hz,acceleration_psd_g2_hz\n60,1\n180,1\n")
+    path = folder / "trial.yaml"
+    path.write_text(STUDY + text)
+    study = checked_study(path)
+    plan = Plan(study, path)
+    return plan, panel_rules(plan, study)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("section", WRITTEN)
+def test_a_section_alone_has_its_page(tmp_path, monkeypatch, section):
+    # red: np.isfinite of an empty table of strengths, after everything is computed
+    monkeypatch.chdir(tmp_path)
+    assert run_rules(*planned(tmp_path, WRITTEN[section]), 1)
+    assert (tmp_path / "results" / "trial" / "report.html").is_file()
+
+
+@pytest.mark.parametrize("section", ["base", "optimise", "sound"])
+def test_a_section_that_cannot_be_empty_is_refused_in_one_line(tmp_path, section):
+    with pytest.raises(StudyError) as raised:
+        planned(tmp_path, SOUND * (section != "sound") + f"{section}: {{}}")
+    assert all(f"{section}." in line for line in str(raised.value).split("\n"))

@@ -1,0 +1,171 @@
+"""Rows of a case: margins, damage, peaks and indices with their errors."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from pidpanel.severity.fatigue import FatigueLine
+from pidpanel.severity.strength import LayerStrength
+from pidpanel.severity.tables import (
+    COLUMNS,
+    CORE,
+    STRESSES,
+    PointMotion,
+    fatigue_rows,
+    index_maps,
+    margin_rows,
+    peak_rows,
+    strength_rows,
+)
+from pidpanel.solve.stress import CORE_STRESSES
+from pidpanel.spectra.break_points import BreakPoints
+
+WHERE = {"reading": "atlas", "scenario": "A"}
+FREQUENCY = np.linspace(20.0, 500.0, 961)
+ERROR = 0.2  # of rms values, relative
+
+
+def table(name, rows):
+    return pd.DataFrame(list(rows), columns=list(COLUMNS[name]))
+
+
+def motion(psd, *, points=("P",), error=ERROR):
+    values = np.outer(np.full(FREQUENCY.size, psd), np.ones(len(points)))
+    return PointMotion(WHERE, list(points), FREQUENCY, values, np.full(len(points), error))
+
+
+def limit(psd, low=20.0, high=500.0):
+    return BreakPoints(np.array([low, high]), np.full(2, psd))
+
+
+def test_the_error_of_a_margin_is_what_an_rms_larger_by_its_error_takes_from_it():
+    # red: 20·lg → 10·lg of the relative error of the rms; 1 + error → error
+    limits = {"P": limit(0.5)}
+    stated = table("margins", margin_rows(motion(0.1), limits))
+    larger = table("margins", margin_rows(motion(0.1 * (1 + ERROR) ** 2), limits))
+    lost = stated["margin_db"] - larger["margin_db"]
+    assert len(lost) > 10
+    np.testing.assert_allclose(stated["margin_error_db"], lost, rtol=1e-9)
+
+
+def test_a_margin_is_that_of_flat_psds_at_points_with_limits_alone():
+    # red: the limit over the response turned over; the limit of another point
+    limits = {"second": limit(0.4, 60.0, 300.0)}
+    rows = table("margins", margin_rows(motion(0.1, points=("first", "second")), limits))
+    assert set(rows["point"]) == {"second"}
+    np.testing.assert_allclose(rows["margin_db"], 10 * math.log10(4), rtol=1e-9)
+    np.testing.assert_allclose(rows["acceleration_psd_g2_hz"], 0.1, rtol=1e-9)
+    np.testing.assert_allclose(rows["limit_g2_hz"], 0.4, rtol=1e-9)
+    assert rows["center_hz"].between(60, 300).all() and len(rows) == 7
+    still = table("margins", margin_rows(motion(0.0, points=("second",)), limits))
+    assert np.isinf(still["margin_db"]).all()
+
+
+def test_margins_are_of_all_bands_that_the_response_and_the_limit_share():
+    # red: the second line or break point of either in place of the first or last
+    lines = np.array([20.0, 60.0, 200.0, 500.0])
+    moved = PointMotion(WHERE, ["P"], lines, np.full((4, 1), 0.1), np.zeros(1))
+    wide = BreakPoints(np.array([10.0, 100.0, 1000.0]), np.full(3, 0.4))
+    rows = table("margins", margin_rows(moved, {"P": wide}))
+    # bands whose centres 10^(n/10) lie within 20 to 500 Hz
+    centres = rows["center_hz"].round(1).tolist()
+    assert (centres[0], centres[-1], len(centres)) == (25.1, 398.1, 13)
+    short = BreakPoints(np.array([30.0, 100.0, 300.0]), np.full(3, 0.4))
+    centres = table("margins", margin_rows(moved, {"P": short}))["center_hz"].round(1).tolist()
+    assert (centres[0], centres[-1]) == (31.6, 251.2)
+
+
+def stress_of(level, layers=("top", "bottom")):
+    """PSDs of stresses [Pa²/Hz], each layer and stress with its own level; P1 does not move."""
+    shape = (FREQUENCY.size, 2, len(layers))
+    scale = np.array([0.0, 1.0])[:, None] * np.arange(1.0, len(layers) + 1)
+    psd = {
+        f"{name}_psd": (("frequency", "point", "layer"), np.broadcast_to(k * level * scale, shape))
+        for k, name in enumerate(STRESSES, 1)
+    }
+    return xr.Dataset(psd, {"frequency": FREQUENCY, "point": ["P0", "P1"], "layer": list(layers)})
+
+
+@pytest.mark.parametrize("exponent", [4.0, 9.0])
+def test_the_error_of_damage_is_what_a_stress_larger_by_its_error_does(exponent):
+    # damage grows with the power b of the stress
+    # red: the exponent left out; log1p → log
+    places = pd.MultiIndex.from_product([["P0", "P1"], ["top", "bottom"], STRESSES])
+    error = pd.Series(0.01 * np.arange(1.0, len(places) + 1), places)
+    line = FatigueLine(100e6, 1e6, exponent)
+
+    def rows(level, seconds=60.0):
+        stress = stress_of(level)
+        return table("fatigue", fatigue_rows(WHERE, stress, FREQUENCY, error, line, seconds))
+
+    stated = rows(1e8)
+    assert set(stated["point"]) == {"P1"} and len(stated) == 8  # what does not move has no row
+    for row in stated.itertuples():
+        relative = error[row.point, row.layer, row.quantity]
+        larger = rows(1e8 * (1 + relative) ** 2)
+        same = larger[(larger["layer"] == row.layer) & (larger["quantity"] == row.quantity)]
+        for count in ("damage_dirlik", "damage_narrow_band"):
+            ratio = same[count].item() / getattr(row, count)
+            assert row.damage_log_error == pytest.approx(math.log(ratio), rel=1e-9)
+    twice = rows(1e8, 120.0)
+    for count in ("damage_dirlik", "damage_narrow_band"):
+        np.testing.assert_allclose(twice[count], 2 * stated[count], rtol=1e-12)
+    # √(level of the stress and its layer over 480 Hz) [MPa]
+    levels = [k * n for k in range(1, 5) for n in (1, 2)]
+    np.testing.assert_allclose(stated["stress_rms_mpa"], np.sqrt(0.048 * np.array(levels)))
+
+
+def test_a_peak_is_that_of_the_rms_with_its_error():
+    # a flat PSD from a to b: ν₀² = (b³ − a³) / 3(b − a); Davenport's factor of ν₀T crossings
+    # red: 3 → 2 rms; the error of the rms without the peak factor
+    rows = pd.DataFrame(peak_rows(motion(1e-4, points=("P", "Q")), 60.0)).iloc[0]
+    rate = math.sqrt((500.0**3 - 20.0**3) / 3 / 480.0)
+    root = math.sqrt(2 * math.log(60.0 * rate))
+    assert rows["acceleration_rms_g"] == pytest.approx(math.sqrt(0.048))
+    assert rows["three_sigma_g"] == pytest.approx(3 * math.sqrt(0.048))
+    assert rows["zero_crossings_hz"] == pytest.approx(rate)
+    assert rows["peak_g"] == pytest.approx((root + 0.5772156649 / root) * math.sqrt(0.048))
+    assert rows["peak_error_g"] == pytest.approx(ERROR * rows["peak_g"])
+    assert not list(peak_rows(motion(0.0), 60.0))
+
+
+def three_sigmas():
+    """Stresses of 3σ of a layer and of the core at a point [MPa], with errors."""
+    rows = [("P", "top", name, 10.0 * k, 0.1 * k) for k, name in enumerate(STRESSES, 1)]
+    rows += [("P", CORE, name, -1.0 * k, 0.2 * k) for k, name in enumerate(CORE_STRESSES, 1)]
+    names = ["point", "layer", "quantity", "three_sigma", "relative_error"]
+    return pd.DataFrame(rows, columns=names).set_index(names[:3])
+
+
+def test_indices_are_those_of_the_strengths_that_a_study_states():
+    # red: the strength of the layers without the core, or of the core for the layers
+    layers, core = LayerStrength(100.0, 100.0, 50.0, 50.0, 60.0), (4.0, 4.0)
+    both = table("strength", strength_rows(WHERE, three_sigmas(), layers, core))
+    expected = {"top": max(10 / 100, 20 / 50, 30 / 60), CORE: 2.0 / 4}
+    assert both.set_index("layer")["maximum_stress_index"].to_dict() == pytest.approx(expected)
+    assert both.set_index("layer")["relative_error"].to_dict() == pytest.approx(
+        {"top": 0.3, CORE: 0.4}
+    )
+    assert both["layer"].tolist() == ["top", CORE]  # as in the table of the stresses
+    alone = table("strength", strength_rows(WHERE, three_sigmas(), layers, None))
+    assert alone["layer"].tolist() == ["top"]
+    alone = table("strength", strength_rows(WHERE, three_sigmas(), None, core))
+    assert alone["layer"].tolist() == [CORE] and np.isnan(alone["tsai_wu_index"]).all()
+
+
+def test_maps_of_indices_are_of_three_sigma():
+    # red: 3e-6 → 1e-6
+    fields = {f"{name}_rms": (("case", "layer", "vertex"), np.full((1, 1, 3), 1e6 * k))
+              for k, name in enumerate(STRESSES[:3], 1)}  # fmt: skip
+    fields |= {f"{name}_rms": (("case", "vertex"), np.full((1, 3), 1e5 * k))
+               for k, name in enumerate(CORE_STRESSES, 1)}  # fmt: skip
+    fields |= {"vertex_position": (("vertex", "axis"), np.zeros((3, 2))),
+               "cells": (("cell", "corner"), np.zeros((1, 3), int))}  # fmt: skip
+    layers = LayerStrength(30.0, 30.0, 30.0, 30.0, 30.0)
+    maps = index_maps(xr.Dataset(fields), layers, (0.6, 1.2))
+    np.testing.assert_allclose(maps["maximum_stress_index"], 3 * 3 / 30)
+    np.testing.assert_allclose(maps["core_index"], max(0.3 / 0.6, 0.6 / 1.2))
+    assert "core_index" not in index_maps(xr.Dataset(fields), layers, None)
