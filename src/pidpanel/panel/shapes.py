@@ -51,6 +51,9 @@ MODES_BEYOND = 2.0
 # A stiff panel may have no mode below that: it then responds as the first modes above, all but
 # statically.
 LEAST_MODES = 12
+# Dampers that weigh more than the panel, over the modes, take its resonances from bare modes far
+# above: those are kept too, up to a number that costs little, and keep their damping ratio.
+HEAVY, MOST_MODES = 1.0, 150
 # A force of a patch is dropped where it is smaller than this share of the largest: far below the
 # tolerances of residual vectors.
 FORCES = 1e-8
@@ -124,7 +127,8 @@ def panel_shapes(
         none.
     damper_mass
         Heaviest damper of each patch by name [kg/m²]. Modes of the panel with all of them are kept
-        below `LOADED_BEYOND` / `MODES_BEYOND` times `frequency_limit`.
+        below `LOADED_BEYOND` / `MODES_BEYOND` times `frequency_limit`. Where they weigh more than
+        the panel, modes of the bare panel are kept up to √(1 + m_a/m″) times `frequency_limit`.
 
     Raises
     ------
@@ -140,6 +144,14 @@ def panel_shapes(
         return normal_modes(plate, frequency_limit, LEAST_MODES)
 
     (frequency, modes), *loaded = map_in_forks(modes_of, [False, True] if mass else [False])
+    added = sum(
+        value * quadratic_form(plate.patch_overlap[name], modes[:, :LEAST_MODES])
+        for name, value in mass.items()
+    )
+    heavier = float(np.mean(added / quadratic_form(plate.mass, modes[:, :LEAST_MODES])))
+    further = min(np.sqrt(1 + heavier), MOST_MODES / len(frequency))
+    if heavier > HEAVY and further > 1:
+        frequency, modes = normal_modes(plate, frequency_limit * further, LEAST_MODES)
     residual_frequency, residuals = residual_vectors(plate, modes, residual_tolerance)
     shapes = Shapes(frequency, residual_frequency, np.hstack([modes, residuals]))
     del modes
