@@ -118,7 +118,7 @@ class ReducedPanel:
             for lines in chunks
         )
         leading = [_leading(factor, energy, self.rank) for factor in factors]
-        observed = np.concatenate([points.T, *leading], axis=1)
+        observed = np.hstack([points.T, *leading])
         side = width if self._is_direct else n
         in_full = self._is_direct or air is not None
         # Z₀⁻¹, of a panel in vacuum its diagonal, and S_q; or R and S among all motions
@@ -131,7 +131,7 @@ class ReducedPanel:
                 receptance = _seen_by(observed, pulled)
                 psd = _seen_by(observed, psd @ observed)
             self._receptance[lines], self._psd[lines] = receptance, psd
-        self._observed: Array = observed.astype(self._psd.real.dtype)
+        self._observed: Array = np.asarray(observed, self._psd.real.dtype)
         self._outputs = outputs or Outputs(
             np.arange(rows), np.repeat(self.weight[:, None], rows, axis=1), np.eye(rows)
         )

@@ -94,6 +94,17 @@ class Problem:
         return np.asarray(self.additions(layout[:-1], last)[layout[-1]])
 
 
+def largest_difference(
+    problem: Problem, layouts: Sequence[Layout], other: Problem, same: Sequence[Layout]
+) -> float:
+    """Return the largest difference of reductions of layouts in two problems [dB]."""
+    logs = []
+    for each, several in ((problem, layouts), (other, same)):
+        values = [float(each.objective(each.mean_square(layout))) for layout in several]
+        logs.append(10 * np.log10(values) - 10 * np.log10(float(each.objective(each.panel.bare))))
+    return float(np.abs(logs[1] - logs[0]).max())
+
+
 def greedy(problem: Problem) -> Layout:
     """Return the best layout of greedy searches with exchange.
 
