@@ -15,9 +15,10 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.solve.bare_motions import MatrixInput, matrices_at
@@ -131,7 +132,7 @@ class ReducedPanel:
                 receptance = _seen_by(observed, pulled)
                 psd = _seen_by(observed, psd @ observed)
             self._receptance[lines], self._psd[lines] = receptance, psd
-        self._observed: Array = np.asarray(observed, self._psd.real.dtype)
+        self._observed = observed.astype(self._psd.real.dtype)
         self._outputs = outputs or Outputs(
             np.arange(rows), np.repeat(self.weight[:, None], rows, axis=1), np.eye(rows)
         )
@@ -143,7 +144,7 @@ class ReducedPanel:
         self._own = tuple(np.stack(part, axis=1) for part in zip(*blocks, strict=True))
         R, S = self._block(slice(None), np.arange(rows))
         self._to_points = R[:, rows:].swapaxes(1, 2), S[:, rows:].conj().swapaxes(1, 2)
-        self._point_psd: Array = S[:, np.arange(rows), np.arange(rows)].real
+        self._point_psd = S[:, np.arange(rows), np.arange(rows)].real.astype(np.float64)
 
     def _block(self, rows: Index | slice, columns: Index) -> tuple[Complexes, Complexes]:
         """Return R and S between some motions."""
@@ -281,7 +282,7 @@ def bare_psd(
     return inverse, inverse @ force @ inverse.conj().swapaxes(1, 2)
 
 
-def _seen_by(observed: Array, motion: Complexes) -> Complexes:
+def _seen_by(observed: NDArray[Any], motion: Complexes) -> Complexes:
     """Return observedᵀ motion (nf, nw, k): a real product of twice the columns."""
     columns = np.ascontiguousarray(motion).view(motion.real.dtype)
     return np.asarray((np.ascontiguousarray(observed.T) @ columns).view(motion.dtype))
