@@ -93,12 +93,12 @@ def test_with_heavy_dampers_search_and_confirmed_layouts_agree_within_two_tenths
     searched = 10 * np.log10(bare / np.array(squares))
 
     used = np.unique([problem.options.place[option] for layout in layouts for option in layout])
-    few, (details,) = found.on_places(plate, used)
+    subset, (details,) = found.on_places(plate, used)
     scenarios = [stage._scenario(problem, found.fillings, *each) for each in enumerate(layouts)]
     finalists = found.excited["sound"].confirm(
         details,
-        few.plate,
-        few.places,
+        subset.plate,
+        subset.places,
         scenarios,
         DampingModels(("stated",), {}, {"stated": models}),
     )

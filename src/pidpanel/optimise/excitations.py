@@ -60,8 +60,8 @@ def static_shapes(basis: PanelBasis, plate: StoredPlate, tolerance: float) -> Ar
     modes = plate.shapes[:, ~basis.is_residual].astype(np.float64)
     forces = int(FORCES_BYTES / (8 * n_free * len(plate.patch_overlap)))
     vectors = residual_vectors(plate, modes, tolerance, max(1, forces))[1]
-    most = None if tolerance <= STATIC_TOLERANCE else int(max(SHAPES_ADDED, count))
-    return vectors[:, :most]
+    limit = None if tolerance <= STATIC_TOLERANCE else int(max(SHAPES_ADDED, count))
+    return vectors[:, :limit]
 
 
 def finalist(case: SolvedCase, basis_error: float) -> Finalist:

@@ -130,7 +130,7 @@ def least_loaded_ratio(panel: PlacedPanel, fillings: Sequence[FilledDamper], mas
     elastic = modal.natural_frequency > 0
     omega, modal_mass = modal.angular_frequency[elastic], modal.modal_mass[elastic]
     moved = (patches.diagonal / patches.area[:, None]).max(axis=0)[elastic]
-    least = np.inf
+    smallest = np.inf
     for filling in fillings:
         share = np.minimum(mass * moved / modal_mass, filling.mass_per_area / panel.mass_per_area)
         loaded = omega / np.sqrt(1 + share)
@@ -139,5 +139,5 @@ def least_loaded_ratio(panel: PlacedPanel, fillings: Sequence[FilledDamper], mas
             damping, _, _ = filling.damping(loaded / (2 * np.pi), np.nan)
             ratio = ratio + damping / filling.mass_per_area * share / (2 * (1 + share) * loaded)
         inside = (loaded >= 2 * np.pi * low) & (loaded <= 2 * np.pi * high)
-        least = min(least, float(ratio[inside].min(initial=np.inf)))
-    return least
+        smallest = min(smallest, float(ratio[inside].min(initial=np.inf)))
+    return smallest

@@ -291,9 +291,9 @@ class _Search(NamedTuple):
     def on_places(self, plate: StoredPlate, used: Index) -> tuple[_Search, list[PlacedPanel]]:
         """Return the search on some places, and its panels with the static response to them."""
         places = self.places.subset(used)
-        with_few, _ = place_plate(plate, places, used.tolist())
-        few = self._replace(plate=with_few, places=places)
-        return few, few.panels(DETAILED.static_tolerance)
+        with_subset, _ = place_plate(plate, places, used.tolist())
+        subset = self._replace(plate=with_subset, places=places)
+        return subset, subset.panels(DETAILED.static_tolerance)
 
 
 class _Result(NamedTuple):
@@ -303,10 +303,10 @@ class _Result(NamedTuple):
     sampling: Sampling
     proof: Proof
     layouts: Sequence[Layout]
-    few: _Search
+    subset: _Search
     details: Sequence[PlacedPanel]
     subproblem: Problem
-    layouts_of_few: Sequence[Layout]
+    subset_layouts: Sequence[Layout]
 
 
 def _searched(search: _Search, plate: StoredPlate) -> _Result:
@@ -323,19 +323,19 @@ def _searched(search: _Search, plate: StoredPlate) -> _Result:
         proof = branch_and_bound(problem, best, sampling, NODES)
         layouts = layouts_to_confirm(problem, proof.layout)
         used = np.unique([problem.options.place[o] for layout in layouts for o in layout])
-        few, details = search.on_places(plate, used)
-        subproblem, of_few = problem.on_places(used, layouts)
-        joint = few.joint(details, DETAILED)
+        subset, details = search.on_places(plate, used)
+        subproblem, subset_layouts = problem.on_places(used, layouts)
+        joint = subset.joint(details, DETAILED)
         options = frozen_options(joint, search.fillings)
         subproblem = replace(subproblem, panel=joint, options=options)
-        error = largest_difference(problem, layouts, subproblem, of_few)
+        error = largest_difference(problem, layouts, subproblem, subset_layouts)
         print(
             f"the search differs by up to {error:.2f} dB from all details of its layouts",
             file=sys.stderr, flush=True,
         )  # fmt: skip
         if error <= AGREED:
             break
-    return _Result(problem, sampling, proof, layouts, few, details, subproblem, of_few)
+    return _Result(problem, sampling, proof, layouts, subset, details, subproblem, subset_layouts)
 
 
 def write_proposal(study: Study, files: Files, damping: Path | None, output: Files) -> None:
@@ -348,30 +348,30 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     counted = np.array([points.index(name) for name in section.points or points])
     objective = objective_of(section, basis, counted)
     search = _Search(section, excited, with_places, places, fillings, objective)
-    found = _searched(search, plate)
-    problem, layouts, few = found.problem, found.layouts, found.few
+    result = _searched(search, plate)
+    problem, layouts, subset = result.problem, result.layouts, result.subset
     scenarios = [_scenario(problem, fillings, *entry) for entry in enumerate(layouts)]
     stated = DampingModels(("stated",), {}, {"stated": models})
     finalists = {
-        name: entry.confirm(panel, few.plate, few.places, scenarios, stated)
-        for (name, entry), panel in zip(excited.items(), found.details, strict=True)
+        name: entry.confirm(panel, subset.plate, subset.places, scenarios, stated)
+        for (name, entry), panel in zip(excited.items(), result.details, strict=True)
     }
 
     def panel_with(factor: float) -> JointPanel:
         ratio = study.panel.modal_damping.times(factor)
         panels = [
             replace(panel, settings=replace(panel.settings, damping_ratio=ratio))
-            for panel in found.details
+            for panel in result.details
         ]
-        return few.joint(panels, DETAILED)
+        return subset.joint(panels, DETAILED)
 
-    variants = reductions(found.subproblem, fillings, found.layouts_of_few, panel_with)
-    alternatives = _alternatives(study, few.panels(1.0), objective)
+    variants = reductions(result.subproblem, fillings, result.subset_layouts, panel_with)
+    alternatives = _alternatives(study, subset.panels(1.0), objective)
     proposals = Proposals(
         problem, fillings, layouts, finalists, counted, objective, variants, alternatives
     )
     front = proposals.front_table()
-    facts = search_table(problem, fillings, found.proof, found.sampling, front, area_error)
+    facts = search_table(problem, fillings, result.proof, result.sampling, front, area_error)
     write_csv(output.psd, proposals.psd_table(front, points), 5)
     write_csv(output.layouts, proposals.patch_table(front))
     write_csv(output.summary, proposals.point_table(front, points))
