@@ -107,5 +107,7 @@ def test_columns_of_places_are_computed_again_once_they_are_dropped(panel, monke
     for place in (1, 6):
         small.additions((place,), s[:1], np.array([9]), s[1:])
     assert len(small._columns) <= 3
+    small.clear()
+    assert not small._columns
     again = small.additions((0, 3), s, np.array([7]), s[1:]).mean_square
     np.testing.assert_array_equal(first, again)

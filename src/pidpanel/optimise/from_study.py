@@ -333,6 +333,8 @@ def _searched(search: _Search, plate: StoredPlate) -> _Result:
             f"the search differs by up to {error:.2f} dB from all details of its layouts",
             file=sys.stderr, flush=True,
         )  # fmt: skip
+        for part in (*problem.panel.parts, *joint.parts):
+            part.clear()  # the confirmation needs the memory
         if error <= AGREED:
             break
     return _Result(problem, sampling, proof, layouts, subset, details, subproblem, subset_layouts)

@@ -169,6 +169,10 @@ class ReducedPanel:
         receptance, psd = zip(*columns, strict=True)
         return np.concatenate(receptance, axis=2), np.concatenate(psd, axis=2)
 
+    def clear(self) -> None:
+        """Drop the columns of the places used last; they are computed again once needed."""
+        self._columns.clear()
+
     @property
     def bare(self) -> Array:
         """(n_points,) mean squares of the objective without dampers, such as [m²/s⁴]."""
