@@ -79,13 +79,17 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
         coupled = ["coupled"] if study.is_coupled else []
         base = [] if study.base is None else ["base"]
         sound = [[], []] if study.sound is None else [["sound"], ["response"]]
-        names = ["panel", *sound[0], *coupled, *sound[1], *base, *names]
+        optional = [name for name in ("optimise", "severity") if getattr(study, name) is not None]
+        optional += ["measurement"] if study.measurements else []
+        names = ["panel", *sound[0], *coupled, *sound[1], *base, *optional, *names]
         if study.surfaces:
             names.insert(0, "damping")
     if study.coupons or study.is_coupled:  # whose packings are poured with the coupons
         names.insert(0, "coupon")
+    width = max(9, *map(len, names))
     for name in names:
-        yield f"  {name:<9} {'left: ' + ', '.join(by_stage[name]) if name in by_stage else 'done'}"
+        state = "left: " + ", ".join(by_stage[name]) if name in by_stage else "done"
+        yield f"  {name:<{width}} {state}"
 
 
 def is_running(results: Path) -> bool:

@@ -158,20 +158,25 @@ def panel_shapes(
     return shapes.joined_by(plate, loaded[0][1]) if loaded else shapes
 
 
-def residual_vectors(plate: PlateMatrices, modes: Array, tolerance: float) -> tuple[Array, Array]:
+def residual_vectors(
+    plate: PlateMatrices, modes: Array, tolerance: float, most_forces: int | None = None
+) -> tuple[Array, Array]:
     """Compute the static response to the forces of the patches that the modes lack.
 
     X = K⁻¹ [D₁Φ, D₂Φ, …] is made M-orthogonal to the modes (and with that K-orthogonal), reduced to
     its strongest directions in elastic energy and diagonalised in M and K. Where the panel can move
     as a rigid body, K + (2πf)² M takes the place of the singular K, with f its first frequency
     above 0 Hz. A direction is dropped if its singular value, in the norm of elastic energy, is not
-    above ``tolerance`` of the largest: 0 drops only what rounding made, 1 drops all. Frequencies
-    (n_residual,) [Hz] ascend; vectors (n_free, n_residual) have max |w| = 1.
+    above ``tolerance`` of the largest: 0 drops only what rounding made, 1 drops all. Each patch has
+    at most ``most_forces``, its strongest; None for all. Frequencies (n_residual,) [Hz] ascend;
+    vectors (n_free, n_residual) have max |w| = 1.
     """
     n_free = plate.stiffness.shape[0]
     if not plate.patch_overlap:
         return np.zeros(0), np.zeros((n_free, 0))
-    forces = np.hstack([_forces(overlap, modes) for overlap in plate.patch_overlap.values()])
+    forces = np.hstack(
+        [_forces(overlap, modes)[:, :most_forces] for overlap in plate.patch_overlap.values()]
+    )
     modal_mass = quadratic_form(plate.mass, modes)
     invertible = plate.stiffness
     lowest = modes[:, : MOST_RIGID + 1]
