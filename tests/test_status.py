@@ -77,3 +77,14 @@ def test_status_has_coupled_runs_before_the_response_and_their_packings():
     assert stages == ["coupon", "panel", "sound", "coupled", "response", "report"]
     assert lines[0].endswith("left: 3 × pour")
     assert lines[3].endswith("left: 4 × coupled_scenario, 1 × coupled")
+
+
+def test_status_has_a_row_of_every_optional_stage():
+    # red: the search left out
+    study = load_any_study(STUDIES / "design_launch.yaml")
+    lines = list(progress.stages(study, {"optimise": 1}))
+    assert [line.split()[0] for line in lines] == [
+        "panel", "sound", "response", "optimise", "report"
+    ]  # fmt: skip
+    assert lines[3].split() == ["optimise", "left:", "1", "×", "optimise"]
+    assert lines[0].split() == ["panel", "done"]

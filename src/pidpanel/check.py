@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index
 from pidpanel.columns import in_kilohertz
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.polygon import overlap
@@ -178,7 +178,6 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         )
         message += f"of the response, {low:g} to {high:g} Hz; in kHz?"
         yield Mistake(("panel", "damping_ratio"), message)
-    yield from _check_layouts(study)
     if study.base is not None and study.base.random is not None:
         yield from _check_base(study, study.base, study.base.random)
     for point, path in study.severity.limits.items() if study.severity else ():
@@ -194,6 +193,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     masses = {} if table_mistakes else resolved_masses(study)
     mistakes = list(_check_mesh(study.panel, high, masses))
     yield from mistakes
+    yield from _check_layouts(study, is_meshed=not mistakes)
     if study.optimise is not None and not mistakes:
         from pidpanel.optimise.from_study import mistakes_of_search
 
@@ -213,19 +213,27 @@ def _check_tables(study: Study) -> Iterator[Mistake]:
             yield from _check_range(study, keys, read_columns(table))
 
 
-def _check_layouts(study: Study) -> Iterator[Mistake]:
+def _check_layouts(study: Study, *, is_meshed: bool) -> Iterator[Mistake]:
     """Yield patches of one layout that fill the same cells; a blanket may lie on filled ones."""
+    from pidpanel.panel.from_study import StudiedPanel
+
+    shapes = {name: patch.shape for name, patch in study.panel.patches.items()}
+    cells: Mapping[str, Index] = {}
+    if None in shapes.values() and is_meshed:
+        panel = StudiedPanel(study.panel)
+        cells = panel.foreign.panel_mesh(panel.patches, {}).patch_cells if panel.foreign else {}
+
+    def share_cells(patch: str, second: str) -> bool:
+        shape, second_shape = shapes[patch], shapes[second]
+        if shape is None or second_shape is None:  # an element may be in several groups
+            return bool(cells) and bool(np.isin(cells[patch], cells[second]).any())
+        width = min(float(np.ptp(s.corners, axis=0).min()) for s in (shape, second_shape))
+        return overlap(shape.corners, second_shape.corners, 1e-3 * width)
+
     for name, layout in study.layouts.items():
-        shapes = {
-            patch: study.panel.patches[patch].shape
-            for patch, filled in layout.layout.items()
-            if filled.fill_fraction is not None
-        }
-        for (patch, shape), (second, second_shape) in itertools.combinations(shapes.items(), 2):
-            if shape is None or second_shape is None:  # a mesh file has no element in two groups
-                continue
-            width = min(float(np.ptp(s.corners, axis=0).min()) for s in (shape, second_shape))
-            if overlap(shape.corners, second_shape.corners, 1e-3 * width):
+        filled = [p for p, value in layout.layout.items() if value.fill_fraction is not None]
+        for patch, second in itertools.combinations(filled, 2):
+            if share_cells(patch, second):
                 message = f"covers cells of {patch} too; a cell has only one fill fraction"
                 yield Mistake(("scenarios", name, "layout", second), message)
 

@@ -1,5 +1,6 @@
 """Constants that more than one stage needs."""
 
+import re
 from typing import NamedTuple
 
 STANDARD_GRAVITY = 9.80665  # m/s², exact by definition (3rd CGPM, 1901)
@@ -40,3 +41,8 @@ DAMPING_MODELS = {
     "paper_corrected": ModelText("The paper's law, corrected", "law of the paper, corrected"),
     "paper_printed": ModelText("The paper's law, as printed", "law of the paper as printed"),
 }
+
+# Nastran cards that place nodes or elements: other nodes and elements, files, superelements
+PLACING_CARDS = re.compile(
+    "GRID|GRDSET|INCLUDE|BEGIN|END|SE[A-Z]+|CQUAD|CTRIA|CTRAX|CSHEAR|CHEX|CTETRA|CPENTA|CPYRAM|="
+)

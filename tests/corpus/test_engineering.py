@@ -25,9 +25,9 @@ FILES = [
     ("sandwich", "lab.csv", lambda text: text.replace("5.1", "5100").replace("2.2", "2200"), f"{LAB}: lab.csv, line 3: apparent_mass_kg_m2 = 5100: must be at least -1000 and at most 1000 (in g/m²?)", f"{LAB}: lab.csv, line 5: apparent_mass_kg_m2 = 2200: must be at least -1000 and at most 1000 (in g/m²?)"),
     ("sandwich", "lab.csv", lambda text: text.replace("0.4,100,1,820", "0.4,100,1,900,5\n0.4,100,1,820"), f"{LAB}: lab.csv, line 4: fill_fraction = 0.4, frequency_hz = 100, acceleration_g = 1: duplicate of line 3"),
     ("file", "panel.bdf", lambda text: text.replace("CQUAD4,1,1,1,2,6,5", "CQUAD4,1,1,1,2,5,6"), "panel.mesh.file = panel.bdf: element 1: its corners do not form a convex quadrilateral"),
-    ("file", "panel.bdf", lambda text: text.replace("CQUAD4,3,1,3,4,8,7", "CQUAD4,3,1,13,4,8,14").replace("ENDDATA", "GRID,13,,800.0,0.0,0.0\nGRID,14,,800.0,400.0,0.0\nENDDATA"), "panel.mesh.file = panel.bdf: nodes 3 and 13 are at one place (800, 0) m: the panel is cracked there; merge them"),
-    ("file", "panel.bdf", lambda text: text.replace("GRID,6,,400", "GRID,6,3,400"), "panel.mesh.file = panel.bdf: panel.bdf:8: GRID: CP = 3 is not read; allowed is blank (positions in the basic system, supports in the study)"),
-    ("file", "panel.bdf", lambda text: text.replace("400.0,400.0,0.0", "400,0,400,0,0,0"), "panel.mesh.file = panel.bdf: node 6: z = 400, others have 0; the panel must be plane, in x and y"),
+    ("file", "panel.bdf", lambda text: text.replace("CQUAD4,3,1,3,4,8,7", "CQUAD4,3,1,13,4,8,14").replace("ENDDATA", "GRID,13,,800.0,0.0,0.0\nGRID,14,,800.0,400.0,0.0\nENDDATA"), "panel.mesh.file = panel.bdf: nodes 3 and 13 are at one place (0.8, 0) m: the panel is cracked there; merge them"),
+    ("file", "panel.bdf", lambda text: text.replace("GRID,6,,400", "GRID,6,3,400"), "panel.mesh.file = panel.bdf: panel.bdf:8: GRID: CP = 3 is not read; allowed is blank, the basic system"),
+    ("file", "panel.bdf", lambda text: text.replace("400.0,400.0,0.0", "400,0,400,0,0,0"), "panel.mesh.file = panel.bdf: node 6: z = 0.4 m, most have 0 m; the panel must be plane, in x and y"),
     ("file", "panel.bdf", lambda _: "1    MSC NASTRAN  JOB\n", "panel.mesh.file = panel.bdf: panel.bdf:1: card 1    MSC is not read; allowed are GRID, CTRIA3, @"),
 ]  # fmt: skip
 

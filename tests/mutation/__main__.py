@@ -61,7 +61,7 @@ FORMULAS = {
     "response": "cases dampers extrapolation mapping model_error nastran panel tables",
     "base": "basis_check random sine",
     "severity": "fatigue moments oscillators strength tables",
-    "optimise": "objectives places proposal reduced_panel search variants",
+    "optimise": "fidelity objectives places proposal reduced_panel search variants",
     "measurement": "computed differences files units universal",
     "identify": "force_files next_tones posterior prediction",
     "report": "verdict",

@@ -191,16 +191,25 @@ def test_the_table_of_the_search_counts_layouts_as_good_as_the_best_within_its_e
     panel = RandomPanel(1)
     problem = panel.problem()
     problem.evaluated = {(0,): 1.0, (1,): 1.04, (2,): 1.06, (3,): 2.0}
-    front = pd.DataFrame({"reduction_error_db": [0.2, 9.0]})  # 0.2 dB are 4.7 %
+    # 0.2 dB are 4.7 %
+    front = pd.DataFrame(
+        {"reduction_error_db": [0.2, 9.0], "reduction_db": [5.0, 3.0],
+         "search_reduction_db": [5.1, 2.76]}
+    )  # fmt: skip
     proof, sampling = Proof((0,), 1.0, 0.5, 7), Sampling(11, 2, 0.3, 1.2, 0.1)
     table = search_table(problem, panel.fillings, proof, sampling, front, 0.01)
     value = dict(zip(table["quantity"], table["value"], strict=True))
     assert (value["evaluated_layouts"], value["equivalent_layouts"]) == (4, 2)
     assert value["equivalent_within_db"] == 0.2 and value["nodes"] == 7
-    assert value["gap_db"] == pytest.approx(decibels(2))
+    # two layouts, each 0.24 dB off. red: the bound alone; the drift once; its sign kept
+    assert value["gap_db"] == pytest.approx(decibels(2) + 0.48)
+    assert value["drift_db"] == pytest.approx(0.24)
+    front["search_reduction_db"] = [5.1, 2.74]
     front["reduction_error_db"] = 0.0
     table = search_table(problem, panel.fillings, proof, sampling, front, 0.01)
-    assert dict(zip(table["quantity"], table["value"], strict=True))["equivalent_layouts"] == 1
+    value = dict(zip(table["quantity"], table["value"], strict=True))
+    assert value["equivalent_layouts"] == 1
+    assert np.isnan(value["gap_db"]) and value["drift_db"] == pytest.approx(0.26)
     # what one damper reduces is the best of its options alone, and its mass the same without C_e
     bare = problem.objective(problem.panel.bare)
     for filling, name in enumerate(("damper 0", "damper 1")):

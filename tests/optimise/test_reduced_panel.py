@@ -1,5 +1,7 @@
 """Additions to layouts against the solver of all layouts."""
 
+import copy
+
 import numpy as np
 import pytest
 from random_panels import RandomPanel
@@ -59,34 +61,53 @@ def test_the_bare_panel_is_that_of_the_solver(panel):
     assert np.sqrt(bare) == pytest.approx(answer.response.acceleration_rms, rel=1e-9)
 
 
-def test_the_energy_of_the_shapes_is_that_of_the_acceleration_of_points(panel):
-    # red: weights of mean squares in place of their roots
-    _, energy = module._forces(panel.frequency, panel.basis, panel.excitation, None)
+def test_the_psd_of_the_shapes_is_that_of_the_acceleration_of_points(panel):
+    # red: the transpose of S_q; roots of the spectrum
+    weight = module.acceleration_weight(panel.frequency)
+    psd = module.bare_psd(panel.frequency, panel.basis, panel.excitation, None)[1]
+    energy = np.einsum("f,fij->ij", weight, psd.real)
     rms = np.sqrt(np.diag(panel.points @ energy @ panel.points.T))
     assert rms == pytest.approx(solved(panel, (), ()).response.acceleration_rms, rel=1e-9)
 
 
 def test_places_that_take_more_memory_than_allowed_are_refused(panel, monkeypatch):
-    # two complex numbers of 8 bytes for each line, shape, and point or motion of a place
-    motions = len(panel.points) + 4 * len(panel.places.lower)
-    size = 2 * 8 * panel.frequency.size * panel.points.shape[1] * motions
+    # S_q, and between points and motions of each place R and S: complex numbers of 8 bytes
+    n, places, rows = panel.points.shape[1], len(panel.places.lower), len(panel.points)
+    size = 8 * panel.frequency.size * (n**2 + 2 * 4 * places * (4 + rows))
     monkeypatch.setattr(module, "LARGEST", 1.001 * size)
     panel.reduced(rank=4)
     monkeypatch.setattr(module, "LARGEST", 0.999 * size)
-    with pytest.raises(ResponseError, match=f"{len(panel.places.lower)} places take up to"):
+    with pytest.raises(ResponseError, match=f"{places} places and {n} shapes take"):
         panel.reduced(rank=4)
 
 
-def test_forces_may_have_more_parts_on_some_lines(panel, monkeypatch):
-    # a part that is nothing, on the second half of the lines. red: min of the parts
-    plain, factors = panel.reduced(), module._force_factors
+def test_in_air_and_with_few_motions_a_layout_is_the_same(panel):
+    # red: Z₀⁻¹ of the air transposed into a diagonal; motions of places in the wrong order
+    s = stiffness(panel, panel.fillings)
+    few = copy.copy(panel)
+    few.patches = panel.patches.subset([1, 6])
+    how = {"precision": np.complex128, "rank": 4}
+    wide = panel.reduced(**how).additions((1,), s[:1], np.array([6]), s[1:])
+    narrow = few.reduced(**how).additions((0,), s[:1], np.array([1]), s[1:])
+    np.testing.assert_allclose(narrow.mean_square, wide.mean_square, rtol=1e-9)
+    n = panel.points.shape[1]
+    for each in (panel, few):
+        places = (1, 6) if each is panel else (0, 1)
+        in_air = each.reduced(**how, air=np.zeros((n, n)))
+        added = in_air.additions(places[:1], s[:1], np.array(places[1:]), s[1:])
+        np.testing.assert_allclose(added.mean_square, wide.mean_square, rtol=1e-9)
 
-    def more(excitation, frequency):
-        found = factors(excitation, frequency)
-        return np.pad(found, ((0, 0), (0, 0), (0, int(frequency[0] > panel.frequency[0]))))
 
-    monkeypatch.setattr(
-        module, "chunks_of_lines", lambda n, _: [slice(0, n // 2), slice(n // 2, n)]
-    )
-    monkeypatch.setattr(module, "_force_factors", more)
-    np.testing.assert_allclose(panel.reduced().bare, plain.bare, rtol=1e-5)
+def test_columns_of_places_are_computed_again_once_they_are_dropped(panel, monkeypatch):
+    # red: the column of another place
+    s = stiffness(panel, panel.fillings)
+    monkeypatch.setattr(module, "CACHE", 0)
+    small = panel.reduced(precision=np.complex128, rank=4)
+    first = small.additions((0, 3), s, np.array([7]), s[1:]).mean_square
+    for place in (1, 6):
+        small.additions((place,), s[:1], np.array([9]), s[1:])
+    assert len(small._columns) <= 3
+    small.clear()
+    assert not small._columns
+    again = small.additions((0, 3), s, np.array([7]), s[1:]).mean_square
+    np.testing.assert_array_equal(first, again)

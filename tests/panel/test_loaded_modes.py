@@ -43,6 +43,15 @@ def test_mass_all_over_the_panel_makes_the_modes_of_a_heavier_panel(plate):
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
+def test_under_a_heavy_damper_the_modes_that_it_lowers_are_kept(plate):
+    # red: modes up to 200 Hz, so that those of the loaded panel had the damping of residual vectors
+    shapes = panel_shapes(plate, 200.0, damper_mass={"all": 60.0})
+    expected = panel_shapes(plate, 200.0 * np.sqrt(16.0), residual_tolerance=1.0).frequency
+    np.testing.assert_allclose(shapes.frequency, expected, rtol=1e-9)
+    light = panel_shapes(plate, 200.0, damper_mass={"part": 20.0})
+    assert len(light.frequency) == 12
+
+
 @pytest.mark.parametrize("share", [0.0, 0.25, 0.5, 1.0])
 def test_the_basis_carries_every_mass_up_to_the_heaviest(plate, share):
     # red: in panel_shapes, return shapes before the loaded modes join them (3 % at the full mass)

@@ -100,6 +100,15 @@ def reduced_psd(basis, frequency, damping, mass, zeta=ZETA, wavenumbers=((0.0, 0
     return np.sum(np.abs(moved) ** 2, axis=1)
 
 
+def test_damping_is_continuous_above_the_last_mode(panel):
+    # red: residual vectors with ζ f/f_c beside modes above f_c with ζ
+    _, basis, _ = panel
+    modes = basis.natural_frequency[~basis.is_residual]
+    modal = modal_basis(basis, ZETA, modes[-1] / 10)
+    share = np.where(basis.is_residual, basis.natural_frequency / modes[-1], 1.0)
+    np.testing.assert_allclose(modal.damping_ratio, ZETA.ratio_at(CUTOFF) * share)
+
+
 @pytest.mark.parametrize("zeta", [ZETA, FALLING], ids=["constant", "falling"])
 def test_the_error_is_that_against_dense_matrices(panel, zeta):
     # red: ζ at f_c in every mode of `Elements._modal_damping`; f_c / f of residual vectors

@@ -45,7 +45,7 @@ class Panel:
         """Z⁻¹ c with the damping from all modes of the dense eigenvalue problem."""
         K, M = self.plate.stiffness.toarray(), self.plate.mass.toarray()
         value, vector = la.eigh(K, M)
-        omega, cutoff = np.sqrt(np.maximum(value, 0)), 2 * np.pi * CUTOFF
+        omega, cutoff = np.sqrt(np.maximum(value, 0)), 2 * np.pi * self.elements.cutoff
         diagonal = 2 * ZETA * np.where(omega < cutoff, omega, omega**2 / cutoff)
         C = M @ vector @ np.diag(diagonal) @ vector.T @ M
         w = 2 * np.pi * pull.frequency
@@ -64,7 +64,8 @@ def panel(tmp_path, support="simply_supported", mass=None) -> Panel:
     frequency = np.concatenate([shapes.frequency, shapes.residual_frequency])
     residual = np.arange(len(frequency)) >= len(shapes.frequency)
     modal_mass = np.einsum("ki,ki->i", shapes.vectors, plate.mass @ shapes.vectors)
-    ratio = np.where(residual, ZETA * frequency / CUTOFF, ZETA)
+    cutoff = max(CUTOFF, shapes.frequency.max())  # under heavy dampers modes beyond are kept
+    ratio = np.where(residual, ZETA * frequency / cutoff, ZETA)
     positive = np.where(frequency > 0, frequency, 1e-9)
     return Panel(
         plate,
@@ -76,7 +77,7 @@ def panel(tmp_path, support="simply_supported", mass=None) -> Panel:
             ModalBasis(positive, modal_mass, ratio),
             residual,
             ZETA,
-            CUTOFF,
+            cutoff,
             sp.csr_array(plate.interpolate(np.array([(0.5, 0.5), (1.1, 0.3)]))),
         ),
     )

@@ -47,7 +47,7 @@ class Draft:
     oaspl: float | None = None
     bead: str = "acrylic"
     bead_mm: float = 2.0
-    cell_mm: float = 6.35
+    cell_mm: float | None = None
     table: str = ""
     budget_kg: float | None = None
     shaker: str = ""
@@ -68,6 +68,14 @@ class Draft:
         return self.core_mm if self.section == "sandwich" else self.thickness
 
     @property
+    def width_mm(self) -> float:
+        """Width of the cells: that of the core, or usual."""
+        from pidpanel.study.section import core_cell_width_mm  # slow to import
+
+        of_core = core_cell_width_mm(self.core_grade) if self.section == "sandwich" else None
+        return self.cell_mm or of_core or 6.35
+
+    @property
     def is_simulated(self) -> bool:
         """Whether patches are filled with particles."""
         return not self.table and self.bead != "none"
@@ -77,7 +85,7 @@ class Draft:
         """Whether the atlas has cells of this width and depth."""
         from pidpanel.study.requirements import DEPTH, WIDTH  # slow to import
 
-        sizes = {WIDTH: self.cell_mm, DEPTH: self.depth_mm}
+        sizes = {WIDTH: self.width_mm, DEPTH: self.depth_mm}
         return all(low <= mm / self.bead_mm <= high for (low, high), mm in sizes.items())
 
     @property

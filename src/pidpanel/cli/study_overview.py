@@ -130,6 +130,8 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     yield _line("panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}")
     yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
                         f"{estimate.coordinates} coordinates")  # fmt: skip
+    if remarks := StudiedPanel(study.panel).remarks:
+        yield _line("file", "; ".join(remarks))
     yield from (_line("mesh", text) for text in _of_coarse_mesh(study))
     if study.is_coupled and estimate.frequency is not None and estimate.frequency.size:
         from pidpanel.coupled.from_study import check_modes
@@ -151,6 +153,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     for name, key in study.massless_dampers.items():
         source = name or "the table"
         yield _line("mass", f"the particles of {source} have no mass in the computation; {key}")
+    yield from (_line("cells", text) for text in study.differing_cells)
     yield from (_line("unusual", text) for text in _unusual(study))
     if study.sound is not None:
         yield _line("sound", _of_sound(study))

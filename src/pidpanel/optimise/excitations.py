@@ -19,15 +19,20 @@ from pidpanel.panel.shapes import residual_vectors
 from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases, steady
 from pidpanel.response.dampers import DampingModels
 from pidpanel.response.model_error import model_error_of, with_model_error
-from pidpanel.response.panel import ExcitationSource, ResponsePanel, widen
+from pidpanel.response.panel import ExcitationSource, ResponsePanel
 from pidpanel.response.refinement import checked_responses
 from pidpanel.response.results import standard_errors
 from pidpanel.solve.base_motion import SupportedPanel, supported_panel
-from pidpanel.solve.basis_error import basis_shapes
+from pidpanel.solve.basis_error import basis_shapes, refined
 from pidpanel.solve.model import PanelResponse
 
 # Share of the largest static response to a patch below which a direction is left out
 STATIC_TOLERANCE = 1e-2
+
+# Static responses that join the modes of a search with many places, or as many as these
+SHAPES_ADDED = 150
+
+FORCES_BYTES = 2e8  # of the forces of all places on all elements
 
 
 @dataclass(frozen=True)
@@ -44,10 +49,19 @@ class Finalist:
     basis_error: float  # largest relative error of a PSD [1]
 
 
-def static_shapes(basis: PanelBasis, plate: StoredPlate) -> Array:
-    """Return the static response (n_free, k) to the patches."""
+def static_shapes(basis: PanelBasis, plate: StoredPlate, tolerance: float) -> Array:
+    """Return the static response (n_free, k) to the patches, see `residual_vectors`.
+
+    For a search among many places its softest shapes, at most `SHAPES_ADDED`.
+    """
+    n_free, count = plate.shapes.shape
+    if tolerance >= 1:
+        return np.zeros((n_free, 0))
     modes = plate.shapes[:, ~basis.is_residual].astype(np.float64)
-    return residual_vectors(plate, modes, STATIC_TOLERANCE)[1]
+    forces = int(FORCES_BYTES / (8 * n_free * len(plate.patch_overlap)))
+    vectors = residual_vectors(plate, modes, tolerance, max(1, forces))[1]
+    limit = None if tolerance <= STATIC_TOLERANCE else int(max(SHAPES_ADDED, count))
+    return vectors[:, :limit]
 
 
 def finalist(case: SolvedCase, basis_error: float) -> Finalist:
@@ -68,13 +82,27 @@ class SoundExcitedPanel:
     source: ExcitationSource
     with_strains: bool
 
-    def panel(self, plate: StoredPlate, places: Places) -> PlacedPanel:
-        """Return the panel with places."""
-        panel = replace(self.start, basis=place_basis(self.start.basis, plate, places))
+    @property
+    def basis(self) -> PanelBasis:
+        """The basis of the panel stage."""
+        return self.start.basis
+
+    def panel(
+        self, plate: StoredPlate, places: Places, static_tolerance: float = 1.0
+    ) -> PlacedPanel:
+        """Return the panel with places, and with the static response to them."""
+        basis = place_basis(self.basis, plate, places)
+        panel = replace(self.start, basis=basis)
+        static = static_shapes(basis, plate, static_tolerance)
+        if static.shape[1]:
+            basis = refined(basis, plate, basis_shapes(basis, plate, static))
+            excitation, air = self.source.on_basis(basis, panel.air)
+            panel = replace(panel, basis=basis, excitation=excitation, air=air)
         return place_panel(panel, places.area, with_strains=self.with_strains)
 
     def confirm(
         self,
+        panel: PlacedPanel,
         plate: StoredPlate,
         places: Places,
         scenarios: Sequence[ResponseScenario],
@@ -82,13 +110,13 @@ class SoundExcitedPanel:
     ) -> list[Finalist]:
         """Return layouts at their consistent motion, in a basis checked with them.
 
-        Raises `ResponseError` if a damper feeds energy to the panel.
+        ``panel`` is that of `panel` with `STATIC_TOLERANCE`. Raises `ResponseError` if a damper
+        feeds energy to the panel.
         """
-        panel = self.panel(plate, places)
-        static = static_shapes(panel.basis, plate)
-        wider = widen(panel, plate, static, self.source)
-        plate = replace(plate, shapes=basis_shapes(panel.basis, plate, static).vectors)
-        checked = checked_responses(wider, plate, scenarios, models, self.source)
+        start = place_basis(self.basis, plate, places)
+        static = static_shapes(start, plate, STATIC_TOLERANCE)
+        plate = replace(plate, shapes=basis_shapes(start, plate, static).vectors)
+        checked = checked_responses(panel, plate, scenarios, models, self.source)
         errors = checked.basis_error.tolist()
         return [finalist(case, error) for case, error in zip(checked.cases, errors, strict=True)]
 
@@ -97,19 +125,23 @@ class SoundExcitedPanel:
 class ShakerExcitedPanel:
     """A panel whose supports move at random."""
 
-    start: PanelBasis
+    basis: PanelBasis  # of the panel stage
     shaker: Shaker
     mass: float  # of the panel with attached masses [kg]
     with_strains: bool
 
-    def panel(self, plate: StoredPlate, places: Places) -> PlacedPanel:
-        """Return the panel with places, and with the static response to its supports."""
-        basis, empty = place_basis(self.start, plate, places), np.zeros((len(plate.shapes), 0))
-        supported = supported_panel(basis, plate, empty, self._highest, self.mass)
+    def panel(
+        self, plate: StoredPlate, places: Places, static_tolerance: float = 1.0
+    ) -> PlacedPanel:
+        """Return the panel with places, and with the static response to supports and places."""
+        basis = place_basis(self.basis, plate, places)
+        static = static_shapes(basis, plate, static_tolerance)
+        supported = supported_panel(basis, plate, static, self._highest, self.mass)
         return self._placed(self.shaker.panel(supported), places)
 
     def confirm(
         self,
+        _: PlacedPanel,
         plate: StoredPlate,
         places: Places,
         scenarios: Sequence[ResponseScenario],
@@ -120,9 +152,9 @@ class ShakerExcitedPanel:
         def moved(supported: SupportedPanel) -> PlacedPanel:
             return self._placed(self.shaker.panel_with(supported, scenarios, models), places)
 
-        basis = place_basis(self.start, plate, places)
+        basis = place_basis(self.basis, plate, places)
         supported, error = checked_panel(
-            basis, plate, static_shapes(basis, plate), self._highest, self.mass,
+            basis, plate, static_shapes(basis, plate, STATIC_TOLERANCE), self._highest, self.mass,
             lambda supported: [moved(supported)], scenarios, models,
         )  # fmt: skip
         panel = moved(supported)

@@ -1,9 +1,12 @@
 """Proposed layouts of a study: the only module of the stage that reads it."""
 
+from __future__ import annotations
+
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -13,6 +16,15 @@ from pidpanel.base.from_study import shakers_of
 from pidpanel.damping.from_study import atlas_model, damper_model
 from pidpanel.damping.models import DampingModel
 from pidpanel.optimise.excitations import ExcitedPanel, ShakerExcitedPanel, SoundExcitedPanel
+from pidpanel.optimise.fidelity import (
+    AGREED,
+    DETAILED,
+    FIDELITIES,
+    Fidelity,
+    first_fidelity,
+    joint_panel,
+    reduced,
+)
 from pidpanel.optimise.objectives import (
     Objective,
     accelerations,
@@ -31,12 +43,22 @@ from pidpanel.optimise.places import (
     with_points,
 )
 from pidpanel.optimise.proposal import EXCITATIONS, Proposals, layouts_to_confirm, search_table
-from pidpanel.optimise.reduced_panel import JointPanel, ReducedPanel
-from pidpanel.optimise.search import Layout, Problem, branch_and_bound, greedy, sample_submodularity
+from pidpanel.optimise.reduced_panel import JointPanel
+from pidpanel.optimise.search import (
+    Layout,
+    Problem,
+    Proof,
+    Sampling,
+    branch_and_bound,
+    greedy,
+    largest_difference,
+    sample_submodularity,
+)
 from pidpanel.optimise.variants import damped_by_layer, reductions, thicker_faces
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.panel.matrices import StoredPlate
 from pidpanel.paths import of_damper
 from pidpanel.provenance.files import Files
 from pidpanel.response.cases import ResponseScenario
@@ -44,19 +66,13 @@ from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import StudySound, read_panel_mass, read_response_panel
 from pidpanel.response.results import write_csv
 from pidpanel.severity.oscillators import natural_frequencies
-from pidpanel.solve.base_motion import BaseExcitation
 from pidpanel.solve.layout import DampingOfMotion
-from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.stress import distinct_layers
 from pidpanel.study import Study
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import MOST_CARRIED
-
-LINES_PER_BANDWIDTH = 2.0  # of the search: g rms within 0.2 %
-
-RANK = 4  # motions of each place in the search: g rms within 0.2 %
 
 NODES = 200  # layouts whose further dampers branch and bound evaluates at most
 
@@ -150,30 +166,6 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
         yield Mistake(("optimise", "mass_kg"), f"{message}patches")
 
 
-def _joint(panels: Iterable[PlacedPanel], objective: Objective) -> JointPanel:
-    return JointPanel(tuple(_reduced(panel, objective, panel.modal) for panel in panels))
-
-
-def _reduced(
-    panel: PlacedPanel, objective: Objective, modal: ModalBasis, rank: int = RANK
-) -> ReducedPanel:
-    """Return the panel of a search with some modes, and the outputs of its objective."""
-    settings, excitation = panel.settings, panel.excitation
-    if isinstance(excitation, BaseExcitation):
-        ratio = modal.modal_mass / panel.modal.modal_mass  # forces of inertia go with the masses
-        excitation = replace(excitation, force=ratio * excitation.force)
-    lines = frequency_grid(
-        *settings.frequency_range,
-        settings.damping_ratio.smallest(*settings.frequency_range),
-        jumps=settings.jumps,
-        lines_per_bandwidth=LINES_PER_BANDWIDTH,
-    )
-    return ReducedPanel(
-        lines, modal, panel.patches, objective.rows(panel.motion_at_points),
-        excitation, panel.air, outputs=objective.outputs(lines), rank=rank,
-    )  # fmt: skip
-
-
 def _alternatives(
     study: Study, panels: Sequence[PlacedPanel], objective: Objective
 ) -> Callable[[float], tuple[float, float]]:
@@ -181,7 +173,8 @@ def _alternatives(
     layer, area = section_of(study).damping_layer, StudiedPanel(study.panel).area.area
 
     def value(panel: PlacedPanel, modal: ModalBasis) -> float:
-        return float(_reduced(panel, objective, modal, rank=1).bare.max())
+        coarse = FIDELITIES[0]._replace(rank=1)
+        return float(reduced(panel, objective, coarse, modal=modal).bare.max())
 
     def reduction(changed: Callable[[ModalBasis], ModalBasis]) -> float:
         ratios = [value(each, each.modal) / value(each, changed(each.modal)) for each in panels]
@@ -258,53 +251,129 @@ def _with_vertices(section: Optimise, basis: PanelBasis) -> PanelBasis:
     return with_points(basis, spread_vertices(basis.vertex_position))
 
 
+class _Search(NamedTuple):
+    """Places of a study and what may fill them."""
+
+    section: Optimise
+    excited: Mapping[str, ExcitedPanel]
+    plate: StoredPlate
+    places: Places
+    fillings: Sequence[FilledDamper]
+    objective: Objective
+
+    @property
+    def mass(self) -> float:
+        """Largest mass of all dampers of a layout [kg]."""
+        heaviest = max(filling.mass_per_area for filling in self.fillings) * self.places.area
+        return min(self.section.mass_kg, self.section.patches_at_most * heaviest)
+
+    def panels(self, static_tolerance: float) -> list[PlacedPanel]:
+        """Return the panel with the places under each excitation."""
+        entries = self.excited.values()
+        return [entry.panel(self.plate, self.places, static_tolerance) for entry in entries]
+
+    def joint(self, panels: Sequence[PlacedPanel], fidelity: Fidelity) -> JointPanel:
+        """Return the panel of the search."""
+        return joint_panel(panels, self.objective, fidelity, self.fillings, self.mass)
+
+    def problem(self, panels: Sequence[PlacedPanel], fidelity: Fidelity) -> Problem:
+        """Return the problem with the damping frozen."""
+        joint, section = self.joint(panels, fidelity), self.section
+        lines, options = joint.frequency.size, frozen_options(joint, self.fillings)
+        shapes = max(panel.modal.natural_frequency.size for panel in panels)
+        print(
+            f"search: {options.mass.size} dampers on {len(self.places.lower)} places, "
+            f"{lines} lines, {shapes} shapes, {fidelity.rank} motions of each place",
+            file=sys.stderr, flush=True,
+        )  # fmt: skip
+        return Problem(joint, options, self.places, section.mass_kg, section.patches_at_most)
+
+    def on_places(self, plate: StoredPlate, used: Index) -> tuple[_Search, list[PlacedPanel]]:
+        """Return the search on some places, and its panels with the static response to them."""
+        places = self.places.subset(used)
+        with_subset, _ = place_plate(plate, places, used.tolist())
+        subset = self._replace(plate=with_subset, places=places)
+        return subset, subset.panels(DETAILED.static_tolerance)
+
+
+class _Result(NamedTuple):
+    """A search, and its best layouts on their places alone with all details."""
+
+    problem: Problem
+    sampling: Sampling
+    proof: Proof
+    layouts: Sequence[Layout]
+    subset: _Search
+    details: Sequence[PlacedPanel]
+    subproblem: Problem
+    subset_layouts: Sequence[Layout]
+
+
+def _searched(search: _Search, plate: StoredPlate) -> _Result:
+    """Return the search at the first fidelity that agrees with the details of its layouts."""
+    panels = search.panels(1.0)
+    for level in range(first_fidelity(panels, search.fillings, search.mass), len(FIDELITIES)):
+        fidelity = FIDELITIES[level]
+        if fidelity.static_tolerance < 1:
+            panels = search.panels(fidelity.static_tolerance)
+        problem = search.problem(panels, fidelity)
+        best, sampling = greedy(problem), sample_submodularity(problem)
+        text = f"submodularity: {sampling.violations} of {sampling.checks} checks violated, at most"
+        print(f"{text} by {sampling.largest:.2g} of the bare mean square", file=sys.stderr)
+        proof = branch_and_bound(problem, best, sampling, NODES)
+        layouts = layouts_to_confirm(problem, proof.layout)
+        used = np.unique([problem.options.place[o] for layout in layouts for o in layout])
+        subset, details = search.on_places(plate, used)
+        subproblem, subset_layouts = problem.on_places(used, layouts)
+        joint = subset.joint(details, DETAILED)
+        options = frozen_options(joint, search.fillings)
+        subproblem = replace(subproblem, panel=joint, options=options)
+        error = largest_difference(problem, layouts, subproblem, subset_layouts)
+        print(
+            f"the search differs by up to {error:.2f} dB from all details of its layouts",
+            file=sys.stderr, flush=True,
+        )  # fmt: skip
+        for part in (*problem.panel.parts, *joint.parts):
+            part.clear()  # the confirmation needs the memory
+        if error <= AGREED:
+            break
+    return _Result(problem, sampling, proof, layouts, subset, details, subproblem, subset_layouts)
+
+
 def write_proposal(study: Study, files: Files, damping: Path | None, output: Files) -> None:
     """Write the proposed layouts of a study; ``damping`` is the folder of the surfaces."""
     section, places, models = section_of(study), places_of(study), models_of(study, damping)
     fillings, excited = fillings_of(study, models), excited_panels(study, files)
-    plate = read_plate(files.plate)
+    plate, basis = read_plate(files.plate), next(iter(excited.values())).basis
     with_places, area_error = place_plate(plate, places, range(len(places.lower)))
-    panels = [entry.panel(with_places, places) for entry in excited.values()]
-    points = list(panels[0].basis.point_names[: len(study.panel.points)])
+    points = list(basis.point_names[: len(study.panel.points)])
     counted = np.array([points.index(name) for name in section.points or points])
-    objective = objective_of(section, panels[0].basis, counted)
-    joint = _joint(panels, objective)
-    problem = Problem(
-        joint, frozen_options(joint, fillings), places, section.mass_kg, section.patches_at_most
-    )
-    best, sampling = greedy(problem), sample_submodularity(problem)
-    proof = branch_and_bound(problem, best, sampling, NODES)
-    layouts = layouts_to_confirm(problem, proof.layout)
-    used = np.unique([problem.options.place[option] for layout in layouts for option in layout])
+    objective = objective_of(section, basis, counted)
+    search = _Search(section, excited, with_places, places, fillings, objective)
+    result = _searched(search, plate)
+    problem, layouts, subset = result.problem, result.layouts, result.subset
     scenarios = [_scenario(problem, fillings, *entry) for entry in enumerate(layouts)]
     stated = DampingModels(("stated",), {}, {"stated": models})
-    few_places = places.subset(used)
-    with_few, _ = place_plate(plate, few_places, used.tolist())
     finalists = {
-        name: entry.confirm(with_few, few_places, scenarios, stated)
-        for name, entry in excited.items()
+        name: entry.confirm(panel, subset.plate, subset.places, scenarios, stated)
+        for (name, entry), panel in zip(excited.items(), result.details, strict=True)
     }
-    few_panels = [entry.panel(with_few, few_places) for entry in excited.values()]
-    subproblem, layouts_of_few = problem.on_places(used, layouts)
 
     def panel_with(factor: float) -> JointPanel:
         ratio = study.panel.modal_damping.times(factor)
         panels = [
             replace(panel, settings=replace(panel.settings, damping_ratio=ratio))
-            for panel in few_panels
+            for panel in result.details
         ]
-        return _joint(panels, objective)
+        return subset.joint(panels, DETAILED)
 
-    subproblem = replace(subproblem, panel=panel_with(1.0))
-    variants = reductions(subproblem, fillings, layouts_of_few, panel_with)
-    alternatives = _alternatives(study, few_panels, objective)
+    variants = reductions(result.subproblem, fillings, result.subset_layouts, panel_with)
+    alternatives = _alternatives(study, subset.panels(1.0), objective)
     proposals = Proposals(
         problem, fillings, layouts, finalists, counted, objective, variants, alternatives
     )
     front = proposals.front_table()
-    facts = search_table(problem, fillings, proof, sampling, front, area_error)
-    text = f"submodularity: {sampling.violations} of {sampling.checks} checks violated, at most by "
-    print(f"{text}{sampling.largest:.2g} of the bare mean square", file=sys.stderr)
+    facts = search_table(problem, fillings, result.proof, result.sampling, front, area_error)
     write_csv(output.psd, proposals.psd_table(front, points), 5)
     write_csv(output.layouts, proposals.patch_table(front))
     write_csv(output.summary, proposals.point_table(front, points))

@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
+from pidpanel.panel.shapes import on_patch
 from pidpanel.response.panel import ResponsePanel
 
 SLACK = 1e-6  # of the size of a place: rounding of its edges
@@ -54,8 +55,11 @@ class Places:
 
     def contains(self, position: Array) -> Flags:
         """Return (n_places, n) whether positions (n, 2) [m] lie within each place."""
-        from_corner = position - self.lower[:, None]
-        return np.asarray(np.all((from_corner > 0) & (from_corner < np.array(self.size)), axis=2))
+        inside = np.empty((len(self.lower), len(position)), np.bool_)
+        for place, lower in enumerate(self.lower):
+            from_corner = position - lower
+            inside[place] = np.all((from_corner > 0) & (from_corner < np.array(self.size)), axis=1)
+        return inside
 
     def subset(self, index: Index) -> Places:
         """Return some of the places."""
@@ -120,12 +124,12 @@ def overlaps_of(
     area. Weights over the places are (n_places, n) [m²], 0 outside, D (n_free, n_free) [m²], and
     the relative errors of the areas before they are scaled (n_places,).
     """
-    inside = places.contains(position)
+    inside = sp.csr_array(places.contains(position))
     total = inside @ weight
     if not total.all():
         raise NoPlace("smaller than the elements of the mesh")
     scale = sp.diags_array(places.area / total)
-    place_weight = sp.csr_array(scale @ sp.csr_array(inside) @ sp.diags_array(weight))
+    place_weight = sp.csr_array(scale @ inside @ sp.diags_array(weight))
     overlap = []
     for begin, end in itertools.pairwise(place_weight.indptr.tolist()):
         rows = at_points[place_weight.indices[begin:end]]
@@ -198,12 +202,16 @@ def place_plate(
 
 def place_basis(basis: PanelBasis, plate: StoredPlate, places: Places) -> PanelBasis:
     """Return the basis of the panel stage with the places of a plate of `place_plate`."""
-    shapes = plate.shapes.astype(np.float64)
-    reduced = np.array([shapes.T @ (D @ shapes) for D in plate.patch_overlap.values()])
+    n = plate.shapes.shape[1]
+    reduced = np.empty((len(plate.patch_overlap), n, n))
+    for matrix, overlap in zip(reduced, plate.patch_overlap.values(), strict=True):
+        _, D, shapes = on_patch(overlap, plate.shapes)
+        square = shapes.T @ (D @ shapes)
+        matrix[:] = (square + square.T) / 2
     centre = basis.vertex_position[basis.cells].mean(axis=1)
     return replace(
         basis,
-        patch_overlap=(reduced + reduced.swapaxes(1, 2)) / 2,
+        patch_overlap=reduced,
         patch_names=tuple(plate.patch_overlap),
         cell_in_patch=places.contains(centre),
     )

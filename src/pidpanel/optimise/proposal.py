@@ -13,6 +13,7 @@ from pidpanel.optimise.objectives import Objective
 from pidpanel.optimise.options import FilledDamper
 from pidpanel.optimise.search import Layout, Problem, Proof, Sampling, greedy
 from pidpanel.optimise.variants import VARIANTS
+from pidpanel.progress import with_progress
 from pidpanel.solve.model import PanelResponse
 
 BUDGETS = 5  # equally spaced budgets up to that of the study, each with its own search
@@ -21,13 +22,17 @@ BEST = 5  # best layouts of the search that are confirmed, besides the best of s
 
 EXCITATIONS = ("sound", "base")  # excitations that a search may use
 
+# Largest share in the gap of what search and confirmed layouts differ by [dB]: beyond it the search
+# does not know the panel, and there is no gap
+LARGEST_DRIFT = 0.5
+
 COMPUTED = 0.05  # numerical error of a difference of reductions: lines, basis, frozen damping [dB]
 
 
 def layouts_to_confirm(problem: Problem, best: Layout) -> list[Layout]:
     """Return the best layouts of a search, and the best of each smaller budget."""
     budget = problem.budget
-    for number in range(1, BUDGETS):
+    for number in with_progress(range(1, BUDGETS), "smaller budgets"):
         problem.budget = budget * number / BUDGETS
         greedy(problem)
     problem.budget = budget
@@ -231,6 +236,8 @@ def search_table(
     margin = max(float(best["reduction_error_db"]), COMPUTED)
     values = np.array(list(problem.evaluated.values()))
     close = values <= proof.value * 10 ** (margin / 10)
+    drift = float((front["search_reduction_db"] - front["reduction_db"]).abs().max())
+    gap = proof.gap_db + 2 * drift  # of two layouts each may differ
     rows = {
         "budget_kg": problem.budget,
         "places": len(problem.places.lower),
@@ -238,7 +245,8 @@ def search_table(
         "evaluated_layouts": values.size,
         "equivalent_layouts": int(np.count_nonzero(close)),
         "equivalent_within_db": margin,
-        "gap_db": proof.gap_db,
+        "gap_db": gap if 2 * drift <= LARGEST_DRIFT else np.nan,
+        "drift_db": drift,
         "nodes": proof.nodes,
         "is_exhaustive": int(proof.is_exhaustive),
         "submodularity_checks": sampling.checks,

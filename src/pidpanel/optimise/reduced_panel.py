@@ -15,21 +15,22 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.solve.bare_motions import MatrixInput
+from pidpanel.solve.bare_motions import MatrixInput, matrices_at
 from pidpanel.solve.excitation import Excitation
 from pidpanel.solve.lines import trapezoid_weights
-from pidpanel.solve.modal import chunks_of_lines, moved_panel
+from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError
 
 THREADS = 2
 LINES_AT_ONCE = 16
-# Bytes of the motions of all places; and of their receptances and PSDs that are stored
-LARGEST = 2e9
+LARGEST = 1e9  # bytes of receptances and PSDs of the bare panel
+CACHE = 4e8  # bytes of those between all motions and places that were used last
 
 
 @dataclass(frozen=True)
@@ -97,52 +98,80 @@ class ReducedPanel:
         largest = max(factor.shape[1] for factor in factors)
         self.rank = min(rank or largest, largest)
         width = rows + self.rank * patches.count
-        size = 2.0 * count * width * n * np.dtype(precision).itemsize
+        item = np.dtype(precision).itemsize
+        # of the shapes, or of the motions where these are fewer
+        self._is_direct = width <= n
+        square = 2 * width**2 if self._is_direct else n**2 * (1 if air is None else 2)
+        size = float(count * item * (square + 2 * (width - rows) * (self.rank + rows)))
         if size > LARGEST:
             raise ResponseError(
-                f"{patches.count} places take up to {size / 1e9:.1f} GB; allowed are "
-                f"{LARGEST / 1e9:g} GB: a larger spacing"
+                f"{patches.count} places and {n} shapes take {size / 1e9:.1f} GB on {count} lines; "
+                f"allowed are {LARGEST / 1e9:g} GB: a larger optimise.spacing_m, or a narrower "
+                "response.frequency_hz"
             )
-        force, energy = _forces(frequency, basis, excitation, air)
+        chunks = chunks_of_lines(count, n)
+        energy = sum(
+            np.einsum(
+                "f,fij->ij",
+                self.weight[lines],
+                bare_psd(frequency[lines], basis, excitation, air)[1].real,
+            )
+            for lines in chunks
+        )
         leading = [_leading(factor, energy, self.rank) for factor in factors]
-        observed = np.concatenate([points.T, *leading], axis=1)
-        columns = max(factor.shape[2] for factor in force)
-        # W (n, nw), Z₀⁻¹ W (nf, n, nw) and Wᵀ Z₀⁻¹ L (nf, nw, k) with G = L Lᴴ
-        self._motion: Complexes = np.empty((count, n, width), precision)
-        self._parts: Complexes = np.zeros((count, width, columns), precision)
-        for lines, factor in zip(chunks_of_lines(count, n), force, strict=True):
-            observed_motion = moved_panel(frequency, lines, basis, observed, air)
-            self._motion[lines] = observed_motion.motion()
-            self._parts[lines, :, : factor.shape[2]] = observed_motion.in_parts(factor)
-        self._observed = observed.astype(self._motion.real.dtype)
+        observed = np.hstack([points.T, *leading])
+        side = width if self._is_direct else n
+        in_full = self._is_direct or air is not None
+        # Z₀⁻¹, of a panel in vacuum its diagonal, and S_q; or R and S among all motions
+        self._receptance: Complexes = np.empty((count, side, side if in_full else 1), precision)
+        self._psd: Complexes = np.empty((count, side, side), precision)
+        for lines in chunks:
+            receptance, psd = bare_psd(frequency[lines], basis, excitation, air)
+            if self._is_direct:
+                pulled = receptance * observed if air is None else receptance @ observed
+                receptance = _seen_by(observed, pulled)
+                psd = _seen_by(observed, psd @ observed)
+            self._receptance[lines], self._psd[lines] = receptance, psd
+        self._observed = observed.astype(self._psd.real.dtype)
         self._outputs = outputs or Outputs(
             np.arange(rows), np.repeat(self.weight[:, None], rows, axis=1), np.eye(rows)
         )
         self.points, self._rows = self._outputs.groups.shape[1], rows
         self._index = np.arange(rows, width).reshape(patches.count, self.rank)
         self._columns: dict[int, tuple[Complexes, Complexes]] = {}
-        self._capacity = int(LARGEST / (2 * count * width * self.rank * self._motion.itemsize))
+        self._capacity = max(2, int(CACHE / (2 * count * width * self.rank * item)))
         blocks = [self._block(index, index) for index in self._index]
         self._own = tuple(np.stack(part, axis=1) for part in zip(*blocks, strict=True))
-        self._to_points = self._block(np.arange(rows), self._index.ravel())
-        self._point_psd = np.sum(np.abs(self._parts[:, :rows]) ** 2, axis=2)
+        R, S = self._block(slice(None), np.arange(rows))
+        self._to_points = R[:, rows:].swapaxes(1, 2), S[:, rows:].conj().swapaxes(1, 2)
+        self._point_psd = S[:, np.arange(rows), np.arange(rows)].real.astype(np.float64)
 
     def _block(self, rows: Index | slice, columns: Index) -> tuple[Complexes, Complexes]:
         """Return R and S between some motions."""
-        receptance = self._observed[:, rows].T @ self._motion[:, :, columns]
-        return receptance, self._parts[:, rows] @ self._parts[:, columns].conj().swapaxes(1, 2)
+        if self._is_direct:
+            return self._receptance[:, :, columns][:, rows], self._psd[:, :, columns][:, rows]
+        seen, pulled = self._observed[:, rows], self._observed[:, columns]
+        is_diagonal = self._receptance.shape[2] == 1
+        motion = self._receptance * pulled if is_diagonal else self._receptance @ pulled
+        return _seen_by(seen, motion), _seen_by(seen, self._psd @ pulled)
 
     def _of_places(self, places: Sequence[int]) -> tuple[Complexes, Complexes]:
         """Return R and S (nf, nw, k rank) of all motions with those of some places."""
         columns = []
         for place in places:
-            if place not in self._columns:
-                if len(self._columns) > self._capacity:
+            column = self._columns.pop(place, None)  # the last used come last
+            if column is None:
+                if len(self._columns) >= self._capacity:
                     self._columns.pop(next(iter(self._columns)))
-                self._columns[place] = self._block(slice(None), self._index[place])
-            columns.append(self._columns[place])
+                column = self._block(slice(None), self._index[place])
+            self._columns[place] = column
+            columns.append(column)
         receptance, psd = zip(*columns, strict=True)
         return np.concatenate(receptance, axis=2), np.concatenate(psd, axis=2)
+
+    def clear(self) -> None:
+        """Drop the columns of the places used last; they are computed again once needed."""
+        self._columns.clear()
 
     @property
     def bare(self) -> Array:
@@ -243,35 +272,29 @@ def _added(
     return outputs.mean_square(psd), weight @ moved
 
 
-def _forces(
+def bare_psd(
     frequency: Array, basis: ModalBasis, excitation: Excitation, air: MatrixInput | None
-) -> tuple[list[Complexes | Array], Array]:
-    """Return L of S G = L Lᴴ chunk by chunk, and ∫ ω⁴ Re S_q df (n, n) of the bare panel."""
+) -> tuple[Complexes, Complexes]:
+    """Return Z₀⁻¹ of the bare panel (nf, n, n), in vacuum its diagonal (nf, n, 1), and S_q."""
+    force = excitation.spectrum(frequency)[:, None, None] * excitation(frequency)
+    if air is None:
+        transfer = 1 / basis.dynamic_stiffness(frequency)[:, :, None]
+        return transfer, transfer * force * transfer.conj().swapaxes(1, 2)
     n = basis.natural_frequency.size
-    root, weight = np.sqrt(excitation.spectrum(frequency)), acceleration_weight(frequency)
-    force, energy = [], np.zeros((n, n))
-    for lines in chunks_of_lines(frequency.size, n):
-        factor = root[lines, None, None] * _force_factors(excitation, frequency[lines])
-        shape_motion = moved_panel(frequency, lines, basis, np.eye(n), air)
-        motion = shape_motion.in_parts(factor) * np.sqrt(weight[lines, None, None])
-        energy += sum((part @ part.conj().T).real for part in motion)
-        force.append(factor)
-    return force, energy
+    of_air = matrices_at(air, frequency, slice(None), n)
+    inverse = np.linalg.inv(dense_stiffness(frequency, basis, of_air))
+    return inverse, inverse @ force @ inverse.conj().swapaxes(1, 2)
+
+
+def _seen_by(observed: NDArray[Any], motion: Complexes) -> Complexes:
+    """Return observedᵀ motion (nf, nw, k): a real product of twice the columns."""
+    columns = np.ascontiguousarray(motion).view(motion.real.dtype)
+    return np.asarray((np.ascontiguousarray(observed.T) @ columns).view(motion.dtype))
 
 
 def acceleration_weight(frequency: Array) -> Array:
     """Return weights (nf,) with which PSDs of w sum to mean squares of the acceleration."""
     return trapezoid_weights(frequency) * (2 * np.pi * frequency) ** 4
-
-
-def _force_factors(excitation: Excitation, frequency: Array) -> Complexes | Array:
-    """Return L (nf, n, k) with G = L Lᴴ."""
-    factors = excitation.factors(frequency)
-    if factors is not None:
-        return factors
-    value, vector = np.linalg.eigh(excitation(frequency))
-    root = vector * np.sqrt(np.maximum(value, 0.0))[:, None]
-    return np.broadcast_to(root, (frequency.size, *root.shape[1:]))
 
 
 def _leading(factor: Array, energy: Array, rank: int) -> Array:

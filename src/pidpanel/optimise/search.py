@@ -25,6 +25,7 @@ from pidpanel.arrays import Array, Flags, Index
 from pidpanel.optimise.options import Options
 from pidpanel.optimise.places import Places
 from pidpanel.optimise.reduced_panel import JointPanel
+from pidpanel.progress import with_progress
 
 CHAINS = 5  # random layouts on which submodularity is sampled, one damper after another
 
@@ -94,6 +95,17 @@ class Problem:
         return np.asarray(self.additions(layout[:-1], last)[layout[-1]])
 
 
+def largest_difference(
+    problem: Problem, layouts: Sequence[Layout], other: Problem, same: Sequence[Layout]
+) -> float:
+    """Return the largest difference of reductions of layouts in two problems [dB]."""
+    logs = []
+    for each, several in ((problem, layouts), (other, same)):
+        values = [float(each.objective(each.mean_square(layout))) for layout in several]
+        logs.append(10 * np.log10(values) - 10 * np.log10(float(each.objective(each.panel.bare))))
+    return float(np.abs(logs[1] - logs[0]).max())
+
+
 def greedy(problem: Problem) -> Layout:
     """Return the best layout of greedy searches with exchange.
 
@@ -101,7 +113,8 @@ def greedy(problem: Problem) -> Layout:
     """
     best: Layout = ()
     value = float(problem.objective(problem.panel.bare))
-    for count in range(1, problem.max_patches + 1):
+    counts = range(1, problem.max_patches + 1)
+    for count in with_progress(counts, "numbers of patches in greedy search"):
         affordable = problem.options.mass <= problem.budget / count * (1 + 1e-9)
         if not affordable.any():
             break
@@ -154,7 +167,7 @@ def sample_submodularity(problem: Problem, seed: int = 0) -> Sampling:
     """Sample submodularity on random layouts, built one damper after another."""
     generator, bare = np.random.default_rng(seed), problem.panel.bare
     checks, violations, largest, ratio, chains = 0, 0, 0.0, 1.0, []
-    for _ in range(CHAINS):
+    for _ in with_progress(range(CHAINS), "random layouts"):
         chain = _chain(problem, generator)
         chains.append(chain)
         gains = [start - square for start, square in chain.states]
@@ -252,7 +265,9 @@ def branch_and_bound(problem: Problem, start: Layout, sampling: Sampling, nodes:
     all_options = np.ones(problem.options.mass.size, np.bool_)
     heap: list[tuple[float, int, Layout, Flags]] = [(0.0, next(counter), (), all_options)]
     expanded, closed_bound = 0, value
-    while heap and expanded < nodes:
+    for _ in with_progress(range(nodes), "nodes of branch and bound"):
+        if not heap:
+            break
         bound, _, layout, allowed = heapq.heappop(heap)
         if bound >= value * (1 - CLOSE) and not sampling.violations:
             closed_bound = min(closed_bound, bound)

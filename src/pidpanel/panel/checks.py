@@ -11,6 +11,7 @@ from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.polygon import Circle, Position, Shape, show, signed_area
 from pidpanel.panel.attachments import Attachment
+from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import NONE_FREE
 from pidpanel.panel.point_supports import added_compliance, foot_logarithm, refinement_change
@@ -43,6 +44,23 @@ def area_of(mesh: PanelMesh) -> BaseGeometry:
         for turn in (1, -1)
     )
     return pieces.difference(holes)
+
+
+def file_remarks(foreign: FlatMesh | None, area: BaseGeometry, kind: str) -> list[str]:
+    """Return remarks on a mesh from a file, and its holes, whose edges have a kind of support."""
+    if foreign is None:
+        return []
+    holes = [shapely.Polygon(ring) for part in shapely.get_parts(area) for ring in part.interiors]
+    if not holes:
+        return list(foreign.remarks)
+    smallest = min(holes, key=lambda hole: hole.area)
+    count = "a hole" if len(holes) == 1 else f"{len(holes)} holes, the smallest"
+    place = show(smallest.representative_point().coords[0])
+    return [
+        *foreign.remarks,
+        f"{count} of {smallest.area:.3g} m² at {place} within the outline, edges"
+        f" {kind.replace('_', ' ')}",
+    ]
 
 
 def narrowest(outline: Shape) -> float:

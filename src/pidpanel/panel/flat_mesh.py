@@ -1,8 +1,8 @@
 """Meshes from other programs: read from a file, checked, turned into triangles.
 
 What would silently falsify the modes is refused in one line: positions that are not finite or
-off the plane, nodes that no element uses, two nodes at one place (a crack), elements without
-area or inverted, several pieces.
+off the plane, elements without area, and what `connectivity` refuses. What is without effect is
+omitted and counted: nodes that no element uses, elements that are upside down.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,22 +10,23 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import scipy.sparse as sp
 import shapely
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from pidpanel.arrays import Array, Index
 from pidpanel.columns import ColumnsError
 from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths
-from pidpanel.geometry.polygon import Position, Shape, show, signed_area
+from pidpanel.geometry.polygon import Position, Shape, show
+from pidpanel.panel.connectivity import check_connectivity
 from pidpanel.panel.mesh import PanelMesh, check_patch_areas
 from pidpanel.text_files import LARGEST, TextFileError, read_bytes
 
 # Patches of a foreign mesh are whole elements: their area may differ from the patch's by this.
 PATCH_AREA_TOLERANCE = 0.02
-# Share of the extent: nodes closer than this are one, a node further than this is off the plane.
-CLOSE = 1e-7
+# Share of the extent: a node further than this from the others is off the plane.
+FLAT = 1e-5
+CLOSE = 1e-3  # shortest over longest edge of a triangle up to which its nodes are reported
+LARGEST_NUMBER = 2**63 - 1  # of a node or an element
 
 
 class MeshFileError(ColumnsError):
@@ -50,7 +51,8 @@ class FlatMesh:
     # (n_triangles, 3) counter-clockwise, by the order of the nodes; quadrilaterals are cut along
     # their shorter diagonal
     triangles: Index
-    groups: NDArray[np.str_]  # (n_triangles,) group of the element each triangle comes from
+    groups: dict[str, Index]  # triangles of each group; an element may be in several
+    remarks: tuple[str, ...] = ()  # what of the file is not used, read otherwise, or unusual
 
     @classmethod
     def from_elements(
@@ -60,60 +62,93 @@ class FlatMesh:
         position: Array,
         element: Sequence[int],
         corners: Sequence[Sequence[int]],
-        group: NDArray[np.str_],
+        groups: Mapping[str, Sequence[int]],
+        remarks: Sequence[str] = (),
     ) -> "FlatMesh":
-        """Check a mesh and cut it into triangles."""
-        numbers = np.asarray(node, dtype=np.int64)
-        for noun, tags in (("node", numbers), ("element", np.asarray(element))):
-            values, count = np.unique(tags, return_counts=True)
-            if count.max(initial=0) > 1:
-                raise ValueError(f"{path}: {noun} {values[np.argmax(count)]} appears twice")
+        """Check a mesh and cut it into triangles.
+
+        Parameters
+        ----------
+        node, position
+            Numbers (n,) and positions (n, 3) of the nodes [m].
+        element, corners
+            Numbers of the elements, and the numbers of their nodes in order.
+        groups
+            Places of the elements of each group in `element`.
+        remarks
+            What of the file is not used.
+
+        Raises
+        ------
+        ValueError
+            In one line: node or element, what is wrong.
+        """
+        try:
+            return cls._checked(path, node, position, element, corners, groups, remarks)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+
+    @classmethod
+    def _checked(
+        cls,
+        path: Path,
+        node: Sequence[int],
+        position: Array,
+        element: Sequence[int],
+        corners: Sequence[Sequence[int]],
+        groups: Mapping[str, Sequence[int]],
+        remarks: Sequence[str],
+    ) -> "FlatMesh":
+        for noun, tags in (("node", node), ("element", element)):
+            if max(tags, default=0) > LARGEST_NUMBER:
+                raise ValueError(f"{noun} {max(tags)}: numbers up to {LARGEST_NUMBER} are allowed")
+        numbers, elements = np.asarray(node, dtype=np.int64), np.asarray(element, dtype=np.int64)
+        _check_once("node", numbers)
+        _check_once("element", elements)
         if not np.all(np.isfinite(position)):
             bad = numbers[~np.isfinite(position).all(axis=1)][0]
-            raise ValueError(f"{path}: node {bad}: its position is not a number")
-        if not len(numbers):
-            raise ValueError(f"{path}: no nodes; a mesh needs them")
-        extent = float(np.ptp(position, axis=0).max(initial=0.0))
-        off_plane = np.abs(position[:, 2] - position[0, 2])
-        if off_plane.max() > CLOSE * extent:
-            raise ValueError(
-                f"{path}: node {numbers[np.argmax(off_plane)]}: z = "
-                f"{position[np.argmax(off_plane), 2]:g}, others have {position[0, 2]:g}; the panel"
-                " must be plane, in x and y"
-            )
-        index = {int(number): k for k, number in enumerate(numbers)}
-        triangles, origin = [], []
-        for k, nodes in enumerate(corners):
-            for number in nodes:
-                if number not in index:
-                    raise ValueError(f"{path}: element {element[k]}: node {number} is missing")
-            places = [index[number] for number in nodes]
-            triangles += _cut(path, element[k], places, position[places, :2])
-            origin += [k] * (len(nodes) - 2)
-        cells = np.array(triangles)
-        _check_orientation(path, np.asarray(element)[origin], position[:, :2], cells)
-        unused = np.setdiff1d(np.arange(len(numbers)), cells)
-        if unused.size:
-            raise ValueError(f"{path}: node {numbers[unused[0]]} belongs to no element")
-        cells = np.where(signed_area(position[cells[0], :2]) > 0, cells, cells[:, ::-1])
-        _check_apart(path, numbers, position[:, :2], CLOSE * extent)
-        _check_one_piece(path, np.asarray(element)[origin], cells)
-        return cls(path, numbers, position[:, :2], cells, group[origin].astype(str))
+            raise ValueError(f"node {bad}: its position is not a number")
+        index = {number: k for k, number in enumerate(numbers.tolist())}
+        for tag, nodes in zip(element, corners, strict=True):
+            if missing := [number for number in nodes if number not in index]:
+                raise ValueError(f"element {tag}: node {missing[0]} is missing")
+        used = np.unique([index[number] for nodes in corners for number in nodes])
+        remarks = [*remarks, *_unused_nodes(np.delete(numbers, used))]
+        numbers, position = numbers[used], position[used]
+        _check_plane(numbers, position)
+        position = position[:, :2]
+        cells, origin = _cut(elements, corners, numbers, position)
+        turned = _inverted(elements[origin], position, cells)
+        if 0 < turned.sum() < len(cells):
+            fewer = turned if 2 * turned.sum() <= len(cells) else ~turned
+            count = len(np.unique(origin[fewer]))
+            remarks.append(f"{_counted(count, 'element')} upside down, which has no effect")
+        cells = np.where(turned[:, None], cells[:, ::-1], cells)
+        check_connectivity(numbers, elements[origin], position, cells)
+        remarks += _short_edges(numbers, position, cells)
+        members = {name: np.flatnonzero(np.isin(origin, places)) for name, places in groups.items()}
+        return cls(path, numbers, position, cells, members, tuple(remarks))
 
-    def refined(self) -> "FlatMesh":
+    def refined(self, times: int = 1) -> "FlatMesh":
         """Return the mesh with each triangle divided in four; new nodes have further numbers."""
+        if not times:
+            return self
         a, b, c = self.triangles.T
         sides = np.stack([[b, c], [c, a], [a, b]]).transpose(2, 0, 1)  # opposite to a, b, c
         edges, middle = np.unique(np.sort(sides.reshape(-1, 2)), axis=0, return_inverse=True)
         to_a, to_b, to_c = len(self.node) + middle.reshape(-1, 3).T
         parts = [[a, to_c, to_b], [to_c, b, to_a], [to_b, to_a, c], [to_a, to_b, to_c]]
-        return replace(
+        fine = replace(
             self,
             node=np.append(self.node, self.node.max() + 1 + np.arange(len(edges))),
             position=np.append(self.position, self.position[edges].mean(axis=1), axis=0),
             triangles=np.array(parts).transpose(2, 0, 1).reshape(-1, 3),
-            groups=np.repeat(self.groups, 4),
+            groups={
+                name: (4 * cells[:, None] + np.arange(4)).ravel()
+                for name, cells in self.groups.items()
+            },
         )
+        return fine.refined(times - 1)
 
     def at_node(self, number: int) -> Position:
         """Return the position of a node [m]."""
@@ -140,15 +175,15 @@ class FlatMesh:
         patch_cells = {}
         for name, patch in patches.items():
             if isinstance(patch, str):
-                members = self.groups == patch
-                if not members.any():
-                    groups = ", ".join(sorted(set(self.groups)))
+                if patch not in self.groups:
+                    groups = ", ".join(sorted(self.groups)) or "none"
                     raise ValueError(
                         f"patch {name!r}: {self.path} has no group {patch}; it has {groups}"
                     )
+                patch_cells[name] = self.groups[patch]
             else:
-                members = shapely.contains_xy(shapely.Polygon(patch.corners), centre)
-            patch_cells[name] = np.flatnonzero(members)
+                inside = shapely.contains_xy(shapely.Polygon(patch.corners), centre)
+                patch_cells[name] = np.flatnonzero(inside)
         point_vertices = {}
         for name, point in points.items():
             distance = np.linalg.norm(self.position - point, axis=1)
@@ -165,68 +200,89 @@ class FlatMesh:
         return mesh
 
 
-def _cut(path: Path, element: int, places: list[int], corners: Array) -> list[list[int]]:
-    """Return the triangles of an element; a quadrilateral is cut along its shorter diagonal."""
-    if len(set(places)) < len(places):
-        raise ValueError(f"{path}: element {element}: a node appears twice in it")
-    if len(places) == 3:
-        return [places]
-    a, b, c, d = places
-    turns = [signed_area(np.roll(corners, -k, axis=0)[:3]) for k in range(4)]
-    if min(turns) <= 0 <= max(turns):
+def _check_once(noun: str, numbers: Index) -> None:
+    values, count = np.unique(numbers, return_counts=True)
+    if count.max(initial=0) > 1:
+        raise ValueError(f"{noun} {values[np.argmax(count)]} appears twice")
+
+
+def _check_plane(node: Index, position: Array) -> None:
+    extent = float(np.ptp(position, axis=0).max())
+    height = position[:, 2]
+    usual = np.sort(height)[len(height) // 2]
+    off_plane = np.abs(height - usual)
+    if off_plane.max() > FLAT * extent:
+        worst = np.argmax(off_plane)
         raise ValueError(
-            f"{path}: element {element}: its corners do not form a convex quadrilateral"
+            f"node {node[worst]}: z = {height[worst]:g} m, most have {usual:g} m; the"
+            " panel must be plane, in x and y"
         )
-    if np.linalg.norm(corners[0] - corners[2]) <= np.linalg.norm(corners[1] - corners[3]):
-        return [[a, b, c], [a, c, d]]
-    return [[a, b, d], [b, c, d]]
 
 
-def _check_orientation(path: Path, element: Index, vertices: Array, triangles: Index) -> None:
-    """Refuse triangles without area, and those that go round the other way than most."""
+def _cut(
+    element: Index, corners: Sequence[Sequence[int]], node: Index, position: Array
+) -> tuple[Index, Index]:
+    """Return the triangles of all elements in order, and the place of the element of each.
+
+    A quadrilateral is cut along its shorter diagonal.
+    """
+    order = np.argsort(node)
+    parts, origins = [], []
+    for count in (3, 4):
+        rows = np.array([k for k, nodes in enumerate(corners) if len(nodes) == count], dtype=int)
+        if not rows.size:
+            continue
+        cells = order[np.searchsorted(node, [corners[k] for k in rows.tolist()], sorter=order)]
+        if (twice := (np.diff(np.sort(cells)) == 0).any(axis=1)).any():
+            raise ValueError(f"element {element[rows[twice][0]]}: a node appears twice in it")
+        if count == 4:
+            turns = [cell_areas(position, np.roll(cells, -k, axis=1)[:, :3]) for k in range(4)]
+            if (concave := (np.min(turns, axis=0) <= 0) & (np.max(turns, axis=0) >= 0)).any():
+                raise ValueError(
+                    f"element {element[rows[concave][0]]}: its corners do not form a convex"
+                    " quadrilateral"
+                )
+            a, b, c, d = position[cells].transpose(1, 0, 2)
+            by_first = np.linalg.norm(a - c, axis=1) <= np.linalg.norm(b - d, axis=1)
+            halves = cells[:, [[0, 1, 2], [0, 2, 3]]], cells[:, [[0, 1, 3], [1, 2, 3]]]
+            cells = np.where(by_first[:, None, None], *halves).reshape(-1, 3)
+        parts.append(cells)
+        origins.append(np.repeat(rows, count - 2))
+    origin = np.concatenate(origins)
+    by_element = np.argsort(origin, kind="stable")
+    return np.concatenate(parts)[by_element], origin[by_element]
+
+
+def _inverted(element: Index, vertices: Array, triangles: Index) -> NDArray[np.bool_]:
+    """Return which triangles go round clockwise; refuse those without area."""
     area = cell_areas(vertices, triangles)
     longest = edge_lengths(vertices, triangles).max(axis=1)
     flat = np.abs(area) < 1e-6 * longest**2
     if flat.any():
-        raise ValueError(f"{path}: element {element[flat][0]} is degenerate: it has no area")
-    turned = np.sign(area) != np.sign(np.median(np.sign(area)) or area[0])
-    if turned.any():
-        raise ValueError(
-            f"{path}: element {element[turned][0]} is inverted: its nodes run in the opposite "
-            "direction to most others"
-        )
+        raise ValueError(f"element {element[flat][0]} is degenerate: it has no area")
+    return area < 0
 
 
-def _check_one_piece(path: Path, element: Index, triangles: Index) -> None:
-    """Refuse a mesh whose elements are not all joined by edges."""
-    edges = np.sort(np.concatenate([np.roll(triangles, -k, axis=1)[:, :2] for k in range(3)]))
-    _, edge = np.unique(edges, axis=0, return_inverse=True)
-    owner = np.tile(np.arange(len(triangles)), 3)
-    owned = sp.csr_array((np.ones(len(owner)), (owner, edge.ravel())))
-    count, piece = connected_components(owned @ owned.T, directed=False)
-    if count > 1:
-        separate = element[np.argmax(piece != piece[0])]
-        raise ValueError(
-            f"{path}: the mesh has {count} pieces: no edges join element {separate} to element"
-            f" {element[0]}; a panel is one piece"
-        )
+def _unused_nodes(numbers: Index) -> list[str]:
+    if not numbers.size:
+        return []
+    return [f"{_counted(len(numbers), 'node')} without an element ({numbers[0]})"]
 
 
-def _check_apart(path: Path, node: Index, position: Array, close: float) -> None:
-    """Refuse two nodes at one place."""
-    # Two nodes in one square are close. With one node in each, close pairs are few.
-    squares = np.floor(position / (0.7 * close))
-    _, first = np.unique(squares, axis=0, return_index=True)
-    again = np.setdiff1d(np.arange(len(position)), first)
-    if again.size:
-        pairs = np.flatnonzero((squares == squares[again[0]]).all(axis=1))[None, :2]
-    else:
-        from scipy.spatial import cKDTree  # slow to import, for files alone
+def _short_edges(node: Index, vertices: Array, triangles: Index) -> list[str]:
+    """Return that nodes are much closer than others of their element, as before a merge."""
+    edges = edge_lengths(vertices, triangles)
+    share = edges.min(axis=1) / edges.max(axis=1)
+    worst = int(np.argmin(share))
+    if share[worst] > CLOSE:
+        return []
+    side = int(np.argmin(edges[worst]))
+    a, b = sorted(node[triangles[worst, [side, (side + 1) % 3]]].tolist())
+    return [
+        f"{_counted(int(np.sum(share <= CLOSE)), 'triangle')} with nodes closer than {CLOSE:g} of"
+        f" their longest edge ({a} and {b})"
+    ]
 
-        pairs = cKDTree(position).query_pairs(close, output_type="ndarray")
-    if len(pairs):
-        first, second = node[pairs[0]]
-        raise ValueError(
-            f"{path}: nodes {min(first, second)} and {max(first, second)} are at one place"
-            f" {show(position[pairs[0, 0]])}: the panel is cracked there; merge them"
-        )
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' * (count > 1)}"

@@ -1,7 +1,7 @@
 """The panel of a study: the one place in `panel` that reads the section ``panel``."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -58,23 +58,20 @@ class StudiedPanel:
         spec = self.panel.mesh
         if spec.file is None:
             return None
-        is_gmsh = spec.file.suffix == ".msh"
-        mesh = read_gmsh(spec.file) if is_gmsh else read_nastran(spec.file, spec.ignore)
-        mesh = replace(mesh, position=mesh.position * spec.unit_m)
-        extent = float(np.ptp(mesh.position, axis=0).max())
-        if message := EXTENT.refuses(extent):
+        if spec.file.suffix.lower() == ".msh":
+            mesh = read_gmsh(spec.file, spec.unit_m)
+        else:
+            mesh = read_nastran(spec.file, spec.ignore, spec.unit_m)
+        if message := EXTENT.refuses(extent := float(np.ptp(mesh.position, axis=0).max())):
             raise ValueError(
                 f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {message}"
             )
-        count = len(mesh.triangles) * 4**spec.refine
-        if count > MOST_ELEMENTS:
+        if (count := len(mesh.triangles) * 4**spec.refine) > MOST_ELEMENTS:
             raise ValueError(
                 f"{spec.file}: {count:.3g} elements with mesh.refine = {spec.refine}; allowed are"
                 f" {MOST_ELEMENTS}"
             )
-        for _ in range(spec.refine):
-            mesh = mesh.refined()
-        return mesh
+        return mesh.refined(spec.refine)
 
     @cached_property
     def section(self) -> sections.Section:
@@ -147,8 +144,7 @@ class StudiedPanel:
     @property
     def elements(self) -> ElementKind:
         """The elements by the kind of the section and their shape."""
-        is_grid = self.panel.mesh.kind == "quadrilaterals"
-        shape = "quadrilaterals" if is_grid else "triangles"
+        shape = self.panel.mesh.kind.replace("file", "triangles")
         return ElementKind(f"{self.panel.section.kind} {shape}", self.section)
 
     @property
@@ -164,6 +160,11 @@ class StudiedPanel:
         if self.foreign is not None:
             return checks.area_of(self.foreign.panel_mesh({}, {}))
         return checks.area_within(self._outline, self._holes.values())
+
+    @property
+    def remarks(self) -> list[str]:
+        """What of a mesh file is not used or unusual, and the free edges within its outline."""
+        return checks.file_remarks(self.foreign, self.area, self.supports.holes)
 
     @property
     def wave_shift(self) -> Callable[[float, float, float], float]:
@@ -284,8 +285,7 @@ class StudiedPanel:
 
     @property
     def _size(self) -> tuple[float, float]:
-        a, b = self._outline.corners[2]
-        return float(a), float(b)
+        return tuple(self._outline.corners[2].tolist())
 
     @property
     def _outline(self) -> Shape:
@@ -353,8 +353,8 @@ class StudiedPanel:
     def _attached(self) -> dict[str, Position]:
         positions: dict[str, Position] = {}
         for name, attached in self.attachments.items():
-            place = checks.place_of(name, attached)
-            names = [place] if len(attached.ends) == 1 else [f"{name} from_m", f"{name} to_m"]
+            names = [f"{name} from_m", f"{name} to_m"]
+            names = [checks.place_of(name, attached)] if len(attached.ends) == 1 else names
             positions |= zip(names, attached.ends, strict=True)
         return positions
 

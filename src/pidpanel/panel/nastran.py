@@ -1,28 +1,36 @@
-"""Plane meshes from Nastran bulk data: GRID, CTRIA3 and CQUAD4.
+"""Plane meshes from Nastran bulk data: GRID, CTRIA3, CTRIAR, CQUAD4 and CQUADR.
 
-A deck with any other card (supports, masses, other elements, coordinate systems, includes)
-describes another panel than would be read, so it is refused with the card and its line, unless
-the study lists the card as ignored. Properties and materials are ignored: the section comes from
-the study. So are parameters, and the executive and case control before ``BEGIN BULK``. Fields may
-be short (8), long (16, ``GRID*``) or free (commas).
+A deck with any other card (supports, masses, other elements, includes) describes another panel than
+would be read, so it is refused with the card and its line, unless the study lists the card as
+ignored. Cards that place nodes or elements cannot be ignored. Properties and materials are ignored:
+the section comes from the study. So are coordinate systems that no node is placed in, parameters,
+and the executive and case control before ``BEGIN BULK``. Whatever is not used is counted. Fields
+may be short (8), long (16, ``GRID*``) or free (commas).
 """
 
 import math
 import re
+from collections import Counter
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from pidpanel.constants import PLACING_CARDS
 from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, read_mesh_file
 from pidpanel.text_files import lines_of
 
-CORNERS = {"CTRIA3": 3, "CQUAD4": 4}
+CORNERS = {"CTRIA3": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUADR": 4}
 # Cards replaced by the section of the study, and cards of an analysis
 IGNORED = ("PSHELL", "PCOMP", "PCOMPG", "MAT1", "MAT2", "MAT8", "PARAM", "EIGRL", "EIGR")
+SYSTEMS = tuple(f"CORD{number}{kind}" for number in "12" for kind in "RCS")
 BULK = ["BEGIN", "BULK"]
 ALLOWED = ", ".join(("GRID", *CORNERS, *IGNORED, "BEGIN BULK", "ENDDATA"))
 ADVICE = "state supports and masses in the study and list their cards in panel.mesh.ignore"
+PLACED = "it places nodes or elements, so it cannot be ignored"
+# Place of the mass among the fields of a card
+MASS_FIELD = {"CONM1": 3, "CONM2": 3, "CMASS2": 1, "CMASS4": 1}
 # More than any card that is read or ignored has
 MOST_FIELDS = 64
 # A file with more mistakes is not read to its end
@@ -31,11 +39,74 @@ COUNTED_FAULTS = 1000
 SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-][0-9]+)$")
 
 
-def read_nastran(path: Path, ignored: Collection[str] = ()) -> FlatMesh:
+@dataclass
+class _Deck:
+    """The nodes and elements of a deck, and what of it is not used."""
+
+    node: list[int] = field(default_factory=list)
+    position: list[list[float]] = field(default_factory=list)
+    element: list[int] = field(default_factory=list)
+    corners: list[list[int]] = field(default_factory=list)
+    groups: dict[str, list[int]] = field(default_factory=dict)
+    unused: Counter[str] = field(default_factory=Counter)
+    mass: dict[str, float] = field(default_factory=dict)
+
+    def read(self, name: str, fields: list[str]) -> None:
+        """Read a card; raise `ValueError` for what cannot be read."""
+        if name == "GRDSET":
+            self._read_node_options(name, [fields[1], "", "", "", *fields[5:]])
+        elif name == "GRID":
+            self._read_node_options(name, fields[1:])
+            number = _integer(fields[0])
+            self.position.append([_real(value or "0") for value in fields[2:5]])
+            self.node.append(number)
+        else:
+            count = CORNERS[name]
+            number, nodes = _integer(fields[0]), [_integer(text) for text in fields[2 : 2 + count]]
+            if any(text and _real(text) != 0 for text in fields[2 + count :]):
+                self.unused[f"{name} with angle, offset or thickness"] += 1
+            self.groups.setdefault(fields[1] or fields[0], []).append(len(self.element))
+            self.element.append(number)
+            self.corners.append(nodes)
+
+    def _read_node_options(self, name: str, fields: list[str]) -> None:
+        system, _, _, _, out_system, constraints, *trailing = fields
+        if system not in ("", "0"):
+            raise ValueError(f"CP = {system} is not read; allowed is blank, the basic system")
+        for text, label in ((out_system, "CD"), (constraints, "PS")):
+            if not re.fullmatch("-?[0-9]*", text):
+                raise ValueError(f"{label} = {text} is not a number")
+            if text not in ("", "0"):
+                self.unused[f"{name} with {label} = {text}"] += 1
+        if any(text not in ("", "0") for text in trailing):
+            raise ValueError(f"a field after PS is not read: {' '.join(trailing).strip()}")
+
+    def skip(self, name: str, fields: list[str]) -> None:
+        """Count a card that is not used, and its mass."""
+        if name in IGNORED or name in SYSTEMS:
+            return
+        self.unused[name] += 1
+        if name in MASS_FIELD:
+            mass = _real(fields[MASS_FIELD[name]] or "0")
+            self.mass[name] = self.mass.get(name, 0.0) + mass
+
+    def remarks(self) -> list[str]:
+        """Return what is not used, with its mass in the unit of the deck."""
+        mass = {
+            name: f" (mass {value:g} in the unit of the deck)" for name, value in self.mass.items()
+        }
+        return [f"{count} {name}{mass.get(name, '')}" for name, count in self.unused.items()]
+
+
+def read_nastran(path: Path, ignored: Collection[str] = (), unit: float = 1.0) -> FlatMesh:
     """Read a plane mesh from bulk data; groups are the property numbers of the elements.
 
-    Further cards to ignore may be given, such as SPC1 and CONM2. Nodes that no element uses are
-    then omitted: those cards used them.
+    Parameters
+    ----------
+    ignored
+        Further cards to ignore, such as SPC1 and CONM2; they are counted.
+    unit
+        Length unit of the file [m].
 
     Raises
     ------
@@ -44,64 +115,43 @@ def read_nastran(path: Path, ignored: Collection[str] = ()) -> FlatMesh:
     ValueError
         If `FlatMesh.from_elements` refuses the elements.
     """
-    node: list[int] = []
-    position: list[list[float]] = []
-    element: list[int] = []
-    corners: list[list[int]] = []
-    group: list[str] = []
-
-    def read(where: str, name: str, fields: list[str]) -> None:
-        if name == "GRID":
-            number, system, x, y, z, out_system, constraints, *trailing = fields + 8 * [""]
-            unread = [(system, "CP"), (out_system, "CD"), (constraints, "PS")]
-            for field, label in unread + [(field, "a field after PS") for field in trailing]:
-                if field not in ("", "0"):
-                    raise ValueError(
-                        f"{where}: {label} = {field} is not read; allowed is blank"
-                        " (positions in the basic system, supports in the study)"
-                    )
-            tag = _integer(where, number)
-            position.append([_real(where, value or "0") for value in (x, y, z)])
-            node.append(tag)
-        elif name in CORNERS:
-            count = CORNERS[name]
-            number, property_number, *tail = fields + 6 * [""]
-            tag, nodes = _integer(where, number), [_integer(where, text) for text in tail[:count]]
-            for value in tail[count:]:
-                if value and _real(where, value) != 0:
-                    raise ValueError(
-                        f"{where}: field {value} after the nodes is not read; allowed is blank"
-                        " (angles and offsets belong to the section)"
-                    )
-            element.append(tag)
-            group.append(property_number or number)
-            corners.append(nodes)
-
+    deck = _Deck()
     faults: list[str] = []
-    for line, name, fields in _cards(path, {*IGNORED, *ignored}, faults):
+    told: set[str] = set()
+    for line, name, fields in _cards(path, faults):
         try:
-            read(f"{path}:{line}: {name}", name, fields)
+            if name in ("GRID", "GRDSET", *CORNERS):
+                deck.read(name, fields + 16 * [""])
+            elif name in {*IGNORED, *SYSTEMS, *ignored} and not PLACING_CARDS.match(name):
+                deck.skip(name, fields + 16 * [""])
+            elif name not in told:  # reported once
+                told.add(name)
+                advice = PLACED if PLACING_CARDS.match(name) else ADVICE
+                faults.append(
+                    f"{path}:{line}: card {name} is not read; allowed are {ALLOWED}; {advice}"
+                )
         except ValueError as error:
-            faults.append(str(error))
+            faults.append(f"{path}:{line}: {name}: {error}")
+        if len(faults) > COUNTED_FAULTS:
+            break
     if faults:
         raise MeshFileError(faults)
-    if not element:
+    if not deck.element:
         raise ValueError(f"{path}: no CTRIA3 or CQUAD4; a mesh needs one")
-    if ignored:
-        used = {number for nodes in corners for number in nodes}
-        rows = [row for row, number in enumerate(node) if number in used]
-        node, position = [node[row] for row in rows], [position[row] for row in rows]
     return FlatMesh.from_elements(
-        path, node, np.array(position).reshape(-1, 3), element, corners, np.array(group)
+        path,
+        deck.node,
+        unit * np.array(deck.position).reshape(-1, 3),
+        deck.element,
+        deck.corners,
+        deck.groups,
+        deck.remarks(),
     )
 
 
-def _cards(
-    path: Path, ignored: Collection[str], faults: list[str]
-) -> Iterator[tuple[int, str, list[str]]]:
-    """Yield line number, name and fields of each card that is read; add faults of the others."""
+def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]]:
+    """Yield line number, name and fields of each card; add the faults of other lines."""
     pending: tuple[int, str, list[str]] | None = None
-    unknown: set[str] = set()
     data = read_mesh_file(path)
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
@@ -110,34 +160,29 @@ def _cards(
     lines = [raw.split("$")[0].rstrip().expandtabs(8) for raw in lines_of(data.decode("latin-1"))]
     control = next((k for k, text in enumerate(lines) if text.upper().split() == BULK), 0)
     for number, text in enumerate(lines, 1):
-        if not text.strip() or (number <= control and not text.upper().startswith("INCLUDE")):
+        words = text.upper().split()
+        if not words or (number <= control and words[0] != "INCLUDE"):
             continue
-        if text.strip().upper() == "ENDDATA" or len(faults) > COUNTED_FAULTS:
+        if words[0] == "ENDDATA" or words == ["END", "BULK"]:
             break
-        if text.upper().split() == BULK:
+        if words == BULK:
             continue
         head, fields = _fields(text)
         name = head.rstrip("*").strip().upper()
         if name in ("", "+") or head.startswith(("+", "*")):
             if pending is None:
                 faults.append(f"{path}:{number}: a continuation without a card")
-            elif len(pending[2]) > MOST_FIELDS:
+            elif len(pending[2]) <= MOST_FIELDS:
+                pending[2].extend(fields)
+            elif pending[1] in ("GRID", "GRDSET", *CORNERS):
                 faults.append(f"{path}:{number}: a card has more than {MOST_FIELDS} fields")
                 break
-            else:
-                pending[2].extend(fields)
             continue
-        if pending is not None and pending[1] not in ignored:
+        if pending is not None:
             yield pending
-        pending = number, name, fields
-        if name not in ("GRID", *CORNERS, *ignored):
-            if name not in unknown:  # reported once
-                faults.append(
-                    f"{path}:{number}: card {name} is not read; allowed are {ALLOWED}; {ADVICE}"
-                )
-            unknown.add(name)
-            pending = number, IGNORED[0], fields
-    if pending is not None and pending[1] not in ignored:
+        placing = re.match("BEGIN|INCLUDE|=", words[0])
+        pending = number, placing[0] if placing else name, fields
+    if pending is not None:
         yield pending
 
 
@@ -152,18 +197,18 @@ def _fields(text: str) -> tuple[str, list[str]]:
     return head, [body[k : k + width].strip() for k in range(0, 64, width)]
 
 
-def _integer(where: str, text: str) -> int:
+def _integer(text: str) -> int:
     number = int(text) if re.fullmatch("[0-9]{1,18}", text) else 0
     if number < 1:
-        raise ValueError(f"{where}: {text or 'a blank'} is not allowed; a number from 1 is needed")
+        raise ValueError(f"{text or 'a blank'} is not allowed; a number from 1 is needed")
     return number
 
 
-def _real(where: str, text: str) -> float:
+def _real(text: str) -> float:
     try:
         number = float(SHORT_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise ValueError(f"{where}: {text} is not a number")
+        raise ValueError(f"{text} is not a number")
     return number

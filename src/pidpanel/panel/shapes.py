@@ -51,6 +51,9 @@ MODES_BEYOND = 2.0
 # A stiff panel may have no mode below that: it then responds as the first modes above, all but
 # statically.
 LEAST_MODES = 12
+# Dampers that weigh more than the panel, over the modes, take its resonances from bare modes far
+# above: those are kept too, up to a number that costs little, and keep their damping ratio.
+HEAVY, MOST_MODES = 1.0, 150
 # A force of a patch is dropped where it is smaller than this share of the largest: far below the
 # tolerances of residual vectors.
 FORCES = 1e-8
@@ -124,7 +127,8 @@ def panel_shapes(
         none.
     damper_mass
         Heaviest damper of each patch by name [kg/m²]. Modes of the panel with all of them are kept
-        below `LOADED_BEYOND` / `MODES_BEYOND` times `frequency_limit`.
+        below `LOADED_BEYOND` / `MODES_BEYOND` times `frequency_limit`. Where they weigh more than
+        the panel, modes of the bare panel are kept up to √(1 + m_a/m″) times `frequency_limit`.
 
     Raises
     ------
@@ -140,26 +144,39 @@ def panel_shapes(
         return normal_modes(plate, frequency_limit, LEAST_MODES)
 
     (frequency, modes), *loaded = map_in_forks(modes_of, [False, True] if mass else [False])
+    added = sum(
+        value * quadratic_form(plate.patch_overlap[name], modes[:, :LEAST_MODES])
+        for name, value in mass.items()
+    )
+    heavier = float(np.mean(added / quadratic_form(plate.mass, modes[:, :LEAST_MODES])))
+    further = min(np.sqrt(1 + heavier), MOST_MODES / len(frequency))
+    if heavier > HEAVY and further > 1:
+        frequency, modes = normal_modes(plate, frequency_limit * further, LEAST_MODES)
     residual_frequency, residuals = residual_vectors(plate, modes, residual_tolerance)
     shapes = Shapes(frequency, residual_frequency, np.hstack([modes, residuals]))
     del modes
     return shapes.joined_by(plate, loaded[0][1]) if loaded else shapes
 
 
-def residual_vectors(plate: PlateMatrices, modes: Array, tolerance: float) -> tuple[Array, Array]:
+def residual_vectors(
+    plate: PlateMatrices, modes: Array, tolerance: float, most_forces: int | None = None
+) -> tuple[Array, Array]:
     """Compute the static response to the forces of the patches that the modes lack.
 
     X = K⁻¹ [D₁Φ, D₂Φ, …] is made M-orthogonal to the modes (and with that K-orthogonal), reduced to
     its strongest directions in elastic energy and diagonalised in M and K. Where the panel can move
     as a rigid body, K + (2πf)² M takes the place of the singular K, with f its first frequency
     above 0 Hz. A direction is dropped if its singular value, in the norm of elastic energy, is not
-    above ``tolerance`` of the largest: 0 drops only what rounding made, 1 drops all. Frequencies
-    (n_residual,) [Hz] ascend; vectors (n_free, n_residual) have max |w| = 1.
+    above ``tolerance`` of the largest: 0 drops only what rounding made, 1 drops all. Each patch has
+    at most ``most_forces``, its strongest; None for all. Frequencies (n_residual,) [Hz] ascend;
+    vectors (n_free, n_residual) have max |w| = 1.
     """
     n_free = plate.stiffness.shape[0]
     if not plate.patch_overlap:
         return np.zeros(0), np.zeros((n_free, 0))
-    forces = np.hstack([_forces(overlap, modes) for overlap in plate.patch_overlap.values()])
+    forces = np.hstack(
+        [_forces(overlap, modes)[:, :most_forces] for overlap in plate.patch_overlap.values()]
+    )
     modal_mass = quadratic_form(plate.mass, modes)
     invertible = plate.stiffness
     lowest = modes[:, : MOST_RIGID + 1]

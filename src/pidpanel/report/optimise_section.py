@@ -59,6 +59,7 @@ def _values(proposal: ProposalResults) -> dict[str, Any]:
         "under": UNDER,
         "has_both": len(proposal.excitations) > 1,
         "has_bound": bool(np.isfinite(proposal.search["gap_db"])),
+        "has_drifted": bool(np.isnan(proposal.search["gap_db"])),
     }
 
 
@@ -137,20 +138,14 @@ def optimise_section(proposal: ProposalResults) -> html.PageSection:
     return html.template_section("optimise.html", "Proposed layouts", values)
 
 
-def _drift(front: pd.DataFrame) -> float:
-    """Return by how much the search differs from the consistent motion [dB]."""
-    return float((front["search_reduction_db"] - front["reduction_db"]).abs().max())
-
-
 def _gap(proposal: ProposalResults) -> float:
-    """Return the gap [dB] of the search, with its error for two layouts, rounded up."""
-    return float(np.ceil(20 * (proposal.search["gap_db"] + 2 * _drift(proposal.front))) / 20)
+    """Return the gap [dB], rounded up."""
+    return float(np.ceil(20 * proposal.search["gap_db"]) / 20)
 
 
 def gap_text(proposal: ProposalResults) -> str:
     """Return how much better another layout can be, and how far that is proved."""
-    values = {**_values(proposal), "drift": _drift(proposal.front)}
-    return sentence("optimise_gap.html", values)
+    return sentence("optimise_gap.html", _values(proposal))
 
 
 def patches_text(layouts: pd.DataFrame, layout: int) -> str:

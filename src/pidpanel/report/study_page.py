@@ -9,6 +9,7 @@ import pandas as pd
 
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.damping.surface_cases import COUNTED
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import SECTION
 from pidpanel.progress import with_progress
 from pidpanel.report.answer import answer_of
@@ -226,6 +227,7 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
         "unstable": [],
         "panel_mesh": mesh_under_base_motion(inputs, inputs.names, base),
         "at_points": {"names": study.panel.single_points},
+        "remarks": StudiedPanel(study.panel).remarks,
         "has_tones": False,
         "coupons": doubted_coupons(inputs.coupons),
     }

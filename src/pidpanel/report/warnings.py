@@ -59,6 +59,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         "base_mesh": base_mesh,
         "panel_mesh": coarse_mesh(inputs, inputs.names, summary),
         "at_points": at_points(inputs, summary),
+        "remarks": StudiedPanel(study.panel).remarks,
         "has_dampers": proposed is not None or bool(answer and answer.candidates),
         "has_tones": bool(study.surfaces)
         or inputs.layouts.loc[~is_atlas, "damping_read_at_g"].notna().any()

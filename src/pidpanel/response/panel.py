@@ -71,7 +71,7 @@ def patch_elements(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> Pat
 
 # (longest edge [m], frequency [Hz], added mass [kg/m²]) → relative frequency error due to the mesh
 # [1].
-WaveShift = Callable[[float, float, float], float]
+WaveShift = Callable[..., float]
 
 
 @dataclass(frozen=True)

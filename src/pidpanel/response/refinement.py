@@ -9,6 +9,8 @@ import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array, Complexes
+from pidpanel.geometry.plane_mesh import boundary_edges
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.resolution import element_sizes
 from pidpanel.provenance.results import read_netcdf
@@ -47,6 +49,8 @@ MARGIN = 1.25
 # Damping ratio of the sharpest resonance below which lines are tried on flanks too: between
 # resonances that far apart a shifted one is not seen.
 SHARP = 5e-3
+
+RESTS = 1e-9  # largest motion of a vertex on a support, over that of the panel
 
 
 @dataclass(frozen=True)
@@ -127,8 +131,10 @@ def mesh_shifts(
         modes = loaded_modes(panel.modal, basis.patch_overlap, mass, panel.mass_per_area)
         up_to = modes.frequency <= 2 * f[-1]
         modes = LoadedModes(*(values[..., up_to] for values in modes))
+        of_modes = zip(modes.frequency.tolist(), edge_twist(basis, modes).tolist(), strict=True)
+        frequency_twist = list(of_modes)
         wave_shifts = [
-            [panel.wave_shift(edge, one, extra) for one in modes.frequency.tolist()]
+            [panel.wave_shift(edge, f0, extra, twist=twist) for f0, twist in frequency_twist]
             for edge, extra in zip(edges, (0.0, *mass.tolist()), strict=True)
         ]
         bare, patches = np.split(np.array(wave_shifts), [1])
@@ -136,6 +142,27 @@ def mesh_shifts(
         shift = shift_of_modes(f, modes, MARGIN * bare[0], MARGIN * patches, MARGIN * points)
         shifts[scenario.label] = MeshShift(*shift, panel.point_refinement_error)
     return shifts
+
+
+def edge_twist(basis: PanelBasis, modes: LoadedModes) -> Array:
+    """Return ∮ (2κ_nt)² ds/(2 ω²) of modes of 1 kg along the free edges (n_modes,) [1/N].
+
+    Shear relieves a layer along them of its torsion. An edge is free where it moves.
+    """
+    edges = boundary_edges(basis.cells)
+    moves = np.abs(basis.shape_at_vertices).max(axis=1, initial=0.0) > RESTS
+    edges = edges[moves[edges].all(axis=1)]
+    step = np.diff(basis.vertex_position[edges], axis=1)[:, 0]
+    length = np.linalg.norm(step, axis=1)
+    tx, ty = step.T / length
+    weight = np.stack([2 * tx * ty, -2 * tx * ty, ty**2 - tx**2], axis=1)
+    squares = np.zeros(modes.shape.shape[1])
+    for end in (0, 1):
+        curvature = basis.curvature_at_vertices[edges[:, end]]
+        twist = np.einsum("ec,ecn->en", weight, curvature) @ modes.shape
+        squares += length @ twist**2 / 2
+    omega = 2 * np.pi * modes.frequency
+    return np.divide(squares, 2 * omega**2, out=np.zeros_like(omega), where=omega > 0)
 
 
 def _mesh_errors(

@@ -84,14 +84,23 @@ def modal_basis(basis: PanelBasis, damping_ratio: DampingRatio, highest: float) 
     """Return the shapes of the bare panel with damping, for responses up to ``highest`` [Hz].
 
     ζ is that of the panel in modes, and ζ(f_c) f/f_c in residual vectors, which have none of their
-    own, with f_c `MODES_BEYOND` times the highest frequency. With a damping proportional to the
-    stiffness above f_c the answer does not depend on how the shapes above are chosen.
+    own. With a damping proportional to the stiffness above f_c the answer does not depend on how
+    the shapes above are chosen.
     """
-    cutoff = MODES_BEYOND * highest
+    cutoff = damping_cutoff(basis, highest)
     ratio = damping_ratio.ratio_at(cutoff) * (basis.natural_frequency / cutoff)
     modes = ~basis.is_residual
     ratio[modes] = damping_ratio.of_modes(basis.natural_frequency[modes])
     return ModalBasis(basis.natural_frequency, basis.modal_mass, ratio)
+
+
+def damping_cutoff(basis: PanelBasis, highest: float) -> float:
+    """Return f_c [Hz], above which damping is proportional to the stiffness.
+
+    All modes of the basis are below, and it is at least `MODES_BEYOND` times the highest frequency.
+    """
+    modes = basis.natural_frequency[~basis.is_residual]
+    return max(MODES_BEYOND * highest, float(modes.max(initial=0.0)))
 
 
 def check_basis(
@@ -119,7 +128,7 @@ def check_basis(
     scenarios
         (n_scenarios, n_patches, nf) s of the dampers [N/m³]; 0 where a patch has none.
     """
-    cutoff = MODES_BEYOND * highest
+    cutoff = damping_cutoff(basis, highest)
     overlap, modal = list(plate.patch_overlap.values()), modal_basis(basis, damping_ratio, highest)
     points, ratio = (
         sp.csr_array(plate.at_vertices[point_vertices(basis)]),

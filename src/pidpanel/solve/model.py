@@ -102,7 +102,7 @@ class Patches:
     """
 
     def __init__(self, overlap: ArrayLike, area: ArrayLike) -> None:
-        matrices = np.array(overlap, dtype=np.float64)
+        matrices = np.asarray(overlap, dtype=np.float64)
         if matrices.ndim != 3 or matrices.shape[1] != matrices.shape[2]:
             raise ResponseError(f"overlap has shape {matrices.shape}: (n_patches, n, n) is needed")
         self.area = _checked_area(area, matrices.shape[:1])

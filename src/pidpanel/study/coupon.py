@@ -32,9 +32,11 @@ class Cell(SectionModel):
     shape: ShapeName = "hexagon"
     """Cross-section of the cell."""
     across_flats_mm: Annotated[float, Quantity(0.5, 500, unit="small_millimetres")] = 6.35
-    """Width of a hexagon between two sides; side of a square; diameter of a circle [mm]."""
+    """Width of a hexagon between two sides; side of a square; diameter of a circle [mm]. On a
+    sandwich whose core has a grade, hexagons have its cell size by default."""
     depth_mm: Annotated[float, Quantity(0.5, 1000, unit="small_millimetres")] = 25.0
-    """Depth of the cell between its two closed ends [mm]."""
+    """Depth of the cell between its two closed ends [mm]; on a sandwich by default the thickness of
+    its core."""
     count: Annotated[int, whole(1, 200)] = 5
     """Cells per run, shaken side by side; they share only the drive."""
 

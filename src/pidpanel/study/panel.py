@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
+from pidpanel.constants import PLACING_CARDS
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import (
     Circle,
@@ -27,7 +28,7 @@ from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.section import Section
 from pidpanel.study.supports import EdgeKind, Mass, Node, PointSupportInput, Position, SupportsInput
 
-MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".msh")
+MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".fem", ".msh")  # in small or capital letters
 EXTENT = Quantity(0.01, 30, unit="metres")  # of a panel [m]
 Length = Annotated[float, EXTENT]
 Radius = Annotated[float, Quantity(0, 15, unit="metres")]  # of corners [m]
@@ -38,13 +39,13 @@ MOST_ELEMENTS = 400_000
 
 
 def _check_suffix(file: Path) -> Path:
-    if file.suffix not in MESH_SUFFIXES:
+    if file.suffix.lower() not in MESH_SUFFIXES:
         raise ValueError(f"must end in one of {', '.join(MESH_SUFFIXES)}")
     return file
 
 
 def _check_ignored_card(card: str) -> str:
-    if not re.fullmatch("[A-Z][A-Z0-9]{1,7}", card) or card in ("GRID", "CTRIA3", "CQUAD4"):
+    if not re.fullmatch("[A-Z][A-Z0-9]{1,7}", card) or PLACING_CARDS.match(card):
         raise ValueError("must be the name of a card that has no nodes or elements of the panel")
     return card
 
@@ -63,12 +64,12 @@ class Mesh(SectionModel):
     """Edge length at re-entrant corners and rims of feet [m]; by default 0.002 of size_m, and a
     tenth of the radius of a foot."""
     file: Annotated[Path, AfterValidator(_check_suffix), file_in()] | None = None
-    """Mesh file: .msh (gmsh), or .bdf, .dat or .nas (Nastran bulk data)."""
+    """Mesh file: .msh (gmsh), or .bdf, .dat, .nas or .fem (Nastran bulk data)."""
     unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
     """Length unit of the file [m]: 0.001 for millimetres."""
     ignore: tuple[Annotated[str, AfterValidator(_check_ignored_card)], ...] = ()
     """Cards of a Nastran file to ignore, such as SPC1, CONM2 and RBE2, because the study states
-    supports and masses. Nodes of these cards alone are omitted."""
+    supports and masses. They are counted. Cards that place nodes or elements are not allowed."""
     refine: Annotated[int, whole(0, 4)] = 0
     """How often the elements of a file are divided in four, where they are too coarse."""
 
@@ -86,7 +87,7 @@ class Mesh(SectionModel):
         for key in ("ignore", "refine"):
             if getattr(self, key) and self.file is None:
                 yield Mistake((key,), "only allowed for kind: file")
-        if self.ignore and self.file is not None and self.file.suffix == ".msh":
+        if self.ignore and self.file is not None and self.file.suffix.lower() == ".msh":
             yield Mistake(("ignore",), "only allowed with a Nastran file")
 
 

@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
@@ -187,6 +188,23 @@ class CoreInput(SectionModel):
         stated = (self.shear_modulus_l_mpa, self.shear_modulus_w_mpa, self.density_kg_m3)
         G_L, G_W, density = stated if self.grade is None else core_grades()[self.grade]
         return (G_L or 0.0) * 1e6, (G_W or 0.0) * 1e6, density or 0.0
+
+    @property
+    def cell_width_mm(self) -> float | None:
+        """Width of its cells across flats [mm], by the grade; None without one."""
+        return None if self.grade is None else core_cell_width_mm(self.grade)
+
+
+def core_cell_width_mm(grade: str) -> float | None:
+    """Return the width of the cells of a core [mm]; None if the grade does not begin with it.
+
+    Examples
+    --------
+    >>> core_cell_width_mm("3/16-5056-0.0007")
+    4.7625
+    """
+    inches = re.match(r"([1-9])/([1-9][0-9]?)-", grade)
+    return None if inches is None else 25.4 * int(inches[1]) / int(inches[2])
 
 
 def core_grades() -> dict[str, tuple[float, float, float]]:

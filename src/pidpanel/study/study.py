@@ -2,15 +2,16 @@
 
 import itertools
 from collections.abc import Iterator, Mapping
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from pidpanel.constants import ATLAS, BY_DAMPER
 from pidpanel.paths import SECTION
 from pidpanel.study import requirements
 from pidpanel.study.base import StudyError, as_tuple
 from pidpanel.study.base_motion import BaseMotion, sound_or_base
+from pidpanel.study.core_cells import cells_of_core, differing_cells
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import NAME_WORDS, CouponStudy, is_name
 from pidpanel.study.dampers import Damper, is_massless_table
@@ -52,6 +53,12 @@ class Study(CouponStudy):
     """Oscillator spectra, peaks in a duration and fatigue; none without this section."""
     measurements: Mapping[str, Measurement] = {}
     """Measured PSDs and transmissibilities to draw over computed ones, by name."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_core(cls, values: Any) -> Any:
+        """Give cells without a width or a depth those of the core of a sandwich."""
+        return cells_of_core(values)
 
     def mistakes(self) -> Iterator[Mistake]:
         yield from super().mistakes()
@@ -128,6 +135,11 @@ class Study(CouponStudy):
         if table is not None and self.damping.apparent_mass is None and is_massless_table(table):
             massless[None] = "damping.apparent_mass: particles"
         return massless
+
+    @property
+    def differing_cells(self) -> list[str]:
+        """Dampers whose cells are not those of the core, in words."""
+        return differing_cells(self.panel.section, self.all_dampers)
 
     @property
     def stated_dampers(self) -> tuple[str, ...]:

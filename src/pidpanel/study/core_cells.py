@@ -1,0 +1,76 @@
+"""Cells of dampers and cells of the core: by default they are the same."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from pidpanel.geometry.cells import SHAPES
+from pidpanel.study.dampers import Damper
+from pidpanel.study.section import (
+    SandwichSectionInput,
+    SolidSectionInput,
+    ThinSectionInput,
+    core_cell_width_mm,
+)
+
+SAME = 0.01  # relative difference of sizes up to which cells are the same
+
+
+def cells_of_core(values: Any) -> Any:
+    """Return the values of a study with the cells of the core, where a coupon states none.
+
+    The width is that of hexagons, of a core that has a grade. What is not as it should be is left
+    to the models of the sections.
+    """
+    core = _at(values, "panel", "section", "core")
+    if not core:
+        return values
+    grade, depth = core.get("grade"), core.get("thickness_mm")
+    width = core_cell_width_mm(grade) if isinstance(grade, str) else None
+
+    def filled(owner: Any) -> Any:
+        coupon = owner.get("coupon") if isinstance(owner, Mapping) else None
+        if not isinstance(coupon, Mapping) or not isinstance(coupon.get("cell", {}), Mapping):
+            return owner
+        cell = dict(coupon.get("cell", {}))
+        if width is not None and cell.get("shape", "hexagon") == "hexagon":
+            cell.setdefault("across_flats_mm", width)
+        if depth is not None:
+            cell.setdefault("depth_mm", depth)
+        return {**owner, "coupon": {**coupon, "cell": cell}}
+
+    values = filled(values)
+    dampers = _at(values, "dampers")
+    if dampers:
+        values = {**values, "dampers": {name: filled(damper) for name, damper in dampers.items()}}
+    return values
+
+
+def _at(values: Any, *keys: str) -> Mapping[str, Any]:
+    for key in keys:
+        values = values.get(key) if isinstance(values, Mapping) else None
+    return values if isinstance(values, Mapping) else {}
+
+
+def differing_cells(
+    section: ThinSectionInput | SolidSectionInput | SandwichSectionInput,
+    dampers: Mapping[str, Damper],
+) -> list[str]:
+    """Return the dampers whose cells differ from those of the core, with both sizes."""
+    if not isinstance(section, SandwichSectionInput):
+        return []
+    core = section.core
+    remarks = []
+    for name, damper in dampers.items():
+        if damper.coupon is None:
+            continue
+        cell = damper.coupon.cell
+        width = core.cell_width_mm or cell.across_flats_mm
+        sizes = (cell.across_flats_mm, width), (cell.depth_mm, core.thickness_mm)
+        if cell.shape != "hexagon" or any(abs(a / b - 1) > SAME for a, b in sizes):
+            wide = f" {core.cell_width_mm:.3g} mm wide," if core.cell_width_mm else ""
+            remarks.append(
+                f"{name} has {SHAPES[cell.shape].word} cells {cell.across_flats_mm:.3g} mm wide,"
+                f" {cell.depth_mm:.3g} mm deep; those of the core are{wide}"
+                f" {core.thickness_mm:.3g} mm deep"
+            )
+    return remarks
