@@ -20,7 +20,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import variable
-from pidpanel.check import checked, checked_study
+from pidpanel.check import checked_study
 from pidpanel.constants import BY_DAMPER, STANDARD_GRAVITY
 from pidpanel.damping.from_study import (
     atlas_model,

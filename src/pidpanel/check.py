@@ -36,7 +36,7 @@ OVERALL_TOLERANCE = 0.03
 DEEPEST = 1e-3
 
 
-def checked_study(path: str | Path) -> Study | CouponStudy:
+def checked_study(source: str | Path | Document) -> Study | CouponStudy:
     """Read a study and everything it names; refuse what could not be computed.
 
     Raises
@@ -44,11 +44,7 @@ def checked_study(path: str | Path) -> Study | CouponStudy:
     StudyError
         One line for each mistake: file, line, key, value, what is wrong or what is allowed.
     """
-    return checked(Document(Path(path)))
-
-
-def checked(document: Document) -> Study | CouponStudy:
-    """Return the study of a document; see `checked_study`."""
+    document = source if isinstance(source, Document) else Document(Path(source))
     study = study_in(document)
     mistakes = [mistake for name in study.coupons for mistake in check_decks(study, name)]
     mistakes += check_measured(study)

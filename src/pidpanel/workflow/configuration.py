@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from pidpanel.check import checked
+from pidpanel.check import checked_study
 from pidpanel.paths import study_path
 from pidpanel.provenance.digests import package_digest
 from pidpanel.study import CouponStudy, Study, StudyError
@@ -46,21 +46,21 @@ def configured_study(
     values = {key: value for key, value in config.items() if key not in SETTINGS}
     if "study" in config:
         document = Document(study_path(str(config["study"])).resolve())
-        return checked(_with_values(document, values)), document.path
+        return checked_study(_with_values(document, values)), document.path
     if not values:
         raise StudyError(
             "no study: snakemake --configfile study.yaml, or its name in config/config.yaml"
         )
     if not files:
         path = Path("config.yaml").resolve()
-        return checked(Document.of_values(values, path, "configuration")), path
+        return checked_study(Document.of_values(values, path, "configuration")), path
     document = Document(Path(files[-1]).resolve())
     for file in files[:-1]:  # the last one wins, and names the study
         document.data = merged(Document(Path(file).resolve()).data, document.data)
     plain: dict[str, Any] = {}
     for file in files:
         plain = merged(plain, yaml.safe_load(Path(file).read_text(encoding="utf-8")) or {})
-    return checked(_with_values(document, _differences(plain, values))), document.path
+    return checked_study(_with_values(document, _differences(plain, values))), document.path
 
 
 def _with_values(document: Document, values: Mapping[str, Any]) -> Document:
@@ -68,16 +68,16 @@ def _with_values(document: Document, values: Mapping[str, Any]) -> Document:
     return document.changed(values) if values else document
 
 
-def _differences(values: Mapping[str, Any], others: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what of other values is not in values."""
+def _differences(values: Mapping[str, Any], changed: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what of changed values is not in values."""
     differences: dict[str, Any] = {}
-    for key, other in others.items():
+    for key, change in changed.items():
         value = values.get(key)
-        if isinstance(value, Mapping) and isinstance(other, Mapping):
-            if within := _differences(value, other):
-                differences[key] = within
-        elif key not in values or value != other:
-            differences[key] = other
+        if isinstance(value, Mapping) and isinstance(change, Mapping):
+            if section := _differences(value, change):
+                differences[key] = section
+        elif key not in values or value != change:
+            differences[key] = change
     return differences
 
 

@@ -11,7 +11,12 @@ from pidpanel.study import Study, StudyError, load_study
 from pidpanel.study.writing import text_of, values_of, with_changes
 from pidpanel.workflow.in_process import compute, is_up_to_date
 
-OF_OTHERS = {"coupled", "table", "interpolation", "apparent_mass"}  # keys of other damping models
+FURTHER_KEYS = {
+    "coupled",
+    "table",
+    "interpolation",
+    "apparent_mass",
+}  # keys of other damping models
 
 
 def first_study(file: Path, results: Path) -> Path | None:
@@ -23,7 +28,7 @@ def first_study(file: Path, results: Path) -> Path | None:
         return None
     name = f"{study.name}_first"
     values = with_changes(values_of(file), {"damping.readings": [ATLAS]})
-    for key in OF_OTHERS & set(values["damping"]):
+    for key in FURTHER_KEYS & set(values["damping"]):
         del values["damping"][key]
     results.mkdir(parents=True, exist_ok=True)
     path = results / f"{name}.yaml"
