@@ -372,6 +372,6 @@ RMS = {
 
 def _of_mapping(values: Mapping[str, Any], folder: Path) -> Study | CouponStudy:
     """Return the study that a mapping is, checked like that of a file."""
-    return checked(
+    return checked_study(
         Document.of_values(plain({"name": "notebook", **values}), folder / "notebook.yaml")
     )

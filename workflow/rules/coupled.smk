@@ -27,7 +27,7 @@ rule coupled_scenario:
     retries: RETRIES
     resources:
         mem_mb=2000,
-        runtime=JOB_MINUTES or 1440,
+        runtime=int(JOB_MINUTES) + 5 if JOB_MINUTES else 1440,
     params:
         version=VERSION,
         scenario=lambda wildcards: COUPLED_SCENARIOS[wildcards.scenario].name,

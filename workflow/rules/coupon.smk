@@ -12,7 +12,7 @@ CASES = {label: case for cases in SWEPT.values() for label, case in cases.items(
 add_beds(run.bed for case in CASES.values() for run in case.runs)
 
 # with a time limit of jobs, one that is over goes on from its last restart
-JOB_MINUTES = int(config.get("job_minutes", 0))
+JOB_MINUTES = float(config.get("job_minutes", 0))
 RETRIES = 50 if JOB_MINUTES else None
 # before all else that waits
 FIRST = 10**6
@@ -78,7 +78,7 @@ rule shake:
         mem_mb=lambda wildcards, attempt: attempt
         * int(run_memory(CASES[wildcards.case].point) / 1e6),
         runtime=lambda wildcards, attempt: attempt
-        * (5 + min(JOB_MINUTES or 1440, int(case_seconds(CASES[wildcards.case]) / 30))),
+        * int(5 + min(JOB_MINUTES or 1440, case_seconds(CASES[wildcards.case]) / 30)),
     params:
         case=lambda wildcards: CASES[wildcards.case],
         judging=JUDGING_VERSION,
