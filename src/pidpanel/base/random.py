@@ -145,7 +145,7 @@ def random_cases(
     panel
         Panel under a `BaseExcitation`, with the translation in its basis.
     observed
-        (nw, n) rows of the motions of `supports.observed_motions`.
+        (nw, n) rows of the motions of `solve.base_motion.observed_motions`.
     scenarios, models
         Layouts of dampers, and the damping models by name.
     limits
@@ -302,7 +302,7 @@ def interface_force_psd(response: LayoutResponse, cross_psd: Complexes) -> Array
     Parameters
     ----------
     cross_psd
-        (nf, m, m) of the motions of the interface, see `supports.observed_motions`.
+        (nf, m, m) of the motions of the interface, see `solve.base_motion.observed_motions`.
     """
     frequency = response.response.frequency
     share = np.zeros(cross_psd.shape[:2], dtype=np.complex128)

@@ -213,7 +213,7 @@ def interface_force(
     Parameters
     ----------
     motion
-        (nf, m) of the interface, see `supports.observed_motions`.
+        (nf, m) of the interface, see `solve.base_motion.observed_motions`.
     patches
         (n_loads,) with s (n_loads, nf).
     """

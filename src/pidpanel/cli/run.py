@@ -35,14 +35,14 @@ def call(args: argparse.Namespace) -> int:
         if results.is_symlink():
             print(f"{results}: is a link; results go to {results.resolve()}", file=sys.stderr)
         check_space(results)
-    if options or not is_alone(study):
-        status = run(args.study, folder, args.jobs, options)
-    elif is_up_to_date(study, folder):
-        print("Nothing to be done: all files are present and up to date.")
-        status = 0
+    status = 0
+    if not options and is_alone(study):
+        if is_up_to_date(study, folder):
+            print("Nothing to be done: all files are present and up to date.", file=sys.stderr)
+        else:
+            compute(study, args.study.resolve(), folder, args.jobs)
     else:
-        compute(study, args.study.resolve(), folder, args.jobs)
-        status = 0
+        status = run(args.study, folder, args.jobs, options)
     page = results / study.name / "report.html"
     if not (status or args.dry_run) and page.exists():
         print(page.absolute())

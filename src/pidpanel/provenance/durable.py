@@ -3,11 +3,8 @@
 import contextlib
 import os
 import shutil
-import sys
 from collections.abc import Iterator
 from pathlib import Path
-
-BROKEN = ".broken"  # what the name of a damaged file ends with once it is set aside
 
 DRAFT = ".new_"  # what the name of a file begins with until it is whole; its suffix stays
 
@@ -45,18 +42,6 @@ def sync(*paths: Path) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
-
-
-def set_aside(path: Path, why: str) -> None:
-    """Rename a damaged file or folder, replace an earlier one of that name, and report it."""
-    aside = path.with_name(path.name + BROKEN)
-    try:
-        discard(aside)
-        path.replace(aside)
-        action = f"kept as {aside.name}, made anew"
-    except FileNotFoundError:
-        action = "made anew"
-    print(f"{why}; {action}", file=sys.stderr, flush=True)
 
 
 def discard(path: Path) -> None:

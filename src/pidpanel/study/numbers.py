@@ -43,8 +43,10 @@ def merged(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, A
     together = dict(values)
     for key, change in changes.items():
         section = together.get(key)
-        both = isinstance(section, Mapping) and isinstance(change, Mapping)
-        together[key] = merged(section, change) if both else change
+        if isinstance(section, Mapping) and isinstance(change, Mapping):
+            together[key] = merged(section, change)
+        else:
+            together[key] = change
     return together
 
 

@@ -15,13 +15,13 @@ from base64 import urlsafe_b64encode
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr
 from pathlib import Path
-from typing import TextIO
+from typing import TextIO, TypeGuard
 
 from pidpanel.job import keep_memory, one_line
 from pidpanel.progress import CORES, map_in_forks
 from pidpanel.provenance.digests import package_digest, text_digest, values_digest
 from pidpanel.provenance.files import Files, stage_files
-from pidpanel.study import Study
+from pidpanel.study import CouponStudy, Study
 
 RECORD = ".in_process.json"  # in ``results/<study>``: a digest, and the files that were left
 LOG = "run.log"  # output of the stages
@@ -32,7 +32,7 @@ class StageFailed(RuntimeError):
     """A stage that failed, or a study that another process computes."""
 
 
-def is_alone(study: object) -> bool:
+def is_alone(study: CouponStudy) -> TypeGuard[Study]:
     """Return whether a study can be computed without LIGGGHTS."""
     return isinstance(study, Study) and not (study.coupons or study.is_coupled)
 
