@@ -27,7 +27,7 @@ HEAD = """\
 
 Each drill injects a failure into a small study with real LIGGGHTS at a random moment. The study is then called again with the same command. `make drills` repeats each drill 20 times, or `REPEATS=…` times, and writes this page.
 
-The study is one coupon case of one cell and one packing: poured, loosened, shaken for 30 or 45 cycles, and evaluated in `cases.csv`. The drills of panels add a small panel, up to `surface.nc`, `psd.nc` and `summary.csv`. These files are compared byte by byte with those of an undisturbed run from the start. Changes on the way, such as damaged files, are reported on one line each.
+The study is one coupon case of one cell and one packing: poured, loosened, shaken for 30 or 45 cycles, and evaluated in `cases.csv`. The drills of panels add a small panel, up to `surface.nc`, `psd.nc` and `summary.csv`. These files are compared byte by byte with those of an undisturbed run from the start.
 
 - **lost**: the call succeeds, and the table is missing;
 - **silent**: the call succeeds, and the table differs;

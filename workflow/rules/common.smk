@@ -22,6 +22,8 @@ if not has_study(config) and Path("config/config.yaml").exists():
 try:
     if workflow.is_main_process:
         check_working_folder(Path("."))
+    if Path("results").is_file():
+        raise StudyError("results: must be a writable folder")
     STUDY, FILE = configured_study(config, workflow.configfiles)
 except (StudyError, LinkError) as error:
     raise WorkflowError(str(error)) from None
