@@ -185,6 +185,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     if study.sound is not None:
         yield from _check_spectrum(study.sound, study.response)
     yield from _check_masses(study.panel)
+    yield from _check_edges(study.panel)
     # of a table with mistakes the mass is not known
     masses = {} if table_mistakes else resolved_masses(study)
     mistakes = list(_check_mesh(study.panel, high, masses))
@@ -373,6 +374,22 @@ def _check_masses(panel: Panel) -> Iterator[Mistake]:
             )
             grams = f"; {mass.mass_kg:g} g would be {mass.mass_kg / 1e3:g}"
             yield Mistake(("panel", "masses", name, "mass_kg"), message + grams)
+
+
+def _check_edges(panel: Panel) -> Iterator[Mistake]:
+    """Yield edges that are held in the plane, of a section that bends when it is stretched."""
+    from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.panel.stretching import extensional_stiffness
+
+    if panel.in_plane_edges != "held" or panel.section.kind != "sandwich":
+        return
+    try:
+        stretches = extensional_stiffness(StudiedPanel(panel).section) is not None
+    except ValueError:  # reported for the section
+        return
+    if not stretches:
+        message = "must be free; the section is not symmetric, and held edges would couple its "
+        yield Mistake(("panel", "in_plane_edges"), f"{message}bending with its stretching")
 
 
 def _check_mesh(

@@ -181,9 +181,8 @@ def write_response(
     models = damping_models(study, damping, coupled)
     scenarios = scenarios_of(study)
     start = read_response_panel(study, files, study.response.radiation)
-    checked = checked_responses(
-        start, read_plate(files.plate), scenarios, models, StudySound(study)
-    )
+    plate = read_plate(files.plate)
+    checked = checked_responses(start, plate, scenarios, models, StudySound(study))
     errors = None
     if coupled is not None:
         errors = read_errors(coupled, checked.panel.frequency, checked.panel.basis.point_names)
@@ -197,6 +196,7 @@ def write_response(
         refuses_outside=study.damping.level.outside == "refuse",
         coupled_errors=errors,
         coupled_accuracy=study.damping.coupled.relative_error,
+        stretching=plate.stretching,
     )
     write_tables(checked, tabulation, output)
 

@@ -33,6 +33,11 @@ AT_POINTS = "held at single points"
 EXTRAPOLATED_SHARE = 0.05
 
 NOT_LINEAR, EXTRAPOLATED, NO_ERROR = "not linear", "extrapolated", "no stated error"
+
+# Change of g rms or displacement by stretching from which linear values are doubted: 0.4 dB.
+STRETCHED = 0.05
+# Columns of rms values, each without and with stretching, by the words for them.
+MOTIONS = {"g rms": "acceleration_rms{}_g", "displacement": "displacement_rms{}_mm"}
 COARSE_SWEEP = "coarse sweep"
 KNOWN_TO = "known to"
 
@@ -114,7 +119,7 @@ def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "
     """
     first, reasons = rows[0], []
     if any(row["beyond_linear_plate"] is True or row["beyond_linear_plate"] == 1 for row in rows):
-        reasons.append(NOT_LINEAR)
+        reasons += _stretching(rows)
     share = max(row["extrapolated_share"] for row in rows)
     if share > EXTRAPOLATED_SHARE:
         advice = f"extend {first['data_missing']}"
@@ -158,6 +163,24 @@ def judged_base(table: pd.DataFrame, keys: Sequence[str]) -> pd.DataFrame:
         doubts_of_case[key] = BETWEEN.join(reasons)
     reasons = [doubts_of_case[key] for key in table[list(keys)].itertuples(index=False, name=None)]
     return table.assign(trusted=["no" if r else "yes" for r in reasons], doubts=reasons)
+
+
+def _stretching(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the doubt of a panel that stretches, with the largest change of any point."""
+    changes = []
+    for name, column in MOTIONS.items():
+        for row in rows:
+            linear, stretched = row[column.format("")], row.get(f"stretched_{column.format('')}")
+            if stretched is None or not math.isfinite(stretched):
+                return [NOT_LINEAR]
+            if linear > 0:
+                error = row[f"stretched_{column.format('_error')}"] / linear
+                changes.append((stretched / linear - 1, error, name))
+    change, error, name = max(changes, key=lambda entry: abs(entry[0]))
+    if abs(change) <= STRETCHED:
+        return []
+    amount = f"{100 * change:+.2g} ± {100 * error:.1g} %".replace("-", "−")
+    return [f"{NOT_LINEAR}, stretching changes {name} by {amount}"]
 
 
 def largest(rows: Sequence[Mapping[str, Any]], column: str) -> float:

@@ -38,6 +38,9 @@ class ThinSectionInput(SectionModel):
     [mm]."""
     poissons_ratio: PoissonsRatio = 0.3
     """Poisson's ratio of the bending stiffness."""
+    extensional_stiffness_n_m: Annotated[float, Quantity(1, 1e12)] | None = None
+    """Extensional stiffness E t/(1 − ν²) of the faces together, for stretching at large deflections
+    [N/m]. By default that of a homogeneous plate, 12 D/t²; two thin faces have 4 D/t²."""
 
     @property
     def thickness(self) -> float:
