@@ -143,6 +143,20 @@ def test_a_bed_that_crosses_has_the_mass_of_the_closed_form(whole):
     np.testing.assert_allclose(data.mass[crosses], mass[crosses], atol=0.1 * whole.mass_per_fill)
 
 
+def test_a_bed_that_is_known_to_cross_is_inside_beyond_the_fastest_cases(swept):
+    # 506 g at 65 Hz are 12 m/s, the fastest case has 7; at 140 Hz the side is not known, at 30 Hz
+    # and r = 0.9 W/L is 34; red: CERTAIN = 0; LARGEST_STROKE = 100; in_bounds left out
+    lines = np.array([65.0, 140.0])
+    for answer in (
+        swept(lines, 0.5, 506.0),
+        swept.evaluate(np.full(2, 0.5), lines, np.full(2, 506.0)),
+    ):
+        assert answer.inside.tolist() == [True, False]
+    assert not swept(np.array([30.0]), 0.9, 473.0).inside[0]
+    assert not swept(lines[:1], 0.5, 710.0).inside[0]
+    assert not swept.simulated.contains(np.array([[0.5, 65.0, 506.0]]))[0]
+
+
 def test_c_e_and_m_a_err_together_where_the_side_is_not_known(swept):
     # at 42 Hz beds of half fill ride or cross; at 200 Hz they ride
     # red: `sides.common` left out of `_joint`

@@ -37,7 +37,7 @@ from scipy.spatial import ConvexHull
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.broadband import SINGLE_TONES
-from pidpanel.damping.jump import Jump
+from pidpanel.damping.jump import WHOLE, Jump
 from pidpanel.damping.models import NODE_STEP, DampingModel, DampingValues, Point
 from pidpanel.damping.sides import Mixture, Sides, even_steps, joint_covariance
 from pidpanel.damping.surface_cases import (
@@ -70,11 +70,14 @@ class SimulatedRange:
         hull = ConvexHull(spread, qhull_options="QJ" if flat else "")
         self._normals, self._offsets = hull.equations[:, :-1], hull.equations[:, -1]
 
+    def in_bounds(self, points: Array) -> Flags:
+        """Return (n,) whether points (n, 3) of r, f, Γ are between the extreme values."""
+        above, below = points >= self.low * (1 - 1e-9), points <= self.high * (1 + 1e-9)
+        return np.asarray((above & below).all(axis=1))
+
     def contains(self, points: Array) -> Flags:
         """Return (n,) whether points (n, 3) of r, f, Γ are in the hull."""
-        in_bounds = np.all(
-            (points >= self.low * (1 - 1e-9)) & (points <= self.high * (1 + 1e-9)), axis=1
-        )
+        in_bounds = self.in_bounds(points)
         distance = _logarithmic(points)[:, self._spread] @ self._normals.T + self._offsets
         return in_bounds & (distance <= 1e-6).all(axis=1)
 
@@ -83,6 +86,10 @@ def _logarithmic(points: Array) -> Array:
     """Return (n, 3) r, f, Γ → r, ln f, ln Γ."""
     return np.stack([points[:, 0], np.log(points[:, 1]), np.log(points[:, 2])], axis=1)
 
+
+# Probability of crossing from which a bed is known by the closed form, within the extreme values of
+# the cases, though outside their hull; and the largest W/L up to which that was tested.
+CERTAIN, LARGEST_STROKE = 0.99, 25.0
 
 FREQUENCY_STEP = 0.04
 # Steps of ln f and ln Γ between the values that are computed, with linear interpolation between
@@ -137,7 +144,7 @@ class DampingSurface(DampingModel):
         nodes = np.log(self.low[1:]), np.log(self.high[1:])
         self.log_frequency = even_steps(nodes[0][0], nodes[1][0], FREQUENCY_STEP)
         self.log_acceleration = even_steps(nodes[0][1], nodes[1][1], ACCELERATION_STEP)
-        self._rows: dict[tuple[float, int], tuple[Array, Array, Array]] = {}
+        self._rows: dict[tuple[float, int], tuple[Array, Array, Array, Array]] = {}
 
     @property
     def onset_g(self) -> float:
@@ -181,19 +188,29 @@ class DampingSurface(DampingModel):
 
         Beyond the lowest and highest r, f and Γ of the cases g_C and g_m are constant; below the
         lowest Γ, h continues towards the onset. Inside is the convex hull of the cases in r, ln f
-        and ln Γ.
+        and ln Γ, and where beds are known to cross (`CERTAIN`) all between their extreme values:
+        the mean is then the closed form, and its error that of the process about it.
         """
         query = _points(*(np.asarray(a, float) for a in (fill_fraction, frequency, acceleration_g)))
         clipped = np.clip(query, self.low, self.high)
-        log_damping, relative, share = self._read(self.bed.points(*clipped.T))
+        log_damping, relative, share, whole = self._read(self.bed.points(*clipped.T))
         return self._values(clipped[:, 0], clipped[:, 1], query[:, 2], log_damping, relative, share,
-                            self.simulated.contains(query))  # fmt: skip
+                            self._inside(query, whole))  # fmt: skip
 
-    def _read(self, points: Array) -> tuple[Array, Array, Array]:
-        """Return g_C, its standard error and g_m at `groups` (n, 3)."""
+    def _inside(self, query: Array, whole: Array) -> Flags:
+        """Return whether points (n, 3) are known, with `_read`'s chance that the body is whole."""
+        known = (whole >= CERTAIN) & self.simulated.in_bounds(query)
+        return np.asarray(known | self.simulated.contains(query))
+
+    def _read(self, points: Array) -> tuple[Array, Array, Array, Array]:
+        """Return g_C, its error, g_m and P(crosses as the closed form) at `groups` (n, 3)."""
         damping, mass = self.mixtures(points)
         share = np.zeros(len(points)) if mass is None else mass.mean
-        return damping.mean, np.sqrt(self.damping.variance(damping)), share
+        whole = np.zeros(len(points))
+        if self.jump is not None:
+            stroke = np.exp(self.bed.log_stroke(points))
+            whole = damping.crossing * ((stroke >= WHOLE) & (stroke <= LARGEST_STROKE))
+        return damping.mean, np.sqrt(self.damping.variance(damping)), share, whole
 
     def _values(
         self, fill: Array, frequency: Array, gamma: Array, log_damping: Array, relative: Array,
@@ -230,18 +247,18 @@ class DampingSurface(DampingModel):
         weight = place - row
         clipped = np.clip(frequency, self.low[1], self.high[1])
         lower, upper = (self._row(float(fill_fraction), index) for index in (row, row + 1))
-        log_damping, relative, share = (
+        log_damping, relative, share, whole = (
             np.interp(np.log(clipped), self.log_frequency, (1 - weight) * a + weight * b)
             for a, b in zip(lower, upper, strict=True)
         )
         fill = np.clip(np.full(len(frequency), float(fill_fraction)), self.low[0], self.high[0])
-        inside = self.simulated.contains(_points(float(fill_fraction), frequency, gamma))
+        inside = self._inside(_points(float(fill_fraction), frequency, gamma), whole)
         return self._values(
             fill, clipped, np.full(len(frequency), gamma), log_damping, relative, share, inside
         )
 
-    def _row(self, fill: float, index: int) -> tuple[Array, Array, Array]:
-        """Return g_C, its standard error and g_m over ln f at one fill and one Γ of the grid."""
+    def _row(self, fill: float, index: int) -> tuple[Array, Array, Array, Array]:
+        """Return what `_read` does over ln f at one fill and one Γ of the grid."""
         if (fill, index) not in self._rows:
             frequency = np.exp(self.log_frequency)
             fills = np.full(frequency.shape, np.clip(fill, self.low[0], self.high[0]))
