@@ -193,24 +193,24 @@ class DampingSurface(DampingModel):
         """
         query = _points(*(np.asarray(a, float) for a in (fill_fraction, frequency, acceleration_g)))
         clipped = np.clip(query, self.low, self.high)
-        log_damping, relative, share, whole = self._read(self.bed.points(*clipped.T))
+        log_damping, relative, share, certainty = self._read(self.bed.points(*clipped.T))
         return self._values(clipped[:, 0], clipped[:, 1], query[:, 2], log_damping, relative, share,
-                            self._inside(query, whole))  # fmt: skip
+                            self._inside(query, certainty))  # fmt: skip
 
-    def _inside(self, query: Array, whole: Array) -> Flags:
-        """Return whether points (n, 3) are known, with `_read`'s chance that the body is whole."""
-        known = (whole >= CERTAIN) & self.simulated.in_bounds(query)
-        return np.asarray(known | self.simulated.contains(query))
+    def _inside(self, query: Array, certainty: Array) -> Flags:
+        """Return whether points (n, 3) are known, with `_read`'s certainty of crossing."""
+        crosses = (certainty >= CERTAIN) & self.simulated.in_bounds(query)
+        return np.asarray(crosses | self.simulated.contains(query))
 
     def _read(self, points: Array) -> tuple[Array, Array, Array, Array]:
         """Return g_C, its error, g_m and P(crosses as the closed form) at `groups` (n, 3)."""
         damping, mass = self.mixtures(points)
         share = np.zeros(len(points)) if mass is None else mass.mean
-        whole = np.zeros(len(points))
+        certainty = np.zeros(len(points))
         if self.jump is not None:
             stroke = np.exp(self.bed.log_stroke(points))
-            whole = damping.crossing * ((stroke >= WHOLE) & (stroke <= LARGEST_STROKE))
-        return damping.mean, np.sqrt(self.damping.variance(damping)), share, whole
+            certainty = damping.crossing * ((stroke >= WHOLE) & (stroke <= LARGEST_STROKE))
+        return damping.mean, np.sqrt(self.damping.variance(damping)), share, certainty
 
     def _values(
         self, fill: Array, frequency: Array, gamma: Array, log_damping: Array, relative: Array,
@@ -247,12 +247,12 @@ class DampingSurface(DampingModel):
         weight = place - row
         clipped = np.clip(frequency, self.low[1], self.high[1])
         lower, upper = (self._row(float(fill_fraction), index) for index in (row, row + 1))
-        log_damping, relative, share, whole = (
+        log_damping, relative, share, certainty = (
             np.interp(np.log(clipped), self.log_frequency, (1 - weight) * a + weight * b)
             for a, b in zip(lower, upper, strict=True)
         )
         fill = np.clip(np.full(len(frequency), float(fill_fraction)), self.low[0], self.high[0])
-        inside = self._inside(_points(float(fill_fraction), frequency, gamma), whole)
+        inside = self._inside(_points(float(fill_fraction), frequency, gamma), certainty)
         return self._values(
             fill, clipped, np.full(len(frequency), gamma), log_damping, relative, share, inside
         )

@@ -321,10 +321,11 @@ def stretching_rows(folder: Path) -> list[Row]:
             lowest = 2 * np.log10(target / linear_rms[0])  # without stretching
             level = 10 ** brentq(excess, lowest, lowest + 1.5, (target,))
             simulated = _rms_of_histories(modal, tensor, excitation, level, points)
-            row = comparison("stretching", histories=HISTORIES, duration=DURATION)
+            name = "stretching" if edges == "free" or deflection < 1 else "stretching_far"
+            row = comparison(name, histories=HISTORIES, duration=DURATION)
             rows += [
-                row.row(f"edges {edges}, w/h = {deflection:g}: rms displacement {name}", *pair)
-                for name, *pair in zip(POINTS, rms(level), simulated, strict=True)
+                row.row(f"edges {edges}, w/h = {deflection:g}: rms displacement {point}", *pair)
+                for point, *pair in zip(POINTS, rms(level), simulated, strict=True)
             ]
     return rows
 
