@@ -30,6 +30,8 @@ How well that predicts cases left out is counted in docs/theory/damping.md.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
@@ -87,8 +89,8 @@ def _logarithmic(points: Array) -> Array:
     return np.stack([points[:, 0], np.log(points[:, 1]), np.log(points[:, 2])], axis=1)
 
 
-# Probability of crossing from which a bed is known by the closed form, within the extreme values of
-# the cases, though outside their hull; and the largest W/L up to which that was tested.
+# Probability of crossing from which a bed is known by the closed form at fills and Γ at which cases
+# cross, though outside the hull of all; and the largest W/L, three times that of cases.
 CERTAIN, LARGEST_STROKE = 0.99, 25.0
 
 FREQUENCY_STEP = 0.04
@@ -188,8 +190,9 @@ class DampingSurface(DampingModel):
 
         Beyond the lowest and highest r, f and Γ of the cases g_C and g_m are constant; below the
         lowest Γ, h continues towards the onset. Inside is the convex hull of the cases in r, ln f
-        and ln Γ, and where beds are known to cross (`CERTAIN`) all between their extreme values:
-        the mean is then the closed form, and its error that of the process about it.
+        and ln Γ, and where beds are known to cross (`CERTAIN`) all between their extreme values at
+        fills and Γ at which some case crosses: the mean is the closed form, and its error that of
+        the process about it.
         """
         query = _points(*(np.asarray(a, float) for a in (fill_fraction, frequency, acceleration_g)))
         clipped = np.clip(query, self.low, self.high)
@@ -199,8 +202,18 @@ class DampingSurface(DampingModel):
 
     def _inside(self, query: Array, certainty: Array) -> Flags:
         """Return whether points (n, 3) are known, with `_read`'s certainty of crossing."""
+        inside = self.simulated.contains(query)
         crosses = (certainty >= CERTAIN) & self.simulated.in_bounds(query)
-        return np.asarray(crosses | self.simulated.contains(query))
+        if self._crossing is not None and (crosses & ~inside).any():
+            inside |= crosses & self._crossing.contains(_points(query[:, 0], 1.0, query[:, 2]))
+        return inside
+
+    @cached_property
+    def _crossing(self) -> SimulatedRange | None:
+        """Range in r and Γ of the cases that cross, at whatever frequency; None without any."""
+        crosses = training_data(self.cases, self.bed).side == 1
+        fill, _, gamma = self.cases.loc[crosses, list(AXES)].to_numpy(float).T
+        return SimulatedRange(_points(fill, 1.0, gamma)) if crosses.any() else None
 
     def _read(self, points: Array) -> tuple[Array, Array, Array, Array]:
         """Return g_C, its error, g_m and P(crosses as the closed form) at `groups` (n, 3)."""
