@@ -15,8 +15,8 @@ from pidpanel.panel.modes import quadratic_form
 from pidpanel.panel.section import Core, Material, Ply, SandwichSection, SolidSection, ThinSection
 from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.stretching import (
-    extensional_stiffness,
     in_plane_basis,
+    in_plane_stiffness,
     membrane_tensor,
     panel_stretching,
     rigid_coordinates,
@@ -165,10 +165,10 @@ CORE = Core(186e6, 90e6, 32.0, 20e-3)
 def test_a_section_has_a_neutral_plane_where_its_faces_are_of_one_material():
     # red: NEUTRAL = 1
     symmetric = SandwichSection((Ply(FACE, 0.3e-3),), (Ply(FACE, 0.3e-3),), CORE)
-    np.testing.assert_allclose(extensional_stiffness(symmetric)[0, 0], 60e9 * 0.6e-3 / (1 - NU**2))
+    np.testing.assert_allclose(in_plane_stiffness(symmetric)[0, 0], 60e9 * 0.6e-3 / (1 - NU**2))
     thick_top = replace(symmetric, top=(Ply(FACE, 0.6e-3),))
-    np.testing.assert_allclose(extensional_stiffness(thick_top), thick_top.abd[0])
+    np.testing.assert_allclose(in_plane_stiffness(thick_top), thick_top.abd[0])
     tape = Material(280e9, 6.5e9, 4.5e9, 0.3, 1600.0)
-    assert extensional_stiffness(replace(symmetric, top=(Ply(tape, 0.3e-3),))) is None
+    assert in_plane_stiffness(replace(symmetric, top=(Ply(tape, 0.3e-3),))) is None
     solid = SolidSection(70e9, NU, 2700.0, 2e-3)
     np.testing.assert_allclose(solid.extensional[0, 0], 70e9 * 2e-3 / (1 - NU**2))

@@ -74,6 +74,8 @@ def told(refusal, study, key, value):
         ("coupon.accuracy.max_cycles", 8, "coupon.accuracy.max_cycles = 8: must be at least min_cycles = 10"),
         ("panel.damping_ratio", "much", "panel.damping_ratio = much: must be a number or a list or a CSV file"),
         ("panel.supports", "glued", "panel.supports = glued: must be 'simply_supported', 'simply_supported_soft', 'clamped' or 'free'"),
+        ("panel.in_plane_edges", "fixed", "panel.in_plane_edges = fixed: must be 'free' or 'held'"),
+        ("panel.section.extensional_stiffness_n_m", 2.0e7, "panel.section.extensional_stiffness_n_m = 20000000.0: must be at least 2.095e+07, 4 D/t² of two faces as far apart as the panel is thick"),
         ("panel.outline_m", [1.5, -1], "panel.outline_m[1] = -1: must be from 0.01 to 30"),
         ("panel.outline_m", [[0, 0], [1, 0]], "panel.outline_m = [[0, 0], [1, 0]]: must have at least 3 values, not 2"),
         ("panel.points.centre", [0.7, 0.5, 0.1], "panel.points.centre = [0.7, 0.5, 0.1]: must have at most 2 values, not 3"),
@@ -313,3 +315,14 @@ def test_a_date_that_does_not_exist_is_text(tmp_path):
     first = next(line for line in text.splitlines() if line.startswith("title:"))
     path.write_text(text.replace(first, "title: 2026-02-30"))
     assert load_any_study(path).title == "2026-02-30"
+
+
+def test_edges_are_held_in_the_plane_only_where_they_are_supported(tmp_path):
+    # red: kinds == {"free"} → kinds
+    values = changed(PANEL_ALONE, "panel.in_plane_edges", "held")
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(values, allow_unicode=True))
+    load_any_study(path)
+    path.write_text(yaml.safe_dump(changed(values, "panel.supports", "free"), allow_unicode=True))
+    with pytest.raises(StudyError, match="in_plane_edges = held: must be free; no edge"):
+        load_any_study(path)

@@ -200,12 +200,12 @@ def _of_modes(study: Study, estimate: PanelEstimate) -> str:
 def _of_stretching(panel: Panel) -> str:
     """Return from which displacement a panel stretches, and what is assumed there."""
     from pidpanel.panel.from_study import StudiedPanel
-    from pidpanel.panel.stretching import extensional_stiffness
+    from pidpanel.panel.stretching import in_plane_stiffness
     from pidpanel.response.stretching import LINEAR
 
     section = StudiedPanel(panel).section
     opening = f"counts from {LINEAR * panel.section.thickness_mm:.3g} mm rms on"
-    if extensional_stiffness(section) is None:
+    if in_plane_stiffness(section) is None:
         return f"{opening}; not computed, since the section is not symmetric"
     return f"{opening}; edges are {panel.in_plane_edges} in the plane (panel.in_plane_edges)"
 

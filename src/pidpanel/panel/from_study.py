@@ -79,13 +79,9 @@ class StudiedPanel:
         """The section of the whole panel, in SI units."""
         spec = self.panel.section
         if spec.kind == "thin":
-            D, mass = spec.bending_stiffness_n_m, spec.mass_per_area_kg_m2
-            thin = spec.poissons_ratio, spec.thickness, spec.extensional_stiffness_n_m
-            return sections.ThinSection(D, mass, *thin)
+            return sections.ThinSection(*spec.properties)
         if spec.kind == "solid":
-            return sections.SolidSection(
-                spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3, spec.thickness
-            )
+            return sections.SolidSection(*spec.properties)
         materials = {name: _material(material) for name, material in spec.materials.items()}
         top, bottom = (
             tuple(sections.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)

@@ -7,7 +7,7 @@ resonances lie far above those of bending. With w = Σ q_i φ_i and e_ij of two 
     U = ½ Σ A_ijkl q_i q_j q_k q_l,      A_ijkl = ∫ e_ij·A (e_kl + ε(u_kl)) dA,
 
 so that a mode alone has the force k₃ q³, k₃ = 2 A_iiii. No term of third order appears where the
-section has a neutral plane (`extensional_stiffness`).
+section has a neutral plane (`in_plane_stiffness`).
 
 References
 ----------
@@ -39,7 +39,7 @@ POINTS_AT_ONCE = 20_000  # quadrature points taken together, so that memory does
 NEUTRAL = 1e-6
 
 
-def extensional_stiffness(section: Section) -> Array | None:
+def in_plane_stiffness(section: Section) -> Array | None:
     """Return A (3, 3) of a section about its neutral plane [N/m]; None where it has none.
 
     Where B = z₀ A, the strain at z₀ does not depend on the curvature, and the section stretches and
@@ -149,7 +149,7 @@ def panel_stretching(
     -------
     Stretching; None where the section has no neutral plane, or the panel no such mode.
     """
-    extensional = extensional_stiffness(plate.section)
+    extensional = in_plane_stiffness(plate.section)
     if extensional is None:
         return None
     modes = np.flatnonzero(shapes.frequency >= LOWEST * lowest_frequency)[:MODES]

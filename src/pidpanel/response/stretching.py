@@ -66,7 +66,9 @@ class StretchedCases:
                     (answer,) = stretched_responses(moved, stretching, [(layout, gamma)])
                     self._answers[key] = answer
 
-    def columns(self, case: SolvedCase, values: Mapping[str, Any], error: Array) -> dict[str, Any]:
+    def columns(
+        self, case: SolvedCase, values: Mapping[str, Any], error: Array | float
+    ) -> dict[str, Any]:
         """Return the columns of a case; NaN where the panel is linear or no answer is known.
 
         Parameters

@@ -22,6 +22,7 @@ Thickness = Annotated[float, Quantity(0.05, 1000, unit="millimetres")]  # of a p
 Angle = Annotated[float, Quantity(-360, 360)]  # [°]
 STIFFEST = 1.1e12  # Young's modulus of diamond [Pa]
 HEAVIEST = 22600.0  # density of osmium [kg/m³]
+ROUNDED = 0.01  # relative error of values that are stated with few digits
 
 
 class ThinSectionInput(SectionModel):
@@ -47,6 +48,12 @@ class ThinSectionInput(SectionModel):
         """Thickness [m]."""
         return self.thickness_mm * 1e-3
 
+    @property
+    def properties(self) -> tuple[float, float, float, float, float | None]:
+        """D [N m], mass per area [kg/m²], ν, thickness [m], extensional stiffness [N/m]."""
+        D, mass = self.bending_stiffness_n_m, self.mass_per_area_kg_m2
+        return D, mass, self.poissons_ratio, self.thickness, self.extensional_stiffness_n_m
+
     def mistakes(self) -> Iterator[Mistake]:
         opening = f"with thickness_mm = {self.thickness_mm:g} that of a material of"
         density = self.mass_per_area_kg_m2 / self.thickness
@@ -60,6 +67,10 @@ class ThinSectionInput(SectionModel):
             if modulus * 1e-3 <= STIFFEST:
                 message += f"; {D:.7g} N mm would be {D * 1e-3:g}"
             yield Mistake(("bending_stiffness_n_m",), message)
+        least, extensional = 4 * D / self.thickness**2, self.extensional_stiffness_n_m
+        if extensional is not None and extensional < least * (1 - ROUNDED):
+            message = f"must be at least {least:.4g}, 4 D/t² of two faces as far apart as the panel"
+            yield Mistake(("extensional_stiffness_n_m",), f"{message} is thick")
 
 
 class SolidSectionInput(SectionModel):
@@ -85,6 +96,11 @@ class SolidSectionInput(SectionModel):
     def thickness(self) -> float:
         """Thickness [m]."""
         return self.thickness_mm * 1e-3
+
+    @property
+    def properties(self) -> tuple[float, float, float, float]:
+        """E [Pa], ν, density [kg/m³], thickness [m]."""
+        return self.youngs_modulus, self.poissons_ratio, self.density_kg_m3, self.thickness
 
 
 class MaterialInput(SectionModel):

@@ -17,10 +17,9 @@ from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import PanelBasis, basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
-from pidpanel.panel.matrices import Stretching
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
-from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
+from pidpanel.panel.shapes import MODES_BEYOND, Shapes, panel_shapes
 from pidpanel.panel.stretching import panel_stretching
 from pidpanel.panel.supports import Supports
 from pidpanel.panel.thin import assemble_thin_plate
@@ -28,18 +27,14 @@ from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.solve import stress
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.excitation import ModalForce
-from pidpanel.solve.layout import DamperLayout, solve_with
+from pidpanel.solve.layout import DamperLayout
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.power import power_balance
 from pidpanel.solve.solvers import PanelSolver
-from pidpanel.solve.stretching import (
-    duffing_excess,
-    linearised_stiffness,
-    stretched_responses,
-)
+from pidpanel.solve.stretching import StretchedPanel, duffing_excess, linearised_stiffness
 from pidpanel.sound.field import diffuse_modal_force, uniform_modal_force, wavenumber
 from pidpanel.verification.rows import Row, comparison
 
@@ -300,17 +295,18 @@ def stretching_rows(folder: Path) -> list[Row]:
     modal = ModalBasis(basis.natural_frequency[:n], basis.modal_mass[:n], 0.01)
     points, patches = basis.shape_at_points[:, :n], Patches(np.zeros((0, n, n)), np.zeros(0))
     solver = PanelSolver(ModalPanel(modal, patches, frequency, points, frequency), excitation)
-    (linear,) = solve_with(solver, [DamperLayout(())])
-    linear_rms = linear.response.displacement_rms
+    (bare,) = bare_panels(frequency, modal, [patches], points, np.ones_like(frequency), excitation)
+    linear_rms = PanelResponse(frequency, bare.point_psd).displacement_rms
     for edges, deflections in DEFLECTIONS.items():
         held = Supports() if edges == "held" else None
-        full = panel_stretching(mesh, plate, shapes, 1.0, held)
-        tensor = full.tensor[:n, :n, :n, :n]
-        stretching = Stretching(np.arange(n), tensor)
+        modes = Shapes(shapes.frequency[:n], np.zeros(0), shapes.vectors[:, :n])
+        stretching = panel_stretching(mesh, plate, modes, 1.0, held)
+        if stretching is None:
+            raise ValueError("the section of the paper's panel has a neutral plane")
+        panel = StretchedPanel(solver, stretching, ())
 
-        def rms(level: float, stretching: Stretching = stretching) -> Array:
-            layout = DamperLayout((), level)
-            (answer,) = stretched_responses(solver, stretching, [(layout, np.zeros(0))])
+        def rms(level: float, panel: StretchedPanel = panel) -> Array:
+            answer = panel.response(DamperLayout((), level), np.zeros(0))
             return answer.displacement * np.sqrt(level) * linear_rms
 
         def excess(log_level: float, target: float, rms: Callable[[float], Array] = rms) -> float:
@@ -320,7 +316,7 @@ def stretching_rows(folder: Path) -> list[Row]:
             target = deflection * SECTION.thickness
             lowest = 2 * np.log10(target / linear_rms[0])  # without stretching
             level = 10 ** brentq(excess, lowest, lowest + 1.5, (target,))
-            simulated = _rms_of_histories(modal, tensor, excitation, level, points)
+            simulated = _rms_of_histories(modal, stretching.tensor, excitation, level, points)
             name = "stretching" if edges == "free" or deflection < 1 else "stretching_far"
             row = comparison(name, histories=HISTORIES, duration=DURATION)
             rows += [
@@ -336,7 +332,7 @@ def _rms_of_histories(
     """Return rms displacements (n_points,) [m] by velocity Verlet, from rest."""
     n, steps = len(tensor), int((SETTLING + DURATION) * RATE)
     rng = np.random.default_rng(SEED)
-    lines = np.fft.rfftfreq(steps, 1 / RATE)
+    lines = np.asarray(np.fft.rfftfreq(steps, 1 / RATE), np.float64)
     inside = (lines > 0) & (lines <= HIGHEST_FORCE)
     value, vector = np.linalg.eigh(level * excitation(lines[inside]))
     root = vector * np.sqrt(np.maximum(value, 0.0))[:, None]  # one pressure at low frequencies
