@@ -135,7 +135,6 @@ def test_a_panel_that_moves_by_more_than_a_tenth_of_its_thickness_is_stretched(s
         ratio = case["stretched_displacement_rms_mm"] / case["displacement_rms_mm"]
         assert (ratio < 1).all()
         assert (case["stretched_displacement_rms_error_mm"] > 0).all()
-        assert case["doubts"].str.contains("stretching changes").all()
     column = "stretched_acceleration_rms_g"
     gain = 20 * np.log10(bare[column] / damped[column])
     np.testing.assert_allclose(damped["stretched_reduction_db"], gain, rtol=1e-4, atol=1e-4)

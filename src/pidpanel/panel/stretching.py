@@ -30,7 +30,8 @@ from pidpanel.panel.shapes import Shapes
 from pidpanel.panel.supports import Supports, held_vertices
 
 # Modes with their stretching: the lowest from `LOWEST` of the lowest frequency of the response on.
-# With 8 and 16 instead of 12 the displacement of the paper's panel changes by less than 0.2 %.
+# With 20 instead of 12 the displacement of the paper's panel changes by 0.02 % at most and its
+# g rms by 0.2 %, with 8 by 0.3 and 0.6 %, whether its edges are free or held.
 MODES, LOWEST = 12, 0.7
 
 POINTS_AT_ONCE = 20_000  # quadrature points taken together, so that memory does not grow

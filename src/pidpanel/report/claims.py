@@ -27,7 +27,6 @@ from pidpanel.report.html import Fragment
 from pidpanel.report.names import Study, family_of
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
 from pidpanel.report.text import percent, value_text
-from pidpanel.response.trust import MOTIONS
 from pidpanel.solve.bands import reduction
 
 # Difference [dB] below which two rms values are one to the reader of a plot of six decades.
@@ -222,8 +221,7 @@ def _stretched(
 ) -> Array:
     """Return g rms and displacement with stretching (n_levels, 2, n_points), linear without."""
     motions = []
-    for column in MOTIONS.values():
-        name = column.format("")
+    for name in ("acceleration_rms_g", "displacement_rms_mm"):
         linear = rms_by(summary, reading, labels, points, name)
         stretched = rms_by(summary, reading, labels, points, f"stretched_{name}")
         motions.append(stretched.fillna(linear).to_numpy(float))
