@@ -129,7 +129,10 @@ def test_held_edges_need_a_symmetric_section(tmp_path):
     section["top"], section["bottom"] = plies, plies[:2]
     ((line, message),) = refused(tmp_path, values)
     assert line.startswith("in_plane_edges:")
-    assert message == "panel.in_plane_edges = held: must be free; the section is not symmetric"
+    assert (
+        message
+        == "panel.in_plane_edges = held: in_plane_edges must be free: the section is not symmetric"
+    )
 
 
 def test_a_table_that_cannot_be_read_is_told_at_its_key(tmp_path):

@@ -185,7 +185,6 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     if study.sound is not None:
         yield from _check_spectrum(study.sound, study.response)
     yield from _check_masses(study.panel)
-    yield from _check_edges(study.panel)
     # of a table with mistakes the mass is not known
     masses = {} if table_mistakes else resolved_masses(study)
     mistakes = list(_check_mesh(study.panel, high, masses))
@@ -374,14 +373,6 @@ def _check_masses(panel: Panel) -> Iterator[Mistake]:
             )
             grams = f"; {mass.mass_kg:g} g would be {mass.mass_kg / 1e3:g}"
             yield Mistake(("panel", "masses", name, "mass_kg"), message + grams)
-
-
-def _check_edges(panel: Panel) -> Iterator[Mistake]:
-    from pidpanel.panel.from_study import StudiedPanel
-    from pidpanel.panel.stretching import in_plane_stiffness
-
-    if panel.in_plane_edges == "held" and in_plane_stiffness(StudiedPanel(panel).section) is None:
-        yield Mistake(("panel", "in_plane_edges"), "must be free; the section is not symmetric")
 
 
 def _check_mesh(

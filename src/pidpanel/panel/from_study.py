@@ -25,7 +25,7 @@ from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.resolution import ElementKind, Region, element_sizes
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
-from pidpanel.panel.stretching import panel_stretching
+from pidpanel.panel.stretching import check_edges, stretched_plate
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles, rim_size
 from pidpanel.provenance.digests import stamp
@@ -208,6 +208,7 @@ class StudiedPanel:
             patches, places = {**self.shapes, **self._feet}, {**places, **self._attached}
             check_panel(self._outline, self._holes, patches, places)
         checks.check_fit(self.area, self.supports, self.attachments)
+        check_edges(self.section, is_held=self.panel.in_plane_edges == "held")
         if mesh is None:
             checks.check_feet(self.area, self.supports)
         else:
@@ -388,8 +389,7 @@ def write_panel(study: Study, output: Files) -> None:
     shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=damper_masses(study))
     basis = basis_of(mesh, plate, shapes)
     held = panel.supports if study.panel.in_plane_edges == "held" else None
-    stretches = panel_stretching(mesh, plate, shapes, lowest, held)
-    stored = replace(plate.with_shapes(shapes.vectors), stretching=stretches)
+    stored = stretched_plate(mesh, plate, shapes, lowest, held)
     write_plate(output.plate, stored, stamp(study))
     wavenumber = face_wavenumber(basis, 2 * np.pi * highest / study.wave_speed)
     write_basis(output.modes, with_condensed_face(basis, wavenumber), stamp(study))

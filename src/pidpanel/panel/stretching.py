@@ -15,6 +15,7 @@ Chia, Nonlinear Analysis of Plates, McGraw-Hill 1980, ch. 1 and 2.
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,7 +23,7 @@ import scipy.sparse.linalg as spla
 from skfem import CellBasis, ElementQuad2, ElementTriP2, ElementVector, Mesh, MeshQuad, MeshTri
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.matrices import Stretching
+from pidpanel.panel.matrices import StoredPlate, Stretching
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import LOAD_ORDER, AssembledPlate, at_points
 from pidpanel.panel.section import SandwichSection, Section
@@ -52,6 +53,12 @@ def in_plane_stiffness(section: Section) -> Array | None:
     shift = np.linalg.solve(A, B)
     off = shift - np.trace(shift) / 3 * np.eye(3)
     return A if np.abs(off).max() <= NEUTRAL * section.distance else None
+
+
+def check_edges(section: Section, *, is_held: bool) -> None:
+    """Refuse edges that are held in the plane of a section that bends when it is stretched."""
+    if is_held and in_plane_stiffness(section) is None:
+        raise ValueError("in_plane_edges must be free: the section is not symmetric")
 
 
 def in_plane_basis(mesh: PanelMesh) -> CellBasis:
@@ -166,3 +173,15 @@ def panel_stretching(
     vectors = shapes.vectors[:, modes]
     slopes = np.stack([slope @ vectors for slope in plate.slope_at_quadrature])
     return Stretching(modes, membrane_tensor(basis, extensional, slopes, free))
+
+
+def stretched_plate(
+    mesh: PanelMesh,
+    plate: AssembledPlate,
+    shapes: Shapes,
+    lowest_frequency: float,
+    held: Supports | None,
+) -> StoredPlate:
+    """Return a plate with its shapes and what `panel_stretching` has of them."""
+    stretching = panel_stretching(mesh, plate, shapes, lowest_frequency, held)
+    return replace(plate.with_shapes(shapes.vectors), stretching=stretching)

@@ -377,6 +377,7 @@ def key_path(panel: Panel, message: str) -> Keys:
 def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
     yield "outline", ("outline_m",)
     yield "mesh: ", ("mesh",)
+    yield "in_plane_edges ", ("in_plane_edges",)
     yield f"{panel.mesh.file}:", ("mesh", "file")
     for noun, key in (("patch", "patches"), ("hole", "holes"), ("point", "points")):
         yield from ((f"{noun} {name!r}", (key, name)) for name in getattr(panel, key))
