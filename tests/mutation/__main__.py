@@ -51,7 +51,7 @@ FORMULAS = {
     "coupon": "balance contact cycles design drive geometry rows states",
     "damping": "atlas atlas_fit broadband coupled fit gaussian_process inelastic interpolation jump laws measured models sides "
     "surface surface_cases tables",
-    "panel": "attachments basis eigen checks grid mindlin modes navier plate point_supports resolution section shapes "
+    "panel": "attachments basis checks connectivity eigen grid mindlin modes navier plate point_supports resolution section shapes "
     "stretching supports thin triangles",
     "sound": "face field radiation spectrum table wavenumber_table",
     "solve": "bands basis_error dampers direct elements excitation layout lines maps mesh_error modal "
