@@ -101,7 +101,7 @@ def told(refusal, study, key, value):
         ("dampers", {f"d{i}": {"law": "paper_corrected"} for i in range(1001)}, "dampers = {d0: {law: paper_corrected}, d1: {law: paper_corrected}, d2:…: has 1001 names; allowed are 1000"),
         ("coupon.cell.dept_mm", 3, "coupon.cell.dept_mm = 3: unknown key; did you mean depth_mm?"),
         ("pannel", 3, "pannel = 3: unknown key; did you mean panel?"),
-        ("sound.colour", "a\tb", "sound.colour = a\\tb: unknown key; allowed are spectrum, oaspl_db, shift_db, field, incidence_deg, azimuth_deg, loaded_sides, pressure_reference, speed_m_s, air_density_kg_m3"),
+        ("sound.colour", "a\tb", "sound.colour = a\\tb: unknown key; allowed are spectrum, oaspl_db, shift_db, field, incidence_deg, azimuth_deg, surroundings, loaded_sides, pressure_reference, speed_m_s, air_density_kg_m3"),
     ],
 )  # fmt: skip
 def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):

@@ -41,6 +41,7 @@ def write_tables(
         dims = f"{axis} shape other_shape"
         variables[name] = variable(dims, table.even, units, long_name)
         variables[name].attrs["wavenumber_max_rad_m"] = table.wavenumber_max
+        variables[name].attrs["wavenumber_power"] = table.power
         if table.odd_over_wavenumber is not None:
             meaning = f"{long_name}: imaginary part over k"
             odd = variable(dims, table.odd_over_wavenumber, f"{units} m rad-1", meaning)
@@ -71,4 +72,5 @@ def read_table(path: Path, name: str) -> WavenumberTable:
             values(f"{name}_wavenumber"),
             values(name),
             values(f"{name}_odd") if f"{name}_odd" in file.variables else None,
+            int(file.variables[name].wavenumber_power),
         )

@@ -59,6 +59,7 @@ class WavenumberTable:
     even: Array
     # (m, n, n) its imaginary part, odd in k, over k; None for a real matrix
     odd_over_wavenumber: Array | None = None
+    power: int = 0  # the matrix is kᵖ times what is interpolated
     _pivots: dict[int, tuple[Index, float]] = field(default_factory=dict, repr=False, compare=False)
     _rows: dict[int, "WavenumberTable"] = field(default_factory=dict, repr=False, compare=False)
 
@@ -80,7 +81,7 @@ class WavenumberTable:
             If a wavenumber is above k_max: polynomials must not be extrapolated.
         """
         k = self._checked(wavenumber)
-        weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
+        weights = self._weights(k)
         even: Array = np.tensordot(weights, self.even, axes=1)
         if self.odd_over_wavenumber is None:
             return even
@@ -115,7 +116,7 @@ class WavenumberTable:
         if band not in self._rows:  # lines come in order: one band is enough
             self._rows.clear()
             self._rows[band] = self._rows_up_to(self.wavenumber_max / BAND**band, pivots)
-        weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
+        weights = self._weights(k)
         square = weights @ np.diagonal(self.even, axis1=1, axis2=2)
         return _factors(self._rows[band].matrix(k), pivots, square, tolerance)
 
@@ -134,7 +135,8 @@ class WavenumberTable:
             return table
 
         odd = self.odd_over_wavenumber
-        return WavenumberTable(k_max, nodes, read(self.even), None if odd is None else read(odd))
+        odd = None if odd is None else read(odd)
+        return WavenumberTable(k_max, nodes, read(self.even), odd, self.power)
 
     def _stand_for_all(self, band: int) -> tuple[Index, float]:
         """Return the shapes (r,) whose forces represent all in a band, and the accuracy.
@@ -161,6 +163,11 @@ class WavenumberTable:
             if all(holds):
                 return pivots, tolerance
         return empty
+
+    def _weights(self, k: Array) -> Array:
+        """Return the weights (nf, m) of the values at the nodes."""
+        weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
+        return k[:, None] ** self.power * weights if self.power else weights
 
     def _checked(self, wavenumber: ArrayLike) -> Array:
         k = np.asarray(wavenumber, dtype=np.float64)

@@ -1,0 +1,195 @@
+"""A thin panel with free edges in air: one matrix Z(k) for its load, its resistance and its mass.
+
+The pressure jumps over the panel by μ and is ±μ/2 on its faces. In wavenumbers κ a jump moves the
+air along the normal by the velocity γ μ̂/(2iωρ), γ = √(κ² − k²), outside the panel as well. With
+functions ψ for the jump, which fall to the edge as √distance, and shapes φ of the panel
+
+    A(k) = (2π)⁻² ∫ ψ̂* (γ/2) ψ̂ᵀ d²κ,    C = ∫ ψ φ dA,    Z(k) = Cᵀ A⁻¹ C    [m³],
+
+complex and symmetric (Galerkin's method for the hypersingular equation of a screen, Stephan 1987).
+It gives mass ρ Re Z and resistance ρω |Im Z| of the air on both faces. By reciprocity (Shorter and
+Langley 2005) a diffuse room loads the shapes with (4π/k) |Im Z| per mean square of its pressure.
+Far above ka = 1 both are those of two independent faces: Z → 2V − ik G/π with V and G of one face
+in a baffle (`radiation`, `field`).
+
+Behind a panel at the distance d from a rigid wall is its image: γ/2 becomes γ/2 (1 − exp(−2γd)).
+
+With P(κ) = (1/2π) ∮ ψ̂ψ̂* dα, even and entire in κ, A = (1/4π) ∫ P κ γ dκ. The part of k = 0 is
+integrated once; what is left falls fast:
+
+    4π A(k) = ∫ P κ² dκ − ∫ P κ (κ − γ) dκ,    γ = −i √(k² − κ²) for κ < k.
+
+A is entire in k as well, its real part even and its imaginary part odd. Z is not: its poles, the
+resonances of the air round the edges, lie about 2.2/L below the real axis, so that a table of Z has
+more nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.geometry.plane_waves import PanelQuadrature
+from pidpanel.sound.wavenumber_table import (
+    WavenumberTable,
+    chebyshev_nodes,
+    even_interpolation,
+    node_count,
+)
+
+# Nodes of a table of Z per kL, and beyond that.
+NODES_PER_REACH, MORE_NODES = 2.1, 16
+
+
+class Jumps(Protocol):
+    """Functions ψ of the jump, in blocks that do not interact; see `rectangle.RectangleJumps`."""
+
+    @property
+    def diameter(self) -> float:
+        """L of the panel [m]."""
+
+    @property
+    def reach(self) -> float:
+        """K [rad/m], to which P is tabulated."""
+
+    def means(self) -> list[Array]:
+        """Return P (count, n, n) [m⁴] at Chebyshev nodes up to K."""
+
+    def tails(self) -> list[Array]:
+        """Return ∫_K^∞ P κ² dκ (n, n) [m]."""
+
+    def couplings(self, panel: PanelQuadrature) -> list[Array]:
+        """Return C (n, n_shapes) [m²]."""
+
+    def waves(self, wavevector: Array) -> list[Complexes]:
+        """Return ∫ ψ exp(−iκ·x) dA (k, n) [m²] of wavevectors (k, 2) [rad/m]."""
+
+
+@dataclass(frozen=True)
+class FreePanel:
+    """A panel with free edges up to a wavenumber, alone or before a rigid wall."""
+
+    jumps: Jumps
+    wavenumber_max: float  # [rad/m]
+    wall: float  # d [m]; ∞ without one
+    operator: list[WavenumberTable]  # A of each block [m]
+
+    @classmethod
+    def of_jumps(cls, jumps: Jumps, wavenumber_max: float, wall: float = np.inf) -> FreePanel:
+        """Tabulate A of functions for 0 ≤ k ≤ k_max [rad/m]."""
+        reach = jumps.reach
+        count = node_count(reach, jumps.diameter)
+        nodes = chebyshev_nodes(wavenumber_max, node_count(wavenumber_max, jumps.diameter))
+        static = _static(reach, count)
+        moving = np.array([_moving(k, reach, count, wall) for k in nodes]) / (4 * np.pi)
+        operator = []
+        for mean, tail in zip(jumps.means(), jumps.tails(), strict=True):
+            n = mean.shape[1]
+            flat = mean.reshape(count, -1)
+            at_rest = (static @ flat + tail.ravel()) / (4 * np.pi)
+            even = at_rest - moving.real @ flat
+            odd = -(moving.imag / nodes[:, None]) @ flat
+            shape = (nodes.size, n, n)
+            table = WavenumberTable(wavenumber_max, nodes, even.reshape(shape), odd.reshape(shape))
+            operator.append(table)
+        return cls(jumps, wavenumber_max, wall, operator)
+
+    def impedance(self, wavenumber: float, couplings: list[Array]) -> Complexes:
+        """Return Z (n, n) [m³] at k [rad/m] of shapes with these C; Im Z is positive."""
+        total = np.zeros((couplings[0].shape[1],) * 2, np.complex128)
+        for table, coupling in zip(self.operator, couplings, strict=True):
+            operator = table.matrix([wavenumber])[0]
+            total += coupling.T @ np.linalg.solve(operator, coupling)
+        return total
+
+    def wave_force(
+        self, wavenumber: float, incidence: float, azimuth: float, couplings: list[Array]
+    ) -> Complexes:
+        """Return the forces (n,) [m²] of a plane wave of unit pressure on shapes with these C.
+
+        The angles are those of `field.plane_wave_modal_force`; a wall lies behind the panel.
+        """
+        along = wavenumber * np.sin(incidence) * np.array([[np.cos(azimuth), np.sin(azimuth)]])
+        normal = wavenumber * np.cos(incidence)
+        reflected = 1.0 if np.isinf(self.wall) else 1 - np.exp(-2j * normal * self.wall)
+        force = np.zeros(couplings[0].shape[1], np.complex128)
+        waves = self.jumps.waves(along)
+        for table, coupling, wave in zip(self.operator, couplings, waves, strict=True):
+            operator = table.matrix([wavenumber])[0].conj()
+            force += coupling.T @ np.linalg.solve(operator, wave[0])
+        return -1j * normal * reflected * force
+
+    def table_nodes(self) -> Array:
+        """Return the wavenumbers (count,) [rad/m] of a table of Z."""
+        reach = self.wavenumber_max * self.jumps.diameter
+        return chebyshev_nodes(self.wavenumber_max, int(NODES_PER_REACH * reach) + MORE_NODES)
+
+
+def _static(reach: float, count: int) -> Array:
+    """Return the weights (count,) of P at its nodes in ∫ P κ² dκ up to K."""
+    node, weight = np.polynomial.legendre.leggauss(2 * count)
+    kappa = reach / 2 * (1 + node)
+    return (reach / 2 * weight * kappa**2) @ even_interpolation(kappa, reach, count)
+
+
+def _moving(k: float, reach: float, count: int, wall: float) -> Complexes:
+    """Return the weights (count,) of P at its nodes in ∫ P κ (κ − γ (1 − exp(−2γd))) dκ up to K.
+
+    κ = k sin u below k, κ = k cosh t above: the root of γ is then smooth.
+    """
+    node, weight = np.polynomial.legendre.leggauss(count + 20)
+    angle = np.pi / 4 * (1 + node)
+    inside, gamma = k * np.sin(angle), -1j * k * np.cos(angle)
+    weights = np.pi / 4 * weight * 1j * gamma * inside * (inside - gamma * _image(gamma, wall))
+    total: Complexes = weights @ even_interpolation(inside, reach, count)
+    longest = np.arccosh(reach / k)
+    node, weight = np.polynomial.legendre.leggauss(4 * count)
+    stretch = longest / 2 * (1 + node)
+    gamma, outside = k * np.sinh(stretch), np.minimum(k * np.cosh(stretch), reach)
+    remainder = k * np.exp(-stretch) + gamma * (1 - _image(gamma, wall))
+    weights = longest / 2 * weight * gamma * outside * remainder
+    return total + weights @ even_interpolation(outside, reach, count)
+
+
+def _image(gamma: Array | Complexes, wall: float) -> Array | Complexes:
+    """Return 1 − exp(−2γd)."""
+    return np.ones_like(gamma) if np.isinf(wall) else -np.expm1(-2 * gamma * wall)
+
+
+def tabulate_diffuse_room(
+    panel: FreePanel, face: PanelQuadrature
+) -> tuple[WavenumberTable, WavenumberTable]:
+    """Tabulate the load of a diffuse room and the mass of the air for 0 ≤ k ≤ k_max.
+
+    Both as those of one of two independent faces: G = (π/k) |Im Z| [m⁴], of which the load is four
+    times per PSD of the room, and V = Re Z/2 [m³].
+    """
+    couplings = panel.jumps.couplings(face)
+    nodes = panel.table_nodes()
+    n = face.shape.shape[1]
+    force, volume = np.empty((nodes.size, n, n)), np.empty((nodes.size, n, n))
+    for index, k in enumerate(nodes):
+        impedance = panel.impedance(k, couplings)
+        impedance = (impedance + impedance.T) / 2
+        # of long waves |Im Z| goes with k³
+        force[index], volume[index] = np.pi * impedance.imag / k**3, impedance.real / 2
+    k_max = panel.wavenumber_max
+    return WavenumberTable(k_max, nodes, force, power=2), WavenumberTable(k_max, nodes, volume)
+
+
+def tabulate_free_plane_wave(
+    panel: FreePanel, face: PanelQuadrature, incidence: float, azimuth: float
+) -> WavenumberTable:
+    """Tabulate G = b bᴴ/4 [m⁴] of one plane wave, as that of one of two independent faces.
+
+    The load is four times that per PSD of the wave's pressure.
+    """
+    couplings, nodes = panel.jumps.couplings(face), panel.table_nodes()
+    force = np.array([panel.wave_force(k, incidence, azimuth, couplings) for k in nodes]) / 2
+    square = force[:, :, None] * force[:, None, :].conj() / nodes[:, None, None] ** 2
+    odd = np.ascontiguousarray(square.imag) / nodes[:, None, None]
+    even = np.ascontiguousarray(square.real)
+    return WavenumberTable(panel.wavenumber_max, nodes, even, odd, power=2)
