@@ -31,8 +31,11 @@ from typing import Protocol
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.geometry.plane_mesh import rectangle_corners
 from pidpanel.geometry.plane_waves import PanelQuadrature
+from pidpanel.sound.outline import OutlineJumps
+from pidpanel.sound.rectangle import RectangleJumps
 from pidpanel.sound.wavenumber_table import (
     WavenumberTable,
     chebyshev_nodes,
@@ -52,6 +55,10 @@ class Jumps(Protocol):
         """L of the panel [m]."""
 
     @property
+    def wavenumber(self) -> float:
+        """κ of the waves that the functions resolve [rad/m]."""
+
+    @property
     def reach(self) -> float:
         """K [rad/m], to which P is tabulated."""
 
@@ -66,6 +73,14 @@ class Jumps(Protocol):
 
     def waves(self, wavevector: Array) -> list[Complexes]:
         """Return ∫ ψ exp(−iκ·x) dA (k, n) [m²] of wavevectors (k, 2) [rad/m]."""
+
+
+def jumps_of(vertices: Array, cells: Index, wavenumber: float) -> Jumps:
+    """Return functions on a panel with this mesh for waves to κ [rad/m], or fewer."""
+    corners = rectangle_corners(vertices, cells)
+    if corners is None:
+        return OutlineJumps.of_mesh(vertices, cells, wavenumber)
+    return RectangleJumps.of_box(*corners, wavenumber)
 
 
 @dataclass(frozen=True)

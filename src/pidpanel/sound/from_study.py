@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.geometry.plane_mesh import rectangle_corners
 from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature, WettedFace
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.job import Files
@@ -23,14 +22,20 @@ from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table, write_tables
 from pidpanel.sound.free_edges import (
     FreePanel,
+    jumps_of,
     tabulate_diffuse_room,
     tabulate_free_plane_wave,
 )
 from pidpanel.sound.radiation import Air, tabulate_added_mass
-from pidpanel.sound.rectangle import RectangleJumps
 from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
 from pidpanel.sound.table import read_spectrum
-from pidpanel.sound.wavenumber_table import FieldError, WavenumberTable, constant_table
+from pidpanel.sound.wavenumber_table import (
+    JoinedTable,
+    Table,
+    WavenumberTable,
+    constant_table,
+    upper_share,
+)
 from pidpanel.study import Study
 from pidpanel.study.sound import Sound
 
@@ -38,6 +43,9 @@ if TYPE_CHECKING:  # slow to import
     import pandas as pd
 
 FACE_MARGIN = 2.0  # wavenumber to which a face is known over that of its shapes or of the sound
+
+# Vertices and cells of a mesh: bytes, shape and type of both.
+Outline = tuple[tuple[bytes, tuple[int, ...], str], ...]
 
 WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 
@@ -88,12 +96,12 @@ def band_table(sound: Sound) -> pd.DataFrame:
     )
 
 
-def excitation_of(sound: Sound, table: WavenumberTable) -> SoundExcitation:
+def excitation_of(sound: Sound, table: Table) -> SoundExcitation:
     """Return the sound of a study on a panel of which `sound_tables` made the table."""
     return SoundExcitation(spectrum_of(sound), table, sound.speed_m_s, sound.reference, sound.faces)
 
 
-def read_air(study: Study, modal_force: WavenumberTable, path: Path | None) -> Air | None:
+def read_air(study: Study, modal_force: Table, path: Path | None) -> Air | None:
     """Read the air on the panel of a study from ``sound/air.nc``; None where it is left out."""
     radiation = study.radiation
     if radiation == "none":
@@ -107,29 +115,35 @@ def read_air(study: Study, modal_force: WavenumberTable, path: Path | None) -> A
     return Air(sound.air_density_kg_m3, sound.speed_m_s, sides, diffuse, volume)
 
 
-def sound_tables(study: Study, shapes: WettedFace, *, air: bool) -> dict[str, WavenumberTable]:
+def sound_tables(study: Study, shapes: WettedFace, *, air: bool) -> dict[str, Table]:
     """Tabulate G of the field of a study [m⁴], and the air if required, over the wavenumber.
 
     Returns
     -------
     Tables by the names of `field_files`, to the highest frequency of the response.
     """
-    sound, air_mass = study.acoustics, study.response.air_mass
-    k_max = float(field.wavenumber(study.response.frequency_hz[1], sound.speed_m_s))
-    if sound.is_free:
-        return _free_tables(study, k_max, shapes, air=air)
-    tables = {MODAL_FORCE: modal_force_table(sound, k_max, shapes)}
+    sound, k_max = study.acoustics, _highest(study)
+    panel = free_panel(study, shapes)
+    tables = {} if panel is None else _free_tables(sound, panel, shapes, air=air)
+    if panel is not None and panel.wavenumber_max >= k_max:
+        return {**tables}
+    upper = {MODAL_FORCE: modal_force_table(sound, k_max, shapes)}
     if air:
-        tables |= air_tables(sound, shapes, k_max, air_mass=air_mass)
-    return tables
+        upper |= air_tables(sound, shapes, k_max, air_mass=study.response.air_mass)
+    if panel is None:
+        return {**upper}
+    return {name: JoinedTable(lower, upper[name]) for name, lower in tables.items()}
+
+
+def _highest(study: Study) -> float:
+    """Return the wavenumber of the highest frequency of the response [rad/m]."""
+    return float(field.wavenumber(study.response.frequency_hz[1], study.acoustics.speed_m_s))
 
 
 def _free_tables(
-    study: Study, k_max: float, shapes: MovedFace, *, air: bool
+    sound: Sound, panel: FreePanel, shapes: MovedFace, *, air: bool
 ) -> dict[str, WavenumberTable]:
-    """Tabulate the same of a panel with free edges."""
-    sound, face = study.acoustics, PanelQuadrature.from_face(shapes)
-    panel, tables = _free_panel(sound, k_max, shapes, face), {}
+    face, tables = PanelQuadrature.from_face(shapes), {}
     if sound.field != "diffuse":
         direction = sound.incidence, sound.azimuth
         tables[MODAL_FORCE] = tabulate_free_plane_wave(panel, face, *direction)
@@ -141,25 +155,23 @@ def _free_tables(
     return tables
 
 
-def _free_panel(sound: Sound, k_max: float, shapes: MovedFace, face: PanelQuadrature) -> FreePanel:
-    """Return the panel of a study with free edges, which its outline alone decides."""
-    corners = rectangle_corners(shapes.vertex_position, shapes.cells)
-    if corners is None:
-        raise FieldError("surroundings: free and {wall_m} are of rectangles without holes")
-    resolved = face.wavenumber / FACE_MARGIN  # of a condensed face, as a basis has it
-    return _rectangle(*corners, float(f"{resolved:.9g}"), k_max, sound.wall)
+def free_panel(study: Study, shapes: MovedFace) -> FreePanel | None:
+    """Return the panel of a study with free edges, which its outline decides; None in a baffle."""
+    if not study.acoustics.is_free:
+        return None
+    # of a condensed face, as a basis has it
+    resolved = shapes.quadrature_wavenumber / FACE_MARGIN
+    arrays = (np.ascontiguousarray(a) for a in (shapes.vertex_position, shapes.cells))
+    outline = tuple((a.tobytes(), a.shape, a.dtype.str) for a in arrays)
+    # one for shapes and those that widen them
+    return _free_panel(outline, float(f"{resolved:.9g}"), _highest(study), study.acoustics.wall)
 
 
-@lru_cache(maxsize=2)
-def _rectangle(
-    low: tuple[float, float],
-    high: tuple[float, float],
-    resolved: float,
-    k_max: float,
-    wall: float,
-) -> FreePanel:
-    jumps = RectangleJumps.of_box(np.array(low), np.array(high), resolved)
-    return FreePanel.of_jumps(jumps, k_max, wall)
+@lru_cache(maxsize=1)
+def _free_panel(outline: Outline, resolved: float, k_max: float, wall: float) -> FreePanel:
+    vertices, cells = (np.frombuffer(a, kind).reshape(shape) for a, shape, kind in outline)
+    jumps = jumps_of(vertices, cells, resolved)
+    return FreePanel.of_jumps(jumps, min(k_max, jumps.wavenumber), wall)
 
 
 def modal_force_table(sound: Sound, k_max: float, shapes: MovedFace) -> WavenumberTable:
@@ -177,10 +189,20 @@ def modal_force_table(sound: Sound, k_max: float, shapes: MovedFace) -> Wavenumb
 def modal_force_at(study: Study, frequency: float, shapes: MovedFace) -> Array | Complexes:
     """Return G (n, n) [m⁴] of the field of a study at one frequency [Hz], without a table."""
     sound, face = study.acoustics, PanelQuadrature.from_face(shapes)
-    k = field.wavenumber(frequency, sound.speed_m_s)
-    if sound.is_free:
-        k_max = float(field.wavenumber(study.response.frequency_hz[1], sound.speed_m_s))
-        return _free_force_at(sound, float(k), _free_panel(sound, k_max, shapes, face), face)
+    k = float(field.wavenumber(frequency, sound.speed_m_s))
+    panel = free_panel(study, shapes)
+    if panel is None:
+        return _baffled_force_at(sound, k, shapes, face)
+    is_whole = panel.wavenumber_max >= _highest(study)
+    share = 0.0 if is_whole else float(upper_share(k, panel.wavenumber_max))
+    lower = 0.0 if share == 1 else (1 - share) * _free_force_at(sound, k, panel, face)
+    upper = 0.0 if share == 0 else share * _baffled_force_at(sound, k, shapes, face)
+    return np.asarray(lower + upper)
+
+
+def _baffled_force_at(
+    sound: Sound, k: float, shapes: MovedFace, face: PanelQuadrature
+) -> Array | Complexes:
     match sound.field:
         case "diffuse":
             if np.isfinite(face.wavenumber):  # a condensed face is a grid
@@ -253,8 +275,11 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
         write_tables(air_nc, tables, stamp(study))
 
 
-def _tell(title: str, table: WavenumberTable) -> None:
+def _tell(title: str, table: Table) -> None:
     """Print the size of a table to the log of the stage."""
+    if isinstance(table, JoinedTable):
+        _tell(title, table.lower)
+        return _tell(f"{title} above that", table.upper)
     count, shapes = table.even.shape[:2]
     text = f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m"
     print(text, file=sys.stderr)

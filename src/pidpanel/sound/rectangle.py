@@ -12,6 +12,7 @@ that the matrices fall into four blocks.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.geometry.plane_waves import PanelQuadrature
@@ -27,17 +28,32 @@ SPARE_FUNCTIONS = 5
 FARTHEST = 4.0
 
 
+MOST_FUNCTIONS = 400
+
+
+def affordable(half: Array, spare: float, most: float) -> float:
+    """Return κ [rad/m] for which the product of κa + spare over both half sides is that many.
+
+    Examples
+    --------
+    >>> round(affordable(np.array([0.75, 0.5]), 5.0, 400.0), 3)
+    25.471
+    """
+    product, total = float(np.prod(half)), spare * float(np.sum(half))
+    return (np.sqrt(total**2 + 4 * product * (most - spare**2)) - total) / (2 * product)
+
+
 @dataclass(frozen=True)
-class Side:
+class SideFunctions:
     """The functions of a side, in the order of their degree m."""
 
     middle: float  # [m]
     half: float  # a [m]
     degree: Index  # (n,) m
 
-    def of_parity(self, parity: int) -> "Side":
+    def of_parity(self, parity: int) -> "SideFunctions":
         """Return the functions that are even (0) or odd (1)."""
-        return Side(self.middle, self.half, self.degree[self.degree % 2 == parity])
+        return SideFunctions(self.middle, self.half, self.degree[self.degree % 2 == parity])
 
     def transform(self, wavenumber: Array) -> Array:
         """Return i^p X_m (k, n) [m] with p = 0 of even and 1 of odd functions, which is real."""
@@ -93,18 +109,25 @@ class Side:
 class RectangleJumps:
     """Functions of the jump over a rectangle."""
 
-    x: Side
-    y: Side
+    x: SideFunctions
+    y: SideFunctions
+
+    wavenumber: float = np.inf  # κ [rad/m] of the waves that the functions resolve
 
     @classmethod
-    def of_box(cls, low: Array, high: Array, wavenumber: float) -> "RectangleJumps":
-        """Return functions that resolve waves to κ [rad/m] on a rectangle of two corners [m]."""
+    def of_box(cls, low: ArrayLike, high: ArrayLike, wavenumber: float) -> "RectangleJumps":
+        """Return functions on a rectangle of two corners [m] that resolve waves to κ [rad/m].
+
+        Or to a lower one, if that took more than `MOST_FUNCTIONS`.
+        """
+        low, high = np.asarray(low), np.asarray(high)
+        wavenumber = min(wavenumber, affordable((high - low) / 2, SPARE_FUNCTIONS, MOST_FUNCTIONS))
         sides = []
         for start, end in zip(low, high, strict=True):
             half = float(end - start) / 2
             count = int(np.ceil(wavenumber * half)) + SPARE_FUNCTIONS
-            sides.append(Side(float(start + end) / 2, half, np.arange(count)))
-        return cls(*sides)
+            sides.append(SideFunctions(float(start + end) / 2, half, np.arange(count)))
+        return cls(sides[0], sides[1], wavenumber)
 
     @property
     def diameter(self) -> float:
@@ -117,7 +140,7 @@ class RectangleJumps:
         return FARTHEST * max(side.degree.size / side.half for side in (self.x, self.y))
 
     @property
-    def _pairs(self) -> list[tuple[Side, Side]]:
+    def _pairs(self) -> list[tuple[SideFunctions, SideFunctions]]:
         return [(self.x.of_parity(p), self.y.of_parity(q)) for p in (0, 1) for q in (0, 1)]
 
     def means(self) -> list[Array]:

@@ -39,6 +39,8 @@ BAND = 1.1  # ratio of wavenumbers for which the same shapes represent all
 # Rows of G that are read together, so that they stay in the processor's own memory.
 ROWS_AT_ONCE = 16
 
+TRANSITION = 0.8  # start of a transition between two tables over its end
+
 FACTOR_SHARE = 0.5  # share of the shapes from which on a factor of G is no cheaper than G
 
 
@@ -176,6 +178,48 @@ class WavenumberTable:
                 f"wavenumber = {k.max():g} rad/m: the table reaches to {self.wavenumber_max:g}"
             )
         return k
+
+
+@dataclass(frozen=True)
+class JoinedTable:
+    """Two tables: one up to the end of a transition, one from its start on."""
+
+    lower: WavenumberTable  # up to the end of the transition, its k_max
+    upper: WavenumberTable
+
+    @property
+    def wavenumber_max(self) -> float:
+        """k_max [rad/m]."""
+        return self.upper.wavenumber_max
+
+    def matrix(self, wavenumber: ArrayLike) -> Array | Complexes:
+        """Return the matrix at the wavenumbers (nf,) [rad/m], (nf, n, n)."""
+        k = np.asarray(wavenumber, dtype=np.float64)
+        share = upper_share(k, self.lower.wavenumber_max)[:, None, None]
+        if k.size and np.all(share == 0):
+            return self.lower.matrix(k)
+        if np.all(share == 1):
+            return self.upper.matrix(k)
+        lower = self.lower.matrix(np.minimum(k, self.lower.wavenumber_max))
+        return (1 - share) * lower + share * self.upper.matrix(k)
+
+    def factors_at(self, wavenumber: ArrayLike) -> Array | Complexes | None:
+        """Return `WavenumberTable.factors_at`; None in the transition."""
+        k = np.asarray(wavenumber, dtype=np.float64)
+        share = upper_share(k, self.lower.wavenumber_max)
+        if k.size and np.all(share == 0):
+            return self.lower.factors_at(k)
+        return self.upper.factors_at(k) if np.all(share == 1) else None
+
+
+def upper_share(wavenumber: ArrayLike, end: float) -> Array:
+    """Return the share of the upper of two tables, 0 to 1 in the transition, without a kink."""
+    place = np.clip((np.asarray(wavenumber) / end - TRANSITION) / (1 - TRANSITION), 0, 1)
+    share: Array = place**2 * (3 - 2 * place)
+    return share
+
+
+Table = WavenumberTable | JoinedTable
 
 
 def _factors(
