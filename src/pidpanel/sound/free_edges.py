@@ -26,8 +26,9 @@ more nodes.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -37,6 +38,7 @@ from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.sound.outline import OutlineJumps
 from pidpanel.sound.rectangle import RectangleJumps
 from pidpanel.sound.wavenumber_table import (
+    FieldError,
     WavenumberTable,
     chebyshev_nodes,
     even_interpolation,
@@ -45,6 +47,10 @@ from pidpanel.sound.wavenumber_table import (
 
 # Nodes of a table of Z per kL, and beyond that.
 NODES_PER_REACH, MORE_NODES = 2.1, 16
+
+# Error of the interpolated load over the largest, the wavenumbers at which it is checked, the ratio
+# of nodes from one attempt to the next, and the largest error that is accepted after the last.
+NODE_ERROR, CHECKED, MORE, ATTEMPTS, LARGEST_ERROR = 3e-4, 9, 1.5, 5, 0.01
 
 
 class Jumps(Protocol):
@@ -95,16 +101,21 @@ class FreePanel:
     @classmethod
     def of_jumps(cls, jumps: Jumps, wavenumber_max: float, wall: float = np.inf) -> FreePanel:
         """Tabulate A of functions for 0 ≤ k ≤ k_max [rad/m]."""
+        from scipy.special import expn  # slow to import, and a check needs none
+
         reach = jumps.reach
         count = node_count(reach, jumps.diameter)
-        nodes = chebyshev_nodes(wavenumber_max, node_count(wavenumber_max, jumps.diameter))
+        length = float(np.hypot(jumps.diameter, _image_distance(wall)))
+        nodes = chebyshev_nodes(wavenumber_max, node_count(wavenumber_max, length))
         static = _static(reach, count)
+        # what a wall leaves of the part beyond K, which falls as κ⁻² without one
+        beyond = 1 - expn(2, 2 * reach * min(wall, 1e3))
         moving = np.array([_moving(k, reach, count, wall) for k in nodes]) / (4 * np.pi)
         operator = []
         for mean, tail in zip(jumps.means(), jumps.tails(), strict=True):
             n = mean.shape[1]
             flat = mean.reshape(count, -1)
-            at_rest = (static @ flat + tail.ravel()) / (4 * np.pi)
+            at_rest = (static @ flat + beyond * tail.ravel()) / (4 * np.pi)
             even = at_rest - moving.real @ flat
             odd = -(moving.imag / nodes[:, None]) @ flat
             shape = (nodes.size, n, n)
@@ -137,10 +148,36 @@ class FreePanel:
             force += coupling.T @ np.linalg.solve(operator, wave[0])
         return -1j * normal * reflected * force
 
-    def table_nodes(self) -> Array:
-        """Return the wavenumbers (count,) [rad/m] of a table of Z."""
-        reach = self.wavenumber_max * self.jumps.diameter
-        return chebyshev_nodes(self.wavenumber_max, int(NODES_PER_REACH * reach) + MORE_NODES)
+    @property
+    def length(self) -> float:
+        """Length [m] with which A varies over k: that of the panel, or of its image."""
+        return float(np.hypot(self.jumps.diameter, _image_distance(self.wall)))
+
+    def tabulated(self, values: Callable[[float], tuple[Any, ...]]) -> tuple[Any, ...]:
+        """Return arrays over the nodes of tables, that `values` gives of k [rad/m].
+
+        There are more nodes until the first, over k², is interpolated within `NODE_ERROR`: before a
+        close wall the resonances of the gap are sharp.
+        """
+        k_max = self.wavenumber_max
+        count = int(NODES_PER_REACH * k_max * self.length) + MORE_NODES
+        tried = k_max * (np.arange(CHECKED) + 0.5) / CHECKED
+        expected = np.array([np.diagonal(values(k)[0]) / k**2 for k in tried])
+        for attempt in range(ATTEMPTS):
+            nodes = chebyshev_nodes(k_max, count)
+            arrays = [np.array(rows) for rows in zip(*map(values, nodes), strict=True)]
+            diagonal = np.diagonal(arrays[0], axis1=1, axis2=2) / nodes[:, None] ** 2
+            missed = np.abs(even_interpolation(tried, k_max, count) @ diagonal - expected)
+            error = float(np.max(missed / np.max(np.abs(diagonal), axis=0)))
+            if error < NODE_ERROR or attempt == ATTEMPTS - 1:
+                break
+            count = int(MORE * count)
+        if error > LARGEST_ERROR:
+            raise FieldError(
+                f"{count} wavenumbers leave an error of {error:.1%} of the load; the resonances of "
+                "the air behind the panel are too sharp: use a lower frequency or a farther wall"
+            )
+        return nodes, *arrays
 
 
 def _static(reach: float, count: int) -> Array:
@@ -155,7 +192,8 @@ def _moving(k: float, reach: float, count: int, wall: float) -> Complexes:
 
     κ = k sin u below k, κ = k cosh t above: the root of γ is then smooth.
     """
-    node, weight = np.polynomial.legendre.leggauss(count + 20)
+    further = int(np.ceil(k * _image_distance(wall) / 2))
+    node, weight = np.polynomial.legendre.leggauss(count + 20 + further)
     angle = np.pi / 4 * (1 + node)
     inside, gamma = k * np.sin(angle), -1j * k * np.cos(angle)
     weights = np.pi / 4 * weight * 1j * gamma * inside * (inside - gamma * _image(gamma, wall))
@@ -167,6 +205,11 @@ def _moving(k: float, reach: float, count: int, wall: float) -> Complexes:
     remainder = k * np.exp(-stretch) + gamma * (1 - _image(gamma, wall))
     weights = longest / 2 * weight * gamma * outside * remainder
     return total + weights @ even_interpolation(outside, reach, count)
+
+
+def _image_distance(wall: float) -> float:
+    """Return the distance of the image [m]; 0 without one."""
+    return 0.0 if np.isinf(wall) else 2 * wall
 
 
 def _image(gamma: Array | Complexes, wall: float) -> Array | Complexes:
@@ -183,15 +226,15 @@ def tabulate_diffuse_room(
     times per PSD of the room, and V = Re Z/2 [m³].
     """
     couplings = panel.jumps.couplings(face)
-    nodes = panel.table_nodes()
-    n = face.shape.shape[1]
-    force, volume = np.empty((nodes.size, n, n)), np.empty((nodes.size, n, n))
-    for index, k in enumerate(nodes):
+
+    def values(k: float) -> tuple[Array, Array]:
         impedance = panel.impedance(k, couplings)
         impedance = (impedance + impedance.T) / 2
-        # of long waves |Im Z| goes with k³
-        force[index], volume[index] = np.pi * impedance.imag / k**3, impedance.real / 2
+        return np.pi / k * impedance.imag, impedance.real / 2
+
+    nodes, force, volume = panel.tabulated(values)
     k_max = panel.wavenumber_max
+    force /= nodes[:, None, None] ** 2  # of long waves |Im Z| goes with k³
     return WavenumberTable(k_max, nodes, force, power=2), WavenumberTable(k_max, nodes, volume)
 
 
@@ -202,9 +245,13 @@ def tabulate_free_plane_wave(
 
     The load is four times that per PSD of the wave's pressure.
     """
-    couplings, nodes = panel.jumps.couplings(face), panel.table_nodes()
-    force = np.array([panel.wave_force(k, incidence, azimuth, couplings) for k in nodes]) / 2
-    square = force[:, :, None] * force[:, None, :].conj() / nodes[:, None, None] ** 2
-    odd = np.ascontiguousarray(square.imag) / nodes[:, None, None]
-    even = np.ascontiguousarray(square.real)
-    return WavenumberTable(panel.wavenumber_max, nodes, even, odd, power=2)
+    couplings = panel.jumps.couplings(face)
+
+    def values(k: float) -> tuple[Complexes]:
+        force = panel.wave_force(k, incidence, azimuth, couplings) / 2
+        return (np.outer(force, force.conj()),)
+
+    nodes, square = panel.tabulated(values)
+    square /= nodes[:, None, None] ** 2
+    odd = square.imag / nodes[:, None, None]
+    return WavenumberTable(panel.wavenumber_max, nodes, square.real.copy(), odd, power=2)

@@ -23,7 +23,7 @@ SPARE_DEGREES = 5  # degrees of the polynomials beyond κa
 # Wavenumber integrated to over that of the functions.
 FARTHEST = 5.0
 
-MOST_FUNCTIONS = 250
+MOST_FUNCTIONS = 160
 
 QUADRATURE_ORDER = 8  # of √u p on an element
 

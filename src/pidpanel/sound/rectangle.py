@@ -37,10 +37,10 @@ def affordable(half: Array, spare: float, most: float) -> float:
     Examples
     --------
     >>> round(affordable(np.array([0.75, 0.5]), 5.0, 400.0), 3)
-    25.471
+    24.369
     """
     product, total = float(np.prod(half)), spare * float(np.sum(half))
-    return (np.sqrt(total**2 + 4 * product * (most - spare**2)) - total) / (2 * product)
+    return float((np.sqrt(total**2 + 4 * product * (most - spare**2)) - total) / (2 * product))
 
 
 @dataclass(frozen=True)

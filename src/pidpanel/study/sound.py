@@ -19,8 +19,9 @@ SPEED = 343.0  # of sound in air [m/s]
 class Wall(SectionModel):
     """A rigid wall behind the panel, parallel to it; the edges of the panel are free."""
 
-    wall_m: Annotated[float, Quantity(1e-4, 100, unit="metres")]
-    """Distance of the wall from the panel [m], at least a tenth of the panel's thickness."""
+    wall_m: Annotated[float, Quantity(1e-4, 2, unit="metres")]
+    """Distance of the wall from the panel [m], at least a tenth of the panel's thickness. A wall
+    farther away changes little: use ``free``."""
 
 
 class Sound(SectionModel):
