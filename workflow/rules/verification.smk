@@ -24,7 +24,7 @@ VERIFIED = {
         "clamped_disc",
         "turned",
     ],
-    "sound": ["field"],
+    "sound": ["field", "disc", "reciprocity", "rectangle", "wall"],
     "response": ["nafems_13r", "miles", "layouts", "power"],
     "base": ["oscillator", "supported_plate", "limits", "balance"],
 }

@@ -131,22 +131,23 @@ class FreePanel:
             total += coupling.T @ np.linalg.solve(operator, coupling)
         return total
 
-    def wave_force(
-        self, wavenumber: float, incidence: float, azimuth: float, couplings: list[Array]
+    def wave_forces(
+        self, wavenumber: float, incidence: Array, azimuth: Array, couplings: list[Array]
     ) -> Complexes:
-        """Return the forces (n,) [m²] of a plane wave of unit pressure on shapes with these C.
+        """Return the forces (nw, n) [m²] of plane waves of unit pressure on shapes with these C.
 
-        The angles are those of `field.plane_wave_modal_force`; a wall lies behind the panel.
+        The angles (nw,) are those of `field.plane_wave_modal_force`; a wall lies behind the panel.
         """
-        along = wavenumber * np.sin(incidence) * np.array([[np.cos(azimuth), np.sin(azimuth)]])
+        direction = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
+        along = wavenumber * np.sin(incidence)[:, None] * direction
         normal = wavenumber * np.cos(incidence)
         reflected = 1.0 if np.isinf(self.wall) else 1 - np.exp(-2j * normal * self.wall)
-        force = np.zeros(couplings[0].shape[1], np.complex128)
+        forces = np.zeros((incidence.size, couplings[0].shape[1]), np.complex128)
         waves = self.jumps.waves(along)
         for table, coupling, wave in zip(self.operator, couplings, waves, strict=True):
             operator = table.matrix([wavenumber])[0].conj()
-            force += coupling.T @ np.linalg.solve(operator, wave[0])
-        return -1j * normal * reflected * force
+            forces += wave @ np.linalg.solve(operator, coupling)
+        return (-1j * normal * reflected)[:, None] * forces
 
     @property
     def length(self) -> float:
@@ -246,9 +247,10 @@ def tabulate_free_plane_wave(
     The load is four times that per PSD of the wave's pressure.
     """
     couplings = panel.jumps.couplings(face)
+    direction = np.array([incidence]), np.array([azimuth])
 
     def values(k: float) -> tuple[Complexes]:
-        force = panel.wave_force(k, incidence, azimuth, couplings) / 2
+        (force,) = panel.wave_forces(k, *direction, couplings) / 2
         return (np.outer(force, force.conj()),)
 
     nodes, square = panel.tabulated(values)

@@ -221,7 +221,8 @@ def _free_force_at(
     couplings = panel.jumps.couplings(face)
     if sound.field == "diffuse":
         return np.asarray(np.pi / k * panel.impedance(k, couplings).imag, np.float64)
-    force = panel.wave_force(k, sound.incidence, sound.azimuth, couplings) / 2
+    direction = np.array([sound.incidence]), np.array([sound.azimuth])
+    (force,) = panel.wave_forces(k, *direction, couplings) / 2
     return np.outer(force, force.conj())
 
 

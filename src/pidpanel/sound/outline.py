@@ -14,7 +14,7 @@ from skfem.models.poisson import laplace, unit_load
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.sound.face import FoldedFace
-from pidpanel.sound.field import transform
+from pidpanel.sound.field import DIRECTIONS_AT_ONCE
 from pidpanel.sound.rectangle import affordable
 from pidpanel.sound.wavenumber_table import chebyshev_nodes, node_count
 
@@ -93,12 +93,12 @@ class OutlineJumps:
         torsion = skfem.solve(
             *skfem.condense(laplace.assemble(basis), unit_load.assemble(basis), D=held)
         )
-        position = basis.global_coordinates().value.reshape(2, -1).T
+        position = np.asarray(basis.global_coordinates()).reshape(2, -1).T
         factor = np.sqrt(np.maximum(np.asarray(basis.interpolate(torsion)).ravel(), 0.0))
         weight = basis.dx.ravel()
         rim = skfem.FacetBasis(mesh, quadratic, intorder=QUADRATURE_ORDER)
-        slope = -np.sum(rim.interpolate(torsion).grad * rim.normals.value, axis=0).ravel()
-        rim_position = rim.global_coordinates().value.reshape(2, -1).T
+        slope = -np.sum(rim.interpolate(torsion).grad * np.asarray(rim.normals), axis=0).ravel()
+        rim_position = np.asarray(rim.global_coordinates()).reshape(2, -1).T
 
         half = np.ptp(corners, axis=1) / 2
         # of a rectangle of degrees an ellipse is π/4
@@ -153,8 +153,7 @@ class OutlineJumps:
 
     def waves(self, wavevector: Array) -> list[Complexes]:
         """Return ∫ ψ exp(−iκ·x) dA (k, n) [m²]; x is measured from the middle."""
-        radial = np.linalg.norm(wavevector, axis=1)
-        azimuth = np.arctan2(wavevector[:, 1], wavevector[:, 0])
-        pairs = zip(radial, azimuth, strict=True)
-        parts = [transform(np.array([r]), np.array([a]), self.functions) for r, a in pairs]
-        return [np.array([even[0, 0] - 1j * odd[0, 0] for even, odd in parts])]
+        load = self.functions.weight[:, None] * self.functions.shape
+        position = (self.functions.position - self.functions.center).T
+        parts = np.array_split(wavevector, 1 + len(wavevector) // DIRECTIONS_AT_ONCE)
+        return [np.concatenate([np.exp(-1j * part @ position) @ load for part in parts])]
