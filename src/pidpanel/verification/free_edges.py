@@ -100,7 +100,7 @@ def reciprocity_rows(folder: Path) -> list[Row]:
     """Return the load by plane waves over that from Im Z, the worst of ten wavenumbers."""
     k_max, resolved = float(WAVENUMBERS[-1]), 10.0
     rectangle = RectangleJumps.of_box([0, 0], SIDES, resolved)
-    cases = {"rectangle, modes (1, 1) and (2, 1)": (
+    cases: dict[str, tuple[Jumps, PanelQuadrature]] = {"rectangle, modes (1, 1) and (2, 1)": (
         rectangle, condensed(sine_panel([(1, 1), (2, 1)]), FACE)
     )}  # fmt: skip
     for name, mesh in {
