@@ -88,7 +88,7 @@ def mistakes_of_surroundings(study: Study) -> Iterator[Mistake]:
     if not response.air_mass:
         yield Mistake(("response", "air_mass"), f"must be true {only} for resistance alone")
     if response.modal_damping == "diagonal" and study.radiation != "none":
-        message = f"diagonal needs response.radiation: none {only}, as the paper does"
+        message = "needs response.radiation: none with free edges; the paper's form has no air"
         yield Mistake(("response", "modal_damping"), message)
     thickness = study.panel.section.thickness
     if sound.wall < LEAST_GAP * thickness:
