@@ -30,7 +30,9 @@ MOST_FUNCTIONS = 160
 QUADRATURE_ORDERS, COARSE_CELLS = (8, 4), 3000
 
 # Least singular value that counts, of √u p at the points and of the polynomials for shapes.
-INDEPENDENT, REGULAR = 1e-8, 1e-9
+INDEPENDENT, REGULAR = 1e-8, 1e-5
+
+COARSEST = 6.0  # largest K times the size of an element, whose points lie about a quarter apart
 
 SHAPE_DEGREES = 1.6  # degrees of the polynomials that stand for shapes over those of jumps
 
@@ -90,7 +92,15 @@ class OutlineJumps:
             mesh, quadratic = skfem.MeshTri(corners, numbers), skfem.ElementTriP2()
         else:
             mesh, quadratic = skfem.MeshQuad(corners, numbers), skfem.ElementQuad2()
-        order = QUADRATURE_ORDERS[len(cells) > COARSE_CELLS]
+        half = np.ptp(corners, axis=1) / 2
+        # of a rectangle of degrees an ellipse is π/4
+        most = affordable(half, SPARE_DEGREES + 1, MOST_FUNCTIONS / (np.pi / 4))
+        wavenumber = min(wavenumber, most)
+        top = np.ceil(wavenumber * half).astype(int) + SPARE_DEGREES
+        reach = FARTHEST * float(np.max(top / half))
+        while reach * np.sqrt(np.prod(2 * half) / mesh.nelements) > COARSEST:
+            mesh = mesh.refined()  # the points of a coarse mesh do not resolve K
+        order = QUADRATURE_ORDERS[mesh.nelements > COARSE_CELLS]
         basis = skfem.Basis(mesh, quadratic, intorder=order)
         held = basis.get_dofs()  # on outline and rims
         torsion = skfem.solve(
@@ -103,11 +113,6 @@ class OutlineJumps:
         slope = -np.sum(rim.interpolate(torsion).grad * np.asarray(rim.normals), axis=0).ravel()
         rim_position = np.asarray(rim.global_coordinates()).reshape(2, -1).T
 
-        half = np.ptp(corners, axis=1) / 2
-        # of a rectangle of degrees an ellipse is π/4
-        most = affordable(half, SPARE_DEGREES + 1, MOST_FUNCTIONS / (np.pi / 4))
-        wavenumber = min(wavenumber, most)
-        top = np.ceil(wavenumber * half).astype(int) + SPARE_DEGREES
         polynomials = Polynomials.of_degrees(corners.T, (int(top[0]), int(top[1])))
         root = np.sqrt(weight)[:, None]
         raw = factor[:, None] * polynomials.values(position)
@@ -125,7 +130,7 @@ class OutlineJumps:
         return cls(
             PanelQuadrature(position, weight, values),
             at_rim.T @ at_rim,
-            FARTHEST * float(np.max(top / half)),
+            reach,
             for_shapes,
             to_shapes,
             wavenumber,
