@@ -317,7 +317,7 @@ class Model:
             return files
         folder = files["modes.nc"].parent
         names = {**PANEL_FILES, **SOUND_FILES}
-        if study.response.radiation != "none":
+        if study.radiation != "none":
             names["air"] = "air.nc"
         upstream, outputs = (
             Files({name: [folder / file] for name, file in group.items()})

@@ -25,7 +25,7 @@ VERIFIED = {
         "turned",
         "stretched",
     ],
-    "sound": ["field"],
+    "sound": ["field", "disc", "reciprocity", "rectangle", "wall"],
     "response": ["nafems_13r", "miles", "layouts", "power", "duffing", "stretching"],
     "base": ["oscillator", "supported_plate", "limits", "balance"],
 }

@@ -114,7 +114,7 @@ def duffing_excess(share: Array) -> Array:
     Examples
     --------
     >>> duffing_excess(np.array([0.0, 0.5, 1.0])).round(3)
-    array([0.   , 0.031, 0.082])
+    array([0.   , 0.032, 0.082])
     """
     return np.asarray(np.interp(share, *_duffing_table()))
 

@@ -219,7 +219,7 @@ def core_cell_width_mm(grade: str) -> float | None:
 
     Examples
     --------
-    >>> core_cell_width_mm("3/16-5056-0.0007")
+    >>> round(core_cell_width_mm("3/16-5056-0.0007"), 4)
     4.7625
     """
     inches = re.match(r"([1-9])/([1-9][0-9]?)-", grade)

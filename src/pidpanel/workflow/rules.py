@@ -115,7 +115,7 @@ def _panel(plan: Plan, study: Study) -> Rule:
 
 def _sound(plan: Plan, study: Study, panel: Mapping[str, str]) -> Rule:
     output = plan.files("sound", spectrum="spectrum.csv", modal_force="modal_force.nc")
-    if study.response.radiation != "none":
+    if study.radiation != "none":
         output["air"] = plan.results("sound/air.nc")
     values = {
         "study": plan.section("sound"),
