@@ -118,6 +118,23 @@ def test_what_the_stages_refuse_is_told_at_the_key_that_they_name(
     assert message.startswith(told.replace("{studies}", str(STUDIES)))
 
 
+def test_held_edges_need_a_symmetric_section(tmp_path):
+    # two plies on one face: B ≠ 0, and no neutral plane; red: `is None` → `is not None`
+    values = changed("sandwich_hole_hinge", ("panel", "supports"), "simply_supported")
+    values["panel"]["in_plane_edges"] = "held"
+    (tmp_path / "mine.yaml").write_text(yaml.safe_dump(values, allow_unicode=True))
+    checked_study(tmp_path / "mine.yaml")
+    section = values["panel"]["section"]
+    plies = section.pop("faces")
+    section["top"], section["bottom"] = plies, plies[:2]
+    ((line, message),) = refused(tmp_path, values)
+    assert line.startswith("in_plane_edges:")
+    assert (
+        message
+        == "panel.in_plane_edges = held: in_plane_edges must be free: the section is not symmetric"
+    )
+
+
 def test_a_table_that_cannot_be_read_is_told_at_its_key(tmp_path):
     # red: no try round read_spl_table, read_table; error.faults[:1]
     (tmp_path / "mine.csv").write_text("center_hz,spl_db\n100,120\n160,121\n125,122\n")

@@ -222,7 +222,7 @@ def carried_out(study, file: Path, folder: Path, *, page: bool) -> Path:
         (folder / stage).mkdir(parents=True, exist_ok=True)
     panel = files(within(folder / "panel", PANEL))
     write_panel(study, panel)
-    radiates = study.response.radiation != "none"
+    radiates = study.radiation != "none"
     sound = within(folder / "sound", SOUND | ({"air": "air.nc"} if radiates else {}))
     write_sound(study, read_basis(panel.modes), files(sound))
     upstream = within(folder / "panel", PANEL) | sound

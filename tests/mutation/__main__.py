@@ -51,14 +51,14 @@ FORMULAS = {
     "coupon": "balance contact cycles design drive geometry rows states",
     "damping": "atlas atlas_fit broadband coupled fit gaussian_process inelastic interpolation jump laws measured models sides "
     "surface surface_cases tables",
-    "panel": "attachments basis eigen checks grid mindlin modes navier plate point_supports resolution section shapes "
-    "supports thin triangles",
+    "panel": "attachments basis checks connectivity eigen grid mindlin modes navier plate point_supports resolution section shapes "
+    "stretching supports thin triangles",
     "sound": "chebyshev face field radiation spectrum table wavenumber_table",
     "solve": "bands basis_error dampers direct elements excitation layout lines maps mesh_error modal "
-    "model motions bare_motions panel power search sharpness solvers source stress base_motion uncertainty",
+    "model motions bare_motions panel power search sharpness solvers source stress base_motion stretching uncertainty",
     "coupled": "coupled_panel estimate impedance integration linear own_force "
     "excited_panel scenario_runs segments softening force_record spectra variants",
-    "response": "cases dampers extrapolation mapping model_error nastran panel tables",
+    "response": "cases dampers extrapolation mapping model_error nastran panel stretching tables",
     "base": "basis_check random sine",
     "severity": "fatigue moments oscillators strength tables",
     "optimise": "fidelity objectives places proposal reduced_panel search variants",

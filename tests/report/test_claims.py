@@ -155,6 +155,28 @@ def test_one_level_says_nothing_of_a_shift(study, respond):
     assert list(claims.verdicts(study, summary, psd, DISTANCE))
 
 
+def test_a_panel_that_stretches_rises_by_less_than_the_sound():
+    # 10 dB of sound, displacement by 10 and 7 dB; red: bare for rms; a rise without its step
+    rms = 10 ** (np.array([[0.0, 0.0], [10.0, 10.0], [19.8, 17.0]])[:, :, None] / 20)
+    error = np.full(rms.shape, 0.1)
+    oaspl = np.array([142.0, 152.0, 162.0])
+    found = claims.shifts_when_stretched(rms, rms, error, oaspl)
+    assert found.holds is False
+    assert "from 152 to 162 dB: 7.00 to 9.80 dB" in found.evidence
+    assert claims.shifts_when_stretched(rms[:2], rms[:2], error[:2], oaspl[:2]).holds is True
+
+
+def test_stretching_is_judged_where_there_is_some(study, respond):
+    # red: the claim without `if`; fillna left out
+    summary, psd = respond(FILL | PLACE, error_db=0.1)
+    assert not any("stretch" in v.claim for v in claims.verdicts(study, summary, psd, DISTANCE))
+    loud = summary["oaspl_db"] == 150.0
+    for name in ("acceleration_rms_g", "displacement_rms_mm"):
+        summary[f"stretched_{name}"] = np.where(loud, 0.6 * summary[name], np.nan)
+    found = verdict_of(study, summary, psd, "paper_corrected", "stretching of the panel")
+    assert found.holds is False
+
+
 def test_numbers_without_errors_decide_nothing(study, respond):
     # red: `isfinite` left out of decided, where comparisons with NaN would say "holds"
     summary, psd = respond(FILL | PLACE)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from pidpanel.report.summary_section import summary_section
+from pidpanel.response.stretching import COLUMNS as STRETCHED
 from tests.page_reader import blocks_of
 
 
@@ -71,3 +72,22 @@ def test_a_point_on_a_support_does_not_move(study, respond):
     summary.loc[summary["point"] == "corner", "status"] = "held"
     (table,) = blocks_of(summary_section(study, summary))
     assert all(row[5] == "does not move" for row in table.rows if row[4] == "corner")
+
+
+def test_stretching_has_its_columns_where_a_panel_stretches(study, respond):
+    # red: the columns without `if`; the error of the linear g rms
+    summary, _ = respond({})
+    (table,) = blocks_of(summary_section(study, summary))
+    assert not any("stretched" in head for head in table.columns)
+    at = 0
+    summary.loc[at, "beyond_linear_plate"] = True
+    summary = summary.assign(**dict.fromkeys(STRETCHED, np.nan))
+    summary.loc[at, list(STRETCHED)] = 12.34, 0.21, 0.912, 0.0123, 0.0, 5.43, 0.44
+    (table,) = blocks_of(summary_section(study, summary))
+    heads = [head for head in table.columns if "stretched" in head or "shift" in head]
+    first = table.columns.index(heads[0])
+    rows = [row[first : first + len(heads)] for row in table.rows]
+    assert rows.count(["–"] * len(heads)) == len(rows) - 1
+    (values,) = (row for row in rows if row[0] != "–")
+    assert [value.split(" ± ")[0] for value in values] == ["12.34", "0.912", "5.43"]
+    assert "edges free in the plane" in table.caption

@@ -111,3 +111,33 @@ def test_the_error_contains_what_single_tones_leave_out(summary_of):
     )
     assert (rows["reduction_error_db"] >= rows["model_error_db"]).all()
     assert (rows["model_error_db"] > 0).all()
+
+
+def test_a_panel_that_moves_by_more_than_a_tenth_of_its_thickness_is_stretched(summary_of):
+    # red: stretched_reduction_db of the linear bare panel; errors of the linearisation left out
+    def loud(values):
+        values["sound"]["oaspl_db"] = 168
+        values["scenarios"] = {
+            "level": {"patch": "PID-1", "fill_fraction": 0.8, "oaspl_db": [120, 168]}
+        }
+
+    rows = summary_of("loud", loud)
+    quiet = rows[rows["oaspl_db"] == 120.0]
+    assert not quiet["beyond_linear_plate"].any()
+    assert quiet.filter(like="stretched").isna().all(axis=None)
+    loud_rows = rows[(rows["oaspl_db"] == 168.0) & (rows["status"] == "ok")]
+    assert loud_rows["beyond_linear_plate"].any()
+    at = loud_rows.index.get_level_values("scenario") == "bare_168dB"
+    bare, damped = loud_rows[at].droplevel(0), loud_rows[~at].droplevel(0)
+    for case in (bare, damped):
+        assert (case["frequency_shift_percent"] > 0).all()
+        assert (case["frequency_shift_error_percent"] > 0).all()
+        ratio = case["stretched_displacement_rms_mm"] / case["displacement_rms_mm"]
+        assert (ratio < 1).all()
+        assert (case["stretched_displacement_rms_error_mm"] > 0).all()
+    column = "stretched_acceleration_rms_g"
+    gain = 20 * np.log10(bare[column] / damped[column])
+    np.testing.assert_allclose(damped["stretched_reduction_db"], gain, rtol=1e-4, atol=1e-4)
+    linear = bare["acceleration_rms_error_g"].fillna(0) / bare["acceleration_rms_g"]
+    relative = bare["stretched_acceleration_rms_error_g"] / bare[column]
+    assert (relative > linear).all()

@@ -23,8 +23,17 @@ GOOD = {
     "beyond_linear_plate": False, "extrapolated_share": 0.0, "data_missing": "steel to 61 g",
     "levels": 1,
     "motion_residual": 0.0, "basis_error": 1e-3, "reduction_error_db": 0.1,
-    "acceleration_rms_g": 10.0, "acceleration_rms_error_g": 0.3, "status": "ok",
+    "displacement_rms_mm": 5.0, "acceleration_rms_g": 10.0, "acceleration_rms_error_g": 0.3, "status": "ok",
 }  # fmt: skip
+
+
+def stretched(acceleration, acceleration_error, displacement, displacement_error):
+    return {
+        "stretched_acceleration_rms_g": acceleration,
+        "stretched_acceleration_rms_error_g": acceleration_error,
+        "stretched_displacement_rms_mm": displacement,
+        "stretched_displacement_rms_error_mm": displacement_error,
+    }
 
 
 @pytest.mark.parametrize(
@@ -32,6 +41,20 @@ GOOD = {
     [
         ({}, []),
         ({"beyond_linear_plate": 1}, ["not linear"]),
+        ({"beyond_linear_plate": 1, **stretched(10.3, 0.1, 4.9, 0.01)}, []),
+        ({"beyond_linear_plate": 1, **stretched(10.3, 0.1, 4.4, 0.05)}, []),
+        (
+            {"beyond_linear_plate": 1, **stretched(9.4, 0.11, 4.4, 0.05)},
+            ["not linear, stretching changes g rms by −6 ± 1 %"],
+        ),
+        (
+            {"beyond_linear_plate": 1, **stretched(11.0, 0.33, 4.9, 0.05)},
+            ["not linear, stretching changes g rms by +10 ± 3 %"],
+        ),
+        (
+            {"beyond_linear_plate": 1, **stretched(math.nan, math.nan, math.nan, math.nan)},
+            ["not linear"],
+        ),
         ({"extrapolated_share": 0.04}, []),
         (
             {"extrapolated_share": 0.12},

@@ -7,11 +7,14 @@ import xarray as xr
 
 from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.panel.files import read_basis
-from pidpanel.sound import field
+from pidpanel.sound import field, from_study
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
-from pidpanel.sound.from_study import spectrum_of
+from pidpanel.sound.free_edges import FreePanel
+from pidpanel.sound.from_study import excitation_of, spectrum_of
 from pidpanel.sound.radiation import tabulate_added_mass
-from pidpanel.sound.wavenumber_table import FieldError
+from pidpanel.sound.rectangle import RectangleJumps
+from pidpanel.sound.wavenumber_table import TRANSITION, FieldError
+from pidpanel.study import load_study
 from pidpanel.study.sound import Sound
 from tests.jobs import make_panel, make_sound
 
@@ -156,3 +159,63 @@ def test_sound_beyond_the_waves_that_the_face_serves_is_refused(run):
     # red: wavenumber_max > panel.wavenumber → False in `FoldedFace.from_panel`
     with pytest.raises(FieldError, match=r"shapes are known to .* rad/m, 62.8319 are needed"):
         run("field: diffuse, speed_m_s: 100", highest=500)
+
+
+FREE = "field: diffuse, surroundings: free, speed_m_s: 340"
+
+
+def free_panel_of(basis):
+    jumps = RectangleJumps.of_box([0, 0], [0.9, 0.6], basis.quadrature_wavenumber / 2)
+    panel = FreePanel.of_jumps(jumps, K_MAX)
+    return panel, jumps.couplings(PanelQuadrature.from_face(basis))
+
+
+def test_a_panel_with_free_edges_has_the_load_and_the_air_of_one_matrix(run, basis):
+    # red: np.pi / k → 4 * np.pi / k; impedance.real without / 2
+    folder, k = run(FREE, air=True), 0.7 * K_MAX
+    panel, couplings = free_panel_of(read_basis(basis))
+    expected = panel.impedance(k, couplings)
+    force = read_table(folder / "modal_force.nc", MODAL_FORCE).matrix([k])[0]
+    volume = read_table(folder / "air.nc", ADDED_VOLUME).matrix([k])[0]
+    largest = np.abs(expected).max()
+    np.testing.assert_allclose(force, np.pi / k * expected.imag, atol=1e-3 * largest)
+    np.testing.assert_allclose(volume, expected.real / 2, atol=1e-3 * largest)
+    # four times G is the load per PSD of the room, twice V its mass
+    sound = Sound(spectrum=folder / "bands.csv", surroundings="free")
+    excitation = excitation_of(sound, None)
+    room = spectrum_of(sound).points(np.array([100.0]))
+    np.testing.assert_allclose(excitation.spectrum(np.array([100.0])), 4 * room)
+
+
+def test_above_the_wavenumber_that_functions_resolve_both_faces_are_independent(
+    run, basis, monkeypatch
+):
+    # red: the shares of the two tables exchanged; the upper table not written
+    monkeypatch.setattr("pidpanel.sound.rectangle.MOST_FUNCTIONS", 36)
+    from_study._free_panel.cache_clear()
+    folder = run(FREE, air=True)
+    from_study._free_panel.cache_clear()
+    table = read_table(folder / "modal_force.nc", MODAL_FORCE)
+    end = table.lower.wavenumber_max
+    assert end < K_MAX
+    expected = field.diffuse_modal_force(K_MAX, face_of(basis))
+    found = table.matrix([K_MAX])[0]
+    np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+    k = np.array([0.5, TRANSITION, 0.9, 1.0]) * end
+    lower, upper, joined = (part.matrix(k) for part in (table.lower, table.upper, table))
+    np.testing.assert_array_equal(joined[:2], lower[:2])
+    np.testing.assert_allclose(joined[2], (lower[2] + upper[2]) / 2, rtol=1e-9)
+    np.testing.assert_allclose(joined[3], upper[3], rtol=1e-12)
+    assert table.factors_at([0.9 * end]) is None
+
+
+def test_the_air_of_a_panel_with_free_edges_is_on_both_faces_or_left_out(tmp_path):
+    # red: "two_sides" → "one_side" in `Study.radiation`
+    (tmp_path / "bands.csv").write_text(BANDS)
+    text = STUDY.format(sound=FREE, air_mass="true")
+    for name, expected in (("", "two_sides"), (", radiation: none", "none")):
+        (tmp_path / "a.yaml").write_text(text.replace(", air_mass: true", name))
+        assert load_study(tmp_path / "a.yaml").radiation == expected
+    baffled = text.replace("surroundings: free, ", "")
+    (tmp_path / "a.yaml").write_text(baffled)
+    assert load_study(tmp_path / "a.yaml").radiation == "none"

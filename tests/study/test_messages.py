@@ -24,6 +24,7 @@ FROM_FILE = PANEL_ALONE | {
     "scenarios": {"fill": {"patch": "middle", "fill_fraction": [0.4]}},
 }
 FROM_FILE["panel"]["mesh"]["file"] = str(STUDIES / "bdf_panel.bdf")
+FREE = PANEL_ALONE | {"sound": {"spectrum": "smc_s_016_2014_min_third.csv", "surroundings": "free"}}
 L_PANEL = PANEL_ALONE | {
     "panel": yaml.safe_load((STUDIES / "l_panel.yaml").read_text())["panel"],
     "scenarios": {"fill": {"patch": "arm", "fill_fraction": [0.4]}},
@@ -74,6 +75,8 @@ def told(refusal, study, key, value):
         ("coupon.accuracy.max_cycles", 8, "coupon.accuracy.max_cycles = 8: must be at least min_cycles = 10"),
         ("panel.damping_ratio", "much", "panel.damping_ratio = much: must be a number or a list or a CSV file"),
         ("panel.supports", "glued", "panel.supports = glued: must be 'simply_supported', 'simply_supported_soft', 'clamped' or 'free'"),
+        ("panel.in_plane_edges", "fixed", "panel.in_plane_edges = fixed: must be 'free' or 'held'"),
+        ("panel.section.extensional_stiffness_n_m", 2.0e7, "panel.section.extensional_stiffness_n_m = 20000000.0: must be at least 2.095e+07, 4 D/t² of two faces as far apart as the panel is thick"),
         ("panel.outline_m", [1.5, -1], "panel.outline_m[1] = -1: must be from 0.01 to 30"),
         ("panel.outline_m", [[0, 0], [1, 0]], "panel.outline_m = [[0, 0], [1, 0]]: must have at least 3 values, not 2"),
         ("panel.points.centre", [0.7, 0.5, 0.1], "panel.points.centre = [0.7, 0.5, 0.1]: must have at most 2 values, not 3"),
@@ -101,7 +104,7 @@ def told(refusal, study, key, value):
         ("dampers", {f"d{i}": {"law": "paper_corrected"} for i in range(1001)}, "dampers = {d0: {law: paper_corrected}, d1: {law: paper_corrected}, d2:…: has 1001 names; allowed are 1000"),
         ("coupon.cell.dept_mm", 3, "coupon.cell.dept_mm = 3: unknown key; did you mean depth_mm?"),
         ("pannel", 3, "pannel = 3: unknown key; did you mean panel?"),
-        ("sound.colour", "a\tb", "sound.colour = a\\tb: unknown key; allowed are spectrum, oaspl_db, shift_db, field, incidence_deg, azimuth_deg, loaded_sides, pressure_reference, speed_m_s, air_density_kg_m3"),
+        ("sound.colour", "a\tb", "sound.colour = a\\tb: unknown key; allowed are spectrum, oaspl_db, shift_db, field, incidence_deg, azimuth_deg, surroundings, loaded_sides, pressure_reference, speed_m_s, air_density_kg_m3"),
     ],
 )  # fmt: skip
 def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
@@ -134,6 +137,18 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (PANEL_ALONE, "response.radiation_beside", "one_side", "response.radiation_beside", "response.radiation_beside = one_side: was removed; run a copy of the study with response.radiation, and pidpanel compare both"),
         (COUPLED, "response.frequency_hz", [100, 104], "damping.coupled.duration_s", "damping.coupled.duration_s = 1: must be at least 2.5 for response.frequency_hz = [100, 104]"),
         (SMOKE, "sound.field", "plane_wave", "sound", "sound.incidence_deg: required for field: plane_wave, not allowed otherwise"),
+        (FREE, "sound.pressure_reference", "surface", "sound.pressure_reference", "sound.pressure_reference = surface: must be room with free edges; set sound.surroundings: baffle for another place"),
+        (FREE, "sound.loaded_sides", 2, "sound.loaded_sides", "sound.loaded_sides = 2: not allowed with free edges; set sound.surroundings: baffle to load one face"),
+        (FREE, "sound.field", "uniform", "sound.field", "sound.field = uniform: must be diffuse or plane_wave with free edges; set sound.surroundings: baffle for others"),
+        (FREE, "sound.field", "progressive_wave", "sound.field", "sound.field = progressive_wave: must be diffuse or plane_wave with free edges; set sound.surroundings: baffle for others; a wave along a thin panel does not load it"),
+        (FREE, "sound", FREE["sound"] | {"field": "plane_wave", "incidence_deg": 90}, "sound.incidence_deg", "sound.incidence_deg = 90: must be below 90 with free edges; set sound.surroundings: baffle; a wave along a thin panel does not load it"),
+        (FREE, "response.radiation", "two_sides", "response.radiation", "response.radiation = two_sides: must be none, or left out for air on both faces, with free edges; set sound.surroundings: baffle for another choice"),
+        (FREE, "response.air_mass", False, "response.air_mass", "response.air_mass = false: must be true with free edges; set sound.surroundings: baffle for resistance alone"),
+        (FREE, "response.modal_damping", "diagonal", "response.modal_damping", "response.modal_damping = diagonal: needs response.radiation: none with free edges; the paper's form has no air"),
+        (FREE, "sound.surroundings", {"wall_m": 0.002}, "sound.surroundings.wall_m", "sound.surroundings.wall_m = 0.002: must be at least a tenth of the panel's thickness, 0.0025"),
+        (FREE, "sound.surroundings", {"wall_m": 80}, "sound.surroundings.wall_m", "sound.surroundings.wall_m = 80: must be from 0.0001 to 2; 80 mm would be 0.08"),
+        (FREE, "sound.surroundings", "wall", "sound.surroundings", "sound.surroundings = wall: must be 'free' or 'baffle'"),
+        (FREE, "sound", {"surroundings": "free"}, "sound", "sound.spectrum: missing"),
         (SMOKE, "response", {"modal_damping": "diagonal", "radiation": "one_side"}, "response.radiation", "response.radiation = one_side: must be none for modal_damping: diagonal, the paper's form"),
         (SMOKE, "scenarios.fill.oaspl_db", [140, 150], "scenarios.fill", "scenarios.fill = {patch: PID-1, fill_fraction: [0.4, 0.8], oaspl_db: [140, 15…: only one of patch, fill_fraction and oaspl_db may be a list, not 2"),
         (SMOKE, "panel.patches", {"PID-1": {"centre_m": [1.45, 0.5], "size_m": [0.3, 0.2]}}, "panel.patches.PID-1",
@@ -313,3 +328,14 @@ def test_a_date_that_does_not_exist_is_text(tmp_path):
     first = next(line for line in text.splitlines() if line.startswith("title:"))
     path.write_text(text.replace(first, "title: 2026-02-30"))
     assert load_any_study(path).title == "2026-02-30"
+
+
+def test_edges_are_held_in_the_plane_only_where_they_are_supported(tmp_path):
+    # red: kinds == {"free"} → kinds
+    values = changed(PANEL_ALONE, "panel.in_plane_edges", "held")
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(values, allow_unicode=True))
+    load_any_study(path)
+    path.write_text(yaml.safe_dump(changed(values, "panel.supports", "free"), allow_unicode=True))
+    with pytest.raises(StudyError, match="in_plane_edges = held: must be free; no edge"):
+        load_any_study(path)

@@ -148,7 +148,7 @@ def test_a_name_without_quotes_is_text_as_it_is_written(refusal, name):
             exclude_categories=("C", "Z"), include_characters=" ", exclude_characters='/"'
         ),
         min_size=1,
-    ),
+    ).filter(lambda text: text.lstrip()[:1] not in "=@+-"),  # what a spreadsheet may compute
 )
 def test_any_name_is_told(refusal, case, name):
     # red: key.split(".")[-1] in mistakes.dotted

@@ -7,7 +7,7 @@ rule sound:
     output:
         spectrum=results("sound/spectrum.csv"),
         modal_force=results("sound/modal_force.nc"),
-        air=[results("sound/air.nc")] if STUDY.response.radiation != "none" else [],
+        air=[results("sound/air.nc")] if STUDY.radiation != "none" else [],
     log:
         results("sound/sound.log"),
     benchmark:
@@ -19,6 +19,7 @@ rule sound:
         sound=section("sound"),
         highest=STUDY.response.frequency_hz[1],
         air_mass=STUDY.response.air_mass,
+        radiation=STUDY.radiation,
     message:
         "Modal forces of the sound"
     script:

@@ -23,9 +23,10 @@ VERIFIED = {
         "supported_disc",
         "clamped_disc",
         "turned",
+        "stretched",
     ],
-    "sound": ["field"],
-    "response": ["nafems_13r", "miles", "layouts", "power"],
+    "sound": ["field", "disc", "reciprocity", "rectangle", "wall"],
+    "response": ["nafems_13r", "miles", "layouts", "power", "duffing", "stretching"],
     "base": ["oscillator", "supported_plate", "limits", "balance"],
 }
 # shown beside measurements of others, without a verdict

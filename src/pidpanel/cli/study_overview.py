@@ -142,6 +142,8 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     if names := study.panel.single_points:
         yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "
                                 "the mesh; state radius_m, of a mass from_m and to_m")  # fmt: skip
+    if study.sound is not None:
+        yield _line("stretch", _of_stretching(study.panel))
     patch_area = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
     yield _line("points", "; ".join(_of_points(study, mesh)))
     for label, weights in _damper_masses(study, patch_area).items():
@@ -193,6 +195,19 @@ def _of_modes(study: Study, estimate: PanelEstimate) -> str:
     if estimate.frequency.size and estimate.frequency[0] > high:
         note = f"; none below {high:g} Hz, where the response is quasi-static"
     return f"{rigid}{frequencies} Hz on {source}{note}"
+
+
+def _of_stretching(panel: Panel) -> str:
+    """Return from which displacement a panel stretches, and what is assumed there."""
+    from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.panel.stretching import in_plane_stiffness
+    from pidpanel.response.stretching import LINEAR
+
+    section = StudiedPanel(panel).section
+    opening = f"counts from {LINEAR * panel.section.thickness_mm:.3g} mm rms on"
+    if in_plane_stiffness(section) is None:
+        return f"{opening}; not computed, since the section is not symmetric"
+    return f"{opening}; edges are {panel.in_plane_edges} in the plane (panel.in_plane_edges)"
 
 
 def _of_tables(study: Study) -> Iterator[str]:

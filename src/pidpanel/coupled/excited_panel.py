@@ -66,48 +66,41 @@ def loaded_shapes(
 ) -> LoadedShapes:
     """Return the oscillators of a panel in air with dampers that are not integrated.
 
-    The panel moves in shapes of its own, each a single oscillator. The air adds the diagonal of its
-    mass and resistance; dampers add m_a D to the mass, with which new shapes follow, and the
-    diagonal of C_e D to their damping. What is left out changes the motion in which the particles
-    are seen a little, and C_e and m_a hardly; the response is computed with all of it
-    (`pidpanel.response`).
+    The panel moves in shapes of its own, each a single oscillator: those of its mass with m_a D of
+    dampers and the air's, both a mean over the logarithm of frequency. Each then has the mass of
+    the air, its resistance and C_e D at its own frequency, without what couples it to others. What
+    is left out changes the motion in which the particles are seen a little, and C_e and m_a hardly;
+    the response is computed with all of it (`pidpanel.response`).
     """
-    if air is not None:
-        modal = _in_air(modal, extent, air)
-    if not dampers:
+    if air is None and not dampers:
         return LoadedShapes(modal, None)
     nodes = np.geomspace(*extent, AIR_NODES)
-    # one mass for all frequencies: its mean over their logarithm
-    heavy = np.diag(modal.modal_mass) + sum(
-        damper.values(nodes)[1].mean() * damper.overlap for damper in dampers
-    )
+    n = len(modal.modal_mass)
+    added = np.zeros((AIR_NODES, n, n))  # mass and resistance of the air at the nodes
+    resistance = np.zeros_like(added)
+    if air is not None:
+        for index, frequency in enumerate(nodes):
+            stiffness, omega = air(nodes[index : index + 1])[0], 2 * np.pi * frequency
+            added[index], resistance[index] = -stiffness.real / omega**2, stiffness.imag / omega
+    mean_added = added.mean(axis=0)
+    bare = np.diag(modal.modal_mass)
+    heavy = bare + mean_added + sum(d.values(nodes)[1].mean() * d.overlap for d in dampers)
     square, vectors = eigh(np.diag(modal.modal_mass * modal.angular_frequency**2), heavy)
     natural = np.sqrt(np.maximum(square, 0)) / (2 * np.pi)
     clipped = np.clip(natural, *extent)
-    damping = np.einsum("in,i,in->n", vectors, modal.damping, vectors)
-    for damper in dampers:
-        diagonal = np.einsum("in,ij,jn->n", vectors, damper.overlap, vectors)
-        damping = damping + damper.values(clipped)[0] * diagonal
-    return LoadedShapes(_oscillators(natural, np.ones(len(natural)), damping), vectors)
 
-
-def _in_air(
-    modal: ModalBasis, extent: tuple[float, float], air: Callable[[Array], Complexes]
-) -> ModalBasis:
-    nodes = np.geomspace(*extent, AIR_NODES)
-    stiffness = np.stack([np.diagonal(air(nodes[k : k + 1])[0]) for k in range(len(nodes))])
-    omega = 2 * np.pi * nodes[:, None]
-    log_natural = np.log(np.clip(modal.natural_frequency, *extent))
+    def diagonal(matrix: Array) -> Array:
+        return np.einsum("in,...ij,jn->...n", vectors, matrix, vectors, optimize=True)
 
     def at_modes(values: Array) -> Array:
-        return np.array(
-            [np.interp(f, np.log(nodes), row) for f, row in zip(log_natural, values.T, strict=True)]
-        )
+        pairs = zip(np.log(clipped), values.T, strict=True)
+        return np.array([np.interp(place, np.log(nodes), row) for place, row in pairs])
 
-    mass = modal.modal_mass + at_modes(-stiffness.real / omega**2)
-    damping = modal.damping + at_modes(stiffness.imag / omega)
-    natural = modal.natural_frequency * np.sqrt(modal.modal_mass / mass)
-    return _oscillators(natural, mass, damping)
+    mass = 1 + at_modes(diagonal(added - mean_added))
+    damping = diagonal(np.diag(modal.damping)) + at_modes(diagonal(resistance))
+    for damper in dampers:
+        damping = damping + damper.values(clipped)[0] * diagonal(damper.overlap)
+    return LoadedShapes(_oscillators(natural / np.sqrt(mass), mass, damping), vectors)
 
 
 def _oscillators(natural: Array, mass: Array, damping: Array) -> ModalBasis:

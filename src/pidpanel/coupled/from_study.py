@@ -129,7 +129,7 @@ def read_excited_panel(study: Study, files: Files) -> ExcitedPanel:
         return ExcitedPanel(settings, moving, plate, supported.vectors, excitation, None)
     table = read_table(files.modal_force, MODAL_FORCE)
     shapes, sound = plate.shapes.astype(np.float64), excitation_of(study.acoustics, table)
-    air = read_air(study, study.response.radiation, table, files.get("air"))
+    air = read_air(study, table, files.get("air"))
     return ExcitedPanel(settings, basis, plate, shapes, sound, air)
 
 

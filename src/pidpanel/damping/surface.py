@@ -30,6 +30,8 @@ How well that predicts cases left out is counted in docs/theory/damping.md.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
@@ -37,7 +39,7 @@ from scipy.spatial import ConvexHull
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.broadband import SINGLE_TONES
-from pidpanel.damping.jump import Jump
+from pidpanel.damping.jump import WHOLE, Jump
 from pidpanel.damping.models import NODE_STEP, DampingModel, DampingValues, Point
 from pidpanel.damping.sides import Mixture, Sides, even_steps, joint_covariance
 from pidpanel.damping.surface_cases import (
@@ -70,11 +72,14 @@ class SimulatedRange:
         hull = ConvexHull(spread, qhull_options="QJ" if flat else "")
         self._normals, self._offsets = hull.equations[:, :-1], hull.equations[:, -1]
 
+    def in_bounds(self, points: Array) -> Flags:
+        """Return (n,) whether points (n, 3) of r, f, Γ are between the extreme values."""
+        above, below = points >= self.low * (1 - 1e-9), points <= self.high * (1 + 1e-9)
+        return np.asarray((above & below).all(axis=1))
+
     def contains(self, points: Array) -> Flags:
         """Return (n,) whether points (n, 3) of r, f, Γ are in the hull."""
-        in_bounds = np.all(
-            (points >= self.low * (1 - 1e-9)) & (points <= self.high * (1 + 1e-9)), axis=1
-        )
+        in_bounds = self.in_bounds(points)
         distance = _logarithmic(points)[:, self._spread] @ self._normals.T + self._offsets
         return in_bounds & (distance <= 1e-6).all(axis=1)
 
@@ -83,6 +88,10 @@ def _logarithmic(points: Array) -> Array:
     """Return (n, 3) r, f, Γ → r, ln f, ln Γ."""
     return np.stack([points[:, 0], np.log(points[:, 1]), np.log(points[:, 2])], axis=1)
 
+
+# Probability of crossing from which a bed is known by the closed form at fills and Γ at which cases
+# cross, though outside the hull of all; and the largest W/L, three times that of cases.
+CERTAIN, LARGEST_STROKE = 0.99, 25.0
 
 FREQUENCY_STEP = 0.04
 # Steps of ln f and ln Γ between the values that are computed, with linear interpolation between
@@ -137,7 +146,7 @@ class DampingSurface(DampingModel):
         nodes = np.log(self.low[1:]), np.log(self.high[1:])
         self.log_frequency = even_steps(nodes[0][0], nodes[1][0], FREQUENCY_STEP)
         self.log_acceleration = even_steps(nodes[0][1], nodes[1][1], ACCELERATION_STEP)
-        self._rows: dict[tuple[float, int], tuple[Array, Array, Array]] = {}
+        self._rows: dict[tuple[float, int], tuple[Array, Array, Array, Array]] = {}
 
     @property
     def onset_g(self) -> float:
@@ -181,19 +190,40 @@ class DampingSurface(DampingModel):
 
         Beyond the lowest and highest r, f and Γ of the cases g_C and g_m are constant; below the
         lowest Γ, h continues towards the onset. Inside is the convex hull of the cases in r, ln f
-        and ln Γ.
+        and ln Γ, and where beds are known to cross (`CERTAIN`) all between their extreme values at
+        fills and Γ at which some case crosses: the mean is the closed form, and its error that of
+        the process about it.
         """
         query = _points(*(np.asarray(a, float) for a in (fill_fraction, frequency, acceleration_g)))
         clipped = np.clip(query, self.low, self.high)
-        log_damping, relative, share = self._read(self.bed.points(*clipped.T))
+        log_damping, relative, share, certainty = self._read(self.bed.points(*clipped.T))
         return self._values(clipped[:, 0], clipped[:, 1], query[:, 2], log_damping, relative, share,
-                            self.simulated.contains(query))  # fmt: skip
+                            self._inside(query, certainty))  # fmt: skip
 
-    def _read(self, points: Array) -> tuple[Array, Array, Array]:
-        """Return g_C, its standard error and g_m at `groups` (n, 3)."""
+    def _inside(self, query: Array, certainty: Array) -> Flags:
+        """Return whether points (n, 3) are known, with `_read`'s certainty of crossing."""
+        inside = self.simulated.contains(query)
+        crosses = (certainty >= CERTAIN) & self.simulated.in_bounds(query)
+        if self._crossing is not None and (crosses & ~inside).any():
+            inside |= crosses & self._crossing.contains(_points(query[:, 0], 1.0, query[:, 2]))
+        return inside
+
+    @cached_property
+    def _crossing(self) -> SimulatedRange | None:
+        """Range in r and Γ of the cases that cross, at whatever frequency; None without any."""
+        crosses = training_data(self.cases, self.bed).side == 1
+        fill, _, gamma = self.cases.loc[crosses, list(AXES)].to_numpy(float).T
+        return SimulatedRange(_points(fill, 1.0, gamma)) if crosses.any() else None
+
+    def _read(self, points: Array) -> tuple[Array, Array, Array, Array]:
+        """Return g_C, its error, g_m and P(crosses as the closed form) at `groups` (n, 3)."""
         damping, mass = self.mixtures(points)
         share = np.zeros(len(points)) if mass is None else mass.mean
-        return damping.mean, np.sqrt(self.damping.variance(damping)), share
+        certainty = np.zeros(len(points))
+        if self.jump is not None:
+            stroke = np.exp(self.bed.log_stroke(points))
+            certainty = damping.crossing * ((stroke >= WHOLE) & (stroke <= LARGEST_STROKE))
+        return damping.mean, np.sqrt(self.damping.variance(damping)), share, certainty
 
     def _values(
         self, fill: Array, frequency: Array, gamma: Array, log_damping: Array, relative: Array,
@@ -230,18 +260,18 @@ class DampingSurface(DampingModel):
         weight = place - row
         clipped = np.clip(frequency, self.low[1], self.high[1])
         lower, upper = (self._row(float(fill_fraction), index) for index in (row, row + 1))
-        log_damping, relative, share = (
+        log_damping, relative, share, certainty = (
             np.interp(np.log(clipped), self.log_frequency, (1 - weight) * a + weight * b)
             for a, b in zip(lower, upper, strict=True)
         )
         fill = np.clip(np.full(len(frequency), float(fill_fraction)), self.low[0], self.high[0])
-        inside = self.simulated.contains(_points(float(fill_fraction), frequency, gamma))
+        inside = self._inside(_points(float(fill_fraction), frequency, gamma), certainty)
         return self._values(
             fill, clipped, np.full(len(frequency), gamma), log_damping, relative, share, inside
         )
 
-    def _row(self, fill: float, index: int) -> tuple[Array, Array, Array]:
-        """Return g_C, its standard error and g_m over ln f at one fill and one Γ of the grid."""
+    def _row(self, fill: float, index: int) -> tuple[Array, Array, Array, Array]:
+        """Return what `_read` does over ln f at one fill and one Γ of the grid."""
         if (fill, index) not in self._rows:
             frequency = np.exp(self.log_frequency)
             fills = np.full(frequency.shape, np.clip(fill, self.low[0], self.high[0]))

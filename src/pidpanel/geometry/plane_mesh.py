@@ -39,3 +39,23 @@ def boundary_edges(cells: Index) -> Index:
     ordered = np.sort(edges, axis=1)
     _, first, count = np.unique(ordered, axis=0, return_index=True, return_counts=True)
     return edges[np.sort(first[count == 1])]
+
+
+def rectangle_corners(
+    vertices: Array, cells: Index
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Return two corners [m] of a mesh that fills a rectangle along x and y; None if it does not.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
+    >>> rectangle_corners(corners, np.array([[0, 1, 2, 3]]))
+    ((0.0, 0.0), (2.0, 1.0))
+    >>> rectangle_corners(corners, np.array([[0, 1, 2]]))
+    """
+    used = vertices[np.unique(cells)]
+    low, high = used.min(axis=0), used.max(axis=0)
+    area = np.abs(cell_areas(vertices, cells)).sum()
+    if not np.isclose(area, np.prod(high - low), rtol=1e-6):
+        return None
+    return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))

@@ -233,7 +233,7 @@ def excited_panels(study: Study, files: Files) -> dict[str, ExcitedPanel]:
     with_strains = section.objective == "stress"
     for name in counted_excitations(study):
         if name == "sound":
-            start = read_response_panel(study, files, study.response.radiation)
+            start = read_response_panel(study, files)
             basis = _with_vertices(section, start.basis)
             start = replace(start, basis=basis, point_refinement_error=0.0)
             panels[name] = SoundExcitedPanel(start, StudySound(study), with_strains)

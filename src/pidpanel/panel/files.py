@@ -15,7 +15,7 @@ import xarray as xr
 
 from pidpanel.arrays import described_variables, variable
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.matrices import StoredPlate
+from pidpanel.panel.matrices import StoredPlate, Stretching
 from pidpanel.provenance.results import read_netcdf
 
 VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
@@ -109,6 +109,11 @@ def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -
             variables |= _as_variables(f"{kind}_{k}", matrix)
     for name in ("at_vertices", "at_quadrature"):
         variables |= _as_variables(name, getattr(plate, name))
+    if plate.stretching is not None:
+        axes, name = "mode mode_2 mode_3 mode_4", "membrane energy of the lowest modes"
+        variables["stretching"] = variable(axes, plate.stretching.tensor, "N m-3", name)
+        modes = plate.stretching.modes.astype(np.int32)
+        variables["stretched_mode"] = variable("mode", modes, "1", "number of the mode")
     dataset = xr.Dataset(variables, attrs={**attributes, "patches": "\n".join(plate.patch_overlap)})
     dataset.to_netcdf(path, engine="scipy")
 
@@ -148,6 +153,9 @@ def read_plate(path: Path) -> StoredPlate:
         at_quadrature=matrix("at_quadrature"),
         inertia=array("inertia"),
         shapes=array("shapes", np.float32),
+        stretching=Stretching(array("stretched_mode", np.int64), array("stretching"))
+        if "stretching" in data
+        else None,
     )
 
 

@@ -25,6 +25,7 @@ from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.resolution import ElementKind, Region, element_sizes
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
+from pidpanel.panel.stretching import check_edges, stretched_plate
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles, rim_size
 from pidpanel.provenance.digests import stamp
@@ -78,12 +79,9 @@ class StudiedPanel:
         """The section of the whole panel, in SI units."""
         spec = self.panel.section
         if spec.kind == "thin":
-            D, mass = spec.bending_stiffness_n_m, spec.mass_per_area_kg_m2
-            return sections.ThinSection(D, mass, spec.poissons_ratio, spec.thickness)
+            return sections.ThinSection(*spec.properties)
         if spec.kind == "solid":
-            return sections.SolidSection(
-                spec.youngs_modulus, spec.poissons_ratio, spec.density_kg_m3, spec.thickness
-            )
+            return sections.SolidSection(*spec.properties)
         materials = {name: _material(material) for name, material in spec.materials.items()}
         top, bottom = (
             tuple(sections.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
@@ -210,6 +208,7 @@ class StudiedPanel:
             patches, places = {**self.shapes, **self._feet}, {**places, **self._attached}
             check_panel(self._outline, self._holes, patches, places)
         checks.check_fit(self.area, self.supports, self.attachments)
+        check_edges(self.section, is_held=self.panel.in_plane_edges == "held")
         if mesh is None:
             checks.check_feet(self.area, self.supports)
         else:
@@ -380,19 +379,20 @@ def write_panel(study: Study, output: Files) -> None:
     ValueError
         If `StudiedPanel` refuses the panel.
     """
-    # pandas and xarray take half a second, and a check needs neither
+    # a check needs neither pandas nor xarray
     from pidpanel.panel import tables
     from pidpanel.panel.files import write_basis, write_plate, write_shapes
 
-    panel, highest = StudiedPanel(study.panel), study.response.frequency_hz[1]
+    panel, (lowest, highest) = StudiedPanel(study.panel), study.response.frequency_hz
     mesh = panel.mesh(output.mesh, panel.patch_sizes(highest, resolved_masses(study)))
     plate = panel.plate(mesh)
     shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=damper_masses(study))
     basis = basis_of(mesh, plate, shapes)
-    write_plate(output.plate, plate.with_shapes(shapes.vectors), stamp(study))
-    sound = 2 * np.pi * highest / study.wave_speed
-    condensed = with_condensed_face(basis, face_wavenumber(basis, sound))
-    write_basis(output.modes, condensed, stamp(study))
+    held = panel.supports if study.panel.in_plane_edges == "held" else None
+    stored = stretched_plate(mesh, plate, shapes, lowest, held)
+    write_plate(output.plate, stored, stamp(study))
+    wavenumber = face_wavenumber(basis, 2 * np.pi * highest / study.wave_speed)
+    write_basis(output.modes, with_condensed_face(basis, wavenumber), stamp(study))
     write_shapes(output.shapes, basis)
     modes = tables.mode_table(basis, panel.navier_size, panel.section)
     modes.to_csv(output.table, index=False, float_format="%.8g")

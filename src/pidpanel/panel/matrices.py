@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 
 import scipy.sparse as sp
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,14 @@ class PlateMatrices:
 
 
 @dataclass(frozen=True)
+class Stretching:
+    """Membrane energy ½ Σ A_ijkl q_i q_j q_k q_l of some modes; see `panel.stretching`."""
+
+    modes: Index  # (n,) their numbers in the basis
+    tensor: Array  # (n, n, n, n) A_ijkl [N/m³]; A_ijkl = A_jikl = A_klij
+
+
+@dataclass(frozen=True)
 class StoredPlate(PlateMatrices):
     """Matrices of a plate with the shapes of the panel's basis."""
 
@@ -47,3 +55,4 @@ class StoredPlate(PlateMatrices):
     # (n_patches, n_quadrature) weights over patches that elements do not follow [m²]; None where a
     # patch is whole elements
     patch_weight: sp.csr_array | None = None
+    stretching: Stretching | None = None  # of its lowest modes; None where it is not known

@@ -32,6 +32,8 @@ class AssembledPlate(PlateMatrices):
     # Positions off the mesh raise ValueError.
     interpolate: Callable[[Array], sp.csr_array]
     section: Section
+    # Two matrices (n_quadrature, n): ∂w/∂x and ∂w/∂y at the points of a pressure [1]
+    slope_at_quadrature: tuple[sp.csr_array, ...] = ()
 
 
 @BilinearForm
@@ -88,6 +90,7 @@ def assembled_plate(
     position = np.asarray(load.global_coordinates())
     values = [function[0] for function in load.basis]
     at_quadrature = sp.csr_array(at_points(values, load.element_dofs, load.N) @ free)
+    slopes = ([function[0].grad[k] for function in load.basis] for k in range(2))
     return AssembledPlate(
         stiffness=stiffness,
         mass=mass,
@@ -101,6 +104,9 @@ def assembled_plate(
         shear_at_vertices=shear_at_vertices,
         reactions=(reactions, sp.csr_array(reactions.shape)),
         section=section,
+        slope_at_quadrature=tuple(
+            sp.csr_array(at_points(slope, load.element_dofs, load.N) @ free) for slope in slopes
+        ),
         inertia=section.mass_per_area * (at_quadrature.T @ load.dx.ravel()),
     )
 

@@ -43,20 +43,32 @@ class ThinSection:
     """Isotropic thin plate of D [N m], m″ [kg/m²], ν and thickness t [m].
 
     ν has no influence on simply supported polygons, where the Gaussian curvature integrates to
-    zero, t none on the motion. Strains are those at z = ±t/2, stresses those of the homogeneous
-    plate with this D, E = 12 (1 − ν²) D / t³.
+    zero, t none on linear motion. Strains are those at z = ±t/2, stresses those of the homogeneous
+    plate with this D, E = 12 (1 − ν²) D / t³. So is the extensional stiffness E t/(1 − ν²) where
+    none is given.
     """
 
     bending_stiffness: float
     mass_per_area: float
     poissons_ratio: float = 0.3
     thickness: float = 0.025
+    extensional_stiffness: float | None = None  # E t/(1 − ν²) [N/m]
 
     @property
     def bending(self) -> Array:
         """D [[1, ν, 0], [ν, 1, 0], [0, 0, (1 - ν)/2]] [N m]."""
+        return self.bending_stiffness * self._isotropic
+
+    @property
+    def extensional(self) -> Array:
+        """A, with 12 D/t² in place of D unless it is given [N/m]."""
+        stated = self.extensional_stiffness
+        return (stated or 12 * self.bending_stiffness / self.thickness**2) * self._isotropic
+
+    @property
+    def _isotropic(self) -> Array:
         nu = self.poissons_ratio
-        return self.bending_stiffness * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
+        return np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
 
     @property
     def layers(self) -> tuple[Layer, ...]:
@@ -105,6 +117,11 @@ class SolidSection:
     def bending(self) -> Array:
         """Bending stiffness of a thin plate [N m]."""
         return self._thin.bending
+
+    @property
+    def extensional(self) -> Array:
+        """A of a thin plate [N/m]."""
+        return self._thin.extensional
 
     @property
     def shear(self) -> Array:

@@ -58,7 +58,7 @@ def stage_files(study: Study, results: Path) -> dict[str, Files]:
     names: dict[str, dict[str, str]] = {"panel": {k: f"panel/{v}" for k, v in PANEL.items()}}
     if study.sound is not None:
         sound = {"spectrum": "sound/spectrum.csv", "modal_force": "sound/modal_force.nc"}
-        air = {"air": "sound/air.nc"} if study.response.radiation != "none" else {}
+        air = {"air": "sound/air.nc"} if study.radiation != "none" else {}
         names["sound"] = sound | air
         names["response"] = {key: f"response/{name}" for key, name in RESPONSE.items()}
         names["maps"] = {"maps": "response/maps.nc", "folder": "response/maps"}

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -196,6 +196,38 @@ def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
     )
 
 
+def shifts_when_stretched(rms: Array, bare: Array, error: Array, oaspl: Array) -> Finding:
+    """Test whether motions rise by as many dB as the sound when the panel stretches.
+
+    ``rms``, of a scenario, and its ``error`` [dB], and ``bare``: (n_levels, n_motions, n_points).
+    """
+    order = np.argsort(oaspl)
+    step = np.diff(oaspl[order])[:, None, None]
+    rise, bare_rise = (np.diff(20 * np.log10(values[order]), axis=0) for values in (rms, bare))
+    spread = np.hypot(error[order][1:], error[order][:-1])
+    parts = [
+        f"{low:g} to {high:g} dB: {part.min():.2f} to {part.max():.2f} dB, "
+        f"the bare panel {plain.min():.2f} to {plain.max():.2f} dB"
+        for low, high, part, plain in zip(
+            oaspl[order][:-1], oaspl[order][1:], rise, bare_rise, strict=True
+        )
+    ]
+    text = f"g rms and displacement rise from {'; from '.join(parts)} (linear within {ALIKE:g} dB)"
+    return _finding(ALIKE - np.abs(rise - step), spread, text)
+
+
+def _stretched(
+    summary: pd.DataFrame, reading: str, labels: Mapping[object, str], points: Sequence[str]
+) -> Array:
+    """Return g rms and displacement with stretching (n_levels, 2, n_points), linear without."""
+    motions = []
+    for name in ("acceleration_rms_g", "displacement_rms_mm"):
+        linear = rms_by(summary, reading, labels, points, name)
+        stretched = rms_by(summary, reading, labels, points, f"stretched_{name}")
+        motions.append(stretched.fillna(linear).to_numpy(float))
+    return np.stack(motions, axis=1)
+
+
 def verdicts(
     study: Study, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
 ) -> Iterator[Verdict]:
@@ -241,6 +273,15 @@ def verdicts(
             oaspl = np.array([s.oaspl_db for s in scenarios], float)
             claim = "The response shifts linearly with the sound level"
             tests[claim] = partial(shifts_with_level, band, spread, oaspl)
+            stretched = rms_by(summary, reading, labels, points, "stretched_acceleration_rms_g")
+            if stretched.notna().to_numpy().any():
+                bare_by_level = dict(zip(labels, bare_labels, strict=True))
+                motion, plain = (
+                    _stretched(summary, reading, names, points) for names in (labels, bare_by_level)
+                )
+                errors = np.repeat(error.to_numpy(float)[:, None], motion.shape[1], axis=1)
+                claim = f"{claim}, with the stretching of the panel"
+                tests[claim] = partial(shifts_when_stretched, motion, plain, errors, oaspl)
         is_steady = bool(np.isfinite(rms.to_numpy(float)).all())
         for claim, test in tests.items():
             yield Verdict(claim, reading, test() if is_steady else None)

@@ -3,11 +3,13 @@
 from collections.abc import Collection
 from itertools import product
 
+import numpy as np
 import pandas as pd
 
 from pidpanel.report.html import PageSection, template_section
 from pidpanel.report.names import Study, names_of
 from pidpanel.report.text import DECIBEL_DECIMALS, NAMES, common_decimals, records
+from pidpanel.response.stretching import COLUMNS as STRETCHED
 
 
 def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
@@ -27,9 +29,10 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
         name = names[scenario.label]
         if name == scenario.label and not scenario.is_bare:
             name += f" ({scenario.filling_text})"
-        row = by_key[scenario.label, reading, point]
+        row = dict.fromkeys(STRETCHED, np.nan) | by_key[scenario.label, reading, point]
         rows.append({**row, "name": name, "is_bare": scenario.is_bare, **decimals[reading]})
-    return template_section("summary.html", "All scenarios", {"rows": rows})
+    values = {"rows": rows, "in_plane_edges": study.panel.in_plane_edges}
+    return template_section("summary.html", "All scenarios", values)
 
 
 def stress_section(stress: pd.DataFrame, bare: Collection[str]) -> PageSection:

@@ -24,6 +24,7 @@ from pidpanel.report.text import READINGS, capitalised, records
 from pidpanel.response import trust
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels, point_shifts
 
+NO_VALUES = pd.Series(dtype=float)  # of a column that is not there
 NAMED = 3  # scenarios that a warning names
 
 BETWEEN_POINTS = 1.12  # ratio to the worst point, 1 dB, above which motion elsewhere is reported
@@ -103,6 +104,8 @@ def _doubts(study: Study, summary: pd.DataFrame, reading: str) -> Iterator[dict[
             "status": "",
             "doubt": doubt,
             "displacement": doubted["displacement_rms_mm"].max(),
+            "stretched": doubted.get("stretched_displacement_rms_mm", NO_VALUES).max(),
+            "shift": doubted.get("frequency_shift_percent", NO_VALUES).max(),
             "share": worst["extrapolated_share"],
             "missing": worst["data_missing"],
             "known": "".join(word for word in known.split(trust.BETWEEN) if doubt in word),

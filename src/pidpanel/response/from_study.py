@@ -30,16 +30,14 @@ from pidpanel.solve.excitation import Matrices
 from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import (
-    air_tables,
     excitation_of,
     modal_force_at,
-    modal_force_table,
     read_air,
+    sound_tables,
     spectrum_of,
 )
 from pidpanel.sound.radiation import Air
 from pidpanel.study import Study
-from pidpanel.study.response import Radiation
 
 
 @dataclass(frozen=True)
@@ -50,27 +48,17 @@ class StudySound:
 
     def on_basis(self, basis: PanelBasis, air: Air | None) -> tuple[SoundExcitation, Air | None]:
         """Return the excitation of a basis, and the air on it where there is some."""
-        study = self.study
-        force = modal_force_table(study.acoustics, study.response.frequency_hz[1], basis)
-        excitation = excitation_of(study.acoustics, force)
-        if air is None:
-            return excitation, None
-        k_max, air_mass = force.wavenumber_max, study.response.air_mass
-        tables = air_tables(study.acoustics, basis, k_max, air_mass=air_mass)
-        return excitation, air.with_tables({MODAL_FORCE: force, **tables})
+        tables = sound_tables(self.study, basis, air=air is not None)
+        excitation = excitation_of(self.study.acoustics, tables[MODAL_FORCE])
+        return excitation, None if air is None else air.with_tables(tables)
 
     def force_at(self, frequency: float, basis: PanelBasis) -> Matrices:
         """Return G (n, n) [m⁴] of a basis at a frequency [Hz]."""
-        return modal_force_at(self.study.acoustics, frequency, basis)
+        return modal_force_at(self.study, frequency, basis)
 
 
-def read_response_panel(study: Study, files: Files, radiation: Radiation) -> ResponsePanel:
+def read_response_panel(study: Study, files: Files) -> ResponsePanel:
     """Read the files of the panel and sound stages.
-
-    Parameters
-    ----------
-    radiation
-        Sides that radiate into the air and carry its mass.
 
     Raises
     ------
@@ -94,7 +82,7 @@ def read_response_panel(study: Study, files: Files, radiation: Radiation) -> Res
         panel.section.mass_per_area,
         panel.wave_shift,
         panel.point_refinement_error(study.response.frequency_hz[1]),
-        read_air(study, radiation, table, files.get("air")),
+        read_air(study, table, files.get("air")),
     )
 
 
@@ -180,10 +168,9 @@ def write_response(
     """
     models = damping_models(study, damping, coupled)
     scenarios = scenarios_of(study)
-    start = read_response_panel(study, files, study.response.radiation)
-    checked = checked_responses(
-        start, read_plate(files.plate), scenarios, models, StudySound(study)
-    )
+    start = read_response_panel(study, files)
+    plate = read_plate(files.plate)
+    checked = checked_responses(start, plate, scenarios, models, StudySound(study))
     errors = None
     if coupled is not None:
         errors = read_errors(coupled, checked.panel.frequency, checked.panel.basis.point_names)
@@ -197,6 +184,7 @@ def write_response(
         refuses_outside=study.damping.level.outside == "refuse",
         coupled_errors=errors,
         coupled_accuracy=study.damping.coupled.relative_error,
+        stretching=plate.stretching,
     )
     write_tables(checked, tabulation, output)
 
@@ -218,7 +206,7 @@ def write_maps(study: Study, files: Files, output: Files) -> None:
     output
         maps, a NetCDF file, and folder for ParaView.
     """
-    panel = read_response_panel(study, files, study.response.radiation)
+    panel = read_response_panel(study, files)
     shapes = read_further_shapes(files.left_out)
     panel = widen(panel, read_plate(files.plate), shapes, StudySound(study))
     psd, coupled = read_psd(files.psd), files.get("coupled")

@@ -11,6 +11,7 @@ import pandas as pd
 
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import COUPLED
+from pidpanel.panel.matrices import Stretching
 from pidpanel.provenance.files import Files
 from pidpanel.response import tables
 from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase
@@ -22,6 +23,7 @@ from pidpanel.response.model_error import (
     with_model_error,
 )
 from pidpanel.response.refinement import CheckedResponses, write_further_shapes
+from pidpanel.response.stretching import StretchedCases
 from pidpanel.response.tables import PATCH_COLUMNS, damping_on_patches, only_motion, patch_rows
 from pidpanel.response.trust import judged
 from pidpanel.solve import stress, uncertainty
@@ -54,6 +56,7 @@ class Tabulation:
     # Standard errors of coupled runs by scenario; None for a study without any
     coupled_errors: Mapping[str, uncertainty.StandardErrors] | None
     coupled_accuracy: float  # required relative standard error of coupled runs [1]
+    stretching: Stretching | None  # of the lowest modes; None where it is not known
 
 
 def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Files) -> None:
@@ -126,6 +129,9 @@ class _Rows:
         self._tabulation = tabulation
         self._balance = BalanceCheck(panel)
         self._full = _full_responses(checked)
+        self._stretched = StretchedCases(
+            checked.solver, tabulation.stretching, checked.cases, tabulation.thickness
+        )
         basis = panel.basis
         self.layers = stress.distinct_layers(
             basis.layer_names, basis.layer_strain, basis.layer_stress
@@ -215,7 +221,9 @@ class _Rows:
         )
         masses, mass = case.masses(panel.load_area(response)), self._tabulation.panel_mass
         dead = tables.dead_weight_columns(case.bare, case.dead_weight, masses, mass)
-        return {**values, **tables.error_columns(values, error), **dead}
+        relative = np.nan if error is None else error.log_rms
+        stretched = self._stretched.columns(case, values, relative)
+        return {**values, **tables.error_columns(values, error), **dead, **stretched}
 
     def _strains(
         self, case: SolvedCase, response: PanelResponse, error: uncertainty.StandardErrors | None

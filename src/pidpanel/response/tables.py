@@ -13,6 +13,7 @@ from pidpanel.damping.broadband import EXACT, BroadbandError
 from pidpanel.response import model_error
 from pidpanel.response.cases import ResponseScenario, SolvedCase
 from pidpanel.response.panel import ResponsePanel
+from pidpanel.response.stretching import LINEAR
 from pidpanel.solve.bands import reduction
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import root_mean_square
@@ -58,7 +59,7 @@ def summary_columns(
         "patch_motion_g": patch_motion_g,
         "outside_run_points_share": outside,
         "levels": answer.fixed_points,
-        "beyond_linear_plate": displacement > thickness / 10,
+        "beyond_linear_plate": displacement > LINEAR * thickness,
         "power_balance_error": power_balance_error,
         "motion_residual": answer.residual,
     }

@@ -49,9 +49,8 @@ class FoldedFace:
         Waves along (α) and (π − α) differ in the sign of their parts odd along x, so that cross
         terms of parities cancel and a quarter of the circle is enough.
         """
-        reach = wavenumber * diameter
-        count = int(np.ceil((reach / 2 + spare_nodes(reach)) / 2))
-        azimuth = np.pi / 2 * (np.arange(count) + 0.5) / count
+        azimuth = quarter_circle(wavenumber * diameter)
+        count = azimuth.size
         along_x = wavenumber * np.cos(azimuth)[:, None] * self.x
         along_y = wavenumber * np.sin(azimuth)[:, None] * self.y
         waves_x = (np.cos(along_x), np.sin(along_x))
@@ -65,6 +64,13 @@ class FoldedFace:
             ]
         )
         return parts.T @ parts / count
+
+
+def quarter_circle(reach: float) -> Array:
+    """Return azimuths on (0, π/2) [rad] that do for the mean over a circle, of a κL."""
+    count = int(np.ceil((reach / 2 + spare_nodes(reach)) / 2))
+    azimuth: Array = np.pi / 2 * (np.arange(count) + 0.5) / count
+    return azimuth
 
 
 def _folded(load: Array) -> tuple[Array, Array]:

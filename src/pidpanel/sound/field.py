@@ -34,6 +34,7 @@ from pidpanel.sound.face import FoldedFace
 from pidpanel.sound.spectrum import PressureReference, Spectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import (
     FieldError,
+    Table,
     WavenumberTable,
     chebyshev_nodes,
     even_interpolation,
@@ -277,7 +278,7 @@ class SoundExcitation:
     """
 
     pressure: Spectrum
-    table: WavenumberTable  # G over wavenumber, which depends on the field (`sound.field`)
+    table: Table  # G over wavenumber, which depends on the field (`sound.field`)
     speed: float  # speed of sound [m/s]
     # See `spectrum.pressure_psd`
     reference: PressureReference = "surface"

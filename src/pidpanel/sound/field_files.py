@@ -1,17 +1,19 @@
 """The files of the modal force and of the air."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from pidpanel.arrays import Array, variable
-from pidpanel.sound.wavenumber_table import WavenumberTable
+from pidpanel.sound.wavenumber_table import JoinedTable, Table, WavenumberTable
 
 MODAL_FORCE = "modal_force"  # G of the field that drives the panel [m⁴]
 
 # G of the diffuse field [m⁴], which gives the radiation, and V of the added mass [m³].
 DIFFUSE, ADDED_VOLUME = "diffuse_modal_force", "added_volume"
+
+UPPER = "above"  # ending of the second part of a joined table
 
 KINDS = {
     MODAL_FORCE: ("m4", "modal force per pressure PSD, G"),
@@ -20,9 +22,7 @@ KINDS = {
 }
 
 
-def write_tables(
-    path: Path, tables: Mapping[str, WavenumberTable], attributes: Mapping[str, str]
-) -> None:
+def write_tables(path: Path, tables: Mapping[str, Table], attributes: Mapping[str, str]) -> None:
     """Write tables to NetCDF, each on its own nodes.
 
     Parameters
@@ -35,12 +35,13 @@ def write_tables(
     import xarray as xr  # slow to import, and reading does without
 
     variables = {}
-    for name, table in tables.items():
+    for name, kind, table in _parts(tables):
         axis = f"{name}_wavenumber"
-        units, long_name = KINDS[name]
+        units, long_name = KINDS[kind]
         dims = f"{axis} shape other_shape"
         variables[name] = variable(dims, table.even, units, long_name)
         variables[name].attrs["wavenumber_max_rad_m"] = table.wavenumber_max
+        variables[name].attrs["wavenumber_power"] = table.power
         if table.odd_over_wavenumber is not None:
             meaning = f"{long_name}: imaginary part over k"
             odd = variable(dims, table.odd_over_wavenumber, f"{units} m rad-1", meaning)
@@ -50,7 +51,17 @@ def write_tables(
     xr.Dataset(variables, attrs=dict(attributes)).to_netcdf(path, engine="scipy")
 
 
-def read_table(path: Path, name: str) -> WavenumberTable:
+def _parts(tables: Mapping[str, Table]) -> Iterator[tuple[str, str, WavenumberTable]]:
+    """Yield the tables by their names in the file and of `KINDS`."""
+    for kind, table in tables.items():
+        if isinstance(table, JoinedTable):
+            yield kind, kind, table.lower
+            yield f"{kind}_{UPPER}", kind, table.upper
+        else:
+            yield kind, kind, table
+
+
+def read_table(path: Path, name: str) -> Table:
     """Read one table that `write_tables` wrote.
 
     Raises
@@ -66,9 +77,14 @@ def read_table(path: Path, name: str) -> WavenumberTable:
         def values(variable: str) -> Array:
             return np.array(file.variables[variable].data, dtype=np.float64)
 
-        return WavenumberTable(
-            float(file.variables[name].wavenumber_max_rad_m),
-            values(f"{name}_wavenumber"),
-            values(name),
-            values(f"{name}_odd") if f"{name}_odd" in file.variables else None,
-        )
+        def table(part: str) -> WavenumberTable:
+            return WavenumberTable(
+                float(file.variables[part].wavenumber_max_rad_m),
+                values(f"{part}_wavenumber"),
+                values(part),
+                values(f"{part}_odd") if f"{part}_odd" in file.variables else None,
+                int(file.variables[part].wavenumber_power),
+            )
+
+        upper = f"{name}_{UPPER}"
+        return JoinedTable(table(name), table(upper)) if upper in file.variables else table(name)

@@ -6,6 +6,7 @@ The panel enters as arrays: `WettedFace`.
 from __future__ import annotations
 
 import sys
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,16 +20,32 @@ from pidpanel.provenance.files import Files
 from pidpanel.sound import field
 from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table, write_tables
+from pidpanel.sound.free_edges import (
+    FreePanel,
+    jumps_of,
+    tabulate_diffuse_room,
+    tabulate_free_plane_wave,
+)
 from pidpanel.sound.radiation import Air, tabulate_added_mass
 from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
 from pidpanel.sound.table import read_spectrum
-from pidpanel.sound.wavenumber_table import WavenumberTable, constant_table
+from pidpanel.sound.wavenumber_table import (
+    JoinedTable,
+    Table,
+    WavenumberTable,
+    constant_table,
+    upper_share,
+)
 from pidpanel.study import Study
-from pidpanel.study.response import Radiation
 from pidpanel.study.sound import Sound
 
 if TYPE_CHECKING:  # slow to import
     import pandas as pd
+
+FACE_MARGIN = 2.0  # wavenumber to which a face is known over that of its shapes or of the sound
+
+# Vertices and cells of a mesh: bytes, shape and type of both.
+Outline = tuple[tuple[bytes, tuple[int, ...], str], ...]
 
 WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 
@@ -66,7 +83,7 @@ def band_table(sound: Sound) -> pd.DataFrame:
     bands, (low, high) = spectrum.bands(), spectrum.reach
     center, edge = bands.center_frequency, np.clip(bands.edge_frequency, low, high)
     mean_square = [spectrum.points.mean_square(*ends) for ends in pairwise(edge.tolist())]
-    factor = sound.loaded_sides * PRESSURE_FACTOR[sound.pressure_reference]
+    factor = sound.faces * PRESSURE_FACTOR[sound.reference]
     psd = factor * np.array(mean_square) / np.diff(edge)
     return pd.DataFrame(
         {
@@ -79,17 +96,14 @@ def band_table(sound: Sound) -> pd.DataFrame:
     )
 
 
-def excitation_of(sound: Sound, table: WavenumberTable) -> SoundExcitation:
-    """Return the sound of a study on a panel of which `modal_force_table` made the table."""
-    return SoundExcitation(
-        spectrum_of(sound), table, sound.speed_m_s, sound.pressure_reference, sound.loaded_sides
-    )
+def excitation_of(sound: Sound, table: Table) -> SoundExcitation:
+    """Return the sound of a study on a panel of which `sound_tables` made the table."""
+    return SoundExcitation(spectrum_of(sound), table, sound.speed_m_s, sound.reference, sound.faces)
 
 
-def read_air(
-    study: Study, radiation: Radiation, modal_force: WavenumberTable, path: Path | None
-) -> Air | None:
+def read_air(study: Study, modal_force: Table, path: Path | None) -> Air | None:
     """Read the air on the panel of a study from ``sound/air.nc``; None where it is left out."""
+    radiation = study.radiation
     if radiation == "none":
         return None
     if path is None:
@@ -101,9 +115,67 @@ def read_air(
     return Air(sound.air_density_kg_m3, sound.speed_m_s, sides, diffuse, volume)
 
 
-def modal_force_table(sound: Sound, frequency_max: float, shapes: MovedFace) -> WavenumberTable:
-    """Tabulate G [m⁴] of the field of a study over the wavenumber, up to a frequency [Hz]."""
-    k_max = float(field.wavenumber(frequency_max, sound.speed_m_s))
+def sound_tables(study: Study, shapes: WettedFace, *, air: bool) -> dict[str, Table]:
+    """Tabulate G of the field of a study [m⁴], and the air if required, over the wavenumber.
+
+    Returns
+    -------
+    Tables by the names of `field_files`, to the highest frequency of the response.
+    """
+    sound, k_max = study.acoustics, _highest(study)
+    panel = free_panel(study, shapes)
+    tables = {} if panel is None else _free_tables(sound, panel, shapes, air=air)
+    if panel is not None and panel.wavenumber_max >= k_max:
+        return {**tables}
+    upper = {MODAL_FORCE: modal_force_table(sound, k_max, shapes)}
+    if air:
+        upper |= air_tables(sound, shapes, k_max, air_mass=study.response.air_mass)
+    if panel is None:
+        return {**upper}
+    return {name: JoinedTable(lower, upper[name]) for name, lower in tables.items()}
+
+
+def _highest(study: Study) -> float:
+    """Return the wavenumber of the highest frequency of the response [rad/m]."""
+    return float(field.wavenumber(study.response.frequency_hz[1], study.acoustics.speed_m_s))
+
+
+def _free_tables(
+    sound: Sound, panel: FreePanel, shapes: MovedFace, *, air: bool
+) -> dict[str, WavenumberTable]:
+    face, tables = PanelQuadrature.from_face(shapes), {}
+    if sound.field != "diffuse":
+        direction = sound.incidence, sound.azimuth
+        tables[MODAL_FORCE] = tabulate_free_plane_wave(panel, face, *direction)
+    if sound.field == "diffuse" or air:
+        force, volume = tabulate_diffuse_room(panel, face)
+        tables[MODAL_FORCE if sound.field == "diffuse" else DIFFUSE] = force
+        if air:
+            tables[ADDED_VOLUME] = volume
+    return tables
+
+
+def free_panel(study: Study, shapes: MovedFace) -> FreePanel | None:
+    """Return the panel of a study with free edges, which its outline decides; None in a baffle."""
+    if not study.acoustics.is_free:
+        return None
+    # of a condensed face, as a basis has it
+    resolved = shapes.quadrature_wavenumber / FACE_MARGIN
+    arrays = (np.ascontiguousarray(a) for a in (shapes.vertex_position, shapes.cells))
+    outline = tuple((a.tobytes(), a.shape, a.dtype.str) for a in arrays)
+    # one for shapes and those that widen them
+    return _free_panel(outline, float(f"{resolved:.9g}"), _highest(study), study.acoustics.wall)
+
+
+@lru_cache(maxsize=1)
+def _free_panel(outline: Outline, resolved: float, k_max: float, wall: float) -> FreePanel:
+    vertices, cells = (np.frombuffer(a, kind).reshape(shape) for a, shape, kind in outline)
+    jumps = jumps_of(vertices, cells, resolved)
+    return FreePanel.of_jumps(jumps, min(k_max, jumps.wavenumber), wall)
+
+
+def modal_force_table(sound: Sound, k_max: float, shapes: MovedFace) -> WavenumberTable:
+    """Tabulate G [m⁴] of the field of a study in a baffle, up to a wavenumber [rad/m]."""
     face = PanelQuadrature.from_face(shapes)
     match sound.field:
         case "diffuse":
@@ -114,12 +186,23 @@ def modal_force_table(sound: Sound, frequency_max: float, shapes: MovedFace) -> 
             return constant_table(k_max, _constant_force(sound, shapes))
 
 
-def modal_force_at(sound: Sound, frequency: float, shapes: MovedFace) -> Array | Complexes:
-    """Return G (n, n) [m⁴] of the field of a study at one frequency [Hz], without a table.
+def modal_force_at(study: Study, frequency: float, shapes: MovedFace) -> Array | Complexes:
+    """Return G (n, n) [m⁴] of the field of a study at one frequency [Hz], without a table."""
+    sound, face = study.acoustics, PanelQuadrature.from_face(shapes)
+    k = float(field.wavenumber(frequency, sound.speed_m_s))
+    panel = free_panel(study, shapes)
+    if panel is None:
+        return _baffled_force_at(sound, k, shapes, face)
+    is_whole = panel.wavenumber_max >= _highest(study)
+    share = 0.0 if is_whole else float(upper_share(k, panel.wavenumber_max))
+    lower = 0.0 if share == 1 else (1 - share) * _free_force_at(sound, k, panel, face)
+    upper = 0.0 if share == 0 else share * _baffled_force_at(sound, k, shapes, face)
+    return np.asarray(lower + upper)
 
-    Parameters are those of `modal_force_table`.
-    """
-    k, face = field.wavenumber(frequency, sound.speed_m_s), PanelQuadrature.from_face(shapes)
+
+def _baffled_force_at(
+    sound: Sound, k: float, shapes: MovedFace, face: PanelQuadrature
+) -> Array | Complexes:
     match sound.field:
         case "diffuse":
             if np.isfinite(face.wavenumber):  # a condensed face is a grid
@@ -130,6 +213,17 @@ def modal_force_at(sound: Sound, frequency: float, shapes: MovedFace) -> Array |
             return np.asarray(force[0], np.complex128)
         case "uncorrelated" | "uniform":
             return _constant_force(sound, shapes)
+
+
+def _free_force_at(
+    sound: Sound, k: float, panel: FreePanel, face: PanelQuadrature
+) -> Array | Complexes:
+    couplings = panel.jumps.couplings(face)
+    if sound.field == "diffuse":
+        return np.asarray(np.pi / k * panel.impedance(k, couplings).imag, np.float64)
+    direction = np.array([sound.incidence]), np.array([sound.azimuth])
+    (force,) = panel.wave_forces(k, *direction, couplings) / 2
+    return np.outer(force, force.conj())
 
 
 def _constant_force(sound: Sound, shapes: MovedFace) -> Array:
@@ -169,23 +263,24 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
     Raises
     ------
     ValueError
-        If `modal_force_table` or `air_tables` raises it.
+        If `sound_tables` raises it.
     """
     band_table(study.acoustics).to_csv(output.spectrum, index=False, float_format="%.7g")
-    force = modal_force_table(study.acoustics, study.response.frequency_hz[1], shapes)
-    _tell("modal force", force)
+    air_nc = output.get("air")
+    tables = sound_tables(study, shapes, air=air_nc is not None)
+    for name, table in tables.items():
+        _tell(name.replace("_", " "), table)
     attributes = {**stamp(study), "field": study.acoustics.field}
-    write_tables(output.modal_force, {MODAL_FORCE: force}, attributes)
-    if (air_nc := output.get("air")) is not None:
-        k_max, air_mass = force.wavenumber_max, study.response.air_mass
-        air = air_tables(study.acoustics, shapes, k_max, air_mass=air_mass)
-        for name, table in air.items():
-            _tell(name.replace("_", " "), table)
-        write_tables(air_nc, air, stamp(study))
+    write_tables(output.modal_force, {MODAL_FORCE: tables.pop(MODAL_FORCE)}, attributes)
+    if air_nc is not None:
+        write_tables(air_nc, tables, stamp(study))
 
 
-def _tell(title: str, table: WavenumberTable) -> None:
+def _tell(title: str, table: Table) -> None:
     """Print the size of a table to the log of the stage."""
+    if isinstance(table, JoinedTable):
+        _tell(title, table.lower)
+        return _tell(f"{title} above that", table.upper)
     count, shapes = table.even.shape[:2]
     text = f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m"
     print(text, file=sys.stderr)

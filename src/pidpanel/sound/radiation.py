@@ -46,6 +46,7 @@ from pidpanel.sound.field import wavenumber
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE
 from pidpanel.sound.wavenumber_table import (
     FieldError,
+    Table,
     WavenumberTable,
     chebyshev_nodes,
     even_interpolation,
@@ -70,7 +71,7 @@ VALUES_AT_ONCE = 2**14
 
 @dataclass(frozen=True)
 class Air:
-    """The air on the wetted sides (1 or 2) of a baffled panel: ρ₀ [kg/m³], c₀ [m/s].
+    """The air on the wetted sides (1 or 2) of a panel: ρ₀ [kg/m³], c₀ [m/s].
 
     ``diffuse`` is G of the diffuse field [m⁴] over wavenumber, ``added_volume`` V = M_air/ρ₀ of one
     side [m³]; without it the air has resistance alone.
@@ -79,10 +80,10 @@ class Air:
     density: float
     speed_of_sound: float
     wetted_sides: int
-    diffuse: WavenumberTable
-    added_volume: WavenumberTable | None
+    diffuse: Table
+    added_volume: Table | None
 
-    def with_tables(self, tables: Mapping[str, WavenumberTable]) -> Air:
+    def with_tables(self, tables: Mapping[str, Table]) -> Air:
         """Return the same air on other shapes, with the tables of `field_files` by their names."""
         diffuse = tables.get(DIFFUSE, tables[MODAL_FORCE])
         return replace(self, diffuse=diffuse, added_volume=tables.get(ADDED_VOLUME))

@@ -39,6 +39,8 @@ BAND = 1.1  # ratio of wavenumbers for which the same shapes represent all
 # Rows of G that are read together, so that they stay in the processor's own memory.
 ROWS_AT_ONCE = 16
 
+TRANSITION = 0.8  # start of a transition between two tables over its end
+
 FACTOR_SHARE = 0.5  # share of the shapes from which on a factor of G is no cheaper than G
 
 
@@ -59,6 +61,7 @@ class WavenumberTable:
     even: Array
     # (m, n, n) its imaginary part, odd in k, over k; None for a real matrix
     odd_over_wavenumber: Array | None = None
+    power: int = 0  # the matrix is kᵖ times what is interpolated
     _pivots: dict[int, tuple[Index, float]] = field(default_factory=dict, repr=False, compare=False)
     _rows: dict[int, "WavenumberTable"] = field(default_factory=dict, repr=False, compare=False)
 
@@ -80,7 +83,7 @@ class WavenumberTable:
             If a wavenumber is above k_max: polynomials must not be extrapolated.
         """
         k = self._checked(wavenumber)
-        weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
+        weights = self._weights(k)
         even: Array = np.tensordot(weights, self.even, axes=1)
         if self.odd_over_wavenumber is None:
             return even
@@ -115,7 +118,7 @@ class WavenumberTable:
         if band not in self._rows:  # lines come in order: one band is enough
             self._rows.clear()
             self._rows[band] = self._rows_up_to(self.wavenumber_max / BAND**band, pivots)
-        weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
+        weights = self._weights(k)
         square = weights @ np.diagonal(self.even, axis1=1, axis2=2)
         return _factors(self._rows[band].matrix(k), pivots, square, tolerance)
 
@@ -134,7 +137,8 @@ class WavenumberTable:
             return table
 
         odd = self.odd_over_wavenumber
-        return WavenumberTable(k_max, nodes, read(self.even), None if odd is None else read(odd))
+        odd = None if odd is None else read(odd)
+        return WavenumberTable(k_max, nodes, read(self.even), odd, self.power)
 
     def _stand_for_all(self, band: int) -> tuple[Index, float]:
         """Return the shapes (r,) whose forces represent all in a band, and the accuracy.
@@ -162,6 +166,11 @@ class WavenumberTable:
                 return pivots, tolerance
         return empty
 
+    def _weights(self, k: Array) -> Array:
+        """Return the weights (nf, m) of the values at the nodes."""
+        weights = even_interpolation(k, self.wavenumber_max, self.wavenumber.size)
+        return k[:, None] ** self.power * weights if self.power else weights
+
     def _checked(self, wavenumber: ArrayLike) -> Array:
         k = np.asarray(wavenumber, dtype=np.float64)
         if k.size and k.max() > self.wavenumber_max * (1 + 1e-12):
@@ -169,6 +178,48 @@ class WavenumberTable:
                 f"wavenumber = {k.max():g} rad/m: the table reaches to {self.wavenumber_max:g}"
             )
         return k
+
+
+@dataclass(frozen=True)
+class JoinedTable:
+    """Two tables: one up to the end of a transition, one from its start on."""
+
+    lower: WavenumberTable  # up to the end of the transition, its k_max
+    upper: WavenumberTable
+
+    @property
+    def wavenumber_max(self) -> float:
+        """k_max [rad/m]."""
+        return self.upper.wavenumber_max
+
+    def matrix(self, wavenumber: ArrayLike) -> Array | Complexes:
+        """Return the matrix at the wavenumbers (nf,) [rad/m], (nf, n, n)."""
+        k = np.asarray(wavenumber, dtype=np.float64)
+        share = upper_share(k, self.lower.wavenumber_max)[:, None, None]
+        if k.size and np.all(share == 0):
+            return self.lower.matrix(k)
+        if np.all(share == 1):
+            return self.upper.matrix(k)
+        lower = self.lower.matrix(np.minimum(k, self.lower.wavenumber_max))
+        return (1 - share) * lower + share * self.upper.matrix(k)
+
+    def factors_at(self, wavenumber: ArrayLike) -> Array | Complexes | None:
+        """Return `WavenumberTable.factors_at`; None in the transition."""
+        k = np.asarray(wavenumber, dtype=np.float64)
+        share = upper_share(k, self.lower.wavenumber_max)
+        if k.size and np.all(share == 0):
+            return self.lower.factors_at(k)
+        return self.upper.factors_at(k) if np.all(share == 1) else None
+
+
+def upper_share(wavenumber: ArrayLike, end: float) -> Array:
+    """Return the share of the upper of two tables, 0 to 1 in the transition, without a kink."""
+    place = np.clip((np.asarray(wavenumber) / end - TRANSITION) / (1 - TRANSITION), 0, 1)
+    share: Array = place**2 * (3 - 2 * place)
+    return share
+
+
+Table = WavenumberTable | JoinedTable
 
 
 def _factors(

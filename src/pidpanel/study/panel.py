@@ -186,6 +186,10 @@ class Panel(SectionModel):
     """Support of the whole outline, or supports of its parts. ``simply_supported``: w = 0 and
     no rotation along the edge; ``simply_supported_soft``: w = 0; ``clamped``: w = 0 and no
     slope; ``free``."""
+    in_plane_edges: Literal["free", "held"] = "free"
+    """Whether supported edges can move in the plane of the panel: ``free``, as on hinges or a
+    suspension, or ``held``, as in a stiff frame. A deflection of more than a tenth of the thickness
+    stretches the panel, far more if its edges are held."""
     masses: Mapping[str, Mass] = {}
     """Masses on the panel, by name."""
     damping_ratio: DampingRatios = 0.01
@@ -267,8 +271,15 @@ class Panel(SectionModel):
             *self._mistakes_of_extent(),
             *self._mistakes_of_mesh(),
             *mistakes_of_damping_ratio(self.damping_ratio),
+            *self._mistakes_of_edges(),
         ]
         yield from first or self._mistakes_of_place()
+
+    def _mistakes_of_edges(self) -> Iterator[Mistake]:
+        supports = self.support_input
+        kinds = {supports.outline, supports.holes, *(edge.kind for edge in supports.edges)}
+        if self.in_plane_edges == "held" and kinds == {"free"}:
+            yield Mistake(("in_plane_edges",), "must be free; no edge of the panel is supported")
 
     def _mistakes_of_extent(self) -> Iterator[Mistake]:
         """Yield an outline that is too small, too large or has too many elements."""
@@ -366,6 +377,7 @@ def key_path(panel: Panel, message: str) -> Keys:
 def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
     yield "outline", ("outline_m",)
     yield "mesh: ", ("mesh",)
+    yield "in_plane_edges ", ("in_plane_edges",)
     yield f"{panel.mesh.file}:", ("mesh", "file")
     for noun, key in (("patch", "patches"), ("hole", "holes"), ("point", "points")):
         yield from ((f"{noun} {name!r}", (key, name)) for name in getattr(panel, key))

@@ -24,6 +24,9 @@ FEWEST_LINES = 10
 FEWEST_PERIODS = 10
 
 
+LEAST_GAP = 0.1  # distance of a wall over the thickness of the panel
+
+
 def mistakes_of_point(study: Study, name: str, keys: Keys) -> Iterator[Mistake]:
     """Yield a name of no response point."""
     if name not in study.panel.points:
@@ -64,13 +67,33 @@ def _mistakes_without_sound(study: Study) -> Iterator[Mistake]:
     asked: dict[Keys, bool] = {
         ("severity",): study.severity is not None,
         ("response", "maps"): bool(response.maps),
-        ("response", "radiation"): response.radiation != "none",
+        ("response", "radiation"): response.radiation not in (None, "none"),
     }
     for name, compared in study.scenarios.items():
         asked["scenarios", name, "oaspl_db"] = compared.oaspl_db is not None
     for keys, is_asked in asked.items():
         if is_asked:
             yield Mistake(keys, "only allowed with a section sound")
+
+
+def mistakes_of_surroundings(study: Study) -> Iterator[Mistake]:
+    """Yield what a panel with free edges does not go together with."""
+    sound, response = study.sound, study.response
+    if sound is None or not sound.is_free:
+        return
+    only = "with free edges; set sound.surroundings: baffle"
+    if response.radiation not in (None, "none"):
+        message = f"must be none, or left out for air on both faces, {only} for another choice"
+        yield Mistake(("response", "radiation"), message)
+    if not response.air_mass:
+        yield Mistake(("response", "air_mass"), f"must be true {only} for resistance alone")
+    if response.modal_damping == "diagonal" and study.radiation != "none":
+        message = "needs response.radiation: none with free edges; the paper's form has no air"
+        yield Mistake(("response", "modal_damping"), message)
+    thickness = study.panel.section.thickness
+    if sound.wall < LEAST_GAP * thickness:
+        message = f"must be at least a tenth of the panel's thickness, {LEAST_GAP * thickness:.3g}"
+        yield Mistake(("sound", "surroundings", "wall_m"), message)
 
 
 def mistakes_of_coupled(study: Study) -> Iterator[Mistake]:

@@ -30,11 +30,13 @@ class Response(SectionModel):
     modal_damping: Literal["full", "diagonal"] = "full"
     """``full``: the whole modal damping matrix; ``diagonal``: the paper's Eq. 9–12, with
     the damping at the motion of the full matrix."""
-    radiation: Radiation = "none"
-    """Sides of a baffled panel that radiate into the air and carry its mass; none in the paper."""
+    radiation: Radiation | None = None
+    """Sides of a panel in a baffle that radiate into the air and carry its mass; by default none,
+    as in the paper. A panel with other ``sound.surroundings`` has air on both faces by default,
+    and none with ``none``."""
     air_mass: bool = True
-    """Whether the panel carries the mass of the air on the sides that radiate; false: resistance
-    alone."""
+    """Whether a panel in a baffle carries the mass of the air on the sides that radiate; false:
+    resistance alone."""
     maps: tuple[Text, ...] = ()
     """Scenarios, by their names in summary.csv, to map over the panel; by default the first bare
     panel."""
@@ -45,7 +47,7 @@ class Response(SectionModel):
         elif self.frequency_hz[1] < LEAST_SPAN * self.frequency_hz[0]:
             message = f"the second must be at least {LEAST_SPAN:g} times the first"
             yield Mistake(("frequency_hz",), f"spans hardly a resonance; {message}")
-        if self.modal_damping == "diagonal" and self.radiation != "none":
+        if self.modal_damping == "diagonal" and self.radiation not in (None, "none"):
             message = "must be none for modal_damping: diagonal, the paper's form"
             yield Mistake(("radiation",), message)
 

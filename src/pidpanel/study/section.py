@@ -22,6 +22,7 @@ Thickness = Annotated[float, Quantity(0.05, 1000, unit="millimetres")]  # of a p
 Angle = Annotated[float, Quantity(-360, 360)]  # [°]
 STIFFEST = 1.1e12  # Young's modulus of diamond [Pa]
 HEAVIEST = 22600.0  # density of osmium [kg/m³]
+ROUNDED = 0.01  # relative error of values that are stated with few digits
 
 
 class ThinSectionInput(SectionModel):
@@ -38,11 +39,20 @@ class ThinSectionInput(SectionModel):
     [mm]."""
     poissons_ratio: PoissonsRatio = 0.3
     """Poisson's ratio of the bending stiffness."""
+    extensional_stiffness_n_m: Annotated[float, Quantity(1, 1e12)] | None = None
+    """Extensional stiffness E t/(1 − ν²) of the faces together, for stretching at large deflections
+    [N/m]. By default that of a homogeneous plate, 12 D/t²; two thin faces have 4 D/t²."""
 
     @property
     def thickness(self) -> float:
         """Thickness [m]."""
         return self.thickness_mm * 1e-3
+
+    @property
+    def properties(self) -> tuple[float, float, float, float, float | None]:
+        """D [N m], mass per area [kg/m²], ν, thickness [m], extensional stiffness [N/m]."""
+        D, mass = self.bending_stiffness_n_m, self.mass_per_area_kg_m2
+        return D, mass, self.poissons_ratio, self.thickness, self.extensional_stiffness_n_m
 
     def mistakes(self) -> Iterator[Mistake]:
         opening = f"with thickness_mm = {self.thickness_mm:g} that of a material of"
@@ -57,6 +67,10 @@ class ThinSectionInput(SectionModel):
             if modulus * 1e-3 <= STIFFEST:
                 message += f"; {D:.7g} N mm would be {D * 1e-3:g}"
             yield Mistake(("bending_stiffness_n_m",), message)
+        least, extensional = 4 * D / self.thickness**2, self.extensional_stiffness_n_m
+        if extensional is not None and extensional < least * (1 - ROUNDED):
+            message = f"must be at least {least:.4g}, 4 D/t² of two faces as far apart as the panel"
+            yield Mistake(("extensional_stiffness_n_m",), f"{message} is thick")
 
 
 class SolidSectionInput(SectionModel):
@@ -82,6 +96,11 @@ class SolidSectionInput(SectionModel):
     def thickness(self) -> float:
         """Thickness [m]."""
         return self.thickness_mm * 1e-3
+
+    @property
+    def properties(self) -> tuple[float, float, float, float]:
+        """E [Pa], ν, density [kg/m³], thickness [m]."""
+        return self.youngs_modulus, self.poissons_ratio, self.density_kg_m3, self.thickness
 
 
 class MaterialInput(SectionModel):
@@ -200,7 +219,7 @@ def core_cell_width_mm(grade: str) -> float | None:
 
     Examples
     --------
-    >>> core_cell_width_mm("3/16-5056-0.0007")
+    >>> round(core_cell_width_mm("3/16-5056-0.0007"), 4)
     4.7625
     """
     inches = re.match(r"([1-9])/([1-9][0-9]?)-", grade)

@@ -7,10 +7,21 @@ from typing import Annotated, Literal
 
 from pidpanel.paths import DATA
 from pidpanel.study.base import Level, SectionModel, file_in
+from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
 
+PressureReference = Literal["surface", "room", "incident"]
+
 SPEED = 343.0  # of sound in air [m/s]
+
+
+class Wall(SectionModel):
+    """A rigid wall behind the panel, parallel to it; the edges of the panel are free."""
+
+    wall_m: Annotated[float, Quantity(1e-4, 2, unit="metres")]
+    """Distance of the wall from the panel [m], at least a tenth of the panel's thickness. A wall
+    farther away changes little: use ``free``."""
 
 
 class Sound(SectionModel):
@@ -33,16 +44,42 @@ class Sound(SectionModel):
     """Angle between the direction of a plane wave and the normal of the panel [°]."""
     azimuth_deg: Annotated[float, Quantity(-180, 360)] | None = None
     """Direction of a wave in the plane of the panel, from x [°]; 0 by default."""
-    loaded_sides: Literal[1, 2] = 1
-    """2: independent fields of that level on both faces, twice the PSD."""
-    pressure_reference: Literal["surface", "room", "incident"] = "surface"
-    """Where the levels of the table were measured. ``surface``: on the panel; ``room``: far from it
-    in a diffuse field, so a rigid face has twice the PSD; ``incident``: an incoming wave alone,
-    so it has four times the PSD."""
+    surroundings: Annotated[Literal["free", "baffle"] | Wall, Choice()] = "baffle"
+    """What the panel hangs in. ``free``: in the room, with sound and air on both faces and round
+    its edges; ``baffle``: in an infinite rigid wall that continues it; ``{wall_m: 0.08}``: as
+    ``free``, with a rigid wall at that distance behind it."""
+    loaded_sides: Literal[1, 2] | None = None
+    """Of a panel in a baffle, 1 by default. 2: independent fields of that level on both faces,
+    twice the PSD."""
+    pressure_reference: PressureReference | None = None
+    """Where the levels of the table were measured. ``surface``, the default in a baffle: on the
+    panel; ``room``: far from it, so a rigid face has twice the PSD in a diffuse field. It is the
+    only one that ``surroundings: free`` allows; of a plane wave it is then that of the wave alone;
+    ``incident``: an incoming wave alone, so a rigid face has four times the PSD."""
     speed_m_s: Annotated[float, Quantity(100, 1400, unit="velocity")] = SPEED
     """Speed of sound [m/s]."""
     air_density_kg_m3: Annotated[float, Quantity(0.01, 50, unit="density")] = 1.2
     """Density of the air [kg/m³]."""
+
+    @property
+    def is_free(self) -> bool:
+        """Whether the edges of the panel are free, before a wall or without one."""
+        return self.surroundings != "baffle"
+
+    @property
+    def wall(self) -> float:
+        """Distance of the wall behind the panel [m]; ∞ without one."""
+        return self.surroundings.wall_m if isinstance(self.surroundings, Wall) else math.inf
+
+    @property
+    def reference(self) -> PressureReference:
+        """Where the levels were measured."""
+        return self.pressure_reference or ("room" if self.is_free else "surface")
+
+    @property
+    def faces(self) -> Literal[1, 2]:
+        """Faces with sound on them."""
+        return 2 if self.is_free else self.loaded_sides or 1
 
     @property
     def incidence(self) -> float:
@@ -63,3 +100,19 @@ class Sound(SectionModel):
         if self.azimuth_deg is not None and not self.field.endswith("_wave"):
             message = "only allowed for field: plane_wave or progressive_wave"
             yield Mistake(("azimuth_deg",), message)
+        if self.is_free:
+            yield from self._mistakes_of_free()
+
+    def _mistakes_of_free(self) -> Iterator[Mistake]:
+        """Yield what belongs to a panel in a baffle."""
+        only = "with free edges; set sound.surroundings: baffle"
+        if self.pressure_reference not in (None, "room"):
+            yield Mistake(("pressure_reference",), f"must be room {only} for another place")
+        if self.loaded_sides is not None:
+            yield Mistake(("loaded_sides",), f"not allowed {only} to load one face")
+        if self.field not in ("diffuse", "plane_wave"):
+            reason = "; a wave along a thin panel does not load it" * self.field.endswith("wave")
+            yield Mistake(("field",), f"must be diffuse or plane_wave {only} for others{reason}")
+        if self.incidence_deg == 90:
+            message = f"must be below 90 {only}; a wave along a thin panel does not load it"
+            yield Mistake(("incidence_deg",), message)

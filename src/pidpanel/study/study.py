@@ -19,7 +19,7 @@ from pidpanel.study.damping import COUPLED, Damping, Level
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import Panel
-from pidpanel.study.response import Measurement, Response
+from pidpanel.study.response import Measurement, Radiation, Response
 from pidpanel.study.scenarios import Compared, Family, Filled, Filling, Layout, Scenario, items_of
 from pidpanel.study.severity import Severity
 from pidpanel.study.sound import SPEED, Sound
@@ -73,6 +73,7 @@ class Study(CouponStudy):
         yield from self._mistakes_of_readings()
         yield from requirements.mistakes_of_severity(self)
         yield from requirements.mistakes_of_base(self)
+        yield from requirements.mistakes_of_surroundings(self)
         mistakes = list(self.mistakes_of_scenarios())
         yield from mistakes
         if mistakes:
@@ -97,6 +98,12 @@ class Study(CouponStudy):
     def oaspl_db(self) -> float | None:
         """Overall level of the section ``sound`` [dB]; None without one, or for that of a table."""
         return None if self.sound is None else self.sound.oaspl_db
+
+    @property
+    def radiation(self) -> Radiation:
+        """Sides with air on them; both of a panel with free edges."""
+        is_free = self.sound is not None and self.sound.is_free
+        return self.response.radiation or ("two_sides" if is_free else "none")
 
     @property
     def wave_speed(self) -> float:

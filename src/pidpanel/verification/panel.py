@@ -5,9 +5,11 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import scipy.sparse as sp
 import yaml
+from skfem import CellBasis
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index
 from pidpanel.geometry.polygon import Circle, Polygon
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh
@@ -15,7 +17,8 @@ from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import Core, Material, Ply, SandwichSection, SolidSection, ThinSection
-from pidpanel.panel.supports import EdgeSupport, Supports
+from pidpanel.panel.stretching import in_plane_basis, membrane_tensor
+from pidpanel.panel.supports import Block, EdgeSupport, Supports, free_coordinates
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.paths import DATA
@@ -116,8 +119,61 @@ def turned_rows(folder: Path) -> list[Row]:
     ]
 
 
+def stretched_rows(folder: Path) -> list[Row]:
+    """Compute the cubic stiffness of the first mode of rectangles, w = q sin(πx/a) sin(πy/b).
+
+    Their edges cannot move along their normal in the plane (Chu and Herrmann), or stay straight
+    without a force on the average (Levy). Tangential motion is free.
+    """
+    stretched = comparison("stretched")
+    nu, size = UNIT_PLATE.poissons_ratio, 0.05
+    A = replace(UNIT_PLATE, extensional_stiffness=1.0).extensional
+    rows = []
+    for a, b in ((1.0, 1.0), (1.5, 1.0), (2.0, 1.0)):
+        mesh = mesh_triangles(folder / f"stretched_{a:g}.msh", rectangle(a, b), size, {}, {})
+        basis = in_plane_basis(mesh)
+        x, y = np.pi * basis.global_coordinates().reshape(2, -1) / np.array([[a], [b]])
+        slopes = np.pi * np.stack([np.cos(x) * np.sin(y) / a, np.sin(x) * np.cos(y) / b])
+        movable = (1 - nu**2) * np.pi**4 * a * b / 64 * (a**-4 + b**-4)
+        stretch = np.pi**4 * a * b / 32 * (a**-4 + b**-4 + 2 * nu / (a * b) ** 2)
+        for edges, expected in (("straight", movable), ("immovable", movable + stretch)):
+            free = _edges_along_normal(basis, (a, b), is_straight=edges == "straight")
+            tensor = membrane_tensor(basis, A, slopes[:, :, None], free)
+            quantity = f"{a:g} × {b:g} m, {edges} edges: cubic stiffness"
+            rows.append(stretched.row(quantity, 2 * tensor[0, 0, 0, 0], expected, a / b))
+    return rows
+
+
+def _edges_along_normal(
+    basis: CellBasis, size: tuple[float, float], *, is_straight: bool
+) -> sp.csr_array:
+    """Return the free in-plane coordinates of a rectangle from the origin.
+
+    Edges do not move along their normal; or the two far ones, if straight, by one amount each.
+    """
+    blocks, columns = [], np.ones((1, 0))
+    for axis, length in enumerate(size):
+        on_edges = basis.get_dofs().flatten()
+        place = basis.doflocs[axis]
+        own = on_edges[_component(basis)[on_edges] == axis]
+        far = own[np.isclose(place[own], length)]
+        near = own[np.isclose(place[own], 0.0)]
+        blocks += [Block(f"edge {axis}", np.array([dof]), columns) for dof in near]
+        blocks.append(Block(f"far edge {axis}", far, np.ones((len(far), int(is_straight)))))
+    return free_coordinates(basis.N, blocks)
+
+
+def _component(basis: CellBasis) -> Index:
+    """Return 0 or 1 of each coordinate (n,): along x or y."""
+    component = np.zeros(basis.N, dtype=np.int64)
+    for dofs in (basis.nodal_dofs, basis.facet_dofs, basis.interior_dofs):
+        component[dofs[1::2].ravel()] = 1
+    return component
+
+
 # Each computes in a folder and returns its rows.
 CASES = {
     **{name: partial(frequency_rows, name) for name in PLATES},
     "turned": turned_rows,
+    "stretched": stretched_rows,
 }

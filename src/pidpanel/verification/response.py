@@ -1,6 +1,6 @@
 """Response compared with published benchmarks, closed forms and the solution on all elements."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -8,6 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
+from scipy.integrate import quad
+from scipy.interpolate import interp1d
+from scipy.optimize import brentq
 
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_waves import PanelQuadrature
@@ -16,15 +19,22 @@ from pidpanel.panel.basis import PanelBasis, basis_of, patch_areas
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.section import ThinSection
-from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
+from pidpanel.panel.shapes import MODES_BEYOND, Shapes, panel_shapes
+from pidpanel.panel.stretching import panel_stretching
+from pidpanel.panel.supports import Supports
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.solve import stress
 from pidpanel.solve.dampers import attach_dampers
+from pidpanel.solve.excitation import ModalForce
+from pidpanel.solve.layout import DamperLayout
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
+from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.power import power_balance
+from pidpanel.solve.solvers import PanelSolver
+from pidpanel.solve.stretching import StretchedPanel, duffing_excess, linearised_stiffness
 from pidpanel.sound.field import diffuse_modal_force, uniform_modal_force, wavenumber
 from pidpanel.verification.rows import Row, comparison
 
@@ -233,10 +243,131 @@ def power_rows(folder: Path) -> list[Row]:
     ]
 
 
+def duffing_rows(_: Path) -> list[Row]:
+    """Compute the rms of a mode with a cubic stiffness in white noise; its density is exp(−V/T).
+
+    The linearised rms with its stated error is that of the density, since the mode is alone.
+    """
+    duffing = comparison("duffing")
+    rows = []
+    for cubic in (0.0, 0.01, 0.1, 1.0, 10.0, 100.0):  # k₃T/k²
+        tensor = np.full((1, 1, 1, 1), cubic / 2)
+        stiffness = linearised_stiffness(tensor, lambda K: 1 / (1 + K))
+        share = stiffness[0] / (1 + stiffness[0])
+        computed = np.sqrt(1 / (1 + stiffness[0])) * (1 + duffing_excess(share))
+        square, norm = (
+            quad(lambda x, k=power, c=cubic: x**k * np.exp(-(x**2) / 2 - c * x**4 / 4), 0, 12)[0]
+            for power in (2, 0)
+        )
+        rows.append(duffing.row(f"k₃T/k² = {cubic:g}", computed[0], np.sqrt(square / norm), cubic))
+    return rows
+
+
+STRETCHED_MODES, HIGHEST_FORCE = 5, 800.0  # number, [Hz]
+HISTORIES, DURATION, SETTLING, RATE = 600, 2.5, 0.7, 8192.0  # number, [s], [s], [Hz]
+SEED = 5
+# Rms displacements in the middle over the thickness.
+DEFLECTIONS = {"free": (0.5, 1.0), "held": (0.5, 1.0)}
+# Two thin faces: 4 D/t².
+STRETCHED_SECTION = replace(
+    SECTION, extensional_stiffness=4 * SECTION.bending_stiffness / SECTION.thickness**2
+)
+
+
+def stretching_rows(folder: Path) -> list[Row]:
+    """Compute five modes of the paper's panel in a diffuse field, also by time integration.
+
+    The pressure has one PSD up to `HIGHEST_FORCE`, beyond the modes. Its level gives deflections.
+    """
+    mesh = mesh_quadrilaterals(folder / "panel.msh", SIZE, ELEMENTS, {}, POINTS)
+    plate = assemble_thin_plate(mesh, STRETCHED_SECTION)
+    shapes = panel_shapes(plate, 600.0)
+    basis, n = basis_of(mesh, plate, shapes), STRETCHED_MODES
+    face, rows = PanelQuadrature.from_face(basis), []
+    frequency = np.linspace(1.0, HIGHEST_FORCE, 1600)
+    nodes = np.linspace(1.0, HIGHEST_FORCE, 33)
+    force = np.stack(
+        [diffuse_modal_force(float(k), face)[:n, :n] for k in wavenumber(nodes, SPEED)]
+    )
+    excitation = ModalForce(
+        np.ones_like, lambda f: interp1d(nodes, force, axis=0, fill_value="extrapolate")(f)
+    )
+    modal = ModalBasis(basis.natural_frequency[:n], basis.modal_mass[:n], 0.01)
+    points, patches = basis.shape_at_points[:, :n], Patches(np.zeros((0, n, n)), np.zeros(0))
+    solver = PanelSolver(ModalPanel(modal, patches, frequency, points, frequency), excitation)
+    (bare,) = bare_panels(frequency, modal, [patches], points, np.ones_like(frequency), excitation)
+    linear_rms = PanelResponse(frequency, bare.point_psd).displacement_rms
+    for edges, deflections in DEFLECTIONS.items():
+        held = Supports() if edges == "held" else None
+        modes = Shapes(shapes.frequency[:n], np.zeros(0), shapes.vectors[:, :n])
+        stretching = panel_stretching(mesh, plate, modes, 1.0, held)
+        if stretching is None:
+            raise ValueError("the section of the paper's panel has a neutral plane")
+        panel = StretchedPanel(solver, stretching, ())
+
+        def rms(level: float, panel: StretchedPanel = panel) -> Array:
+            answer = panel.response(DamperLayout((), level), np.zeros(0))
+            return answer.displacement * np.sqrt(level) * linear_rms
+
+        def excess(log_level: float, target: float, rms: Callable[[float], Array] = rms) -> float:
+            return float(np.log(rms(10**log_level)[0] / target))
+
+        for deflection in deflections:
+            target = deflection * SECTION.thickness
+            lowest = 2 * np.log10(target / linear_rms[0])  # without stretching
+            level = 10 ** brentq(excess, lowest, lowest + 1.5, (target,))
+            simulated = _rms_of_histories(modal, stretching.tensor, excitation, level, points)
+            name = "stretching" if edges == "free" or deflection < 1 else "stretching_far"
+            row = comparison(name, histories=HISTORIES, duration=DURATION)
+            rows += [
+                row.row(f"edges {edges}, w/h = {deflection:g}: rms displacement {point}", *pair)
+                for point, *pair in zip(POINTS, rms(level), simulated, strict=True)
+            ]
+    return rows
+
+
+def _rms_of_histories(
+    modal: ModalBasis, tensor: Array, excitation: ModalForce, level: float, points: Array
+) -> Array:
+    """Return rms displacements (n_points,) [m] by velocity Verlet, from rest."""
+    n, steps = len(tensor), int((SETTLING + DURATION) * RATE)
+    rng = np.random.default_rng(SEED)
+    lines = np.asarray(np.fft.rfftfreq(steps, 1 / RATE), np.float64)
+    inside = (lines > 0) & (lines <= HIGHEST_FORCE)
+    value, vector = np.linalg.eigh(level * excitation(lines[inside]))
+    root = vector * np.sqrt(np.maximum(value, 0.0))[:, None]  # one pressure at low frequencies
+    spectrum = np.zeros((HISTORIES, len(lines), n), complex)
+    noise = rng.normal(size=(2, HISTORIES, int(inside.sum()), n))
+    # one-sided PSD S: amplitudes √(S Δf) of sine and cosine
+    spectrum[:, inside] = np.einsum("fij,hfj->hfi", root, noise[0] + 1j * noise[1])
+    force = np.fft.irfft(spectrum, steps, axis=1) * np.sqrt(RATE / steps) * steps / 2
+    pairs, mass, step = tensor.reshape(n * n, n * n), modal.modal_mass, 1 / RATE
+    stiffness, damping = mass * modal.angular_frequency**2, modal.damping
+    q, v, total = np.zeros((HISTORIES, n)), np.zeros((HISTORIES, n)), np.zeros((n, n))
+
+    def acceleration(q: Array, v: Array, time: int) -> Array:
+        membrane = ((q[:, :, None] * q[:, None]).reshape(-1, n * n) @ pairs).reshape(-1, n, n)
+        pull = stiffness * q + 2 * np.einsum("hij,hj->hi", membrane, q) + damping * v
+        return np.asarray((force[:, time] - pull) / mass)
+
+    a = acceleration(q, v, 0)
+    for time in range(1, steps):
+        q = q + step * v + step**2 / 2 * a
+        following = acceleration(q, v + step * a, time)
+        v = v + step / 2 * (a + following)
+        a = following
+        if time >= SETTLING * RATE:
+            total += q.T @ q
+    count = HISTORIES * (steps - int(SETTLING * RATE))
+    return np.sqrt(np.einsum("pi,ij,pj->p", points, total / count, points))
+
+
 # Each computes in a folder and returns its rows.
 CASES = {
     "nafems_13r": nafems_rows,
     "miles": miles_rows,
     "layouts": layout_rows,
     "power": power_rows,
+    "duffing": duffing_rows,
+    "stretching": stretching_rows,
 }

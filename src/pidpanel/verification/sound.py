@@ -5,14 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.sound.field import diffuse_modal_force, wavenumber
 from pidpanel.sound.radiation import tabulate_added_mass
+from pidpanel.verification import free_edges
+from pidpanel.verification.free_edges import SIDES, SPEED, sine_panel
 from pidpanel.verification.rows import Row, comparison
-
-SIDES = (1.5, 1.0)
-SPEED = 343.0
-ELEMENTS = (30, 20)
 
 # Mode → frequency [Hz], G_ii [m⁴] by adaptive quadrature of the double integral in the distance,
 # where the autocorrelations of the sines are closed forms; five figures.
@@ -24,22 +21,6 @@ JOINT_ACCEPTANCE = {
 
 # Mode → V at k = 0 [m³] by the same; five figures.
 ADDED_VOLUME = {(1, 1): 0.18613, (3, 2): 0.04819}
-
-
-def sine_panel(
-    modes: list[tuple[int, int]], elements: tuple[int, int] = ELEMENTS
-) -> PanelQuadrature:
-    """Return products of sines at 3 × 3 Gauss points of each element of the paper's panel."""
-    node, weight = np.polynomial.legendre.leggauss(3)
-    axes = []
-    for side, count in zip(SIDES, elements, strict=True):
-        edge = side / count
-        positions = ((np.arange(count)[:, None] + 0.5 + node / 2) * edge).ravel()
-        axes.append((positions, np.tile(weight * edge / 2, count)))
-    x, y = (axis.ravel() for axis in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
-    shape = [np.sin(m * np.pi * x / SIDES[0]) * np.sin(n * np.pi * y / SIDES[1]) for m, n in modes]
-    area = np.outer(axes[0][1], axes[1][1]).ravel()
-    return PanelQuadrature(np.stack([x, y], axis=1), area, np.stack(shape, axis=1))
 
 
 def field_rows(folder: Path) -> list[Row]:
@@ -87,4 +68,4 @@ def piston_volume(a: float, b: float) -> float:
     return float((double + 2 / 3 * (a**3 + b**3 - d**3)) / (2 * np.pi))
 
 
-CASES = {"field": field_rows}
+CASES = {"field": field_rows, **free_edges.CASES}

@@ -1,0 +1,327 @@
+"""Response of a panel that its deflection stretches, by equivalent linearisation.
+
+The membrane energy U = ½ Σ A_ijkl q_i q_j q_k q_l of some modes (`pidpanel.panel.stretching`) is
+replaced by the stiffness whose force errs least in the mean square; under Gaussian motion of
+covariance C that is
+
+    K_ij = E[∂²U/∂q_i ∂q_j] = 2 A_ijkl C_kl + 4 A_ikjl C_kl,
+
+and C follows from the response with it (Roberts and Spanos, Random Vibration and Statistical
+Linearization, 1990, ch. 4 and 6). The loss of the modes stays as it is.
+
+The error has two parts for each mode, both from its share β of K in the stiffness. A mode alone
+under white noise, whose density is exp(−V/T) exactly, moves more by `duffing_excess`, at most
+8.2 %; modes together by less, since the force of many is closer to Gaussian, and those of little
+motion take energy from the others. Under a load whose PSD falls as f^−p the mode meets less of it
+the farther it moves; by the stochastic averaging of the energy of a mode alone
+(p(E) ∝ period/T(E) exp(−∫ dE/T(E))) its rms changes by a further `SLOPE` β p.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes
+from pidpanel.panel.matrices import Stretching
+from pidpanel.solve.dampers import patch_stiffness, weighted_sum
+from pidpanel.solve.layout import DamperLayout, evaluate_dampers, sine_accelerations_g
+from pidpanel.solve.lines import trapezoid_weights
+from pidpanel.solve.modal import BarePanel, bare_panels
+from pidpanel.solve.model import Patches
+from pidpanel.solve.search import LinearisationError
+from pidpanel.solve.solvers import SEARCH_CUTOFF, PanelSolver
+
+# Relative change of the stiffness at which the iteration ends, and its most steps.
+CONVERGED, STEPS = 1e-6, 200
+
+# Change of ln Γ of the patches at which their dampers are no longer evaluated again, and how often
+# they are at most.
+SETTLED, ROUNDS = 0.01, 6
+
+# Change of ln rms of a mode by the slope p of its load, over β p: 0.115 to 0.145 for β up to 0.7.
+SLOPE = 0.13
+
+# Distance of two frequencies between which a load has its slope, at least: a third octave.
+LEAST_RATIO = 2 ** (1 / 3)
+
+
+def gaussian_stiffness(tensor: Array, covariance: Array) -> Array:
+    """Return E[∂²U/∂q_i ∂q_j] (n, n) [N/m] of A (n, n, n, n) [N/m³] and C (n, n) [m²].
+
+    Examples
+    --------
+    >>> gaussian_stiffness(np.full((1, 1, 1, 1), 2.0), np.full((1, 1), 0.5))
+    array([[6.]])
+    """
+    direct = np.einsum("ijkl,kl->ij", tensor, covariance)
+    return np.asarray(2 * direct + 4 * np.einsum("ikjl,kl->ij", tensor, covariance))
+
+
+def linearised_stiffness(
+    tensor: Array, covariance_with: Callable[[Array], Array], start: Array | None = None
+) -> Array:
+    """Return the stiffness K (n, n) [N/m] that reproduces itself.
+
+    Parameters
+    ----------
+    tensor
+        (n, n, n, n) A [N/m³].
+    covariance_with
+        Covariance C (n, n) [m²] of the modes of a panel with a further stiffness K.
+    start
+        K with which the search begins; None for none.
+
+    Raises
+    ------
+    LinearisationError
+        If no stiffness reproduces itself within `STEPS`.
+    """
+    stiffness = np.zeros(tensor.shape[:2]) if start is None else start
+    for _ in range(STEPS):
+        following = gaussian_stiffness(tensor, covariance_with(stiffness))
+        change = np.abs(following - stiffness).max(initial=0.0)
+        # C falls as K rises: half a step does not overshoot
+        stiffness = (stiffness + following) / 2
+        if change <= CONVERGED * np.abs(stiffness).max(initial=0.0):
+            return stiffness
+    raise LinearisationError(f"the stiffness of stretching has not settled in {STEPS} steps")
+
+
+@cache
+def _duffing_table() -> tuple[Array, Array]:
+    """Return shares β, rising from 0 to 1, and excess of the rms, by quadrature of exp(−V/T)."""
+    cubic = np.geomspace(1e-6, 1e8, 281)  # k₃T/k²
+    reach = 8 / np.sqrt(1 + np.sqrt(cubic))  # beyond it the density is below exp(−15)
+    x = np.linspace(-1, 1, 4001)[:, None] * reach
+    density = np.exp(-(x**2) / 2 - cubic * x**4 / 4)
+    exact = (density * x**2).sum(axis=0) / density.sum(axis=0)
+    gaussian = (np.sqrt(1 + 12 * cubic) - 1) / (6 * cubic)  # of σ² = 1/(1 + 3 k₃ σ²)
+    share = 1 - gaussian
+    excess = np.sqrt(exact / gaussian) - 1
+    return np.concatenate([[0], share, [1]]), np.concatenate([[0], excess, excess[-1:]])
+
+
+def duffing_excess(share: Array) -> Array:
+    """Return rms displacement of a mode alone in white noise over the linearised one, less 1.
+
+    Parameters
+    ----------
+    share
+        β = K/(k + K) of the linearised stiffness.
+
+    Examples
+    --------
+    >>> duffing_excess(np.array([0.0, 0.5, 1.0])).round(3)
+    array([0.   , 0.032, 0.082])
+    """
+    return np.asarray(np.interp(share, *_duffing_table()))
+
+
+@dataclass(frozen=True)
+class StretchedResponse:
+    """Motion with stretching over that without, at points (n_points,), with relative errors."""
+
+    acceleration: Array  # ratio of rms accelerations [1]
+    acceleration_error: Array
+    displacement: Array  # ratio of rms displacements [1]
+    displacement_error: Array
+    frequency: float  # ratio of the frequency of the mode of largest displacement [1]
+    frequency_error: float  # of this ratio
+    acceleration_g: Array  # (n_loads,) Γ at which dampers were evaluated
+
+
+@dataclass(frozen=True)
+class StretchedPanel:
+    """A panel whose modes stretch, with dampers on some patches, on the lines of the search."""
+
+    solver: PanelSolver
+    stretching: Stretching
+    patches: tuple[int, ...]  # that carry dampers
+
+    @cached_property
+    def bare(self) -> BarePanel:
+        """The panel seen from its points and modes, with the modes as a further patch."""
+        panel, lines, modes = self.solver.panel, self.lines, self.stretching.modes
+        n = panel.patches.shapes
+        unit = np.zeros((1, n, n))
+        unit[0, modes, modes] = 1.0
+        carriers = self.solver.carrier(self.patches)
+        overlap = np.concatenate([carriers.overlap, unit])
+        deflection = np.concatenate([self.points, np.eye(n)[modes]])
+        (bare,) = bare_panels(
+            lines, panel.basis, [Patches(overlap, np.append(carriers.area, 1.0))], deflection[None],
+            self.solver.excitation.spectrum(lines), self.solver.excitation, panel.air_stiffness,
+            overlap_cutoff=SEARCH_CUTOFF,
+        )  # fmt: skip
+        return bare
+
+    @property
+    def lines(self) -> Array:
+        """(nf,) [Hz]."""
+        return self.solver.panel.search_frequency
+
+    @property
+    def points(self) -> Array:
+        """(n_points, n_shapes) w of the shapes at the points."""
+        return self.solver.panel.points[:, 0]
+
+    @property
+    def modal_stiffness(self) -> Array:
+        """(n,) k of the modes [N/m]."""
+        basis, modes = self.solver.panel.basis, self.stretching.modes
+        return np.asarray(basis.modal_mass[modes] * basis.angular_frequency[modes] ** 2)
+
+    def response(self, layout: DamperLayout, gamma: Array) -> StretchedResponse:
+        """Return the motion with a layout whose dampers are first evaluated at Γ (n_loads,)."""
+        linear = damped = DampedModes(self, layout, gamma)
+        none = np.zeros(2 * self.stretching.modes.shape)
+        stiffness, follows = none, layout.follows_motion
+        if follows.any():
+            # Γ of the linear panel is that of the search, whatever the lines here
+            scale = gamma / linear.patch_motion(none)
+        for _ in range(ROUNDS):
+            stiffness = linearised_stiffness(self.stretching.tensor, damped.covariance, stiffness)
+            if not follows.any():
+                break
+            moved = np.where(follows, scale * damped.patch_motion(stiffness), gamma)
+            settled = np.abs(np.log(moved / damped.gamma))[follows].max() < SETTLED
+            if settled:
+                break
+            damped = DampedModes(self, layout, moved)
+        return self._compared(damped.mean_squares(stiffness), linear.mean_squares(none), stiffness,
+                              damped.gamma)  # fmt: skip
+
+    def _compared(
+        self, stretched: Array, linear: Array, stiffness: Array, gamma: Array
+    ) -> StretchedResponse:
+        """Return ratios of mean squares (2, n_points + n) of w and its acceleration."""
+        count, further = len(self.points), np.diag(stiffness)
+        share = further / (self.modal_stiffness + further)
+        errors = np.hypot(duffing_excess(share), SLOPE * share * self._slope(share))
+        shapes = self.points[:, self.stretching.modes] ** 2
+        part = shapes * stretched[:, None, count:]  # (2, n_points, n)
+        total = np.maximum(stretched[:, :count], part.sum(axis=2))
+        error = np.divide(part @ errors, total, out=np.zeros_like(total), where=total > 0)
+        plain = linear[:, :count]
+        ratio = np.divide(stretched[:, :count], plain, out=np.ones_like(plain), where=plain > 0)
+        largest = int(np.argmax(stretched[0, count:]))
+        return StretchedResponse(
+            acceleration=np.sqrt(ratio[1]),
+            acceleration_error=error[1],
+            displacement=np.sqrt(ratio[0]),
+            displacement_error=error[0],
+            frequency=float(1 / np.sqrt(1 - share[largest])),
+            frequency_error=float(errors[largest]),
+            acceleration_g=gamma,
+        )
+
+    def _slope(self, share: Array) -> Array:
+        """Return p (n,) of the PSDs of the modal forces about the frequencies with stretching."""
+        excitation, modes = self.solver.excitation, self.stretching.modes
+        ratio = np.maximum(1 / np.sqrt(1 - share), np.sqrt(LEAST_RATIO))
+        centre = self.solver.panel.basis.natural_frequency[modes] / np.sqrt(1 - share)
+        ends = np.clip([centre / ratio, centre * ratio], self.lines[0], self.lines[-1])
+        level = np.empty_like(ends)
+        for end, frequency in enumerate(ends):
+            force = np.broadcast_to(excitation(frequency), (len(modes), *2 * (len(self.points.T),)))
+            level[end] = force[range(len(modes)), modes, modes].real
+            level[end] *= excitation.spectrum(frequency)
+        steps = np.diff(np.log(ends), axis=0)[0]
+        fall = -np.diff(np.log(np.maximum(level, 1e-300)), axis=0)[0]
+        return np.divide(fall, steps, out=np.zeros_like(fall), where=steps > 0)
+
+
+class DampedModes:
+    """The modes of a panel with dampers, ready to take a further stiffness.
+
+    Dampers change the motions w of points and modes and the receptance R to modal forces as in
+    `dampers`. A stiffness K of the modes q then leaves w − R_wq K (I + R_qq K)⁻¹ q.
+
+    Parameters
+    ----------
+    gamma
+        (n_loads,) Γ at which the dampers are evaluated.
+    """
+
+    def __init__(self, panel: StretchedPanel, layout: DamperLayout, gamma: Array) -> None:
+        bare, modes = panel.bare, panel.stretching.modes
+        width, n = bare.receptance.shape[2], bare.patches.shapes
+        self.gamma, self._frequency = gamma, bare.frequency
+        self._loads = bare.coordinates.weight[:-1], bare.patches.area[:-1]
+        value, mass, _ = evaluate_dampers(layout.dampers, bare.frequency, gamma)
+        s = patch_stiffness(bare.frequency, value, mass)
+        S = weighted_sum(np.pad(s, ((0, 1), (0, 0))), bare.coordinates.weight)
+        follows = np.linalg.inv(np.eye(width) + bare.receptance[:, :width] @ S)
+        pull = bare.receptance[:, width:] @ S @ follows
+        taken = bare.patch_psd[:, width:] @ _adjoint(pull)
+        pushed = pull @ bare.patch_psd[:, :width] @ _adjoint(pull)
+        self._psd = bare.point_psd[:, 0] - taken - _adjoint(taken) + pushed
+        self._patch_psd = follows @ bare.patch_psd[:, :width] @ _adjoint(follows)
+        self._modes = bare.coordinates.inverse @ np.eye(n)[:, modes]  # q = modesᵀ u
+        self._patch_receptance = follows @ (bare.receptance[:, :width] @ self._modes)
+        self._receptance = bare.receptance[:, width:] @ (self._modes - S @ self._patch_receptance)
+        self._weight = layout.factor * trapezoid_weights(bare.frequency)
+        self._q = slice(self._psd.shape[1] - len(modes), None)
+
+    def covariance(self, stiffness: Array) -> Array:
+        """Return C (n, n) [m²] of the modes with a stiffness."""
+        q = self._q
+        psd = _remaining(self._pull(stiffness, self._receptance[:, q]), self._psd[:, q, q])
+        return np.asarray(np.tensordot(self._weight, psd.real, axes=1))
+
+    def mean_squares(self, stiffness: Array) -> Array:
+        """Return those of displacement and acceleration of points and modes with a stiffness."""
+        pull = np.zeros_like(self._psd)
+        pull[:, :, self._q] = self._pull(stiffness, self._receptance)
+        psd = np.einsum("fii->fi", _remaining(pull, self._psd)).real
+        omega = 2 * np.pi * self._frequency
+        return np.stack([self._weight @ psd, (self._weight * omega**4) @ psd])
+
+    def patch_motion(self, stiffness: Array) -> Array:
+        """Return Γ (n_loads,) of the patches with a stiffness."""
+        pull = self._pull(stiffness, self._patch_receptance) @ self._modes.T
+        weight = self._weight * (2 * np.pi * self._frequency) ** 4
+        covariance = np.tensordot(weight, _remaining(pull, self._patch_psd).real, axes=1)
+        shares, area = self._loads
+        return sine_accelerations_g(np.sqrt(np.sum(shares * covariance, axis=(1, 2)) / area))
+
+    def _pull(self, stiffness: Array, receptance: Complexes) -> Complexes:
+        """Return R K (I + R_qq K)⁻¹ (nf, rows, n)."""
+        inner = np.eye(len(stiffness)) + self._receptance[:, self._q] @ stiffness
+        return np.asarray(receptance @ stiffness @ np.linalg.inv(inner))
+
+
+def _remaining(pull: Complexes, psd: Complexes) -> Complexes:
+    """Return (I − P) S (I − P)ᴴ."""
+    left = np.eye(psd.shape[1]) - pull
+    return np.asarray(left @ psd @ _adjoint(left))
+
+
+def _adjoint(matrix: Complexes) -> Complexes:
+    return matrix.conj().swapaxes(1, 2)
+
+
+def stretched_responses(
+    solver: PanelSolver, stretching: Stretching, cases: Sequence[tuple[DamperLayout, Array]]
+) -> list[StretchedResponse | LinearisationError]:
+    """Return the stretched motion of layouts, each with Γ (n_loads,) of its linear response.
+
+    Parameters
+    ----------
+    solver
+        The panel and its excitation; its lines of the search are used.
+    stretching
+        Membrane energy of some of its shapes.
+    """
+    panels: dict[tuple[int, ...], StretchedPanel] = {}
+    answers: list[StretchedResponse | LinearisationError] = []
+    for layout, gamma in cases:
+        carrier = StretchedPanel(solver, stretching, layout.patches)
+        carrier = panels.setdefault(layout.patches, carrier)
+        try:
+            answers.append(carrier.response(layout, gamma))
+        except LinearisationError as error:
+            answers.append(error)
+    return answers

@@ -1,0 +1,259 @@
+"""A thin panel with free edges in air: one matrix Z(k) for its load, its resistance and its mass.
+
+The pressure jumps over the panel by μ and is ±μ/2 on its faces. In wavenumbers κ a jump moves the
+air along the normal by the velocity γ μ̂/(2iωρ), γ = √(κ² − k²), outside the panel as well. With
+functions ψ for the jump, which fall to the edge as √distance, and shapes φ of the panel
+
+    A(k) = (2π)⁻² ∫ ψ̂* (γ/2) ψ̂ᵀ d²κ,    C = ∫ ψ φ dA,    Z(k) = Cᵀ A⁻¹ C    [m³],
+
+complex and symmetric (Galerkin's method for the hypersingular equation of a screen, Stephan 1987).
+It gives mass ρ Re Z and resistance ρω |Im Z| of the air on both faces. By reciprocity (Shorter and
+Langley 2005) a diffuse room loads the shapes with (4π/k) |Im Z| per mean square of its pressure.
+Far above ka = 1 both are those of two independent faces: Z → 2V − ik G/π with V and G of one face
+in a baffle (`radiation`, `field`).
+
+Behind a panel at the distance d from a rigid wall is its image: γ/2 becomes γ/2 (1 − exp(−2γd)).
+
+With P(κ) = (1/2π) ∮ ψ̂ψ̂* dα, even and entire in κ, A = (1/4π) ∫ P κ γ dκ. The part of k = 0 is
+integrated once; what is left falls fast:
+
+    4π A(k) = ∫ P κ² dκ − ∫ P κ (κ − γ) dκ,    γ = −i √(k² − κ²) for κ < k.
+
+A is entire in k as well, its real part even and its imaginary part odd. Z is not: its poles, the
+resonances of the air round the edges, lie about 2.2/L below the real axis, so that a table of Z has
+more nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.geometry.plane_mesh import rectangle_corners
+from pidpanel.geometry.plane_waves import PanelQuadrature
+from pidpanel.sound.outline import OutlineJumps
+from pidpanel.sound.rectangle import RectangleJumps
+from pidpanel.sound.wavenumber_table import (
+    FieldError,
+    WavenumberTable,
+    chebyshev_nodes,
+    even_interpolation,
+    node_count,
+)
+
+# Nodes of a table of Z per kL, and beyond that.
+NODES_PER_REACH, MORE_NODES = 2.1, 16
+
+# Error of the interpolated load over the largest, the wavenumbers at which it is checked, the ratio
+# of nodes from one attempt to the next, and the largest error that is accepted after the last.
+NODE_ERROR, CHECKED, MORE, ATTEMPTS, LARGEST_ERROR = 3e-4, 9, 1.5, 5, 0.01
+
+
+class Jumps(Protocol):
+    """Functions ψ of the jump, in blocks that do not interact; see `rectangle.RectangleJumps`."""
+
+    @property
+    def diameter(self) -> float:
+        """L of the panel [m]."""
+
+    @property
+    def wavenumber(self) -> float:
+        """κ of the waves that the functions resolve [rad/m]."""
+
+    @property
+    def reach(self) -> float:
+        """K [rad/m], to which P is tabulated."""
+
+    def means(self) -> list[Array]:
+        """Return P (count, n, n) [m⁴] at Chebyshev nodes up to K."""
+
+    def tails(self) -> list[Array]:
+        """Return ∫_K^∞ P κ² dκ (n, n) [m]."""
+
+    def couplings(self, panel: PanelQuadrature) -> list[Array]:
+        """Return C (n, n_shapes) [m²]."""
+
+    def waves(self, wavevector: Array) -> list[Complexes]:
+        """Return ∫ ψ exp(−iκ·x) dA (k, n) [m²] of wavevectors (k, 2) [rad/m]."""
+
+
+def jumps_of(vertices: Array, cells: Index, wavenumber: float) -> Jumps:
+    """Return functions on a panel with this mesh for waves to κ [rad/m], or fewer."""
+    corners = rectangle_corners(vertices, cells)
+    if corners is None:
+        return OutlineJumps.of_mesh(vertices, cells, wavenumber)
+    return RectangleJumps.of_box(*corners, wavenumber)
+
+
+@dataclass(frozen=True)
+class FreePanel:
+    """A panel with free edges up to a wavenumber, alone or before a rigid wall."""
+
+    jumps: Jumps
+    wavenumber_max: float  # [rad/m]
+    wall: float  # d [m]; ∞ without one
+    operator: list[WavenumberTable]  # A of each block [m]
+
+    @classmethod
+    def of_jumps(cls, jumps: Jumps, wavenumber_max: float, wall: float = np.inf) -> FreePanel:
+        """Tabulate A of functions for 0 ≤ k ≤ k_max [rad/m]."""
+        from scipy.special import expn  # slow to import, and a check needs none
+
+        reach = jumps.reach
+        count = node_count(reach, jumps.diameter)
+        length = float(np.hypot(jumps.diameter, _image_distance(wall)))
+        nodes = chebyshev_nodes(wavenumber_max, node_count(wavenumber_max, length))
+        static = _static(reach, count)
+        # what a wall leaves of the part beyond K, which falls as κ⁻² without one
+        beyond = 1 - expn(2, 2 * reach * min(wall, 1e3))
+        moving = np.array([_moving(k, reach, count, wall) for k in nodes]) / (4 * np.pi)
+        operator = []
+        for mean, tail in zip(jumps.means(), jumps.tails(), strict=True):
+            n = mean.shape[1]
+            flat = mean.reshape(count, -1)
+            at_rest = (static @ flat + beyond * tail.ravel()) / (4 * np.pi)
+            even = at_rest - moving.real @ flat
+            odd = -(moving.imag / nodes[:, None]) @ flat
+            shape = (nodes.size, n, n)
+            table = WavenumberTable(wavenumber_max, nodes, even.reshape(shape), odd.reshape(shape))
+            operator.append(table)
+        return cls(jumps, wavenumber_max, wall, operator)
+
+    def impedance(self, wavenumber: float, couplings: list[Array]) -> Complexes:
+        """Return Z (n, n) [m³] at k [rad/m] of shapes with these C; Im Z is positive."""
+        total = np.zeros((couplings[0].shape[1],) * 2, np.complex128)
+        for table, coupling in zip(self.operator, couplings, strict=True):
+            operator = table.matrix([wavenumber])[0]
+            total += coupling.T @ np.linalg.solve(operator, coupling)
+        return total
+
+    def wave_forces(
+        self, wavenumber: float, incidence: Array, azimuth: Array, couplings: list[Array]
+    ) -> Complexes:
+        """Return the forces (nw, n) [m²] of plane waves of unit pressure on shapes with these C.
+
+        The angles (nw,) are those of `field.plane_wave_modal_force`; a wall lies behind the panel.
+        """
+        direction = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
+        along = wavenumber * np.sin(incidence)[:, None] * direction
+        normal = wavenumber * np.cos(incidence)
+        reflected = 1.0 if np.isinf(self.wall) else 1 - np.exp(-2j * normal * self.wall)
+        forces = np.zeros((incidence.size, couplings[0].shape[1]), np.complex128)
+        waves = self.jumps.waves(along)
+        for table, coupling, wave in zip(self.operator, couplings, waves, strict=True):
+            operator = table.matrix([wavenumber])[0].conj()
+            forces += wave @ np.linalg.solve(operator, coupling)
+        return (-1j * normal * reflected)[:, None] * forces
+
+    @property
+    def length(self) -> float:
+        """Length [m] with which A varies over k: that of the panel, or of its image."""
+        return float(np.hypot(self.jumps.diameter, _image_distance(self.wall)))
+
+    def tabulated(self, values: Callable[[float], tuple[Any, ...]]) -> tuple[Any, ...]:
+        """Return arrays over the nodes of tables, that `values` gives of k [rad/m].
+
+        There are more nodes until the first, over k², is interpolated within `NODE_ERROR`: before a
+        close wall the resonances of the gap are sharp.
+        """
+        k_max = self.wavenumber_max
+        count = int(NODES_PER_REACH * k_max * self.length) + MORE_NODES
+        tried = k_max * (np.arange(CHECKED) + 0.5) / CHECKED
+        expected = np.array([np.diagonal(values(k)[0]) / k**2 for k in tried])
+        for attempt in range(ATTEMPTS):
+            nodes = chebyshev_nodes(k_max, count)
+            arrays = [np.array(rows) for rows in zip(*map(values, nodes), strict=True)]
+            diagonal = np.diagonal(arrays[0], axis1=1, axis2=2) / nodes[:, None] ** 2
+            missed = np.abs(even_interpolation(tried, k_max, count) @ diagonal - expected)
+            error = float(np.max(missed / np.max(np.abs(diagonal), axis=0)))
+            if error < NODE_ERROR or attempt == ATTEMPTS - 1:
+                break
+            count = int(MORE * count)
+        if error > LARGEST_ERROR:
+            raise FieldError(
+                f"{count} wavenumbers leave an error of {error:.1%} of the load; the resonances of "
+                "the air behind the panel are too sharp: use a lower frequency or a farther wall"
+            )
+        return nodes, *arrays
+
+
+def _static(reach: float, count: int) -> Array:
+    """Return the weights (count,) of P at its nodes in ∫ P κ² dκ up to K."""
+    node, weight = np.polynomial.legendre.leggauss(2 * count)
+    kappa = reach / 2 * (1 + node)
+    return (reach / 2 * weight * kappa**2) @ even_interpolation(kappa, reach, count)
+
+
+def _moving(k: float, reach: float, count: int, wall: float) -> Complexes:
+    """Return the weights (count,) of P at its nodes in ∫ P κ (κ − γ (1 − exp(−2γd))) dκ up to K.
+
+    κ = k sin u below k, κ = k cosh t above: the root of γ is then smooth.
+    """
+    further = int(np.ceil(k * _image_distance(wall) / 2))
+    node, weight = np.polynomial.legendre.leggauss(count + 20 + further)
+    angle = np.pi / 4 * (1 + node)
+    inside, gamma = k * np.sin(angle), -1j * k * np.cos(angle)
+    weights = np.pi / 4 * weight * 1j * gamma * inside * (inside - gamma * _image(gamma, wall))
+    total: Complexes = weights @ even_interpolation(inside, reach, count)
+    longest = np.arccosh(reach / k)
+    node, weight = np.polynomial.legendre.leggauss(4 * count)
+    stretch = longest / 2 * (1 + node)
+    gamma, outside = k * np.sinh(stretch), np.minimum(k * np.cosh(stretch), reach)
+    remainder = k * np.exp(-stretch) + gamma * (1 - _image(gamma, wall))
+    weights = longest / 2 * weight * gamma * outside * remainder
+    return total + weights @ even_interpolation(outside, reach, count)
+
+
+def _image_distance(wall: float) -> float:
+    """Return the distance of the image [m]; 0 without one."""
+    return 0.0 if np.isinf(wall) else 2 * wall
+
+
+def _image(gamma: Array | Complexes, wall: float) -> Array | Complexes:
+    """Return 1 − exp(−2γd)."""
+    return np.ones_like(gamma) if np.isinf(wall) else -np.expm1(-2 * gamma * wall)
+
+
+def tabulate_diffuse_room(
+    panel: FreePanel, face: PanelQuadrature
+) -> tuple[WavenumberTable, WavenumberTable]:
+    """Tabulate the load of a diffuse room and the mass of the air for 0 ≤ k ≤ k_max.
+
+    Both as those of one of two independent faces: G = (π/k) |Im Z| [m⁴], of which the load is four
+    times per PSD of the room, and V = Re Z/2 [m³].
+    """
+    couplings = panel.jumps.couplings(face)
+
+    def values(k: float) -> tuple[Array, Array]:
+        impedance = panel.impedance(k, couplings)
+        impedance = (impedance + impedance.T) / 2
+        return np.pi / k * impedance.imag, impedance.real / 2
+
+    nodes, force, volume = panel.tabulated(values)
+    k_max = panel.wavenumber_max
+    force /= nodes[:, None, None] ** 2  # of long waves |Im Z| goes with k³
+    return WavenumberTable(k_max, nodes, force, power=2), WavenumberTable(k_max, nodes, volume)
+
+
+def tabulate_free_plane_wave(
+    panel: FreePanel, face: PanelQuadrature, incidence: float, azimuth: float
+) -> WavenumberTable:
+    """Tabulate G = b bᴴ/4 [m⁴] of one plane wave, as that of one of two independent faces.
+
+    The load is four times that per PSD of the wave's pressure.
+    """
+    couplings = panel.jumps.couplings(face)
+    direction = np.array([incidence]), np.array([azimuth])
+
+    def values(k: float) -> tuple[Complexes]:
+        (force,) = panel.wave_forces(k, *direction, couplings) / 2
+        return (np.outer(force, force.conj()),)
+
+    nodes, square = panel.tabulated(values)
+    square /= nodes[:, None, None] ** 2
+    odd = square.imag / nodes[:, None, None]
+    return WavenumberTable(panel.wavenumber_max, nodes, square.real.copy(), odd, power=2)

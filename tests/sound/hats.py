@@ -1,0 +1,70 @@
+"""Boundary elements in space for a free rectangle, with no line in common with `pidpanel.sound`.
+
+The jump is bilinear on equal rectangles. With G = exp(ikR)/4πR the operator is ∬ G (∇μ·∇ν − k² μ ν),
+and an entry depends on the offset of two hats alone: their correlations are cubic splines.
+"""
+
+import numpy as np
+
+
+def spline(x):
+    a = np.abs(x)
+    return np.where(a < 1, 2 / 3 - a**2 + a**3 / 2, np.where(a < 2, (2 - a) ** 3 / 6, 0))
+
+
+def curvature(x):
+    a = np.abs(x)
+    return np.where(a < 1, -2 + 3 * a, np.where(a < 2, 2 - a, 0))
+
+
+def over_cell(ends_x, ends_y, offset, edges, k):
+    """∬ over a cell of the correlation."""
+    near = min(np.abs(ends_x)) < 1e-12 and min(np.abs(ends_y)) < 1e-12
+    node, weight = np.polynomial.legendre.leggauss(12 if near else 6)
+    t, w = (1 + node) / 2, np.outer(weight, weight) / 4
+    r, s = np.meshgrid(t, t, indexing="ij")
+    if near:  # polar in the corner at the pole, where 1/R drops out
+        far_x, far_y = (max(ends, key=abs) for ends in (ends_x, ends_y))
+        parts = [(r * far_x, r * s * far_y, w * r), (r * s * far_x, r * far_y, w * r)]
+        size = abs(far_x * far_y)
+    else:
+        x, y = (
+            ends[0] + points * (ends[1] - ends[0]) for ends, points in ((ends_x, r), (ends_y, s))
+        )
+        parts, size = [(x, y, w)], edges[0] * edges[1]
+    total = 0.0
+    for x, y, share in parts:
+        u, v = x / edges[0] - offset[0], y / edges[1] - offset[1]
+        form = -(k**2) * spline(u) * spline(v)
+        form -= curvature(u) * spline(v) / edges[0] ** 2 + spline(u) * curvature(v) / edges[1] ** 2
+        R = np.hypot(x, y)
+        total += np.sum(share * size * form * np.exp(1j * k * R) / (4 * np.pi * R))
+    return edges[0] * edges[1] * total
+
+
+def impedance(sides, counts, k, mode):
+    """Z [m³] of a mode of sines."""
+    edges = [side / count for side, count in zip(sides, counts, strict=True)]
+    table = np.zeros([count - 1 for count in counts], complex)
+    for i, j in np.ndindex(*table.shape):
+        for p in range(-2, 2):
+            for q in range(-2, 2):
+                ends_x = (i + p) * edges[0], (i + p + 1) * edges[0]
+                ends_y = (j + q) * edges[1], (j + q + 1) * edges[1]
+                table[i, j] += over_cell(ends_x, ends_y, (i, j), edges, k)
+    apart = [np.abs(np.subtract.outer(np.arange(n), np.arange(n))) for n in table.shape]
+    operator = table[apart[0][:, None, :, None], apart[1][None, :, None, :]]
+    loads = []
+    for side, count, edge, m in zip(sides, counts, edges, mode, strict=True):
+        turn = m * np.pi / side
+        hat = edge * (np.sin(turn * edge / 2) / (turn * edge / 2)) ** 2
+        loads.append(np.sin(turn * edge * np.arange(1, count)) * hat)
+    load = np.outer(*loads).ravel()
+    return load @ np.linalg.solve(operator.reshape(load.size, -1), load)
+
+
+def extrapolated(sides, counts, k, mode):
+    """Z of elements of no size: those of one, a half and a quarter, in powers of h and h²."""
+    one, two, four = (impedance(sides, [n * c for c in counts], k, mode) for n in (1, 2, 4))
+    first, second = 2 * two - one, 2 * four - two
+    return second + (second - first) / 3
