@@ -8,7 +8,8 @@ plate = pidpanel.Model({
               "mesh": {"kind": "triangles", "size_m": 0.1},
               "patches": {"middle": {"centre_m": [0.4, 0.25], "diameter_m": 0.15}},
               "points": {"P": [0.4, 0.25]}},
-    "sound": {"spectrum": "smc_s_016_2014_min_third.csv"}, "response": {"frequency_hz": [40, 400]},
+    "sound": {"spectrum": "smc_s_016_2014_min_third.csv", "surroundings": "free"},
+    "response": {"frequency_hz": [40, 400]},
     "dampers": {"pot": {"equivalent_damping_n_s_m3": 1000, "apparent_mass_kg_m2": 2}},
     "scenarios": {"damped": {"layout": {"middle": {"damper": "pot"}}}},
 })  # fmt: skip

@@ -30,7 +30,11 @@ model = pidpanel.Model(
             "patches": {"middle": {"centre_m": [0.4, 0.25], "size_m": [0.2, 0.2]}},
             "points": {"P": [0.4, 0.25]},
         },
-        "sound": {"spectrum": "smc_s_016_2014_min_third.csv", "oaspl_db": 145},
+        "sound": {
+            "spectrum": "smc_s_016_2014_min_third.csv",
+            "oaspl_db": 145,
+            "surroundings": "free",
+        },
         "response": {"frequency_hz": [40, 400]},
         "scenarios": {"fill": {"patch": "middle", "damper": "lab", "fill_fraction": [0.3, 0.8]}},
     },

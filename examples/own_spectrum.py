@@ -22,7 +22,7 @@ model = pidpanel.Model(
             "patches": {},
             "points": {"P": [0.4, 0.25]},
         },
-        "sound": {"spectrum": "mine.csv", "field": "diffuse"},
+        "sound": {"spectrum": "mine.csv", "field": "diffuse", "surroundings": "free"},
         "response": {"frequency_hz": [90, 400]},
     },
     folder,

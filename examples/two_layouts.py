@@ -25,7 +25,11 @@ model = pidpanel.Model(
             },
             "points": {"P": [0.4, 0.25], "Q": [0.2, 0.25]},
         },
-        "sound": {"spectrum": "smc_s_016_2014_min_third.csv", "oaspl_db": 145},
+        "sound": {
+            "spectrum": "smc_s_016_2014_min_third.csv",
+            "oaspl_db": 145,
+            "surroundings": "free",
+        },
         "response": {"frequency_hz": [40, 400]},
         "scenarios": {name: {"layout": layout} for name, layout in layouts.items()},
     }

@@ -32,7 +32,7 @@ def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
     # red: abs(cell_areas(…)).sum() → mean(); others of `_of_panel` → 0
     assert found["panel"] == ["1.5 m², 6 kg"]
     assert found["mesh"] == ["600 elements, 651 nodes, about 2400 coordinates"]
-    # Navier's; red: frequency[rigid:] → frequency[rigid + 1:] in `first_frequencies`
+    # Navier's; red: frequency[rigid:] → frequency[rigid + 1:] in `first_modes`
     assert found["modes"] == ["64.9, 124.8, 199.7, 224.7, 259.6, 359.5 Hz on the study's mesh"]
     # red: `vertex in cells`
     assert found["points"] == ["326 on PID-1; 189 on PID-2; 318 on PID-3"]

@@ -5,7 +5,7 @@ import pytest
 
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.panel.modes import first_frequencies, normal_modes, quadratic_form
+from pidpanel.panel.modes import first_modes, normal_modes, quadratic_form
 from pidpanel.panel.point_supports import added_compliance
 from pidpanel.panel.resolution import FOOT_SHIFT
 from pidpanel.panel.section import ThinSection
@@ -297,7 +297,7 @@ def test_an_odd_mesh_of_a_file_is_carried_out_or_refused_in_one_line(tmp_path, n
 
 def first_modes(panel, tmp_path):
     studied = StudiedPanel(Panel(**panel))
-    found = first_frequencies(studied.plate(studied.mesh(tmp_path / "panel.msh")), 6)[1]
+    found = first_modes(studied.plate(studied.mesh(tmp_path / "panel.msh")), 6)[1]
     return studied, found[found > 1][:3]
 
 

@@ -45,6 +45,8 @@ class Draft:
     points: Sequence[tuple[float, ...]] = ()
     spectrum: str = SPECTRUM
     oaspl: float | None = None
+    surroundings: str = "free"
+    wall_m: float | None = None
     bead: str = "acrylic"
     bead_mm: float = 2.0
     cell_mm: float | None = None

@@ -16,6 +16,7 @@ from pidpanel.study.base_motion import BaseMotion
 if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone needs half of it
     from pidpanel.arrays import Array
     from pidpanel.coupon.cases import Case
+    from pidpanel.geometry.plane_waves import WettedFace
     from pidpanel.panel.mesh import PanelMesh
     from pidpanel.study.panel import Panel
 
@@ -41,6 +42,8 @@ class PanelEstimate(NamedTuple):
     rigid: int  # number of rigid-body modes
     frequency: Array | None  # (n,) first natural frequencies [Hz]; None if nothing was solved
     elements: int  # of the mesh that was solved
+    face: WettedFace | None = None  # in the shapes of these modes
+    mass: Array | None = None  # (n,) modal masses [kg]
 
 
 def overview(study: CouponStudy, results: Path = Path("results")) -> str:
@@ -91,8 +94,9 @@ def summary(study: CouponStudy) -> str:
 
 def solve(panel: Panel) -> PanelEstimate:
     """Mesh a panel and find its first natural frequencies, on a coarser mesh if it is large."""
+    from pidpanel.panel.basis import plate_face
     from pidpanel.panel.from_study import StudiedPanel
-    from pidpanel.panel.modes import first_frequencies
+    from pidpanel.panel.modes import first_modes
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "panel.msh"
@@ -112,10 +116,11 @@ def solve(panel: Panel) -> PanelEstimate:
             return PanelEstimate(study_mesh, 9 * len(study_mesh.cells), 0, None, 0)
         # of the attachments only the masses are included here
         plate = studied.plate(replace(mesh, patch_cells={}))
-    rigid, frequency = first_frequencies(plate, MODES + 3)
+    rigid, frequency, shapes = first_modes(plate, MODES + 3)
     share = len(study_mesh.cells) / len(mesh.cells)
     coordinates = round(plate.stiffness.shape[0] * share)
-    return PanelEstimate(study_mesh, coordinates, rigid, frequency[:MODES], len(mesh.cells))
+    elements, (face, mass) = len(mesh.cells), plate_face(mesh, plate, shapes[:, :MODES])
+    return PanelEstimate(study_mesh, coordinates, rigid, frequency[:MODES], elements, face, mass)
 
 
 def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
@@ -159,6 +164,8 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     yield from (_line("unusual", text) for text in _unusual(study))
     if study.sound is not None:
         yield _line("sound", _of_sound(study))
+        texts = study.setting, _of_surroundings(study, estimate)
+        yield from (_line("sound", text) for text in texts if text)
     if study.base is not None:
         yield _line("base", "; ".join(_of_base(study.base)))
 
@@ -349,6 +356,15 @@ def _of_sound(study: Study) -> str:
         f"OASPL {spectrum.oaspl:.1f} dB, {in_range:.1f} dB in {low:g} to {high:g} Hz; as tabulated "
         f"{read_spectrum(sound.spectrum).oaspl:.1f} dB ({sound.spectrum.name}){scenarios}"
     )
+
+
+def _of_surroundings(study: Study, estimate: PanelEstimate) -> str:
+    """Return what the other surroundings change at the first modes."""
+    from pidpanel.sound.from_study import surroundings_text
+
+    if estimate.face is None or estimate.frequency is None or estimate.mass is None:
+        return ""
+    return surroundings_text(study, estimate.face, estimate.frequency, estimate.mass)
 
 
 def _of_base(base: BaseMotion) -> Iterator[str]:

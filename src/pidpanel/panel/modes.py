@@ -23,7 +23,7 @@ MOST_RIGID = 16
 COLUMNS_AT_ONCE = 64
 # A shape whose w at the vertices is below this share of that between them is not seen by them.
 HIDDEN = 0.1
-# `first_frequencies` are found about this frequency below zero [Hz]: low beside any first mode, and
+# `first_modes` are found about this frequency below zero [Hz]: low beside any first mode, and
 # no singular matrix. What is below a share of the highest of them is a rigid body's.
 SHIFT, RIGID_SHARE = 1.0, 1e-3
 
@@ -133,8 +133,8 @@ def _peaks(w: Array) -> Array:
     return np.sign(w[first, np.arange(w.shape[1])]) * size.max(axis=0)
 
 
-def first_frequencies(plate: PlateMatrices, count: int) -> tuple[int, Array]:
-    """Return the number of rigid-body modes and the first natural frequencies above [Hz].
+def first_modes(plate: PlateMatrices, count: int) -> tuple[int, Array, Array]:
+    """Return the number of rigid-body modes, the first frequencies above [Hz] and their shapes.
 
     No check that none is missed; `normal_modes` has it. Rigid-body modes count; a small mesh
     may have fewer than ``count``.
@@ -143,17 +143,17 @@ def first_frequencies(plate: PlateMatrices, count: int) -> tuple[int, Array]:
     shift = (2 * np.pi * SHIFT) ** 2
     if n_free > 4 * count:
         solve = factors(plate.stiffness + shift * plate.mass).solve
-        eigenvalue = spla.eigsh(
+        eigenvalue, modes = spla.eigsh(
             plate.stiffness,
             k=count,
             M=plate.mass,
             sigma=-shift,
             OPinv=spla.LinearOperator((n_free, n_free), solve),
             v0=np.random.default_rng(0).standard_normal(n_free),
-            return_eigenvectors=False,
         )
     else:
-        eigenvalue = la.eigvalsh(plate.stiffness.toarray(), plate.mass.toarray())[:count]
-    frequency = np.sqrt(np.maximum(np.sort(eigenvalue), 0.0)) / (2 * np.pi)
+        eigenvalue, modes = la.eigh(plate.stiffness.toarray(), plate.mass.toarray())
+    order = np.argsort(eigenvalue)[:count]
+    frequency = np.sqrt(np.maximum(eigenvalue[order], 0.0)) / (2 * np.pi)
     rigid = int(np.sum(frequency < RIGID_SHARE * frequency[-1]))
-    return rigid, frequency[rigid:]
+    return rigid, frequency[rigid:], modes[:, order[rigid:]]

@@ -257,6 +257,7 @@ class Page:
     claims: Fragment | None = None  # with their verdicts
     steps: Sequence[tuple[str, str]] = field(default=())  # (text, command) to reproduce the results
     answer: str = ""  # the result in a sentence or two, with its errors
+    setting: str = ""  # what hangs where, and where the level was measured
     first: Sequence[Block] = ()  # shown below it: the table, the drawing, the curves that decide
     caveats: Sequence[str] = ()  # what a reader must know before using the answer
 

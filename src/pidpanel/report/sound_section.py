@@ -3,13 +3,24 @@
 import numpy as np
 import pandas as pd
 
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import style
 from pidpanel.report.html import Chart, PageCurve, PageSection, template_section
 from pidpanel.report.names import Study
 from pidpanel.report.response_figures import chart_picture
-from pidpanel.sound.from_study import spectrum_of
+from pidpanel.sound.from_study import spectrum_of, surroundings_text
 
-LEVEL, DENSITY = "band level, dB re 20 µPa", "pressure PSD on the surface, Pa²/Hz"
+LEVEL = "band level, dB re 20 µPa"
+BLOCKED = "pressure PSD on two independent rigid faces, Pa²/Hz"
+DENSITY = {1: "pressure PSD on the surface, Pa²/Hz", 2: BLOCKED}
+
+
+def sound_setting(study: Study, basis: PanelBasis) -> str:
+    """Return what hangs where, where the level was measured, and what another choice changes."""
+    modes = ~basis.is_residual
+    frequency, mass = basis.natural_frequency[modes], basis.modal_mass[modes]
+    texts = f"the panel is {study.setting}", surroundings_text(study, basis, frequency, mass)
+    return " ".join(f"{text[0].upper()}{text[1:]}." for text in texts if text)
 
 
 def sound_section(study: Study, bands: pd.DataFrame, *, assumed: bool) -> PageSection:
@@ -18,12 +29,13 @@ def sound_section(study: Study, bands: pd.DataFrame, *, assumed: bool) -> PageSe
     overall = 10 * np.log10(np.sum(10 ** (bands["band_spl_db"] / 10)))
     charts = [
         _steps(bands, "band_spl_db", LEVEL, is_log=False),
-        _steps(bands, "surface_pressure_psd_pa2_hz", DENSITY),
+        _steps(bands, "surface_pressure_psd_pa2_hz", DENSITY[study.acoustics.faces]),
     ]
     values = {
         "spectrum": chart_picture("spectrum", charts, height=3.1),
         "name": study.acoustics.spectrum.name,
         "overall": overall,
+        "is_free": study.acoustics.is_free,
         "rows": spectrum_of(study.acoustics).rows,
         "low": low,
         "high": high,

@@ -32,7 +32,7 @@ from pidpanel.report.optimise_section import optimise_section, proposal_choice, 
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.response_section import layouts_section, response_section
 from pidpanel.report.severity_section import severity_section
-from pidpanel.report.sound_section import sound_section
+from pidpanel.report.sound_section import sound_section, sound_setting
 from pidpanel.report.summary_section import stress_section, summary_section
 from pidpanel.report.templates import lines
 from pidpanel.report.text import records
@@ -70,6 +70,7 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
     return Page(
         title=study.title or study.name,
         answer=text,
+        setting=sound_setting(study, inputs.basis),
         first=blocks,
         caveats=warnings[:CAVEATS],
         facts=study_facts(inputs),

@@ -6,6 +6,7 @@ The panel enters as arrays: `WettedFace`.
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -28,6 +29,7 @@ from pidpanel.sound.free_edges import (
 )
 from pidpanel.sound.radiation import Air, tabulate_added_mass
 from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
+from pidpanel.sound.surroundings import face_of_modes, mode_accelerations
 from pidpanel.sound.table import read_spectrum
 from pidpanel.sound.wavenumber_table import (
     JoinedTable,
@@ -38,6 +40,7 @@ from pidpanel.sound.wavenumber_table import (
 )
 from pidpanel.study import Study
 from pidpanel.study.sound import Sound
+from pidpanel.study.surroundings import change_text
 
 if TYPE_CHECKING:  # slow to import
     import pandas as pd
@@ -46,6 +49,8 @@ FACE_MARGIN = 2.0  # wavenumber to which a face is known over that of its shapes
 
 # Vertices and cells of a mesh: bytes, shape and type of both.
 Outline = tuple[tuple[bytes, tuple[int, ...], str], ...]
+
+COMPARED_MODES = 3  # number of modes at which other surroundings are compared
 
 WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 
@@ -110,8 +115,15 @@ def read_air(study: Study, modal_force: Table, path: Path | None) -> Air | None:
         raise ValueError(f"radiation = {radiation}: the file of the air is required")
     sound = study.acoustics
     diffuse = modal_force if sound.field == "diffuse" else read_table(path, DIFFUSE)
-    volume = read_table(path, ADDED_VOLUME) if study.response.air_mass else None
-    sides = WETTED_SIDES[radiation]
+    volume = {ADDED_VOLUME: read_table(path, ADDED_VOLUME)} if study.response.air_mass else {}
+    return _air(study, {MODAL_FORCE: modal_force, DIFFUSE: diffuse, **volume})
+
+
+def _air(study: Study, tables: Mapping[str, Table]) -> Air:
+    """Return the air on the panel of a study, of tables by the names of `field_files`."""
+    sound, sides = study.acoustics, WETTED_SIDES[study.radiation]
+    diffuse = tables.get(DIFFUSE, tables[MODAL_FORCE])
+    volume = tables.get(ADDED_VOLUME)
     return Air(sound.air_density_kg_m3, sound.speed_m_s, sides, diffuse, volume)
 
 
@@ -284,3 +296,39 @@ def _tell(title: str, table: Table) -> None:
     count, shapes = table.even.shape[:2]
     text = f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m"
     print(text, file=sys.stderr)
+
+
+def surroundings_text(study: Study, moved: WettedFace, frequency: Array, mass: Array) -> str:
+    """Return what the other surroundings of a study change at its first modes; "" of other fields.
+
+    Parameters
+    ----------
+    moved
+        The face in the modes, and in further shapes.
+    frequency, mass
+        (n,) natural frequencies [Hz], ascending, and modal masses [kg] of the modes.
+    """
+    if (opposite := study.opposite) is None:
+        return ""
+    low, high = study.response.frequency_hz
+    modes = np.flatnonzero((frequency >= low) & (frequency <= high))[:COMPARED_MODES]
+    ratio = study.panel.modal_damping.of_modes(frequency)[modes]
+    frequency, mass = frequency[modes], mass[modes]
+    change = np.empty(0)
+    if modes.size:
+        k_max = field.wavenumber(frequency[-1], study.acoustics.speed_m_s)
+        face = face_of_modes(moved, modes, float(k_max))
+        change = _level(opposite, face, frequency, mass, ratio)
+        change -= _level(study, face, frequency, mass, ratio)
+    return change_text(opposite.setting, frequency.tolist(), change.tolist())
+
+
+def _level(study: Study, face: WettedFace, frequency: Array, mass: Array, ratio: Array) -> Array:
+    """Return the rms of `mode_accelerations` in some surroundings [dB]."""
+    lines = {"frequency_hz": (study.response.frequency_hz[0], float(frequency[-1]))}
+    low = study.model_copy(update={"response": study.response.model_copy(update=lines)})
+    is_wet = low.radiation != "none"
+    tables = sound_tables(low, face, air=is_wet)
+    air = _air(low, tables) if is_wet else None
+    excitation = excitation_of(low.acoustics, tables[MODAL_FORCE])
+    return 20 * np.log10(mode_accelerations(frequency, mass, ratio, excitation, air))

@@ -23,6 +23,7 @@ from pidpanel.study.response import Measurement, Radiation, Response
 from pidpanel.study.scenarios import Compared, Family, Filled, Filling, Layout, Scenario, items_of
 from pidpanel.study.severity import Severity
 from pidpanel.study.sound import SPEED, Sound
+from pidpanel.study.surroundings import opposite, setting
 
 BARE = "bare"  # the only damping model of a study without scenarios
 
@@ -104,6 +105,18 @@ class Study(CouponStudy):
         """Sides with air on them; both of a panel with free edges."""
         is_free = self.sound is not None and self.sound.is_free
         return self.response.radiation or ("two_sides" if is_free else "none")
+
+    @property
+    def setting(self) -> str:
+        """Where the panel hangs, and where the level of the sound was measured, in words."""
+        return setting(self.acoustics, self.radiation)
+
+    @property
+    def opposite(self) -> "Study | None":
+        """The study with the other surroundings; None where its field has none."""
+        sections = opposite(self.acoustics, self.response)
+        update = sections and dict(zip(("sound", "response"), sections, strict=True))
+        return self.model_copy(update=update) if update else None
 
     @property
     def wave_speed(self) -> float:
