@@ -5,7 +5,7 @@ Pydantic alone would try all of them, and report the mistakes of each.
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
@@ -44,12 +44,20 @@ class Choice:
         def tag_of(value: Any) -> str | None:
             return tags.get(_form_of(value))
 
-        words = (words for _, words in alternatives.values())
+        message = f"must be {' or '.join(words for _, words in alternatives.values())}"
+
+        def schema_of(option: Any) -> CoreSchema:
+            schema = handler(option)
+            if get_origin(_bare(option)) is not Literal:
+                return schema
+            # other words are told the whole choice
+            return core_schema.custom_error_schema(schema, "choice", custom_error_message=message)
+
         return core_schema.tagged_union_schema(
-            {tag: handler(option) for tag, option in options.items()},
+            {tag: schema_of(option) for tag, option in options.items()},
             tag_of,
             custom_error_type="choice",
-            custom_error_message=f"must be {' or '.join(words)}",
+            custom_error_message=message,
         )
 
 
@@ -68,6 +76,8 @@ def _alternative(option: Any) -> tuple[tuple[str, ...], str]:
         return ("nested list" if is_nested else "list",), "a list"
     if isinstance(option, type) and issubclass(option, BaseModel):
         return ("mapping",), f"a mapping with keys {', '.join(keys_of(option))}"
+    if get_origin(option) is Literal:
+        return ("text", "number"), ", ".join(map(repr, get_args(option)))
     if option is Path:
         return ("text",), "a path"
     return ("text", "number"), "text" if option is str else "a number"

@@ -83,7 +83,7 @@ def mistakes_of_surroundings(study: Study) -> Iterator[Mistake]:
         return
     only = "with free edges; set sound.surroundings: baffle"
     if response.radiation not in (None, "none"):
-        message = f"must be none, or left out for air on both faces, {only} for another choice"
+        message = f"must be none, or omitted for air on both faces, {only} for it"
         yield Mistake(("response", "radiation"), message)
     if not response.air_mass:
         yield Mistake(("response", "air_mass"), f"must be true {only} for resistance alone")

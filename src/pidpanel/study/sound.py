@@ -107,12 +107,18 @@ class Sound(SectionModel):
         """Yield what belongs to a panel in a baffle."""
         only = "with free edges; set sound.surroundings: baffle"
         if self.pressure_reference not in (None, "room"):
-            yield Mistake(("pressure_reference",), f"must be room {only} for another place")
+            yield Mistake(("pressure_reference",), f"must be room {only} for it")
         if self.loaded_sides is not None:
             yield Mistake(("loaded_sides",), f"not allowed {only} to load one face")
         if self.field not in ("diffuse", "plane_wave"):
-            reason = "; a wave along a thin panel does not load it" * self.field.endswith("wave")
-            yield Mistake(("field",), f"must be diffuse or plane_wave {only} for others{reason}")
+            reason = ", where a wave along the panel does not load it"
+            place = f"with free edges{reason * self.field.endswith('wave')}"
+            message = (
+                f"must be diffuse or plane_wave {place}; set sound.surroundings: baffle for it"
+            )
+            yield Mistake(("field",), message)
         if self.incidence_deg == 90:
-            message = f"must be below 90 {only}; a wave along a thin panel does not load it"
+            message = (
+                "must be below 90 with free edges, where a wave along the panel does not load it"
+            )
             yield Mistake(("incidence_deg",), message)
