@@ -295,7 +295,7 @@ def test_an_odd_mesh_of_a_file_is_carried_out_or_refused_in_one_line(tmp_path, n
         basis_for(studied, 100.0, tmp_path)
 
 
-def first_modes(panel, tmp_path):
+def first_frequencies(panel, tmp_path):
     studied = StudiedPanel(Panel(**panel))
     found = first_modes(studied.plate(studied.mesh(tmp_path / "panel.msh")), 6)[1]
     return studied, found[found > 1][:3]
@@ -316,7 +316,7 @@ def test_the_stated_shift_of_a_file_contains_that_at_the_ends_of_clamped_parts(
 ):
     # 4 to 7 % with 10 cm, half of it with 5 cm; red: ends of rectangles alone
     panel = of_file(tmp_path / "panel.bdf", section, count, PARTS)
-    studied, found = first_modes(panel, tmp_path)
+    studied, found = first_frequencies(panel, tmp_path)
     stated = studied.wave_shift(0.12 / count, float(found[0]), 0.0)
     assert 1 < stated / np.max(found / converged - 1) < 3
     assert studied.cause_of_shift(0.12 / count, float(found[0])) == "ends"
@@ -396,10 +396,10 @@ def test_the_stated_shift_of_a_file_contains_that_of_feet_of_whole_elements(
     # 4, 6 and 2 % beside round feet; red: `jagged` left out, or of hinges alone; a bound that is up
     # to 3.5 times as large, and MARGIN
     feet = held(*(foot(x, y, 0.045, kind) for x, y in ((0.15, 0.1), (1.05, 0.2), (0.3, 0.75))))
-    studied, found = first_modes(of_file(tmp_path / "panel.bdf", section, 2, feet), tmp_path)
+    studied, found = first_frequencies(of_file(tmp_path / "panel.bdf", section, 2, feet), tmp_path)
     studied.check(20.0)
     round_feet, _ = of([1.2, 0.9], section, triangles(0.08), 300, feet)
-    rounded, right = first_modes(round_feet, tmp_path)
+    rounded, right = first_frequencies(round_feet, tmp_path)
     shift = np.max(found / right - 1)
     assert 0.01 < shift < MARGIN * studied.wave_shift(1e-3, 1.0, 0.0) < 5 * shift
     assert studied.cause_of_shift(1e-3, 1.0) == "feet"
@@ -412,7 +412,7 @@ def test_shorter_elements_at_the_rims_of_feet_lower_modes_as_stated(tmp_path):
     for corner in ({}, {"corner_size_m": 1.5e-3}):
         mesh = {**triangles(0.14), **corner}
         panel, _ = of([1.2, 0.9], THIN, mesh, 500, held(foot(0.55, 0.7, 0.03)), patches={})
-        studied, found = first_modes(panel, tmp_path)
+        studied, found = first_frequencies(panel, tmp_path)
         modes.append(found)
         shifts.append(MARGIN * studied.wave_shift(1e-3, 10.0, 0.0))
     assert 1 < (shifts[0] - shifts[1]) / np.max(modes[0] / modes[1] - 1) < 1.5

@@ -141,7 +141,7 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (FREE, "sound.loaded_sides", 2, "sound.loaded_sides", "sound.loaded_sides = 2: not allowed with free edges; set sound.surroundings: baffle to load one face"),
         (FREE, "sound.field", "uniform", "sound.field", "sound.field = uniform: must be diffuse or plane_wave with free edges; set sound.surroundings: baffle for it"),
         (FREE, "sound.field", "progressive_wave", "sound.field", "sound.field = progressive_wave: must be diffuse or plane_wave with free edges, where a wave along the panel does not load it; set sound.surroundings: baffle for it"),
-        (FREE, "sound", FREE["sound"] | {"field": "plane_wave", "incidence_deg": 90}, "sound.incidence_deg", "sound.incidence_deg = 90: must be below 90 with free edges; a wave along the panel does not load it"),
+        (FREE, "sound", FREE["sound"] | {"field": "plane_wave", "incidence_deg": 90}, "sound.incidence_deg", "sound.incidence_deg = 90: must be below 90 with free edges, where a wave along the panel does not load it"),
         (FREE, "response.radiation", "two_sides", "response.radiation", "response.radiation = two_sides: must be none, or omitted for air on both faces, with free edges; set sound.surroundings: baffle for it"),
         (FREE, "response.air_mass", False, "response.air_mass", "response.air_mass = false: must be true with free edges; set sound.surroundings: baffle for resistance alone"),
         (FREE, "response.modal_damping", "diagonal", "response.modal_damping", "response.modal_damping = diagonal: needs response.radiation: none with free edges; the paper's form has no air"),
