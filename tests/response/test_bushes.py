@@ -148,7 +148,7 @@ def test_a_deck_read_back_and_solved_densely_gives_the_response(layouts, read):
     # red: B left out of PBUSHT; the table of the first patch for both
     folder, study, files = layouts
     attached = springs(read(folder / "export" / "dampers_stated_both.bdf"))
-    panel = read_response_panel(study, named({"air": None} | files), "none")
+    panel = read_response_panel(study, named({"air": None} | files))
     basis, psd = panel.basis, read_psd(files["psd"])
     lines = psd["frequency"].to_numpy()
     chosen = np.arange(5, lines.size, lines.size // 40)

@@ -58,11 +58,11 @@ def face_of_modes(moved: WettedFace, modes: Index, wavenumber: float) -> WettedF
     area = np.abs(cell_areas(moved.vertex_position, moved.cells)).sum()
     bending = float(np.sqrt(4 * np.pi * (len(modes) + MORE_MODES) / area))
     reach = REACH * max(wavenumber, bending)
-    few = condensed(PanelQuadrature.from_face(moved).of_shapes(modes), reach)
+    face = condensed(PanelQuadrature.from_face(moved).of_shapes(modes), reach)
     return WettedFace(
-        few.position,
-        few.weight,
-        few.shape,
+        face.position,
+        face.weight,
+        face.shape,
         reach,
         moved.vertex_position,
         moved.cells,
