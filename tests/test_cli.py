@@ -21,6 +21,7 @@ from pidpanel.coupon.from_study import cases_of
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import STUDIES
 from pidpanel.study import load_any_study, load_study
+from pidpanel.study.sound import Wall
 
 (ENTRY,) = importlib.metadata.entry_points(group="console_scripts", name="pidpanel")
 main = ENTRY.load()
@@ -89,6 +90,9 @@ def test_help_and_completion_import_nothing_that_is_slow():
         (["new", "mine.yaml", "--bead", "none", "--budget-kg", "1"], "--budget-kg 1: needs particles or a table"),
         (["new", "mine.yaml", "--shaker", "nope.csv"], "base.random.spectrum"),
         (["new", "mine.yaml", "--core-grade", "foam"], "unknown grade"),
+        (["new", "mine.yaml", "--surroundings", "wall"], "--surroundings: invalid choice: 'wall'"),
+        (["new", "mine.yaml", "--wall-m", "0.001"], "sound.surroundings.wall_m = 0.001: must be at least a tenth"),
+        (["new", "mine.yaml", "--wall-m", "1", "--surroundings", "baffle"], "--wall-m 1: not allowed with --surroundings baffle"),
         (["completion", "fish"], "invalid choice: 'fish'"),
     ],
 )  # fmt: skip
@@ -395,3 +399,22 @@ def test_a_new_study_says_why_it_is_simulated(capsys, tmp_path):
         file = tmp_path / f"steel{size}.yaml"
         assert main(["new", str(file), "--bead", "steel", "--bead-mm", size]) == 0
         assert (message in " ".join(file.read_text().split())) is is_outside
+
+
+@pytest.mark.parametrize(
+    ("options", "surroundings", "reference", "radiation"),
+    [
+        ([], "free", "room", "two_sides"),
+        (["--surroundings", "baffle"], "baffle", "surface", "none"),
+        (["--wall-m", "0.08"], Wall(wall_m=0.08), "room", "two_sides"),
+    ],
+)
+def test_a_new_panel_hangs_free_unless_told_otherwise(
+    capsys, tmp_path, options, surroundings, reference, radiation
+):
+    # red: `surroundings: baffle` by default in the template; wall_m left out
+    file = tmp_path / "mine.yaml"
+    assert answer(capsys, "new", file, "--bead", "none", "--section", "thin", *options)[0] == 0
+    study = load_study(file)
+    assert study.acoustics.surroundings == surroundings
+    assert (study.acoustics.reference, study.radiation) == (reference, radiation)

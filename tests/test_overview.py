@@ -1,6 +1,7 @@
 """What is printed before a run is what the stages find afterwards."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,37 @@ def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
     # red: PLAN left out; / 60
     assert found["time"][0].startswith("85 of 85 coupon cases ")
     assert found["time"][0].endswith(" of CPU time in LIGGGHTS")
+
+
+def test_the_surroundings_are_named_and_what_others_change(tmp_path):
+    # the paper's panel free and in a baffle: each is the other of the other
+    # red: `levels[1] - levels[0]`; `_level(study, …)` twice; FACES[sound.loaded_sides]
+    changes = {}
+    for name in ("launch", "paper"):
+        _, setting, change = lines_of(STUDIES / f"{name}.yaml", tmp_path)["sound"]
+        words, modes, decibels = re.fullmatch(
+            r"other surroundings \((.*)\) change the rms of the modes at (.*) Hz by (.*) dB", change
+        ).groups()
+        assert modes == "64.9, 125 and 200"
+        numbers = re.findall(r"[+−][\d.]+", decibels)
+        changes[setting] = words, np.array([float(n.replace("−", "-")) for n in numbers])
+    free = "free in the room, both faces, air included; level of the room"
+    baffle = "in a baffle, one face, no air; level on the surface"
+    assert changes[free][0] == baffle and changes[baffle][0] == free
+    assert changes[free][1] == pytest.approx(-changes[baffle][1], abs=0.051)
+    # two prototypes: the load of (1, 1) is 5.4 to 6 dB less than on one face; damping and mass of
+    # the air lower its rms further
+    assert np.all(changes[free][1] > 0) and 6 < changes[free][1][0] < 12
+
+
+def test_a_field_that_free_edges_do_not_have_is_compared_with_none(tmp_path):
+    # red: `opposite` of every field
+    study = checked_study(STUDIES / "smoke.yaml")
+    uniform = study.model_copy(
+        update={"sound": study.sound.model_copy(update={"field": "uniform"})}
+    )
+    sound = [line for line in overview(uniform, tmp_path).split("\n") if line.startswith("  sound")]
+    assert len(sound) == 2 and sound[1].split(maxsplit=1)[1].startswith("in a baffle")
 
 
 def test_cases_that_are_there_take_no_time(tmp_path):
