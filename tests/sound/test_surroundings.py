@@ -1,5 +1,6 @@
 """What the surroundings change at the first modes of a panel."""
 
+import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -39,7 +40,7 @@ def peak_rms(index, added, resistance):
 
     middle = resonance / (2 * np.pi)
     parts = [0, 0.9 * middle, middle, 1.1 * middle, 100 * middle]
-    total = sum(quad(square, *ends, limit=500)[0] for ends in zip(parts, parts[1:], strict=False))
+    total = sum(quad(square, *ends, limit=500)[0] for ends in itertools.pairwise(parts))
     return resonance * np.sqrt(PRESSURE * LOAD[index] * total)
 
 
