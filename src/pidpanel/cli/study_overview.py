@@ -163,9 +163,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     yield from (_line("cells", text) for text in study.differing_cells)
     yield from (_line("unusual", text) for text in _unusual(study))
     if study.sound is not None:
-        yield _line("sound", _of_sound(study))
-        texts = study.setting, _of_surroundings(study, estimate)
-        yield from (_line("sound", text) for text in texts if text)
+        yield from (_line("sound", text) for text in _of_sound(study, estimate) if text)
     if study.base is not None:
         yield _line("base", "; ".join(_of_base(study.base)))
 
@@ -340,9 +338,9 @@ def _mass_per_area(study: Study, filling: Filling) -> float:
     return bulk * coupon.particles.effective_density(diameter) * coupon.cell.depth * fill
 
 
-def _of_sound(study: Study) -> str:
-    """Return the levels of a study: overall, in its range, and as tabulated."""
-    from pidpanel.sound.from_study import spectrum_of
+def _of_sound(study: Study, estimate: PanelEstimate) -> Iterator[str]:
+    """Yield the levels overall, in the range and as tabulated; the surroundings, and others."""
+    from pidpanel.sound.from_study import spectrum_of, surroundings_text
     from pidpanel.sound.spectrum import REFERENCE_PRESSURE
     from pidpanel.sound.table import read_spectrum
 
@@ -352,19 +350,13 @@ def _of_sound(study: Study) -> str:
     extra = sorted({s.oaspl_db for s in study.all_scenarios() if s.oaspl_db is not None})
     extra = [level for level in extra if level != sound.oaspl_db]
     scenarios = f"; scenarios at {', '.join(f'{level:g}' for level in extra)} dB" if extra else ""
-    return (
+    yield (
         f"OASPL {spectrum.oaspl:.1f} dB, {in_range:.1f} dB in {low:g} to {high:g} Hz; as tabulated "
         f"{read_spectrum(sound.spectrum).oaspl:.1f} dB ({sound.spectrum.name}){scenarios}"
     )
-
-
-def _of_surroundings(study: Study, estimate: PanelEstimate) -> str:
-    """Return what the other surroundings change at the first modes."""
-    from pidpanel.sound.from_study import surroundings_text
-
-    if estimate.face is None or estimate.frequency is None or estimate.mass is None:
-        return ""
-    return surroundings_text(study, estimate.face, estimate.frequency, estimate.mass)
+    yield study.setting
+    if estimate.frequency is not None and estimate.mass is not None and estimate.face is not None:
+        yield surroundings_text(study, estimate.face, estimate.frequency, estimate.mass)
 
 
 def _of_base(base: BaseMotion) -> Iterator[str]:
