@@ -244,3 +244,48 @@ def test_force_over_acceleration_without_labels_has_the_units_of_data_set_164(tm
         path.write_text(system + data_set(2.0 - 0.1j, label, FRF, kind=13, below=(12, NONE)))
         with pytest.raises(ColumnsError, match=message):
             read_force(path, None, 0.1, 0.0)
+
+
+@pytest.mark.parametrize("system", [SI, MILLIMETRES])
+@pytest.mark.parametrize(("above", "below"), [("g", NONE), (NONE, "g")])
+def test_a_label_on_one_side_does_not_go_with_another_system(tmp_path, system, above, below):
+    # red: g over the m/s² of a data set 164 that programs write into each file: 9.8 times too much
+    text = system + data_set(0.5 + 0j, above, FRF, below=(12, below))
+    refused(tmp_path, text, "no unit on the other side")
+
+
+def test_a_ratio_in_one_label_goes_with_each_system(tmp_path):
+    measured = read(tmp_path, SI + data_set(0.5 + 0j, "g/g", FRF, below=(12, NONE)))
+    np.testing.assert_allclose(measured.psd, 0.25)
+
+
+@pytest.mark.parametrize(("code", "length"), [(9, 1e-3), (10, 1e-3)])
+def test_inverse_factors_of_data_set_164_are_refused(tmp_path, code, length):
+    # red: read as kilometres
+    text = units(code, length, 1.0) + data_set(0.01, NONE)
+    refused(tmp_path, text, f"contradict units code {code}")
+
+
+def test_numbers_of_another_width_are_refused(tmp_path):
+    # red: 1.0, as the thirteenth character is the first of the exponent
+    lines = data_set(0.01, "g^2/Hz", count=5).splitlines()
+    text = "\n".join([*lines[:13], *5 * ["   1.00000E-02"], "    -1", ""])
+    refused(tmp_path, text, "another width")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"count": 50}, "has 101 values; it states 50"),  # red: half of the curve
+        ({"first": -20.0}, "must rise from 0 Hz"),
+        ({"first": 2000.0, "step": -19.8}, "must rise from 0 Hz"),
+    ],
+)
+def test_lines_are_those_that_are_stated_and_rise(tmp_path, options, message):
+    refused(tmp_path, data_set(0.01, "g^2/Hz", **options), message)
+
+
+def test_values_have_the_range_of_a_table(tmp_path):
+    # red: 1e30 g²/Hz, as of bytes in another order
+    refused(tmp_path, data_set(1e30, "g^2/Hz"), "from 0 to 1e+06")
+    refused(tmp_path, data_set(1e7 + 0j, "g", FRF, below=(12, "g")), "from 0 to 1e+06")

@@ -229,3 +229,32 @@ def test_a_node_number_beyond_64_bits_is_refused(tmp_path, number):
     with pytest.raises(ValueError, match=r"panel\.msh: ") as caught:
         read_gmsh(path)
     assert "\n" not in str(caught.value)
+
+
+NEW = """$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 6 1 6\n2 1 0 6\n1\n2\n3\n4\n5\n6
+0 0 0\n1 0 0\n2 0 0\n0 1 0\n1 1 0\n2 1 0\n$EndNodes\n$Elements\n1 2 1 2\n2 1 3 2\n1 1 2 5 4
+2 2 3 6 5\n$EndElements\n"""
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "message"),
+    [
+        (NEW, "1 6 1 6", "1 3 1 6", "not a gmsh mesh"),  # red: the process was killed
+        (NEW, "1 2 1 2\n", "1 1 1 2\n", "not a gmsh mesh|states 1 elements"),  # red: likewise
+        (NEW, "1 2 1 2\n2 1 3 2", "1 2 1 2\n2 1 3 1", "states 2 elements and has 1"),
+        (OLD, "6\n1 0 0 0", "5\n1 0 0 0", "not a gmsh mesh"),
+        # red: 1 m² in place of 2 m²; gmsh lists the elements of a surface by the first order alone
+        (OLD, "2 3 2 2 1 2 3 6 5", "2 16 2 2 1 2 3 6 5 1 2 3 4", "1 of them in first order"),
+    ],
+)
+def test_a_gmsh_file_that_contradicts_itself_is_refused_in_one_line(
+    tmp_path, text, old, new, message
+):
+    path = tmp_path / "panel.msh"
+    assert old in text
+    path.write_text(text)
+    assert len(read_gmsh(path).triangles) == 4
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(ValueError, match=message) as caught:
+        read_gmsh(path)
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value)

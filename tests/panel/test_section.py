@@ -159,18 +159,26 @@ def test_the_error_of_a_line_is_that_of_even_resonances_that_are_shifted():
 
 
 @pytest.mark.parametrize(
-    ("element", "edge", "seen"),
-    [("sandwich triangles", 8.7, 1 / 2), ("sandwich triangles", 17.4, 1 / (1 + 0.5**0.9)),
-     ("solid triangles", 29.0, 1 / 2), ("solid triangles", 116.0, 2 / 3)],
+    ("element", "twist", "edge", "seen"),
+    [("sandwich triangles", None, 13.0, 1 / 2), ("sandwich triangles", None, 26.0, 8 / 9),
+     ("solid triangles", None, 40.0, 1 / 2), ("solid triangles", None, 80.0, 4 / 5),
+     ("sandwich triangles", 0.5 / 900, 8.7, 1 / 2),
+     ("sandwich triangles", 0.5 / 900, 17.4, 1 / (1 + 0.5**0.9)),
+     ("solid triangles", 0.5 / 900, 29.0, 1 / 2), ("solid triangles", 0.5 / 900, 116.0, 2 / 3)],
 )  # fmt: skip
-def test_elements_see_the_shear_layer_at_free_edges_that_they_are_small_beside(element, edge, seen):
-    # λ = √(D₆₆/S) of the torsion is missed along 0.5 m of free edges for each square metre
+def test_elements_see_the_shear_layer_at_free_edges_that_they_are_small_beside(
+    element, twist, edge, seen
+):
+    # λ = √(D₆₆/S) of the torsion is missed along 0.5 m of free edges for each square metre, or a
+    # twist as much as that; red: the layer of a known twist for torsion, 100 times the true shift
     section = SimpleNamespace(
         bending=np.diag([2000.0, 2000.0, 900.0]), shear=np.diag([1e6, 4e6]), mass_per_area=3.0
     )
     size = edge * np.sqrt(900 / 4e6)
     inside = resolution.ElementKind(element, section).frequency_shift(size, 200.0)
-    at_edges = resolution.ElementKind(element, section).frequency_shift(size, 200.0, free_edges=0.5)
+    at_edges = resolution.ElementKind(element, section).frequency_shift(
+        size, 200.0, free_edges=0.5 if twist is None else 7.0, twist=twist
+    )
     assert at_edges - inside == pytest.approx(seen * 0.5 * np.sqrt(900 / 4e6), rel=1e-9)
 
 

@@ -95,9 +95,10 @@ def _checked(path: Path, frequency: Array, values: Array, over_base: bool) -> Me
     """Return the curve, with a step where two lines have one frequency; refuse other faults."""
     if frequency.size < 2:
         raise ColumnsError([f"{path}: must have at least two lines, not {frequency.size}"])
-    if not (np.isfinite(values).all() and (values >= 0).all() and values.any()):
-        message = f"the {'transmissibility' if over_base else 'PSD'} must be finite, not negative, "
-        raise ColumnsError([f"{path}: {message}and not 0 everywhere"])
+    name = RATIO_COLUMN if over_base else PSD_COLUMN
+    if not ((values >= 0) & (values <= COLUMNS[name].high)).all() or not values.any():
+        message = f"the {'transmissibility' if over_base else 'PSD'} must be finite, from 0 to "
+        raise ColumnsError([f"{path}: {message}{COLUMNS[name].high:g}, and not 0 everywhere"])
     is_step = np.diff(frequency) == 0
     lower = np.where(np.append(is_step, False), np.nextafter(frequency, 0.0), frequency)
     is_doubled = is_step & (np.diff(values) == 0)

@@ -57,7 +57,7 @@ UNITS = {
     **_named("in inch inches", 0.0254, 1), **_named("ft foot feet", 0.3048, 1),
     **_named("s sec second seconds", 1.0, 0, 0, 1), **_named("ms msec", 1e-3, 0, 0, 1),
     **_named("min", 60.0, 0, 0, 1),
-    **_named("Hz hz cps", 1.0, 0, 0, -1), **_named("kHz khz KHz Khz", 1e3, 0, 0, -1),
+    **_named("Hz hz Hertz hertz cps", 1.0, 0, 0, -1), **_named("kHz khz KHz Khz", 1e3, 0, 0, -1),
     **_named("MHz", 1e6, 0, 0, -1), **_named("rpm cpm", 1 / 60, 0, 0, -1),
     **_named("rad", 1 / math.tau), **_named("deg", 1 / 360), **_named("%", 1e-2),
     **_named("g gs Gs g's G's", *GRAVITY), **_named("mg", 1e-3 * STANDARD_GRAVITY, 1, 0, -2),

@@ -1,6 +1,7 @@
 """Functions of universal files, data set 58, with the units of their labels or of data set 164."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,10 +26,12 @@ RESPONSE, TRANSMISSIBILITY, PSD = 4, 5, 9
 UNKNOWN, GENERAL, ACCELERATION, FORCE, FREQUENCY = 0, 1, 12, 13, 18
 FUNCTION, UNITS = 58, 164  # numbers of data sets
 
+BODY = 13  # line of a data set from which on it has numbers
 AXES = {"abscissa": 9, "ordinate": 10, "orddenom": 11}  # lines of a data set
 LABEL = 46  # column from which on an axis has its unit; longer ones than the format has are whole
 NO_LABELS = ("", "NONE")
-LENGTH_FACTORS = {1: 1.0, 2: 3.28084, 3: 1.0, 4: 3.28084, 5: 1e3, 6: 1e2, 7: 39.37, 8: 1e3}
+LENGTH_FACTORS = {1: 1.0, 2: 3.28084, 3: 1.0, 4: 3.28084, 5: 1e3, 6: 1e2, 7: 39.37, 8: 1e3, 10: 1e3}
+PADDING = 6  # numbers of a line, the last of which some programs fill
 
 
 class Axis(NamedTuple):
@@ -85,12 +88,22 @@ class UniversalFunction(NamedTuple):
             raise self.refusal(message)
         is_complete = not denominator.label and unit.dimension == expected.dimension
         if divisor is not None and not is_complete:
+            labelled = numerator if numerator.label else denominator
+            if len(texts) == 1 and not self._is_system(labelled):
+                message = "has no unit on the other side, and that of data set 164 is another"
+                raise self.refusal(f"unit {labels} {message}; {quantity} must be in {allowed}")
             unit = unit.divide(divisor)
         if unit.dimension != expected.dimension:
             raise self.refusal(
                 f"unit {labels or 'of data set 164'}: {quantity} must be in {allowed}"
             )
         return unit.factor / expected.factor
+
+    def _is_system(self, axis: Axis) -> bool:
+        """Return whether the label of an axis is the unit that data set 164 gives to it."""
+        unit, system = self._unit_of(axis, False), self._unit_of(axis._replace(label=""), False)
+        factors = [side.factor if side else math.nan for side in (unit, system)]
+        return math.isclose(*factors, rel_tol=1e-3)
 
     def _unit_of(self, axis: Axis, is_density: bool) -> Unit | None:
         """Return the unit that an axis states, or has by data set 164; None for none."""
@@ -121,6 +134,9 @@ def read_function(path: Path, record: int | None) -> UniversalFunction:
     if min(x.size, values.size) < count:
         message = f"has {min(x.size, values.size)} of the {count} values that it states"
         raise ColumnsError([f"{path}: {message}"])
+    if values.size - count >= PADDING:
+        message = f"has {values.size} values; it states {count}"
+        raise ColumnsError([f"{path}: {message}"])
     axis = axes["abscissa"]
     label = axis.label or "Hz"
     try:
@@ -131,6 +147,8 @@ def read_function(path: Path, record: int | None) -> UniversalFunction:
         message = f"the abscissa must be a frequency, in Hz, kHz or rad/s, not {label!r}"
         raise ColumnsError([f"{path}: {message} of data type {axis.kind}"])
     frequency = unit.factor * x[:count].astype(float)
+    if not (frequency[:1] >= 0).all() or not (np.diff(frequency) >= 0).all():
+        raise ColumnsError([f"{path}: frequencies must rise from 0 Hz or more"])
     return UniversalFunction(path, int(data["func_type"]), frequency, values[:count], axes, units)
 
 
@@ -151,7 +169,11 @@ def _data_set(
             raise ColumnsError([f"{path}: {message}"])
         place = places[(record or 1) - 1]
         data: dict[str, Any] = file.read_sets(place)
-        lines = path.read_bytes()[file._block_ind[place, 0] :].splitlines()
+        start, end = file._block_ind[place]
+        lines = path.read_bytes()[start:end].splitlines()
+        if not data["binary"] and not _is_in_columns(data, lines[BODY:]):
+            message = "has numbers of another width than the 13 or 20 characters of its format"
+            raise ColumnsError([f"{path}: {message}"])
         axes = {
             name: Axis(int(data[f"{name}_spec_data_type"]), _label(lines[number]))
             for name, number in AXES.items()
@@ -165,6 +187,19 @@ def _data_set(
     except Exception as error:  # whatever the library meets in a broken file
         message = f"is no universal file that can be read ({type(error).__name__})"
         raise ColumnsError([f"{path}: {message}"]) from None
+
+
+def _is_in_columns(data: Mapping[str, Any], lines: Sequence[bytes]) -> bool:
+    """Return whether the numbers between blanks are those of the columns, unless they touch."""
+    try:
+        numbers = np.array(b" ".join(lines).split(), dtype=float)
+    except ValueError:
+        return True
+    values = np.asarray(data["data"])
+    parts = [values.real, values.imag] if np.iscomplexobj(values) else [values]
+    columns = np.stack(parts if data["abscissa_spacing"] else [data["x"], *parts], axis=1).ravel()
+    count = min(numbers.size, columns.size)
+    return bool(count) and np.array_equal(numbers[:count], columns[:count], equal_nan=True)
 
 
 def _label(line: bytes) -> str:
@@ -181,7 +216,7 @@ def _system(data: Mapping[str, Any]) -> tuple[Unit, Unit]:
     """Return the units of length and force of a data set 164, which has their numbers in SI."""
     length, force = float(data["length"]), float(data["force"])
     expected = LENGTH_FACTORS.get(int(data["units_code"]), length)
-    if not (0 < length < np.inf and 0 < force < np.inf and abs(length / expected - 1) < 1e-3):
+    if not (0.99 < length < np.inf and 0 < force < np.inf and abs(length / expected - 1) < 1e-3):
         message = f"{length:g} units of length in a metre and {force:g} of force in a newton"
         raise UnitError(f"{message} contradict units code {data['units_code']}")
     return Unit(1 / length, 1), Unit(1 / force, 1, 1, -2)
