@@ -9,7 +9,7 @@ couples the modes is left out, as modal damping does: 4 to 5 dB off the patch at
 the paper's panel.
 
 For the frequency response each vertex of a filled patch has a grounded CBUSH along the normal
-(component 3, basic system), with PBUSHT and TABLED1. With its share A of the area of the patch,
+(component 3, basic system), with PBUSHT and TABLED1. With its share A of the area of the patch (`grid_areas`),
 
     B(f) = C_e A [N s/m],      K(f) = −(2πf)² m_a A [N/m],
 
@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.sound.field import lumped_area
 
 FIELDS_PER_LINE = 4
@@ -124,7 +125,7 @@ def write_bushes(
             "\n$ residual vectors. Give the properties to the grids of your own panel.\n"
         )
         shares = {
-            name: lumped_area(vertices, cells[cell_in_patch[name]]).round(12) for name in dampers
+            name: grid_areas(vertices, cells[cell_in_patch[name]]).round(12) for name in dampers
         }
         for grid in np.flatnonzero(sum(shares.values())).tolist():
             x, y = vertices[grid].tolist()
@@ -139,6 +140,35 @@ def write_bushes(
                 number += max(2, grids.size)
                 for place, grid in enumerate(grids.tolist()):
                     file.write(f"CBUSH   {pid + place:8d}{pid:8d}{grid + 1:8d}{'':32}{0:8d}\n")
+
+
+def grid_areas(vertices: Array, cells: Index) -> Array:
+    """Return areas of the vertices (n_vertices,) that integrate quadratics exactly over cells [m²].
+
+    The least changes, relative to the equal shares of each cell, that do so; where there are too
+    few vertices for positive ones, these shares.
+    """
+    share = lumped_area(vertices, cells)
+    on = np.flatnonzero(share)
+    centre, extent = vertices[on].mean(axis=0), np.ptp(vertices[on], axis=0).max()
+
+    def monomials(position: Array) -> Array:
+        x, y = ((position - centre) / extent).T
+        return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+
+    # exact for quadratics on triangles (midpoints) and rectangles (and a third at the centre)
+    corners = vertices[cells]
+    midpoints = (corners + np.roll(corners, 1, axis=1)) / 2
+    area, at_centre = np.abs(cell_areas(vertices, cells)), 0.0 if cells.shape[1] == 3 else 1 / 3
+    weight = np.repeat((1 - at_centre) / cells.shape[1] * area, cells.shape[1])
+    exact = monomials(midpoints.reshape(-1, 2)) @ weight
+    exact += monomials(corners.mean(axis=1)) @ (at_centre * area)
+    rows = monomials(vertices[on])
+    missing = exact - rows @ share[on]
+    change = 1 + rows.T @ np.linalg.lstsq((rows * share[on]) @ rows.T, missing)[0]
+    if on.size > len(rows) and change.min() > 0:
+        share[on] *= change
+    return share
 
 
 def _property(number: int, frequency: Array, stiffness: Array, damping: Array) -> Iterator[str]:

@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.geometry.plane_mesh import boundary_edges
+from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
-from pidpanel.panel.resolution import element_sizes
+from pidpanel.panel.resolution import ORDER, element_sizes
 from pidpanel.provenance.results import read_netcdf
 from pidpanel.response.cases import (
     CasePlan,
@@ -23,7 +23,7 @@ from pidpanel.response.cases import (
     resolve,
 )
 from pidpanel.response.dampers import DampingModels
-from pidpanel.response.panel import ExcitationSource, ResponsePanel, widen
+from pidpanel.response.panel import ExcitationSource, ResponsePanel, WaveShift, widen
 from pidpanel.solve.basis_error import (
     ALLOWED,
     BasisCheck,
@@ -50,6 +50,7 @@ MARGIN = 1.25
 # resonances that far apart a shifted one is not seen.
 SHARP = 5e-3
 
+TINY = 1e-300  # energy where a mode is at rest
 RESTS = 1e-9  # largest motion of a vertex on a support, over that of the panel
 
 
@@ -122,26 +123,38 @@ def mesh_shifts(
 ) -> dict[str, MeshShift]:
     """Return frequency errors due to the mesh by scenario, each with its heaviest dampers."""
     f, basis = panel.frequency, panel.basis
-    # a patch may have shorter elements than the panel
-    sizes = element_sizes(basis.vertex_position, basis.cells)
-    edges = [float(sizes.max()), *(float(sizes[cells].max()) for cells in basis.cell_in_patch)]
     shifts: dict[str, MeshShift] = {}
     for scenario in scenarios:
         mass = heaviest_dampers(panel, [scenario], models)
         modes = loaded_modes(panel.modal, basis.patch_overlap, mass, panel.mass_per_area)
         up_to = modes.frequency <= 2 * f[-1]
         modes = LoadedModes(*(values[..., up_to] for values in modes))
-        of_modes = zip(modes.frequency.tolist(), edge_twist(basis, modes).tolist(), strict=True)
-        frequency_twist = list(of_modes)
-        wave_shifts = [
-            [panel.wave_shift(edge, f0, extra, twist=twist) for f0, twist in frequency_twist]
-            for edge, extra in zip(edges, (0.0, *mass.tolist()), strict=True)
-        ]
-        bare, patches = np.split(np.array(wave_shifts), [1])
+        bare, patches = np.split(mode_shifts(basis, modes, mass, panel.wave_shift), [1])
         points = point_shifts(basis.reactions @ modes.shape, 2 * np.pi * modes.frequency)
         shift = shift_of_modes(f, modes, MARGIN * bare[0], MARGIN * patches, MARGIN * points)
         shifts[scenario.label] = MeshShift(*shift, panel.point_refinement_error)
     return shifts
+
+
+def mode_shifts(basis: PanelBasis, modes: LoadedModes, mass: Array, wave_shift: WaveShift) -> Array:
+    """Return the shifts of modes by the mesh of the panel and by that of each patch (1 + n_p, n).
+
+    The size of the elements is the mean over the kinetic energy of the mode there.
+    """
+    size = element_sizes(basis.vertex_position, basis.cells)
+    motion = basis.shape_at_vertices @ modes.shape
+    area = np.abs(cell_areas(basis.vertex_position, basis.cells))
+    energy = area[:, None] * np.mean(motion[basis.cells] ** 2, axis=1)
+    twist = edge_twist(basis, modes)
+    rows = []
+    for cells, extra in zip(
+        (slice(None), *basis.cell_in_patch), (0.0, *mass.tolist()), strict=True
+    ):
+        weight = energy[cells] + TINY
+        edge = (size[cells] ** ORDER @ weight / weight.sum(axis=0)) ** (1 / ORDER)
+        of_modes = zip(edge.tolist(), modes.frequency.tolist(), twist.tolist(), strict=True)
+        rows.append([wave_shift(h, f, extra, twist=of_mode) for h, f, of_mode in of_modes])
+    return np.array(rows)
 
 
 def edge_twist(basis: PanelBasis, modes: LoadedModes) -> Array:
