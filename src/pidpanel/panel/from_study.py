@@ -176,7 +176,7 @@ class StudiedPanel:
             checks.resistances(self.supports, self.attachments, self.section, highest),
             self.section,
             self.points.values(),
-            lambda place: self._size_at(place, 0.0) or self._element_size,
+            lambda at: self._size_at(at, 0.0) if self.foreign else self._element_size,
         )
 
     def cause_of_shift(self, edge: float, frequency: float) -> str:
@@ -318,7 +318,7 @@ class StudiedPanel:
             return float(element_sizes(mesh.vertices, mesh.cells[is_near]).max())
         if self.panel.mesh.kind == "quadrilaterals":
             return float(self._element_size)
-        return rim_size(radius, self.panel.mesh.corner_size_m) if radius else 0.0
+        return rim_size(radius, self.panel.mesh.corner_size_m, self._element_size)
 
     @property
     def _areas(self) -> dict[str, float]:

@@ -9,7 +9,7 @@ PSDs are wrong by more than 0.5 dB long before its frequency is by 1 %.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,18 +30,19 @@ LONGEST_EDGE = {
 
 
 # Elements that see nothing of the shear layer at free edges: order and edge over its depth at which
-# half of it is seen; measured on torsion of free strips, sandwiches with cores of 5 to 25 mm and
-# solids of 3 and 12 mm, where modes of the coarsest mesh are 0.1 to 0.3 % too high.
-EDGE_LAYER = {"sandwich triangles": (3, 13.0), "solid triangles": (2, 40.0)}
-# Likewise of modes with the twist of their own mesh, which is the less the more of it is seen;
-# measured mode by mode on free panels against elements of a quarter to a sixth: sandwiches with
-# edges of 2.7 to 30 depths, solids of 21 to 200.
-TWISTED_LAYER = {"sandwich triangles": (0.9, 8.7), "solid triangles": (0.5, 29.0)}
+# half of it is seen; measured mode by mode on free panels against elements of a quarter to a sixth:
+# sandwiches with edges of 2.7 to 30 depths, solids of 21 to 200.
+EDGE_LAYER = {"sandwich triangles": (0.9, 8.7), "solid triangles": (0.5, 29.0)}
+# Likewise, where the mode is not known, of the largest shift of any; elements of 2 to 73 depths.
+EDGE_LAYER_OF_ANY = {"sandwich triangles": (2.0, 26.0), "solid triangles": (1.5, 55.0)}
 
-# Largest error of the frequency that rims of feet leave on thin plates, over element size at the
-# rim and radius: linear from 0.025 to 0.5 radii for hold-downs of 3 cm, one or three on 1.2 m × 0.9
-# m; less with 1 cm, and with hinges.
-FOOT_SHIFT = 9e-3
+# Error of the frequency over the share of a mode's energy in bending of the elements at feet: 0.15
+# to 0.18 in each of 15 modes of a thin plate; -0.1 to 0.5 on sandwiches, up to 0.02 on solids.
+FOOT_SHIFT = {"thin": 0.16, "sandwich": 0.16, "solid": 0.03}
+# The largest of any mode, over element size at the rim and radius, on thin plates: linear from
+# 0.025 to 0.5 radii; 9e-3 for hold-downs of 3 cm, one or three on 1.2 m × 0.9 m, up to 1.8e-2 for
+# two and three of 1.5 to 2.3 cm on plates of 0.5 to 1 m; less with hinges.
+FOOT_SHIFT_OF_ANY = 1.5e-2
 # Largest frequency shift due to feet of whole elements in mesh files over `checks.jaggedness`, with
 # four hold-downs of 3, 4.5 and 6 cm on elements of 2.5 and 5 cm: modes were up to 15 % too high on
 # thin plates and 11 % on others.
@@ -51,9 +52,19 @@ JAGGED_SHIFT = {"thin": 0.45, "shear": 0.32}
 # a fifth of it if the parts are simply supported.
 END_SHIFT = 0.2
 
-# Error of the frequency there, and the power of the edge with which it grows; higher for Argyris
-# elements and solids, so that theirs is overestimated.
+# Error of the frequency there, and the power of the edge with which it grows; of waves with the
+# dampers of a panel, for which that of Argyris elements and solids is overestimated.
 WORST_SHIFT, ORDER = 0.01, 4
+# Error of the frequency where edges are half a wave, of waves that only bend, and its order:
+# measured on panels without dampers; of Argyris elements with the corners of clamped plates.
+WAVES = {
+    "thin quadrilaterals": (0.01 / 0.65**4, 4),
+    "thin triangles": (3e-4 / 1.2**4, 4),
+    "sandwich triangles": (0.033, 4),
+    "solid triangles": (0.01 / 0.9**6, 6),
+}
+# Growth of that with the share of the energy that clamped edges bend to a depth of √(D/S).
+CLAMPED = 5.0
 # Largest shift under a damper, over ζ: where a mode moves the patch most of all.
 LOCAL_SHIFT = 0.4
 # Mass of panel and damper over that of the panel above which elements that are made for a damper
@@ -74,6 +85,14 @@ class Region:
     area: float  # [m²]
     longest_edge: float  # of its elements [m]
     added_mass: float = 0.0  # m_a of its damper, or its mass where that is larger [kg/m²]
+
+
+class BoundaryStrain(NamedTuple):
+    """Curvatures of a mode of 1 kg at the boundary of the panel, over 2 ω²."""
+
+    twist: float  # ∮ (2κ_nt)² ds along free edges [1/N]
+    normal: float  # ∮ κ_nn² ds along the others [1/N]
+    feet: Array  # (3, 3) ∫ κκᵀ dA over the elements at feet [m/N]
 
 
 def element_sizes(vertices: Array, cells: Index) -> Array:
@@ -106,12 +125,18 @@ def half_wave(section: Section, frequency: float, added_mass: float = 0.0) -> fl
     0.15
     """
     D = float(np.diag(section.bending)[:2].min())
-    inertia = (section.mass_per_area + max(added_mass, 0.0)) * (2 * np.pi * frequency) ** 2
-    softening = 0.0
-    if not isinstance(section, ThinSection):
-        softening = inertia * D / float(np.linalg.eigvalsh(section.shear).min())
-    k2 = (softening + np.sqrt(softening**2 + 4 * D * inertia)) / (2 * D)
+    shear = 0.0 if isinstance(section, ThinSection) else np.linalg.eigvalsh(section.shear).min()
+    k2 = _square_wavenumber(section, frequency, added_mass, D, float(shear))
     return float(np.pi / np.sqrt(k2)) if k2 > 0 else float(np.inf)
+
+
+def _square_wavenumber(
+    section: Section, frequency: float, added_mass: float, D: float, shear: float
+) -> float:
+    """Return k² [1/m²] of waves with stiffnesses D and S; without shear where S is 0."""
+    inertia = (section.mass_per_area + max(added_mass, 0.0)) * (2 * np.pi * frequency) ** 2
+    softening = inertia * D / shear if shear else 0.0
+    return float((softening + np.sqrt(softening**2 + 4 * D * inertia)) / (2 * D))
 
 
 @dataclass(frozen=True)
@@ -134,7 +159,7 @@ class ElementKind:
         feet: float = 0.0,
         jagged: float = 0.0,
         ends: float = 0.0,
-        twist: float | None = None,
+        strain: BoundaryStrain | None = None,
     ) -> dict[str, float]:
         """Return about the relative frequency errors of a resonance due to edges, by cause [1].
 
@@ -154,22 +179,39 @@ class ElementKind:
             ln(reach/radius) of the feet; see `checks.jaggedness`.
         ends
             Sum of the element sizes at the ends of supported parts of edges, over √area [1].
-        twist
-            ∮ (2κ_nt)² ds/(2 ω²) of a mode of 1 kg along free edges [m/(N m)]; times D₆₆ it takes
-            the place of ``free_edges``, which is that of torsion alone.
+        strain
+            That of the mode; it takes the place of ``free_edges`` and ``feet``, with which the
+            shift is the largest of any mode.
         """
-        waves = float(WORST_SHIFT * (edge / self.allowed_edge(frequency, added_mass)) ** ORDER)
-        shifts = {"waves": waves, "ends": END_SHIFT * ends}
-        if isinstance(self.section, ThinSection):
-            return {**shifts, "feet": FOOT_SHIFT * feet + JAGGED_SHIFT["thin"] * jagged}
-        shifts["feet"] = JAGGED_SHIFT["shear"] * jagged
-        order, half = (EDGE_LAYER if twist is None else TWISTED_LAYER)[self.kind]
-        shear = np.linalg.eigvalsh(self.section.shear).max()
-        layer = float(np.sqrt(self.section.bending[2, 2] / shear))
-        if twist is not None:
-            free_edges = float(self.section.bending[2, 2]) * twist
+        section, D = self.section, self.section.bending
+        is_thin = isinstance(section, ThinSection)
+        shifts = {"waves": self._wave_shift(edge, frequency, added_mass), "ends": END_SHIFT * ends}
+        at_feet = FOOT_SHIFT_OF_ANY * feet if is_thin else 0.0
+        if strain is not None:
+            at_feet = FOOT_SHIFT[self.kind.split()[0]] * float(np.sum(D * strain.feet))
+        shifts["feet"] = at_feet + JAGGED_SHIFT["thin" if is_thin else "shear"] * jagged
+        if isinstance(section, ThinSection):
+            return shifts
+        shear = np.linalg.eigvalsh(section.shear).max()
+        order, half = EDGE_LAYER_OF_ANY[self.kind]
+        if strain is not None:
+            free_edges, (order, half) = float(D[2, 2]) * strain.twist, EDGE_LAYER[self.kind]
+            stiffness = float(D[0, 0])
+            shifts["waves"] *= 1 + CLAMPED * stiffness**1.5 / float(np.sqrt(shear)) * strain.normal
+        layer = float(np.sqrt(D[2, 2] / shear))
         shifts["waves"] += layer * free_edges / (1 + (half * layer / edge) ** order)
         return shifts
+
+    def _wave_shift(self, edge: float, frequency: float, added_mass: float) -> float:
+        """Return the shift of waves: elements are too stiff in bending, hardly in shear."""
+        section, shear = self.section, 0.0
+        D = float(np.sqrt(np.prod(np.diag(section.bending)[:2])))
+        if not isinstance(section, ThinSection):
+            shear = float(np.sqrt(np.linalg.det(section.shear)))
+        k2 = _square_wavenumber(section, frequency, added_mass, D, shear)
+        bending_share = 1 / (1 + D * k2 / shear) if shear else 1.0
+        at_half_wave, order = WAVES[self.kind]
+        return float(at_half_wave * (edge**2 * k2 / np.pi**2) ** (order / 2) * bending_share)
 
     def frequency_shift(
         self, edge: float, frequency: float, added_mass: float = 0.0, **rough: Any

@@ -137,9 +137,14 @@ def _size_on(surfaces: Sequence[int], size: float, elsewhere: float) -> int:
     return field
 
 
-def rim_size(radius: float, corner_size: float | None) -> float:
-    """Return the size of elements at the rim of a foot [m]."""
-    return FOOT_SHARE * radius if corner_size is None else corner_size
+def rim_size(radius: float, corner_size: float | None, element_size: float = 0.0) -> float:
+    """Return the size of elements at the rim of a foot, or at an end of a support [m].
+
+    Elements that shrink towards an end leave the error of even ones of twice that size.
+    """
+    if radius:
+        return FOOT_SHARE * radius if corner_size is None else corner_size
+    return 2 * (CORNER_SHARE * element_size if corner_size is None else corner_size)
 
 
 def _grown(

@@ -9,7 +9,8 @@ couples the modes is left out, as modal damping does: 4 to 5 dB off the patch at
 the paper's panel.
 
 For the frequency response each vertex of a filled patch has a grounded CBUSH along the normal
-(component 3, basic system), with PBUSHT and TABLED1. With its share A of the area of the patch (`grid_areas`),
+(component 3, basic system), with PBUSHT and TABLED1. With its share A of the area of the
+patch (`grid_areas`),
 
     B(f) = C_e A [N s/m],      K(f) = −(2πf)² m_a A [N/m],
 

@@ -12,7 +12,7 @@ from pidpanel.arrays import Array, Complexes
 from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
-from pidpanel.panel.resolution import ORDER, element_sizes
+from pidpanel.panel.resolution import ORDER, BoundaryStrain, element_sizes
 from pidpanel.provenance.results import read_netcdf
 from pidpanel.response.cases import (
     CasePlan,
@@ -51,6 +51,8 @@ MARGIN = 1.25
 SHARP = 5e-3
 
 TINY = 1e-300  # energy where a mode is at rest
+# Largest curvature of feet over that of the panel; those that turn have 2e-4 by rounding.
+UNBENT = 2e-3
 RESTS = 1e-9  # largest motion of a vertex on a support, over that of the panel
 
 
@@ -145,37 +147,62 @@ def mode_shifts(basis: PanelBasis, modes: LoadedModes, mass: Array, wave_shift: 
     motion = basis.shape_at_vertices @ modes.shape
     area = np.abs(cell_areas(basis.vertex_position, basis.cells))
     energy = area[:, None] * np.mean(motion[basis.cells] ** 2, axis=1)
-    twist = edge_twist(basis, modes)
+    strains = [
+        BoundaryStrain(*of_mode)
+        for of_mode in zip(*edge_curvature(basis, modes), foot_bending(basis, modes), strict=True)
+    ]
     rows = []
     for cells, extra in zip(
         (slice(None), *basis.cell_in_patch), (0.0, *mass.tolist()), strict=True
     ):
         weight = energy[cells] + TINY
         edge = (size[cells] ** ORDER @ weight / weight.sum(axis=0)) ** (1 / ORDER)
-        of_modes = zip(edge.tolist(), modes.frequency.tolist(), twist.tolist(), strict=True)
-        rows.append([wave_shift(h, f, extra, twist=of_mode) for h, f, of_mode in of_modes])
+        of_modes = zip(edge.tolist(), modes.frequency.tolist(), strains, strict=True)
+        rows.append([wave_shift(h, f, extra, strain=strain) for h, f, strain in of_modes])
     return np.array(rows)
 
 
-def edge_twist(basis: PanelBasis, modes: LoadedModes) -> Array:
-    """Return ∮ (2κ_nt)² ds/(2 ω²) of modes of 1 kg along the free edges (n_modes,) [1/N].
+def edge_curvature(basis: PanelBasis, modes: LoadedModes) -> tuple[Array, Array]:
+    """Return ∮ κ² ds/(2 ω²) of modes of 1 kg along edges, each (n_modes,) [1/N].
 
-    Shear relieves a layer along them of its torsion. An edge is free where it moves.
+    The first is that of the twist 2κ_nt along free edges, of which shear relieves a layer; the
+    second that of κ_nn along the others, which bends such a layer. An edge is free where it moves.
     """
     edges = boundary_edges(basis.cells)
     moves = np.abs(basis.shape_at_vertices).max(axis=1, initial=0.0) > RESTS
-    edges = edges[moves[edges].all(axis=1)]
+    free = moves[edges].all(axis=1)
     step = np.diff(basis.vertex_position[edges], axis=1)[:, 0]
     length = np.linalg.norm(step, axis=1)
     tx, ty = step.T / length
-    weight = np.stack([2 * tx * ty, -2 * tx * ty, ty**2 - tx**2], axis=1)
-    squares = np.zeros(modes.shape.shape[1])
-    for end in (0, 1):
-        curvature = basis.curvature_at_vertices[edges[:, end]]
-        twist = np.einsum("ec,ecn->en", weight, curvature) @ modes.shape
-        squares += length @ twist**2 / 2
+    twist = np.stack([2 * tx * ty, -2 * tx * ty, ty**2 - tx**2], axis=1)
+    normal = np.stack([ty**2, tx**2, -tx * ty], axis=1)
     omega = 2 * np.pi * modes.frequency
-    return np.divide(squares, 2 * omega**2, out=np.zeros_like(omega), where=omega > 0)
+    sums = []
+    for weight, part in ((twist, free), (normal, ~free)):
+        squares = np.zeros(modes.shape.shape[1])
+        for end in (0, 1):
+            curvature = basis.curvature_at_vertices[edges[part, end]]
+            found = np.einsum("ec,ecn->en", weight[part], curvature) @ modes.shape
+            squares += length[part] @ found**2 / 2
+        sums.append(np.divide(squares, 2 * omega**2, out=np.zeros_like(omega), where=omega > 0))
+    return sums[0], sums[1]
+
+
+def foot_bending(basis: PanelBasis, modes: LoadedModes) -> Array:
+    """Return ∫ κκᵀ dA/(2 ω²) of modes of 1 kg over the elements at feet (n_modes, 3, 3).
+
+    These are the elements with a vertex inside where no shape is bent: those at the rims on thin
+    plates, whose curvature is held there, and in other sections those of the feet, with half of it.
+    """
+    size = np.abs(basis.curvature_at_vertices).max(axis=(1, 2), initial=0.0)
+    is_held = size < UNBENT * size.max(initial=0.0)
+    is_held[boundary_edges(basis.cells)] = False  # corners of clamped edges
+    cells = basis.cells[is_held[basis.cells].any(axis=1)]
+    area = np.abs(cell_areas(basis.vertex_position, cells))
+    curvature = np.einsum("vkn,nm->vkm", basis.curvature_at_vertices, modes.shape)[cells]
+    omega = 2 * np.pi * modes.frequency
+    share = np.divide(1, 2 * omega**2, out=np.zeros_like(omega), where=omega > 0)
+    return np.einsum("c,cvkn,cvln,n->nkl", area, curvature, curvature, share) / cells.shape[1]
 
 
 def _mesh_errors(
