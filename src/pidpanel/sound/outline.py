@@ -51,8 +51,15 @@ SHAPE_DEGREES = 1.6  # degrees of the polynomials that stand for shapes over tho
 def _triangles(vertices: Array, cells: Index) -> skfem.MeshTri:
     used, numbers = np.unique(cells, return_inverse=True)
     numbers = numbers.reshape(cells.shape)
-    if cells.shape[1] == 4:
-        numbers = np.concatenate([numbers[:, [0, 1, 2]], numbers[:, [0, 2, 3]]])
+    if cells.shape[1] == 4:  # along the diagonal that leaves the larger smallest triangle
+        ways = [numbers[:, [[0, 1, 2], [0, 2, 3]]], numbers[:, [[0, 1, 3], [1, 2, 3]]]]
+        sides = [np.diff(vertices[used][way], axis=2) for way in ways]
+        area = [
+            side[..., 0, 0] * side[..., 1, 1] - side[..., 0, 1] * side[..., 1, 0] for side in sides
+        ]
+        area = [a * np.sign(a.sum(axis=1, keepdims=True)) for a in area]  # of either sense
+        first = area[0].min(axis=1) >= area[1].min(axis=1)
+        numbers = np.where(first[:, None, None], *ways).reshape(-1, 3)
     return skfem.MeshTri(np.ascontiguousarray(vertices[used].T), np.ascontiguousarray(numbers.T))
 
 
@@ -180,8 +187,8 @@ class OutlineJumps:
         defect = float(np.max(np.abs(np.linalg.eigvalsh(square / (2 * np.pi)) - 1)))
         if not defect < LARGEST_DEFECT:
             raise FieldError(
-                f"the mesh does not resolve the pressure at free edges (error {defect:.0%}, allowed "
-                f"{LARGEST_DEFECT:.0%}): use a mesh with elements of one size"
+                f"the mesh does not resolve the pressure at free edges (error {defect:.0%}, "
+                f"allowed {LARGEST_DEFECT:.0%}): use a mesh with elements of one size"
             )
 
     def tails(self) -> list[Array]:
