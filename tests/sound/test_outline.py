@@ -25,7 +25,9 @@ PANELS = {
 def cells_of(name, lines):
     """Rectangles of a panel between lines along x and y, without its box."""
     sides, (low, high) = PANELS[name]
-    grid = skfem.MeshQuad.init_tensor(*(side * line for side, line in zip(sides, lines)))
+    grid = skfem.MeshQuad.init_tensor(
+        *(side * line for side, line in zip(sides, lines, strict=True))
+    )
     middle = grid.p[:, grid.t].mean(axis=1).T
     kept = ~np.all((middle > low) & (middle < high), axis=1)
     return grid.p.T, grid.t[:, kept].T
@@ -52,7 +54,7 @@ def test_an_outline_is_that_of_boundary_elements_in_space(name):
     # the extrapolation leaves 0.1 % of shapes one and two, 0.4 % of the third, whose load is small
     # red: `boundary_square` left out of `tails`
     sides, removed = PANELS[name]
-    even = np.linspace(0, 1, 9)
+    even = np.linspace(0, 1, 13)
     k = [0.5, 6.0]
     found = impedance(cells_of(name, (even, even)), k, 10.0)
     for one, row in zip(k, found, strict=True):
