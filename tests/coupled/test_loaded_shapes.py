@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupled.excited_panel import LinearDamper, loaded_shapes
+from pidpanel.coupled.excited_panel import LinearDamper, LoadedShapes, loaded_shapes
 from pidpanel.solve.model import ModalBasis
 
 NATURAL, MASS = np.array([50.0, 120.0, 300.0]), np.array([1.5, 1.5, 2.0])
@@ -101,3 +101,25 @@ def test_a_panel_that_is_free_keeps_its_motion_as_a_rigid_body():
     found = loaded_shapes(free, EXTENT, None, [damper(np.diag([1.0, 0.2]), 5.0, 1.0)]).modal
     assert found.natural_frequency[0] == pytest.approx(0.0, abs=1e-4)
     assert np.isfinite(found.damping_ratio).all()
+
+
+def test_the_gain_gives_the_motion_with_the_air_of_each_frequency():
+    # one oscillator, whose exact response is known; red: `gain` of ones
+    modal, frequency = ModalBasis([100.0], [2.0], 0.01), np.linspace(*EXTENT, 40000)
+
+    def air(frequency):
+        omega = 2 * np.pi * frequency
+        return (1j * omega * 0.02 * frequency - omega**2 * 40 / frequency)[:, None, None]
+
+    force = np.ones((frequency.size, 1))
+    found = loaded_shapes(modal, EXTENT, air, [])
+    whole = modal.dynamic_stiffness(frequency) + air(frequency)[:, :, 0]
+    own = found.modal.dynamic_stiffness(frequency) / found.vectors[0, 0] ** 2
+    wanted, bare = (
+        np.trapezoid(frequency**4 / np.abs(d[:, 0]) ** 2, frequency) for d in (whole, own)
+    )
+    gain = found.gain(frequency, force)(frequency)
+    moved = np.trapezoid(gain * frequency**4 / np.abs(own[:, 0]) ** 2, frequency)
+    assert abs(bare / wanted - 1) > 0.05
+    assert moved == pytest.approx(wanted, rel=0.02)
+    np.testing.assert_array_equal(LoadedShapes(modal, None).gain(frequency, force)(frequency), 1.0)

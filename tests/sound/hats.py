@@ -45,13 +45,7 @@ def over_cell(ends_x, ends_y, offset, edges, k):
 def impedance(sides, counts, k, mode):
     """Z [m³] of a mode of sines."""
     edges = [side / count for side, count in zip(sides, counts, strict=True)]
-    table = np.zeros([count - 1 for count in counts], complex)
-    for i, j in np.ndindex(*table.shape):
-        for p in range(-2, 2):
-            for q in range(-2, 2):
-                ends_x = (i + p) * edges[0], (i + p + 1) * edges[0]
-                ends_y = (j + q) * edges[1], (j + q + 1) * edges[1]
-                table[i, j] += over_cell(ends_x, ends_y, (i, j), edges, k)
+    table = entries(edges, counts, k)
     apart = [np.abs(np.subtract.outer(np.arange(n), np.arange(n))) for n in table.shape]
     operator = table[apart[0][:, None, :, None], apart[1][None, :, None, :]]
     loads = []
@@ -63,8 +57,43 @@ def impedance(sides, counts, k, mode):
     return load @ np.linalg.solve(operator.reshape(load.size, -1), load)
 
 
+def entries(edges, counts, k):
+    """Operator over the offset of two hats."""
+    table = np.zeros([count - 1 for count in counts], complex)
+    for i, j in np.ndindex(*table.shape):
+        for p in range(-2, 2):
+            for q in range(-2, 2):
+                ends_x = (i + p) * edges[0], (i + p + 1) * edges[0]
+                ends_y = (j + q) * edges[1], (j + q + 1) * edges[1]
+                table[i, j] += over_cell(ends_x, ends_y, (i, j), edges, k)
+    return table
+
+
+def impedance_without(removed, sides, counts, k, shapes):
+    """Z [m³] of shapes (x, y) on a rectangle without a box of cells."""
+    edges = [side / count for side, count in zip(sides, counts, strict=True)]
+    table = entries(edges, counts, k)
+    place = np.indices([n - 1 for n in counts]).reshape(2, -1).T + 1
+    low, high = (np.round(np.divide(corner, edges)).astype(int) for corner in removed)
+    place = place[~np.all((place >= low) & (place <= high), axis=1)]
+    apart = np.abs(place[:, None] - place)
+    operator = table[apart[..., 0], apart[..., 1]]
+    node, weight = np.polynomial.legendre.leggauss(4)
+    offset = np.concatenate([(node - 1) / 2, (node + 1) / 2])
+    share = np.tile(weight / 2, 2) * (1 - np.abs(offset))
+    x, y = ((place[:, i, None] + offset) * edges[i] for i in (0, 1))
+    values = [shape(x[:, :, None], y[:, None, :]) for shape in shapes]
+    load = np.array([edges[0] * edges[1] * (share @ value @ share) for value in values])
+    return np.diagonal(load @ np.linalg.solve(operator, load.T))
+
+
 def extrapolated(sides, counts, k, mode):
     """Z of elements of no size: those of one, a half and a quarter, in powers of h and h²."""
-    one, two, four = (impedance(sides, [n * c for c in counts], k, mode) for n in (1, 2, 4))
+    return limit([impedance(sides, [n * c for c in counts], k, mode) for n in (1, 2, 4)])
+
+
+def limit(found):
+    """Value of elements of no size."""
+    one, two, four = found
     first, second = 2 * two - one, 2 * four - two
     return second + (second - first) / 3

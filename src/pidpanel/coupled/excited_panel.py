@@ -42,6 +42,33 @@ class LoadedShapes:
     modal: ModalBasis
     # (n, n) new shapes as columns; None where they are those of the bare panel
     vectors: Array | None
+    # dynamic stiffness (nf, n) [N/m] with the air of each frequency (nf,) [Hz]; None without air
+    in_air: Callable[[Array], Complexes] | None = None
+
+    def gain(self, frequency: Array, force: Array) -> Callable[[Array], Array]:
+        """Return the PSD of forces that moves the oscillators as in air, over that of the sound.
+
+        It is a factor for each third octave, of lines (nf,) [Hz] and PSDs (nf, n) of forces.
+        """
+        if self.in_air is None:
+            return np.ones_like
+        low, high = frequency[0], frequency[-1]
+        count = max(1, round(3 * np.log2(high / low)))
+        edge = np.geomspace(low, high, count + 1)
+
+        def acceleration(stiffness: Complexes) -> Array:
+            psd = frequency**4 * (force / np.abs(stiffness) ** 2).sum(axis=1)
+            area = np.diff(frequency) * (psd[1:] + psd[:-1]) / 2
+            square = np.interp(edge, frequency, np.append(0.0, np.cumsum(area)))
+            return np.asarray(np.diff(square))
+
+        wanted = acceleration(self.in_air(frequency))
+        factor = wanted / acceleration(self.modal.dynamic_stiffness(frequency))
+
+        def at(lines: Array) -> Array:
+            return np.asarray(factor[np.searchsorted(edge[1:-1], lines, side="right")])
+
+        return at
 
     def shape(self, values: Array) -> Array:
         """Return shapes (k, n) of the bare panel as those of here."""
@@ -68,9 +95,10 @@ def loaded_shapes(
 
     The panel moves in shapes of its own, each a single oscillator: those of its mass with m_a D of
     dampers and the air's, both a mean over the logarithm of frequency. Each then has the mass of
-    the air, its resistance and C_e D at its own frequency, without what couples it to others. What
-    is left out changes the motion in which the particles are seen a little, and C_e and m_a hardly;
-    the response is computed with all of it (`pidpanel.response`).
+    the air, its resistance and C_e D at its own frequency, without what couples it to others. The
+    air of other frequencies enters the level of the force (`LoadedShapes.gain`). What is left out
+    changes the motion in which the particles are seen a little, and C_e and m_a hardly; the
+    response is computed with all of it (`pidpanel.response`).
     """
     if air is None and not dampers:
         return LoadedShapes(modal, None)
@@ -96,11 +124,23 @@ def loaded_shapes(
         pairs = zip(np.log(clipped), values.T, strict=True)
         return np.array([np.interp(place, np.log(nodes), row) for place, row in pairs])
 
-    mass = 1 + at_modes(diagonal(added - mean_added))
-    damping = diagonal(np.diag(modal.damping)) + at_modes(diagonal(resistance))
+    more, lost = diagonal(added - mean_added), diagonal(resistance)
+    own_more, own_lost = at_modes(more), at_modes(lost)
+    mass = 1 + own_more
+    damping = diagonal(np.diag(modal.damping)) + own_lost
     for damper in dampers:
         damping = damping + damper.values(clipped)[0] * diagonal(damper.overlap)
-    return LoadedShapes(_oscillators(natural / np.sqrt(mass), mass, damping), vectors)
+    oscillators = _oscillators(natural / np.sqrt(mass), mass, damping)
+
+    def in_air(frequency: Array) -> Complexes:
+        order = np.interp(np.log(frequency), np.log(nodes), np.arange(AIR_NODES))
+        start = np.minimum(order.astype(int), AIR_NODES - 2)
+        part = (order - start)[:, None]
+        mass, loss = (v[start] + part * (v[start + 1] - v[start]) for v in (more, lost))
+        omega, own = 2 * np.pi * frequency[:, None], oscillators.dynamic_stiffness(frequency)
+        return np.asarray(own - omega**2 * (mass - own_more) + 1j * omega * (loss - own_lost))
+
+    return LoadedShapes(oscillators, vectors, None if air is None else in_air)
 
 
 def _oscillators(natural: Array, mass: Array, damping: Array) -> ModalBasis:
@@ -245,6 +285,7 @@ class ExcitedPanel:
     def with_patches(self, scenario: CoupledScenario) -> CoupledPanel:
         """Return the panel with the patches of a scenario, at its level."""
         shapes, excitation = self.shapes(scenario), self.excitation
+        gain = self._gain(shapes)
         return CoupledPanel(
             modal=shapes.modal,
             points=shapes.shape(deflection_at_points(self.basis)),
@@ -253,7 +294,9 @@ class ExcitedPanel:
                 for patch in scenario.patches
             ],
             excitation=ModalForce(
-                lambda frequency: scenario.factor * excitation.spectrum(frequency),
+                lambda frequency: (
+                    scenario.factor * gain(frequency) * excitation.spectrum(frequency)
+                ),
                 lambda frequency: shapes.square(excitation(frequency)),
                 # of base motion G is not resolved: the force on the table is 1e8 times the others
                 (lambda frequency: shapes.columns(excitation.factors(frequency)))
@@ -261,6 +304,20 @@ class ExcitedPanel:
                 else None,
             ),
         )
+
+    def _gain(self, shapes: LoadedShapes) -> Callable[[Array], Array]:
+        frequency, span = self.coarse_frequency, self.settings.frequency_range
+        if shapes.in_air is None:
+            return np.ones_like
+        nodes = np.geomspace(*span, AIR_NODES)
+        force = np.array(
+            [
+                np.diagonal(shapes.square(self.excitation(f)[0])).real
+                for f in np.split(nodes, AIR_NODES)
+            ]
+        )
+        rows = np.array([np.interp(np.log(frequency), np.log(nodes), row) for row in force.T]).T
+        return shapes.gain(frequency, rows * self.excitation.spectrum(frequency)[:, None])
 
     def moduli(self, scenario: CoupledScenario, panel: CoupledPanel) -> list[Softened]:
         """Return Young's modulus of the contacts of each patch [Pa], and its bias of g rms [1]."""

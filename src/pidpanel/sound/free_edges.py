@@ -53,6 +53,9 @@ NODES_PER_REACH, MORE_NODES = 2.1, 16
 NODE_ERROR, CHECKED, MORE, ATTEMPTS, LARGEST_ERROR = 3e-4, 9, 1.5, 5, 0.01
 
 
+ROUNDING = 1e-9  # of A over its largest eigenvalue
+
+
 class Jumps(Protocol):
     """Functions ψ of the jump, in blocks that do not interact; see `rectangle.RectangleJumps`."""
 
@@ -119,6 +122,7 @@ class FreePanel:
             even = at_rest - moving.real @ flat
             odd = -(moving.imag / nodes[:, None]) @ flat
             shape = (nodes.size, n, n)
+            _check_signs(even.reshape(shape)[-1], odd.reshape(shape)[[0, -1]])
             table = WavenumberTable(wavenumber_max, nodes, even.reshape(shape), odd.reshape(shape))
             operator.append(table)
         return cls(jumps, wavenumber_max, wall, operator)
@@ -179,6 +183,17 @@ class FreePanel:
                 "the air behind the panel are too sharp: use a lower frequency or a farther wall"
             )
         return nodes, *arrays
+
+
+def _check_signs(at_rest: Array, odd: Array) -> None:
+    """Raise an error unless air of a long wave has mass, and none gives energy: Re A > 0 ≥ Im A."""
+    mass = np.linalg.eigvalsh((at_rest + at_rest.T) / 2)
+    source = np.linalg.eigvalsh((odd + odd.swapaxes(1, 2)) / 2).max(axis=1)
+    if not (mass[0] > 0 and np.all(source <= ROUNDING * mass[-1])):
+        raise FieldError(
+            f"the air on free edges has a negative mass or resistance ({mass[0]:.3g} m, "
+            f"{-source.max():.3g} m²): use a mesh with elements of one size"
+        )
 
 
 def _static(reach: float, count: int) -> Array:
