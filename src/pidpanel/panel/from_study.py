@@ -181,7 +181,7 @@ class StudiedPanel:
 
     def cause_of_shift(self, edge: float, frequency: float) -> str:
         """Return the largest of `ElementKind.frequency_shifts` on the panel without dampers."""
-        shifts = self.elements.frequency_shifts(edge, frequency, **self.rough)
+        shifts = self.elements.frequency_shifts(edge, frequency, strain=None, **self.rough)
         return max(shifts, key=shifts.__getitem__)
 
     @property
