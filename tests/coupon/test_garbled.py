@@ -27,17 +27,6 @@ def flipped_digit(data, rng):
     return data[:at] + bytes([other]) + data[at + 1 :]
 
 
-def cut(data, rng):
-    """The end is missing."""
-    return data[: rng.randrange(len(data))]
-
-
-def zeros(data, rng):
-    """A block of the disk is zero."""
-    at = rng.randrange(max(1, len(data) - 400))
-    return data[:at] + bytes(min(400, len(data) - at)) + data[at + 400 :]
-
-
 def noise(data, rng):
     """Bytes that are no text."""
     at = rng.randrange(len(data))
@@ -127,8 +116,6 @@ def summary_at(folder, cycles):
 
 
 HEALED = [
-    ("run", "at_18.restart", zeros),
-    ("run", "at_18.restart", cut),
     ("run", "at_18.restart", missing),
     ("run", "at_18.restart", flipped_bit),
     ("run", "start.data", flipped_digit),
