@@ -15,7 +15,7 @@ export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 # the answer of the atlas first, if the study has it next to simulated damping; then the study
 run: ready
 	-@python -m pidpanel.workflow.first_answer "$$STUDY" $(CORES)
-	snakemake -j$(CORES) --configfile "$$STUDY"
+	pidpanel run "$$STUDY" -j$(CORES)
 
 verification: ready
 	snakemake -j$(CORES) verification

@@ -75,7 +75,7 @@ def coupon(folder):
         packing = folder / "packing" / run.packing.label / "packing.json"
         attempts.pour_packing(run.packing, packing)
         attempts.loosen_bed(run.bed, packing, folder / "bed" / run.bed.label / "bed.json")
-    cost, _ = clock(lambda: attempts.shake_cases([case], folder, folder / "batch.json"))
+    cost, _ = clock(lambda: attempts.write_case(case, folder, case.outcome_file(folder)))
 
     def alone():
         for home in case.folders(folder):

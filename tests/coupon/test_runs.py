@@ -422,19 +422,6 @@ def test_another_version_of_the_balance_measures_it_anew_and_runs_no_cycle_again
     assert anew == first
 
 
-def test_a_state_that_cannot_be_read_is_named_and_the_run_begins_anew(tmp_path, bed_file):
-    # red: `RecordUnreadable` no `SolverFailure`, so that the job ends there
-    first, _ = shaken(tmp_path, bed_file)
-    folder = next(tmp_path.glob("r*/s1"))
-    (folder / "state.json").write_text((folder / "state.json").read_text()[:-20])
-    with pytest.raises(failures.RecordUnreadable, match=r"s1/state\.json: "):
-        records.RunState.read(folder)
-    again, _ = shaken(tmp_path, bed_file)
-    assert again == first
-    (case,) = cases_of(coupon())
-    assert coding.read(records.CaseOutcome, case.outcome_file(tmp_path)).runs[0].attempts == 2
-
-
 def test_a_deck_of_the_users_own_begins_anew_only_for_more_cycles(tmp_path, bed_file):
     # red: resumed from a restart; begun anew though all was there
     own = {"deck": TEMPLATES / "shake_lab.in.j2"}

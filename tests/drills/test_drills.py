@@ -13,8 +13,9 @@ pytestmark = pytest.mark.liggghts
 
 
 def test_killed_it_comes_to_the_same_bytes(tmp_path):
-    # red: `end_with` left out of job.started (LIGGGHTS stays); `release` left out of `run`
-    world = World(tmp_path / "a$(touch hit)b")
+    # red: `end_with` left out of job.started (LIGGGHTS stays); `release` left out of `run`;
+    # `snakemake` in place of `pidpanel run` in the Makefile
+    world = World(tmp_path / "a$(touch hit)b", made=True)
     world.write()
     process = world.start()
     assert world.wait_for("liggghts", process) is not None

@@ -74,6 +74,8 @@ class World:
     environment: dict[str, str] = field(default_factory=dict)
     files: tuple[str, ...] = (TABLE,)
     """What is asked for, and compared."""
+    made: bool = False
+    """Run by `make run`."""
 
     def write(self, cycles: int = SHORT) -> None:
         """Write the study."""
@@ -97,6 +99,8 @@ class World:
             To which ``ulimit -v`` limits each process.
         """
         command = [PIDPANEL, "run", "drill.yaml", *(options or ("-j2",)), "--", *self.files]
+        if self.made:  # without installing
+            command = ["make", "-s", "-o", "ready", "-f", ROOT / "Makefile", "run", "STUDY=drill.yaml"]
         if megabytes is not None:
             command = ["sh", "-c", f"ulimit -v {1024 * megabytes}; exec " + '"$@"', "sh", *command]
         # compiled code is kept, as `make` keeps it
@@ -106,10 +110,11 @@ class World:
             for key, value in os.environ.items()
             if not key.startswith("PIDPANEL_") and key not in left_out
         }
+        path = os.pathsep.join((str(PIDPANEL.parent), os.environ["PATH"]))
         return subprocess.Popen(
             command,
             cwd=self.folder,
-            env={**inherited, "OMP_NUM_THREADS": "1", **self.environment},
+            env={**inherited, "OMP_NUM_THREADS": "1", "PATH": path, **self.environment},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

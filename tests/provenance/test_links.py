@@ -16,7 +16,6 @@ from pidpanel.provenance.links import LinkError, check_links, check_working_fold
 STUDY = "l_panel"
 PLACES = [  # that are written by the commands, by the rules, by Snakemake and by LIGGGHTS
     f"results/{STUDY}/run.log",
-    f"results/{STUDY}/.running",
     f"results/{STUDY}/panel.log",
     f"results/{STUDY}/panel",
     f"results/{STUDY}/benchmark",
@@ -51,7 +50,7 @@ def test_no_command_follows_a_link_among_results(received, place, capsys):
     folder, home = received
     path = folder / place
     path.parent.mkdir(parents=True, exist_ok=True)
-    is_file = path.suffix == ".log" or path.name == ".running"
+    is_file = path.suffix == ".log"
     path.symlink_to(home / "victim" if is_file else home)
     for arguments in _commands(folder):
         assert main(arguments) == 2
@@ -107,7 +106,7 @@ def test_folders_nested_without_end_are_looked_through(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("place", [".", ".snakemake/scripts"])
 def test_no_module_of_the_working_folder_is_imported(received, place):
-    # red: PYTHONSAFEPATH left out of Plan.begin; Snakemake starts a `script:` in the second
+    # red: PYTHONSAFEPATH left out of common.smk; Snakemake starts a `script:` in the second
     folder, home = received
     (folder / place).mkdir(parents=True, exist_ok=True)
     for name in ("pickle", "numpy", "pidpanel", "snakemake", "json"):

@@ -47,4 +47,5 @@ def test_mistakes_are_left_to_the_run(tmp_path, monkeypatch):
 def test_make_run_answers_first():
     # red: the line left out of the Makefile
     (recipe,) = [x for x in (ROOT / "Makefile").read_text().split("\n\n") if "\nrun:" in x]
-    assert recipe.index("pidpanel.workflow.first_answer") < recipe.index("snakemake")
+    # and `pidpanel run`, which unlocks what a killed Snakemake left: plain `snakemake` stops there
+    assert recipe.index("pidpanel.workflow.first_answer") < recipe.index('pidpanel run "$$STUDY"')

@@ -22,6 +22,7 @@ from pidpanel.coupled.integration import Rows, State
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupon.records import check_files, files_of
 from pidpanel.provenance import durable
+from pidpanel.provenance.results import damage_named, read_netcdf
 
 FILE = "state.npz"  # rows so far, the state, and the restarts that belong to it with their hashes
 
@@ -107,8 +108,7 @@ def ends_of_pieces(first: int, rows: int, rows_of_piece: int) -> Sequence[int]:
     return [*range(first + rows_of_piece, rows, rows_of_piece), rows] if first < rows else []
 
 
-# Attributes with the hash of all that a record depends on, and of what it holds.
-IDENTITY, CONTENT = "identity", "content"
+IDENTITY = "identity"  # attribute with the hash of all that a record depends on
 NUMBERS = ("interval_s", "first_tone", "settled_row")  # attributes that go with the arrays
 
 
@@ -133,16 +133,23 @@ def write_record(
     )
     settings = (record.interval, record.first, record.settled)
     dataset.attrs |= dict(zip(NUMBERS, settings, strict=True))
-    dataset.attrs[CONTENT] = _content(dataset)
     with durable.replacing(path) as draft:
         dataset.to_netcdf(draft, engine="scipy")
 
 
 def read_record(path: Path, identity: str) -> SettledRecord | None:
-    """Read the record of a run; None without one, of another run, or with a changed byte."""
-    try:
-        data = xr.load_dataset(path, engine="scipy")
-        if data.attrs[IDENTITY] != identity or data.attrs[CONTENT] != _content(data):
+    """Read the record of a run; None without one, or of another run.
+
+    Raises
+    ------
+    ResultsDamaged
+        If it cannot be read.
+    """
+    if not path.exists():
+        return None
+    data = read_netcdf(path)
+    with damage_named(path):
+        if data.attrs[IDENTITY] != identity:
             return None
         values = {name: data[name].to_numpy().astype(np.float64) for name in data.data_vars}
         interval, first, settled = (data.attrs[name] for name in NUMBERS)
@@ -157,15 +164,3 @@ def read_record(path: Path, identity: str) -> SettledRecord | None:
             at_points=values["displacement_at_points"],
             impulse=values["impulse"],
         )
-    except (OSError, ValueError, TypeError, KeyError, IndexError):
-        return None
-
-
-def _content(dataset: xr.Dataset) -> str:
-    """Return a hash of all arrays and of the numbers that go with them."""
-    names = sorted(str(name) for name in dataset.variables)
-    numbers = [float(dataset.attrs[name]) for name in NUMBERS]
-    # in the byte order of the machine: the file has its own
-    arrays = [np.asarray(dataset[name].to_numpy()) for name in names]
-    native = [array.astype(array.dtype.newbyteorder("=")) for array in arrays]
-    return identity_of(*names, *native, *numbers)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from pidpanel.coupled.pieces import integrated, run_identity
 from pidpanel.coupled.scenario import CoupledScenario
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupled.softening import Softened
-from pidpanel.coupon.liggghts.failures import EnergyNotClosed, FilesFailed
+from pidpanel.coupon.liggghts.failures import EnergyNotClosed
 from pidpanel.provenance import durable
 from pidpanel.solve.bands import whole_third_octaves
 from pidpanel.solve.base_motion import BaseExcitation
@@ -168,10 +169,7 @@ class ScenarioRuns:
         }
         write_record(path, settled, attributes)
         durable.discard(checkpoints)
-        stored = read_record(path, identity)  # rounded as it is stored
-        if stored is None:
-            raise FilesFailed(f"{path}: cannot be read after it was written")
-        return stored
+        return cast(SettledRecord, read_record(path, identity))  # rounded as it is stored
 
     def estimate(self, records: Sequence[SettledRecord]) -> ScenarioEstimate:
         """Return the estimate from some records."""

@@ -29,10 +29,6 @@ class FileDamaged(SolverFailure):
     """A file is missing, or is not the one that was left here."""
 
 
-class FilesFailed(SolverFailure):
-    """A file cannot be read or written: no space, no permission, a disk that fails."""
-
-
 class Unphysical(SolverFailure):
     """A row that no motion of the particles can have."""
 
