@@ -83,11 +83,9 @@ def test_stretching_has_its_columns_where_a_panel_stretches(study, respond):
     summary.loc[at, "beyond_linear_plate"] = True
     summary = summary.assign(**dict.fromkeys(STRETCHED, np.nan))
     summary.loc[at, list(STRETCHED)] = 12.34, 0.21, 0.912, 0.0123, 0.0, 5.43, 0.44
-    (table,) = blocks_of(summary_section(study, summary))
+    _, table = blocks_of(summary_section(study, summary))
     heads = [head for head in table.columns if "stretched" in head or "shift" in head]
     first = table.columns.index(heads[0])
-    rows = [row[first : first + len(heads)] for row in table.rows]
-    assert rows.count(["–"] * len(heads)) == len(rows) - 1
-    (values,) = (row for row in rows if row[0] != "–")
+    (values,) = (row[first : first + len(heads)] for row in table.rows)
     assert [value.split(" ± ")[0] for value in values] == ["12.34", "0.912", "5.43"]
-    assert "edges free in the plane" in table.caption
+    assert "edges free in the plane" in " ".join(table.caption.split())

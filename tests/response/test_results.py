@@ -95,10 +95,12 @@ def test_a_stated_motion_is_where_the_damping_is_read(summary_of):
 
 
 def test_air_without_its_file_is_refused(upstream, tmp_path, write_study, table_values):
-    study = load_study(write_study(tmp_path, "table", table_values()))
+    values = table_values()
+    values.setdefault("response", {})["radiation"] = "one_side"
+    study = load_study(write_study(tmp_path, "table", values))
     with pytest.raises(ValueError, match="the file of the air is required"):
         others = {name: paths for name, paths in upstream.all.items() if name != "air"}
-        read_response_panel(study, files(others), "one_side")
+        read_response_panel(study, files(others))
 
 
 def test_the_error_contains_what_single_tones_leave_out(summary_of):

@@ -150,7 +150,7 @@ PARTLY = BY_DAMPER  # damping models by damper, in which patches may have stated
 
 def read_by_point(path: Path) -> pd.DataFrame:
     """Read a table whose names are names, even where they look like numbers."""
-    names = ("measurement", "scenario", "patch", "point")
+    names = ("measurement", "scenario", "patch", "point", "doubts")  # of no row, doubts are no text
     return read_csv(path, dtype=dict.fromkeys(names, str))
 
 

@@ -229,7 +229,7 @@ def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, fol
     folder
         Made where it is not there.
     """
-    summary = read_csv(summary_csv, dtype={"scenario": str, "point": str})
+    summary = read_csv(summary_csv, dtype={"scenario": str, "point": str, "doubts": str})
     psd, title = read_psd(psd_nc), f"pidpanel study {study.name}"
     scenarios, ratio = scenarios_of(study), study.panel.modal_damping
     write_exports(read_basis(modes), ratio, scenarios, study.readings, psd, summary, title, folder)
