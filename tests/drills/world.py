@@ -100,7 +100,16 @@ class World:
         """
         command = [PIDPANEL, "run", "drill.yaml", *(options or ("-j2",)), "--", *self.files]
         if self.made:  # without installing
-            command = ["make", "-s", "-o", "ready", "-f", ROOT / "Makefile", "run", "STUDY=drill.yaml"]
+            command = [
+                "make",
+                "-s",
+                "-o",
+                "ready",
+                "-f",
+                ROOT / "Makefile",
+                "run",
+                "STUDY=drill.yaml",
+            ]
         if megabytes is not None:
             command = ["sh", "-c", f"ulimit -v {1024 * megabytes}; exec " + '"$@"', "sh", *command]
         # compiled code is kept, as `make` keeps it
