@@ -253,7 +253,7 @@ class StudiedPanel:
 
     def mesh(self, path: Path, patch_sizes: Mapping[str, float] | None = None) -> PanelMesh:
         """Mesh the panel, triangles with `patch_sizes`, and write the mesh to a ``.msh`` file."""
-        spec = self.panel.mesh
+        spec, corner_size = self.panel.mesh, self.panel.mesh.corner_size_m
         if spec.kind == "quadrilaterals":
             return mesh_quadrilaterals(path, self._size, spec.elements, self.shapes, self.points)
         if self.foreign is not None:
@@ -269,8 +269,8 @@ class StudiedPanel:
             holes=self._holes,
             imprints=self._feet,
             anchors=self._anchors,
-            held=checks.fine_places(self.supports, self.attachments, self.section),
-            corner_size=spec.corner_size_m,
+            held=checks.fine_places(self.supports, self.attachments, self.section, corner_size),
+            corner_size=corner_size,
             patch_sizes=patch_sizes or {},
         )
 

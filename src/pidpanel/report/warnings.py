@@ -155,7 +155,12 @@ def coarse_mesh(
     excess = max(psd_db / ALLOWED_DB, rms / ALLOWED_RMS)
     edge = element_sizes(inputs.basis.vertex_position, inputs.basis.cells).max()
     highest = inputs.study.response.frequency_hz[1]
-    cause = StudiedPanel(inputs.study.panel).cause_of_shift(float(edge), highest)
+    panel = inputs.study.panel
+    cause = StudiedPanel(panel).cause_of_shift(float(edge), highest)
+    has_feet = any(point.radius_m for point in panel.support_input.points.values())
+    is_unsized = panel.mesh.size_m is not None and panel.mesh.corner_size_m is None
+    if cause == "waves" and has_feet and is_unsized and panel.section.kind != "thin":
+        cause = "unsized feet"
     return {
         "cause": cause,
         "is_file": inputs.study.panel.mesh.kind == "file",

@@ -62,7 +62,7 @@ class Mesh(SectionModel):
     """Edge length of triangles [m]."""
     corner_size_m: Annotated[float, Quantity(1e-6, 10, unit="metres")] | None = None
     """Edge length at re-entrant corners and rims of feet [m]; by default 0.002 of size_m, and a
-    tenth of the radius of a foot."""
+    tenth of the radius of a foot on thin plates."""
     file: Annotated[Path, AfterValidator(_check_suffix), file_in()] | None = None
     """Mesh file: .msh (gmsh), or .bdf, .dat, .nas or .fem (Nastran bulk data)."""
     unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
