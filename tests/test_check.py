@@ -97,7 +97,7 @@ def test_a_varied_deck_is_told_where_it_is_in_its_list(tmp_path, monkeypatch):
         ("sandwich_hole_hinge", ("panel", "masses", "connector", "at_m"), [3, 3], "at_m:", "panel.masses.connector.at_m = [3, 3]: point 'connector'"),
         ("sandwich_hole_hinge", ("panel", "masses", "P1"), {"at_m": [3, 3], "mass_kg": 1}, "at_m:", "panel.masses.P1.at_m = [3, 3]: point 'P1'"),
         ("sandwich_hole_hinge", ("panel", "masses", "harness", "to_m"), [3, 3], "to_m:", "panel.masses.harness.to_m = [3, 3]: point 'harness to_m'"),
-        ("sandwich_hole_hinge", ("panel", "mesh", "size_m"), 0.2, "mesh:", "panel.mesh = {kind: triangles, size_m: 0.2}: element edges of 0.2 m are too coarse for 2000 Hz"),
+        ("sandwich_hole_hinge", ("panel", "mesh", "size_m"), 0.2, "mesh:", "panel.mesh = {kind: triangles, size_m: 0.2, corner_size_m: 0.005}: element edges of 0.2 m are too coarse for 2000 Hz"),
         ("sandwich_hole_hinge", ("panel", "points", "centre"), [0.3, 0.3], "centre:", "panel.points.centre = [0.3, 0.3]: 'centre' names both a patch and a point"),
         ("l_panel", ("panel", "supports"), {"outline": "free", "edges": [{"from_m": [0, 0], "to_m": [9, 0], "kind": "clamped"}]}, "to_m:", "panel.supports.edges[0].to_m = [9, 0]: point 'supports.edges 1 to_m'"),
         ("sandwich_hole_hinge", ("panel", "supports", "points", "hinge 2", "at_m"), [0.33, 0.06], "radius_m: 0.02", "panel.supports.points.hinge 1.radius_m = 0.02: patch 'foot of hinge 1' meets the support 'hinge 2'"),

@@ -64,7 +64,7 @@ def test_a_core_by_its_grade_has_the_makers_moduli():
         ("sandwich_hole_hinge", "masses.connector.at_m", [3, 3], "point 'connector' = (3, 3) m leaves the panel"),
         ("sandwich_hole_hinge", "masses.connector.to_m", [1, 1], "either at_m, or grid (a node of a mesh file), or from_m and to_m"),
         ("sandwich_hole_hinge", "mesh", {"kind": "quadrilaterals"}, "mesh.kind = quadrilaterals: quadrilaterals do not allow an outline other than a whole rectangle; patches.centre"),
-        ("sandwich_hole_hinge", "mesh.size_m", 0.2, "size_m: 0.2}: element edges of 0.2 m are too coarse for 2000 Hz, where half a bending wavelength is"),
+        ("sandwich_hole_hinge", "mesh.size_m", 0.2, "size_m: 0.2, corner_size_m: 0.005}: element edges of 0.2 m are too coarse for 2000 Hz, where half a bending wavelength is"),
         ("sandwich_hole_hinge", "corner_radius_m", 0.6, "corner radius 0.6 m: the edge from"),
         ("sandwich_hole_hinge", "holes.cut-out.size_m", [0.1, 0.1], "must have centre_m with size_m or diameter_m, or corners_m; it has centre_m, diameter_m, size_m"),
         ("l_panel", "outline_m", [[0, 0], [1, 1], [1, 0], [0, 2]], "outline crosses itself"),
