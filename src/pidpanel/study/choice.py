@@ -50,7 +50,7 @@ class Choice:
             schema = handler(option)
             if get_origin(_bare(option)) is not Literal:
                 return schema
-            # other words are told the whole choice
+            # an unknown word gets the message that lists all forms
             return core_schema.custom_error_schema(schema, "choice", custom_error_message=message)
 
         return core_schema.tagged_union_schema(

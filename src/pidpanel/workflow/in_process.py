@@ -1,8 +1,8 @@
-"""A study without LIGGGHTS in one process, from panel to page: always anew, or not at all.
+"""A study without LIGGGHTS in one process, from panel to page: all of it is computed, or nothing.
 
-Snakemake takes seconds before its first job, and each of its jobs imports the same libraries.
-Nothing is kept between two calls but the digest of study and package: with the same one, and the
-files as they were left, nothing is done. Snakemake takes what this leaves for incomplete.
+Snakemake takes seconds before its first job, and each of its jobs imports the same libraries. Two
+calls share only the digest of study and package: if it is the same and the files are as they were
+left, the second call does nothing. Snakemake treats these files as incomplete.
 """
 
 import fcntl
