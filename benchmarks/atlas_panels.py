@@ -32,7 +32,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.atlas import Atlas, AtlasDamping, atlas_bed
 from pidpanel.damping.atlas_files import read_atlas, read_rows
 from pidpanel.damping.atlas_fit import fit_constants
-from pidpanel.damping.models import DampingModel
+from pidpanel.damping.models import Damper
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.files import read_plate
 from pidpanel.paths import ATLAS_CASES, DATA, WORKFLOW
@@ -103,7 +103,7 @@ def surface(damper: str) -> DampingSurface:
 
 
 def responses(
-    values: Mapping[str, Any], cases: Sequence[Case], models: Mapping[str, DampingModel]
+    values: Mapping[str, Any], cases: Sequence[Case], models: Mapping[str, Damper]
 ) -> list[Rms]:
     """Return g rms of cases on the panel of a study, with the given damping of their dampers."""
     dampers = {"any": {"equivalent_damping_n_s_m3": 100.0, "apparent_mass_kg_m2": 1.0}}

@@ -21,15 +21,9 @@ import xarray as xr
 
 from pidpanel.arrays import variable
 from pidpanel.check import checked_study
-from pidpanel.constants import BY_DAMPER, STANDARD_GRAVITY
-from pidpanel.damping.from_study import (
-    atlas_model,
-    damper_model,
-    read_cases,
-    study_model,
-    surface_of,
-)
-from pidpanel.damping.models import DampingModel
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.from_study import damper_model, read_cases, surface_of
+from pidpanel.damping.models import Damper
 from pidpanel.panel.files import read_basis
 from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
@@ -41,6 +35,7 @@ from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.response.from_study import write_response
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
+from pidpanel.study.dampers import COUPLED
 from pidpanel.study.document import Document
 from pidpanel.study.writing import plain, text_of, values_of, with_changes
 
@@ -172,7 +167,7 @@ class Model:
         Parameters
         ----------
         source
-            Name of a damper or damping model of the study; its only one by default.
+            Name of a damper of the study; its only one by default.
         fill_fraction, frequency_hz, acceleration_g
             Values of r, f [Hz] and Γ.
 
@@ -198,8 +193,8 @@ class Model:
             limit, top = (" and at most 1", 1.0) if key == "fill_fraction" else ("", 1e300)
             if refused := [x for x in coordinate.tolist() if not 0 < x <= top]:
                 raise StudyError(f"{key} = {refused[0]:g}: must be above 0{limit}")
-        reading = self._reading(source)
-        values = [[reading(frequency, r, g) for g in gammas.tolist()] for r in fills.tolist()]
+        damper = self._damper(source)
+        values = [[damper(frequency, r, g) for g in gammas.tolist()] for r in fills.tolist()]
         dims = "fill_fraction frequency acceleration"
         variables = {}
         for name, (units, meaning) in DAMPING.items():
@@ -213,9 +208,9 @@ class Model:
         return xr.Dataset(variables, coordinates, stamp(self.study))
 
     def cases(self, damper: str = SECTION) -> pd.DataFrame:
-        """Return the table of the simulated cases of a damper, ``coupon/cases.csv``."""
+        """Return the simulated cases of a coupon alone, or of a damper, ``coupon/cases.csv``."""
         if damper not in self.study.coupons:
-            raise StudyError(f"damper = {damper}: has no coupon, so there are no cases")
+            raise StudyError(f"damper = {damper}: has no simulated tones, so there are no cases")
         return read_cases(self._result(str(of_damper(Path("coupon"), damper, "cases.csv"))))
 
     def modes(self) -> xr.Dataset:
@@ -243,7 +238,7 @@ class Model:
         )
 
     def response(self) -> xr.Dataset:
-        """Return PSDs and rms values of every scenario and damping model at every point.
+        """Return PSDs and rms values of every scenario at every point.
 
         Raises
         ------
@@ -256,7 +251,7 @@ class Model:
 
         psd = read_netcdf(self._responses["psd.nc"])
         summary, psd = without_errors(partly_known(self._with_panel()), self.summary(), psd)
-        index = summary.set_index(["reading", "scenario", "point"])
+        index = summary.set_index(["scenario", "point"])
         template = psd["acceleration_psd"].isel(frequency=0, drop=True)
         for column, (name, units, factor) in RMS.items():
             if column in index:
@@ -321,30 +316,22 @@ class Model:
         files |= {path.name: path for (path,) in stages["response"].all.values()}
         return files
 
-    def _reading(self, source: str | None) -> DampingModel:
+    def _damper(self, source: str | None) -> Damper:
         study = self.study
         if not isinstance(study, Study):
             return surface_of(study.coupons[SECTION], self.cases())
         # that of coupled runs is of their scenarios, and no function of r, f and Γ
-        models = [n for n in study.readings if n not in (*BY_DAMPER, "bare")]
-        swept = [n for n, d in study.dampers.items() if d.coupon is None or n in study.surfaces]
-        sources = dict.fromkeys([*swept, *study.atlas_coupons, *models])
+        sources = [name for name in study.dampers if name not in study.beds(COUPLED)]
         if source is None and len(sources) == 1:
             (source,) = sources
-        if source not in sources:
+        if source is None or source not in sources:
             table = f"results/{study.name}/coupled/impedance.csv"
             hint = f"; results of coupled runs are in {table}" if study.is_coupled else ""
             message = f"must be one of {', '.join(sources)}"
             message = message if sources else "it has no damping over r, f and Γ"
             raise StudyError(f"source = {source}: {message}{hint}")
-        if source in study.atlas_coupons and source not in study.surfaces:
-            return atlas_model(study.atlas_coupons[source], is_broadband=False)
-        if source in study.dampers:
-            damper = study.dampers[source]
-            surface = None if damper.coupon is None else self._surface(source)
-            return damper_model(damper, surface, study.damping.prior)
-        name = next(n for n in study.damping.readings or ("dem",) if n == source)
-        return study_model(name, study, self._surface(SECTION) if name == "dem" else None)
+        surface = self._surface(source) if source in study.coupons else None
+        return damper_model(study.dampers[source], surface, is_broadband=False)
 
     def _surface(self, damper: str) -> Path:
         return self._result(str(of_damper(Path("damping"), damper, "surface.nc")))

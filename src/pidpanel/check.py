@@ -16,6 +16,7 @@ from pidpanel.geometry.polygon import overlap
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
 from pidpanel.study.base_motion import BaseMotion, RandomMotion
+from pidpanel.study.dampers import ImpedanceDamper, TableDamper
 from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
 from pidpanel.study.panel import MOST_CARRIED, Panel, key_path
@@ -97,8 +98,8 @@ def check_machine(study: CouponStudy, results: Path) -> None:
 def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
     """Yield the mistakes of a coupon's own decks: variables that are unknown or not used."""
     coupon = study.coupons[name]
-    way = ("coupon",) if coupon is study.coupon else ("dampers", name, "coupon")
-    if coupon.deck is None and "deck" not in coupon.vary:
+    way = ("dampers", name) if isinstance(study, Study) else ("coupon",)
+    if not coupon.decks:
         return
     # 0.1 s of imports that other studies do not need
     import jinja2
@@ -113,7 +114,7 @@ def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
         if path is None:
             continue
         # a varied deck is one of a list
-        varied = [str(deck_path) for deck_path in coupon.vary.get("deck", ())]
+        varied = [] if study.coupon is None else [str(p) for p in study.coupon.vary.get("deck", ())]
         keys = (*way, *(("vary", "deck", varied.index(path)) if varied else ("deck",)))
         names = case.point.deck_values(restart="none")
         try:
@@ -147,12 +148,10 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     # two seconds of imports that a study of the coupon alone does not need
     from pidpanel.damping.laws import FREQUENCY_RANGE
     from pidpanel.solve.lines import LINES_AT_MOST, line_count, smallest_damping_ratio
-    from pidpanel.study.dampers import resolved_masses
 
     low, high = study.response.frequency_hz
     outside_law = not (FREQUENCY_RANGE[0] <= low and high <= FREQUENCY_RANGE[1])
-    laws = [name for name in study.used_dampers if study.all_dampers[name].law is not None]
-    if outside_law and (laws or any(name.startswith("paper") for name in study.readings)):
+    if outside_law and any(study.dampers[name].kind == "law" for name in study.used_dampers):
         message = "must be in the range of the paper's law, {:g} to {:g} Hz".format(
             *FREQUENCY_RANGE
         )
@@ -186,7 +185,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         yield from _check_spectrum(study.sound, study.response)
     yield from _check_masses(study.panel)
     # of a table with mistakes the mass is not known
-    masses = {} if table_mistakes else resolved_masses(study)
+    masses = {} if table_mistakes else study.damper_masses(with_rows=True)
     mistakes = list(_check_mesh(study.panel, high, masses))
     yield from mistakes
     yield from _check_layouts(study, is_meshed=not mistakes)
@@ -202,9 +201,10 @@ def _check_tables(study: Study) -> Iterator[Mistake]:
     from pidpanel.damping.table_files import read_columns
 
     for keys, table in damping_tables(study):
-        damper = study.damping if keys[0] == "damping" else study.dampers[str(keys[1])]
-        weighs_as, is_impedance = damper.apparent_mass, keys[-1] == "impedance"
-        read = partial(read_table, table, impedance=is_impedance, apparent_mass=weighs_as)
+        weighs_as = getattr(study.dampers[keys[1]], "apparent_mass", None)
+        read = partial(
+            read_table, table, impedance=keys[-1] == "impedance", apparent_mass=weighs_as
+        )
         if (yield from read_at(keys, read)) is not None:
             yield from _check_range(study, keys, read_columns(table))
 
@@ -246,8 +246,7 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
     if "fill_fraction" not in columns:
         return
     emptiest, fullest = (float(f(columns["fill_fraction"])) for f in (min, max))
-    damper = str(keys[1]) if keys[0] == "dampers" else None
-    for way, fill in study.fills(damper):
+    for way, fill in study.fills(str(keys[1])):
         if not emptiest <= fill <= fullest:
             table = ".".join(str(key) for key in keys)
             yield Mistake(way, f"must be in the range of {table}, {emptiest:g} to {fullest:g}")
@@ -389,11 +388,8 @@ def _check_mesh(
             yield Mistake(("panel", *keys), message)
 
 
-def damping_tables(study: Study) -> Iterator[tuple[Keys, Path]]:
+def damping_tables(study: Study) -> Iterator[tuple[tuple[str, str, str], Path]]:
     """Yield the tables of damping that a study names, with the ways to them."""
-    if study.damping.table is not None:
-        yield ("damping", "table"), study.damping.table
     for name, damper in study.dampers.items():
-        for key, file in (("table", damper.table), ("impedance", damper.impedance)):
-            if file is not None:
-                yield ("dampers", name, key), file
+        if isinstance(damper, TableDamper | ImpedanceDamper):
+            yield ("dampers", name, damper.kind), damper.file

@@ -1,7 +1,6 @@
 """Constants that more than one stage needs."""
 
 import re
-from typing import NamedTuple
 
 STANDARD_GRAVITY = 9.80665  # m/s², exact by definition (3rd CGPM, 1901)
 
@@ -21,26 +20,6 @@ MOST_LOSS_OF_REBOUND = 250.0
 MOST_OF_MASS = 10.0
 
 ATLAS = "atlas"  # name of the damping model of the table of simulated beds
-BY_DAMPER = ("stated", "coupled", ATLAS)  # damping models in which each damper has its own damping
-
-
-class ModelText(NamedTuple):
-    """What the pages call a damping model, and the source of its C_e and m_a."""
-
-    title: str
-    source: str
-
-
-# Damping models, the one that answers first: what is simulated or measured before a law.
-DAMPING_MODELS = {
-    "coupled": ModelText("Panel and particles together", "coupled runs of this study"),
-    "stated": ModelText("User-defined dampers", "as stated for each damper"),
-    "dem": ModelText("DEM", "simulated coupons under single tones"),
-    "table": ModelText("The study's table", "table"),
-    ATLAS: ModelText("Atlas of particle beds", "atlas of particle beds"),
-    "paper_corrected": ModelText("The paper's law, corrected", "law of the paper, corrected"),
-    "paper_printed": ModelText("The paper's law, as printed", "law of the paper as printed"),
-}
 
 # Nastran cards that place nodes or elements: other nodes and elements, files, superelements
 PLACING_CARDS = re.compile(

@@ -17,7 +17,7 @@ from pidpanel.damping.surface_files import to_dataset
 from pidpanel.paths import SECTION, STUDIES
 from pidpanel.report.text import READINGS
 from pidpanel.study import StudyError, load_study
-from pidpanel.study.dampers import Damper
+from pidpanel.study.dampers import DamperSection
 from pidpanel.study.damping import ModelName, Prior
 from pidpanel.study.study import BARE
 
@@ -51,7 +51,7 @@ def test_a_table_is_a_reading_with_motion_and_errors(study):
 
 
 def damper(**values):
-    return damper_model(Damper.model_validate(values), None)
+    return damper_model(DamperSection.model_validate(values), None)
 
 
 def test_constants_are_a_damper():
@@ -113,7 +113,7 @@ def test_every_reading_has_a_name_on_the_page():
 @pytest.fixture(scope="module")
 def coupon():
     """A coupon of steel in cells that the atlas has no packing of."""
-    return Damper.model_validate(
+    return DamperSection.model_validate(
         {
             "coupon": {
                 "cell": {"shape": "hexagon", "across_flats_mm": 9, "depth_mm": 30},

@@ -13,7 +13,7 @@ from pidpanel.columns import MOST_FAULTS, ColumnsError
 from pidpanel.damping.from_study import read_table
 from pidpanel.damping.table_files import COLUMNS, read_columns
 from pidpanel.paths import PROJECT
-from pidpanel.study.dampers import ALLOWED, Damper
+from pidpanel.study.dampers import ALLOWED, DamperSection
 
 C, F = "equivalent_damping_n_s_m3", "frequency_hz"
 ETA, M = "loss_factor", "particle_mass_per_area_kg_m2"
@@ -277,7 +277,7 @@ def test_the_examples_of_the_page_are_a_table_and_dampers(tmp_path):
     page = (PROJECT / "docs" / "tables.md").read_text()
     yaml_block, table = re.findall("```(?:yaml)?\n(.*?)```", page, flags=re.DOTALL)[:2]
     kinds = [
-        Damper.model_validate(one).kind for one in yaml.safe_load(yaml_block)["dampers"].values()
+        DamperSection.model_validate(one).kind for one in yaml.safe_load(yaml_block)["dampers"].values()
     ]
     assert set(kinds) == set(ALLOWED)
     (tmp_path / "lab.csv").write_text(table)

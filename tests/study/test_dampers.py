@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from pidpanel.study.dampers import ALLOWED, Damper, mass_in_table
+from pidpanel.study.dampers import ALLOWED, DamperSection, mass_in_table
 from pidpanel.study.damping import Damping
 from pidpanel.study.mistakes import mistakes_of
 
@@ -23,9 +23,9 @@ KINDS = {
 
 def mistakes(values):
     with pytest.raises(ValidationError) as caught:
-        Damper.model_validate(values)
+        DamperSection.model_validate(values)
     return [
-        (".".join(map(str, one.keys)), one.message) for one in mistakes_of(caught.value, Damper)
+        (".".join(map(str, one.keys)), one.message) for one in mistakes_of(caught.value, DamperSection)
     ]
 
 
@@ -33,7 +33,7 @@ def mistakes(values):
 def test_every_kind_is_one(kind):
     # red: a kind left out of ALLOWED
     assert set(KINDS) == set(ALLOWED)
-    assert Damper.model_validate(KINDS[kind]).kind == kind
+    assert DamperSection.model_validate(KINDS[kind]).kind == kind
 
 
 @pytest.mark.parametrize(
@@ -77,8 +77,8 @@ def test_a_mistake_is_told_at_its_key(values, key, message):
 
 def test_zero_damping_and_zero_loss_are_allowed():
     # red: NotNegative → Positive
-    assert Damper.model_validate({C: 0, M: 3}).kind == C
-    assert Damper.model_validate({"loss_factor": 0, PATCH: 3}).kind == "loss_factor"
+    assert DamperSection.model_validate({C: 0, M: 3}).kind == C
+    assert DamperSection.model_validate({"loss_factor": 0, PATCH: 3}).kind == "loss_factor"
 
 
 def test_the_interpolation_of_the_table_needs_a_table():
@@ -97,7 +97,7 @@ def test_a_table_asks_for_a_fill_only_where_it_has_fills(tmp_path, header, asked
     # red: return True; header taken from the first line, comment or not
     file = tmp_path / "lab.csv"
     file.write_text(f"{header}\n")
-    assert Damper.model_construct(table=file).is_of_a_fill == asked
+    assert DamperSection.model_construct(table=file).is_of_a_fill == asked
 
 
 STEEL = "frequency_hz,loss_factor,particle_mass_per_area_kg_m2\n100,0.1,10\n1000,0.1,10\n"
@@ -121,7 +121,7 @@ def test_particles_with_a_mass_that_does_not_act_are_known(damper, is_massless, 
     if "table" in damper:
         (tmp_path / "lab.csv").write_text(damper["table"])
         damper = {**damper, "table": tmp_path / "lab.csv"}
-    assert Damper(**damper).is_massless is is_massless
+    assert DamperSection(**damper).is_massless is is_massless
 
 
 @pytest.mark.parametrize(

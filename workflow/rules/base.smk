@@ -31,7 +31,6 @@ rule base:
         study=section("base", "damping", "panel", "sound", "response"),
         dampers=used_dampers(),
         scenarios=scenarios(),
-        atlas=atlas(),
     message:
         "Response to base motion"
     script:

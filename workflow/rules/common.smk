@@ -10,7 +10,7 @@ from pidpanel.paths import COUPON, SECTION, in_a_path, of_damper
 from pidpanel.provenance.digests import by_content
 from pidpanel.provenance.links import LinkError, check_working_folder
 from pidpanel.study import Study, StudyError
-from pidpanel.study.coupon_study import NAME
+from pidpanel.study.coupon_study import DAMPER_NAME
 from pidpanel.workflow.configuration import configured_study, has_study, package_version
 from snakemake.exceptions import WorkflowError
 
@@ -45,7 +45,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 wildcard_constraints:
     bed="[^/]+",
     case="[^/]+",
-    damper=NAME,
+    damper=DAMPER_NAME,
     packing="[^/]+",
     scenario="[^/]+",
 
@@ -72,9 +72,15 @@ def section(*names, without=None):
     return by_content(STUDY.model_dump(include=set(names) or None, exclude=without))
 
 
-def coupon(damper=SECTION):
+def damper_of(wildcards):
+    """The damper of a rule; in a study of the coupon alone, its coupon."""
+    return wildcards.get("damper", SECTION)
+
+
+def coupon(wildcards):
     """The coupon of a damper: no other one runs again when it changes."""
-    return by_content(STUDY.coupons[damper].model_dump())
+    coupon = STUDY.coupons[damper_of(wildcards)]
+    return by_content(coupon.model_dump(exclude={"model", "prior", "like"}))
 
 
 def scenarios():
@@ -83,16 +89,10 @@ def scenarios():
 
 
 def used_dampers():
-    """The dampers of the scenarios; coupons come as surfaces."""
-    dampers = {name: STUDY.all_dampers[name] for name in STUDY.used_dampers}
-    return {name: by_content(d.model_dump(exclude={"coupon"})) for name, d in dampers.items()}
-
-
-def atlas():
-    """What the damping from the atlas depends on; nothing where none is."""
-    read = {"cell", "particles", "walls", "gravity_g", "gravity_direction"}
-    coupons = {**STUDY.atlas_coupons, **STUDY.prior_coupons}
-    return {name: by_content(c.model_dump(include=read)) for name, c in coupons.items()}
+    """The dampers of the scenarios; simulated tones come as surfaces."""
+    unused = {"sweep", "accuracy", "deck", "stiffness", "like"}
+    dampers = {name: STUDY.dampers[name] for name in STUDY.used_dampers}
+    return {name: by_content(d.model_dump(exclude=unused)) for name, d in dampers.items()}
 
 
 # beds and packings by their labels
@@ -106,6 +106,10 @@ def add_beds(beds):
         PACKINGS[bed.packing.label] = bed.packing
 
 
-def outcomes(damper):
+def outcomes(wildcards):
     """The outcome files of the cases of a damper."""
-    return [str(case.outcome_file(COUPON)) for case in SWEPT[damper].values()]
+    return [str(case.outcome_file(COUPON)) for case in SWEPT[damper_of(wildcards)].values()]
+
+
+# folder of a coupon in that of a stage
+DAMPER = "{damper}/" if isinstance(STUDY, Study) else ""

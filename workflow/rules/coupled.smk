@@ -1,4 +1,4 @@
-# Panel and particles in one time integration, for the damping model `coupled`.
+# Panel and particles in one time integration, for dampers with `model: coupled`.
 
 from pidpanel.coupled.from_study import coupled_scenarios, depends_on
 

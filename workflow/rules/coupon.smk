@@ -90,40 +90,23 @@ rule shake:
 
 rule cases:
     input:
-        outcomes=lambda wildcards: outcomes(SECTION),
+        outcomes=outcomes,
     output:
-        cases=results("coupon/cases.csv"),
+        cases=results(f"coupon/{DAMPER}cases.csv"),
     log:
-        results("coupon/cases.log"),
+        results(f"coupon/{DAMPER}cases.log"),
     benchmark:
-        results("benchmark/cases.tsv")
+        results(f"benchmark/{DAMPER}cases.tsv")
     resources:
         mem_mb=1000,
     params:
         version=VERSION,
-        damper=SECTION,
-        coupon=lambda wildcards: coupon(),
+        damper=damper_of,
+        coupon=coupon,
     message:
-        "Gather the cases of the coupon"
+        "Gather the cases of {params.damper}"
     script:
         "../scripts/cases.py"
-
-
-use rule cases as damper_cases with:
-    input:
-        outcomes=lambda wildcards: outcomes(wildcards.damper),
-    output:
-        cases=results("coupon/{damper}/cases.csv"),
-    log:
-        results("coupon/{damper}/cases.log"),
-    benchmark:
-        results("benchmark/cases_{damper}.tsv")
-    params:
-        version=VERSION,
-        damper=lambda wildcards: wildcards.damper,
-        coupon=lambda wildcards: coupon(wildcards.damper),
-    message:
-        "Gather the cases of damper {wildcards.damper}"
 
 
 # only on request: results/<study>/coupon/atlas.csv; see docs/atlas.md
@@ -140,7 +123,7 @@ rule atlas:
         mem_mb=500,
     params:
         version=VERSION,
-        coupon=lambda wildcards: coupon(),
+        coupon=coupon,
     message:
         "Write the cases of the coupon as rows of the atlas"
     script:

@@ -5,35 +5,18 @@ rule film:
     input:
         cases=rules.cases.output.cases,
     output:
-        film=results("coupon/film.nc"),
+        film=results(f"coupon/{DAMPER}film.nc"),
     log:
-        results("coupon/film.log"),
+        results(f"coupon/{DAMPER}film.log"),
     benchmark:
-        results("benchmark/film.tsv")
+        results(f"benchmark/{DAMPER}film.tsv")
     resources:
         mem_mb=1000,
     params:
         version=VERSION,
-        damper=SECTION,
-        coupon=lambda wildcards: coupon(),
+        damper=damper_of,
+        coupon=coupon,
     message:
-        "Film a run of the coupon"
+        "Film a run of {params.damper}"
     script:
         "../scripts/film.py"
-
-
-use rule film as damper_film with:
-    input:
-        cases=rules.damper_cases.output.cases,
-    output:
-        film=results("coupon/{damper}/film.nc"),
-    log:
-        results("coupon/{damper}/film.log"),
-    benchmark:
-        results("benchmark/film_{damper}.tsv")
-    params:
-        version=VERSION,
-        damper=lambda wildcards: wildcards.damper,
-        coupon=lambda wildcards: coupon(wildcards.damper),
-    message:
-        "Film a run of damper {wildcards.damper}"

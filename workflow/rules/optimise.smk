@@ -26,10 +26,10 @@ rule optimise:
         version=VERSION,
         damping=lambda wildcards: results("damping") if SURFACES else None,
         study=section(
-            *("damping", "panel", "sound", "response", "base", "dampers", "optimise"),
+            *("damping", "panel", "sound", "response", "base", "optimise"),
             without={"response": {"maps"}, "damping": {"coupled"}},
         ),
-        atlas=atlas(),
+        dampers=used_dampers(),
     message:
         "Layouts within the mass budget"
     script:

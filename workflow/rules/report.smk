@@ -8,7 +8,7 @@ rule report:
         films=[damper_file("coupon", damper, "film.nc") for damper in STUDY.coupons],
         damping=[
             damper_file("damping", damper, name)
-            for damper in STUDY.surfaces
+            for damper in STUDY.coupons
             for name in ("surface.nc", "law.csv")
         ],
     output:

@@ -1,4 +1,4 @@
-# PSDs of every scenario with every damping model; maps; files for other programs.
+# PSDs of every scenario; maps; files for other programs.
 
 RESPONSE_SECTIONS = ("damping", "panel", "sound", "response")
 # the choice of maps and coupled runs change no response to given damping
@@ -35,7 +35,6 @@ rule response:
         study=section(*RESPONSE_SECTIONS, without=NOT_FOR_RESPONSE),
         dampers=used_dampers(),
         scenarios=scenarios(),
-        atlas=atlas(),
     message:
         "Response of the panel in all scenarios"
     script:
@@ -85,7 +84,6 @@ rule export:
         mem_mb=1000,
     params:
         version=VERSION,
-        readings=list(STUDY.readings),
         damping_ratio=section("panel")["panel"]["damping_ratio"],
         scenarios=scenarios(),
     message:

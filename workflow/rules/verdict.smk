@@ -17,11 +17,11 @@ rule verdict:
     params:
         version=VERSION,
         scenarios=scenarios(),
-        readings=list(STUDY.readings),
+        dampers=used_dampers(),
     message:
         "Damping models against the coupled runs"
     script:
         "../scripts/verdict.py"
 
 
-REPORTED += list(rules.verdict.output) if len(STUDY.readings) > 1 else []
+REPORTED += list(rules.verdict.output) if STUDY.has_verdict else []

@@ -1,4 +1,4 @@
-"""Every scenario with every damping model: PSDs, rms values, stress, radiation."""
+"""Every scenario: PSDs, rms values, stress, radiation."""
 
 from pidpanel import job
 from pidpanel.provenance.files import Files

@@ -15,7 +15,6 @@ from pidpanel.arrays import Array, Complexes
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.response.cases import ResponseScenario, plan_cases
-from pidpanel.response.dampers import DampingModels
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.refinement import ATTEMPTS, stiffness_on_patches
 from pidpanel.solve.base_motion import SupportedPanel, integrals_of_shapes, supported_panel
@@ -35,7 +34,6 @@ def checked_panel(
     mass: float,
     shaken: Shaken,
     scenarios: Sequence[ResponseScenario],
-    models: DampingModels,
 ) -> tuple[SupportedPanel, float]:
     """Return the panel in a basis that is good for all motions, and its largest error [1].
 
@@ -47,14 +45,13 @@ def checked_panel(
         Same as in `supports.supported_panel`.
     shaken
         Function that returns the panel under each motion of the supports.
-    scenarios, models
-        Layouts of dampers, and the damping models by name.
+    scenarios
+        Layouts of dampers.
     """
     for attempt in range(ATTEMPTS):
         supported = supported_panel(start, plate, further_shapes, highest, mass)
         checks = [
-            _check(panel, supported, plate, scenarios, models, attempt)
-            for panel in shaken(supported)
+            _check(panel, supported, plate, scenarios, attempt) for panel in shaken(supported)
         ]
         error = max(float(check.error.max()) for check in checks)
         missing = np.hstack([check.missing_shapes for check in checks])
@@ -73,11 +70,10 @@ def _check(
     supported: SupportedPanel,
     plate: StoredPlate,
     scenarios: Sequence[ResponseScenario],
-    models: DampingModels,
     attempt: int,
 ) -> BasisCheck:
     """Return the check of all scenarios under one motion."""
-    plan = plan_cases(panel, scenarios, models, dead_weight=False).response_alone()
+    plan = plan_cases(panel, scenarios, dead_weight=False).response_alone()
     columns = len(plan.layouts) * len(panel.basis.point_names)
     span = panel.settings.frequency_range
     lines = lines_to_try(span, plate.stiffness.shape[0], columns, attempt)

@@ -25,9 +25,21 @@ from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
-from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolve
-from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
-from pidpanel.response.from_study import damping_models, read_panel_mass
+from pidpanel.response.cases import (
+    Loads,
+    ResponseScenario,
+    attached,
+    heaviest_dampers,
+    loads_of,
+    resolve,
+)
+from pidpanel.response.from_study import (
+    DamperOf,
+    dampers_of_scenarios,
+    not_read,
+    read_panel_mass,
+    scenario_of,
+)
 from pidpanel.response.model_error import read_errors
 from pidpanel.response.panel import ResponsePanel, Settings, WaveShift
 from pidpanel.response.refinement import mesh_shifts
@@ -43,10 +55,8 @@ from pidpanel.solve.layout import AttachedDamper
 from pidpanel.solve.mesh_error import mesh_error
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
-from pidpanel.study import Study
+from pidpanel.study import Filling, Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
-from pidpanel.study.damping import COUPLED
-from pidpanel.study.scenarios import Scenario
 
 
 @dataclass(frozen=True)
@@ -74,43 +84,31 @@ class Shaker:
         )
 
     def panel_with(
-        self,
-        supported: SupportedPanel,
-        scenarios: Sequence[ResponseScenario],
-        models: DampingModels,
+        self, supported: SupportedPanel, scenarios: Sequence[ResponseScenario]
     ) -> ResponsePanel:
         """Return the panel with lines for the resonances that the dampers of scenarios make."""
         panel = self.panel(supported)
-        return resolve(panel, heaviest_dampers(panel, scenarios, models))
+        return resolve(panel, heaviest_dampers(panel, scenarios))
 
 
-def base_scenarios(study: Study) -> list[ResponseScenario]:
+def base_scenarios(study: Study, damper_of: DamperOf = not_read) -> list[ResponseScenario]:
     """Return the scenarios of a study, once for each layout: they have no sound level."""
-    layouts: dict[str, ResponseScenario] = {}
     labels = base_labels(study)
+    layouts: dict[str, ResponseScenario] = {}
     for scenario in study.all_scenarios():
         label = labels[scenario.label]
-        layouts.setdefault(
-            label,
-            ResponseScenario(
-                label, "bare", np.nan, 1.0, _layout_of(scenario), scenario.patch,
-                scenario.fill_fraction,
-            ),
-        )  # fmt: skip
+        if label not in layouts:
+            layouts[label] = scenario_of(study, scenario, label, damper_of)
     return list(layouts.values())
 
 
 def base_labels(study: Study) -> dict[str, str]:
     """Return the label under base motion of every scenario: that of the first with its layout."""
-    labels: dict[tuple[PatchFilling, ...], str] = {}
+    labels: dict[tuple[tuple[str, Filling], ...], str] = {}
     return {
-        scenario.label: labels.setdefault(_layout_of(scenario), scenario.layout_label)
+        scenario.label: labels.setdefault(tuple(scenario.fillings.items()), scenario.layout_label)
         for scenario in study.all_scenarios()
     }
-
-
-def _layout_of(scenario: Scenario) -> tuple[PatchFilling, ...]:
-    return tuple(PatchFilling(**dict(filling)) for filling in scenario.fillings)
 
 
 def limits_of(motion: BaseMotion, points: Sequence[str]) -> list[Limit]:
@@ -139,7 +137,7 @@ def write_base(
     output: Files,
     coupled: Path | None = None,
 ) -> None:
-    """Write responses to the motion of the supports in every scenario with every damping model.
+    """Write responses to the motion of the supports in every scenario.
 
     Parameters
     ----------
@@ -156,18 +154,17 @@ def write_base(
     motion = study.base
     if motion is None:
         raise ValueError(f"{study.name}: no section base")
-    models = damping_models(study, damping, coupled)
-    scenarios = base_scenarios(study)
+    scenarios = base_scenarios(study, dampers_of_scenarios(study, damping, coupled))
     shakers = shakers_of(study)
 
     def shaker_panels(supported: SupportedPanel) -> list[ResponsePanel]:
-        return [shaker.panel_with(supported, scenarios, models) for shaker in shakers.values()]
+        return [shaker.panel_with(supported, scenarios) for shaker in shakers.values()]
 
     plate = read_plate(files.plate)
     supported, error = checked_panel(
         read_basis(files.modes), plate, np.zeros((len(plate.shapes), 0)),
         study.response.frequency_hz[1],
-        read_panel_mass(study, files.section), shaker_panels, scenarios, models,
+        read_panel_mass(study, files.section), shaker_panels, scenarios,
     )  # fmt: skip
     panels = dict(zip(shakers, shaker_panels(supported), strict=True))
     attributes = {**stamp(study), "basis_error": error}
@@ -179,18 +176,20 @@ def write_base(
         errors = {}
         if coupled is not None:
             errors = read_errors(coupled, panel.frequency, points)
-        random = random_cases(panel, observed, scenarios, models, limits, errors)
+        random = random_cases(panel, observed, scenarios, limits, errors)
         labels = [scenario.label for scenario in scenarios]
-        shifts = mesh_shifts(panel, scenarios, models)
-        psds = tables.random_dataset(random, models.names, labels, points, shifts)
+        shifts = mesh_shifts(panel, scenarios)
+        psds = tables.random_dataset(random, labels, points, shifts)
         write_csv(output.summary, tables.summary_rows(psds))
         write_csv(output.psd_table, tables.psd_rows(psds))
         psds.assign_attrs(attributes).to_netcdf(output.psd, engine="scipy")
         if limits:
             write_csv(output.notched, tables.input_rows(random, limits))
     if motion.sine is not None:
-        tones = damping_models(study, damping, coupled, is_broadband=False)
-        curves = _sweeps(panels["sine"], supported.inertia, motion.sine, scenarios, tones)
+        of_tones = dampers_of_scenarios(study, damping, coupled, is_broadband=False)
+        # the motion of coupled runs is no sine
+        tones = [case for case in base_scenarios(study, of_tones) if not case.is_coupled]
+        curves = _sweeps(panels["sine"], supported.inertia, motion.sine, tones)
         level = motion.sine.acceleration_g
         write_csv(output.sine_table, tables.peak_rows(curves, level))
         curves.assign_attrs(attributes, acceleration_g=level).to_netcdf(output.sine, engine="scipy")
@@ -223,37 +222,34 @@ def _sweeps(
     inertia: Inertia,
     sine: SineMotion,
     scenarios: Sequence[ResponseScenario],
-    models: DampingModels,
 ) -> xr.Dataset:
-    """Return every scenario with every damping model in a sweep up and one down."""
+    """Return every scenario in a sweep up and one down."""
     observed = observed_motions(panel.basis, inertia)
     force = BaseExcitation.of_inertia(panel.excitation.spectrum, inertia).force
-    shifts = mesh_shifts(panel, scenarios, models)
-    tones = [name for name in models.names if name != COUPLED]  # whose motion is not a sine
+    shifts = mesh_shifts(panel, scenarios)
     results = {}
-    for scenario, model, dampers in plan_cases(panel, scenarios, models, dead_weight=False).rows:
-        if model not in tones:
-            continue
+    for scenario in scenarios:
+        loads = loads_of(panel, scenario)
         transfer = Transfer.of_panel(
             panel.frequency, panel.modal,
-            panel.patches.subset([damper.carrier for damper in dampers]), force,
+            panel.patches.subset([carrier for carrier, _ in loads]), force,
             observed.reshape(-1, observed.shape[2]),
         )  # fmt: skip
         for direction in tables.DIRECTIONS:
             values = _sweep(
-                panel, transfer, observed.shape[:2], dampers, sine, down=direction == "down"
+                panel, transfer, observed.shape[:2], loads, sine, down=direction == "down"
             )
             if values is None:
-                print(f"{model}, {scenario.label}: C_e is negative", file=sys.stderr)
+                print(f"{scenario.label}: C_e is negative", file=sys.stderr)
                 continue
             square = np.asarray(values["acceleration"]) ** 2
             shift = shifts[scenario.label]
             values["mesh_error"] = mesh_error(
                 panel.frequency, square, np.ones(len(square)), shift, over_largest=True
             ).line
-            results[model, scenario.label, direction] = values
+            results[scenario.label, direction] = values
     labels = [scenario.label for scenario in scenarios]
-    place = {"reading": tones, "scenario": labels, "direction": tables.DIRECTIONS}
+    place = {"scenario": labels, "direction": tables.DIRECTIONS}
     return tables.curves_dataset(results, panel.frequency, panel.basis.point_names, **place)
 
 
@@ -261,7 +257,7 @@ def _sweep(
     panel: ResponsePanel,
     transfer: Transfer,
     shape: tuple[int, ...],
-    dampers: Sequence[PatchDamper],
+    loads: Loads,
     sine: SineMotion,
     *,
     down: bool,
@@ -271,23 +267,25 @@ def _sweep(
     amplitude, omega = sine.acceleration_g * STANDARD_GRAVITY, 2 * np.pi * f[:, None]
 
     def respond(
-        attached: Sequence[AttachedDamper],
+        dampers: Sequence[AttachedDamper],
     ) -> tuple[SineSweep, Complexes, dict[str, Array]]:
-        run = sweep(transfer, attached, sine.acceleration_g, stated_g, down=down)
+        run = sweep(transfer, dampers, sine.acceleration_g, stated_g, down=down)
         motion = run.motion.reshape(f.size, *shape)
-        reaction = interface_force(f, motion[:, -1], [d.patch for d in attached], run.stiffness)
+        reaction = interface_force(f, motion[:, -1], [d.patch for d in dampers], run.stiffness)
         acceleration = amplitude * omega**2 * np.abs(motion[:, :-1, 0])
         force = amplitude * np.abs(reaction)
         return run, motion, {"acceleration": acceleration, "interface_force": force}
 
-    run, motion, values = respond([damper.attached for damper in dampers])
+    dampers = attached(loads)
+    run, motion, values = respond(dampers)
     if np.any(run.stiffness.imag < 0):
         return None
     gammas = run.acceleration_g if stated_g is None else np.full((len(dampers), f.size), stated_g)
     errors = [
-        damping_errors(damper, f, gamma) for damper, gamma in zip(dampers, gammas, strict=True)
+        damping_errors(damper, f, gamma) for (_, damper), gamma in zip(loads, gammas, strict=True)
     ]
-    log_errors = sweep_errors(dampers, errors, lambda attached: respond(attached)[2])
+    names = [damper.name for _, damper in loads]
+    log_errors = sweep_errors(dampers, names, errors, lambda changed: respond(changed)[2])
     for name, value in tuple(values.items()):
         values[f"{name}_log_error"] = log_errors.get(name, np.full(value.shape, np.nan))
     return {

@@ -9,9 +9,7 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.base.sine import Transfer, interface_force
 from pidpanel.damping.broadband import BroadbandError
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases, steady
-from pidpanel.response.dampers import DampingModels
 from pidpanel.response.model_error import (
     broadband_error_of,
     log_error,
@@ -119,10 +117,9 @@ class RandomResponse:
 
 @dataclass(frozen=True)
 class RandomCase:
-    """A scenario with a damping model under random motion."""
+    """A scenario under random motion."""
 
     scenario: ResponseScenario
-    model: str
     frequency: Array  # (nf,) [Hz]
     stated: RandomResponse | None  # under the stated input; None where C_e feeds the panel
     # Under the notched input; None without limits
@@ -134,11 +131,10 @@ def random_cases(
     panel: ResponsePanel,
     observed: Array,
     scenarios: Sequence[ResponseScenario],
-    models: DampingModels,
     limits: Sequence[Limit],
     coupled_errors: Mapping[str, StandardErrors],
 ) -> list[RandomCase]:
-    """Return every scenario with every damping model.
+    """Return the responses of every scenario.
 
     Parameters
     ----------
@@ -146,8 +142,8 @@ def random_cases(
         Panel under a `BaseExcitation`, with the translation in its basis.
     observed
         (nw, n) rows of the motions of `solve.base_motion.observed_motions`.
-    scenarios, models
-        Layouts of dampers, and the damping models by name.
+    scenarios
+        Layouts of dampers.
     limits
         Limits in SI by location: points, then the interface; none for no notching.
     coupled_errors
@@ -155,15 +151,15 @@ def random_cases(
     """
     solver = panel.solver().with_lines(panel.frequency, observed)
     cases = []
-    for case in plan_cases(panel, scenarios, models).solve(solver):
+    for case in plan_cases(panel, scenarios).solve(solver):
         if isinstance(case.response, UnstableDamping):
-            print(f"{case.model}, {case.scenario.label}: {case.response}", file=sys.stderr)
-            cases.append(RandomCase(case.scenario, case.model, panel.frequency, None))
+            print(f"{case.scenario.label}: {case.response}", file=sys.stderr)
+            cases.append(RandomCase(case.scenario, panel.frequency, None))
             continue
         stated = _response(case, case.response)
-        if case.model == COUPLED and case.scenario.label in coupled_errors:
+        if case.scenario.label in coupled_errors:
             stated = replace(stated, errors=_of_points(coupled_errors[case.scenario.label]))
-        random = RandomCase(case.scenario, case.model, panel.frequency, stated)
+        random = RandomCase(case.scenario, panel.frequency, stated)
         cases.append(_with_notches(random, case, solver, limits) if limits else random)
     return cases
 
@@ -247,7 +243,7 @@ def own_force_on_supports(case: SolvedCase, response: LayoutResponse) -> Array:
 
 def _errors(case: SolvedCase, response: LayoutResponse, force: Array) -> StandardErrors | None:
     """Return the errors of the points, then of the force, from those of the damping."""
-    if case.model == COUPLED or not case.dampers:
+    if case.scenario.is_coupled or not case.dampers:
         return None
     stated = standard_errors(case, response, force_slopes(case.solver, response, force))
     if stated is not None:  # before the force is 1ᵀM u, in the place of a point

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Flags
-from pidpanel.response.dampers import PatchDamper
+from pidpanel.damping.models import FilledDamper
 from pidpanel.solve.dampers import patch_stiffness, weighted_sum
 from pidpanel.solve.layout import AttachedDamper
 from pidpanel.solve.model import ModalBasis, Patches
@@ -234,7 +234,7 @@ class DampingErrors(NamedTuple):
     correlation: Array
 
 
-def damping_errors(damper: PatchDamper, frequency: Array, gamma: Array) -> DampingErrors | None:
+def damping_errors(damper: FilledDamper, frequency: Array, gamma: Array) -> DampingErrors | None:
     """Return the errors of a damper at the Γ (nf,) of each line; None without any."""
     nodes = damper.model.nodes
     if nodes is None:
@@ -242,7 +242,7 @@ def damping_errors(damper: PatchDamper, frequency: Array, gamma: Array) -> Dampi
     at_nodes = np.interp(nodes, frequency, gamma)
     covariance = np.array(
         [
-            damper.model.covariance(np.array([node]), damper.fill_fraction, float(value))
+            damper.model.covariance(np.array([node]), damper.fill, float(value))
             for node, value in zip(nodes, at_nodes, strict=True)
         ]
     )
@@ -254,26 +254,24 @@ def damping_errors(damper: PatchDamper, frequency: Array, gamma: Array) -> Dampi
 
 
 def sweep_errors(
-    dampers: Sequence[PatchDamper],
+    dampers: Sequence[AttachedDamper],
+    names: Sequence[str],
     errors: Sequence[DampingErrors | None],
     amplitudes: Callable[[Sequence[AttachedDamper]], Amplitudes],
 ) -> dict[str, Array]:
     """Return the standard errors of ln of the amplitudes of a sweep; none where none are known.
 
-    Those of the dampers are on the lines of the sweep; ``amplitudes`` takes their loads.
+    Those of the dampers are on the lines of the sweep, and common to those of one name.
     """
     variance: dict[str, Array] = {}
-    pairs = list(zip(dampers, errors, strict=True))
-    for source in dict.fromkeys(damper.source for damper, error in pairs if error is not None):
-        source_errors = [
-            (damper, error if damper.source == source else None) for damper, error in pairs
-        ]
+    known = list(zip(names, errors, strict=True))
+    for source in dict.fromkeys(name for name, error in known if error is not None):
+        own = [error if name == source else None for name, error in known]
+        source_errors = list(zip(dampers, own, strict=True))
         correlation = next(error.correlation for _, error in source_errors if error is not None)
         by_damping, by_mass = (
             [
-                amplitudes(
-                    [_changed(damper.attached, error, *change) for damper, error in source_errors]
-                )
+                amplitudes([_changed(damper, error, *change) for damper, error in source_errors])
                 for change in changes
             ]
             for changes in (((1, 0), (-1, 0)), ((0, 1), (0, -1)))

@@ -55,7 +55,6 @@ def curves_dataset(
 
 def random_dataset(
     cases: Sequence[RandomCase],
-    models: Sequence[str],
     labels: Sequence[str],
     points: Sequence[str],
     shifts: Mapping[str, MeshShift],
@@ -64,7 +63,7 @@ def random_dataset(
 
     ``shifts`` are those of `response.refinement.mesh_shifts`.
     """
-    results: dict[tuple[str, str, str], dict[str, Array | float]] = {}
+    results: dict[tuple[str, str], dict[str, Array | float]] = {}
     for case in cases:
         empty = np.full((len(case.frequency), len(points) + 1), np.nan)
         unknown = StandardErrors(empty, empty[0], empty[0])
@@ -74,7 +73,7 @@ def random_dataset(
             shift = shifts[case.scenario.label]
             mesh = mesh_error(case.frequency, part.absolute, part.input, shift, over_largest=True)
             errors = part.errors or unknown
-            results[case.model, case.scenario.label, name] = {
+            results[case.scenario.label, name] = {
                 "input_psd": part.input,
                 "absolute_acceleration_psd": part.absolute,
                 "relative_displacement_psd": part.relative,
@@ -88,7 +87,7 @@ def random_dataset(
                 "force_log_error": errors.log_psd[:, -1],
                 "force_log_rms_error": float(errors.log_rms[-1]),
             }
-    place = {"reading": models, "scenario": labels, "input": INPUTS}
+    place = {"scenario": labels, "input": INPUTS}
     return curves_dataset(results, cases[0].frequency, points, **place)
 
 
@@ -119,11 +118,11 @@ def summary_rows(curves: xr.Dataset) -> pd.DataFrame:
         }
     )
     table = table.where(curves["outside_share"] >= 0)
-    rows = table.to_dataframe(["reading", "scenario", "input", "point"]).reset_index()
+    rows = table.to_dataframe(["scenario", "input", "point"]).reset_index()
     unstable = rows["acceleration_rms_g"].isna()
     rows.insert(4, "status", np.where(unstable, "unstable", "ok"))
     shown = rows[~unstable | (rows["input"] == INPUTS[0])]
-    return judged_base(shown, ["reading", "scenario", "input"])
+    return judged_base(shown, ["scenario", "input"])
 
 
 def psd_rows(curves: xr.Dataset) -> pd.DataFrame:
@@ -134,7 +133,7 @@ def psd_rows(curves: xr.Dataset) -> pd.DataFrame:
     table["input_psd_g2_hz"] = to_g * curves["input_psd"]
     table["interface_force_psd_n2_hz"] = curves["interface_force_psd"]
     table = table.rename({"frequency": "frequency_hz"})
-    rows = table.to_dataframe(["reading", "scenario", "input", "frequency_hz"]).reset_index()
+    rows = table.to_dataframe(["scenario", "input", "frequency_hz"]).reset_index()
     return rows[rows["interface_force_psd_n2_hz"].notna()]
 
 
@@ -144,7 +143,6 @@ def input_rows(cases: Sequence[RandomCase], limits: Sequence[Limit]) -> pd.DataF
     parts = [
         pd.DataFrame(
             {
-                "reading": case.model,
                 "scenario": case.scenario.label,
                 "frequency_hz": case.frequency,
                 "stated_psd_g2_hz": case.stated.input / STANDARD_GRAVITY**2,
@@ -180,5 +178,5 @@ def peak_rows(curves: xr.Dataset, level_g: float) -> pd.DataFrame:
             "mesh_error": curves["mesh_error"],
         }
     )
-    rows = peaks.to_dataframe(["reading", "scenario", "direction", "point"]).reset_index()
-    return judged_base(rows, ["reading", "scenario", "direction"])
+    rows = peaks.to_dataframe(["scenario", "direction", "point"]).reset_index()
+    return judged_base(rows, ["scenario", "direction"])

@@ -17,7 +17,7 @@ from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.table import read_spectrum
 from pidpanel.study import StudyError, load_study
 from pidpanel.study.base import found_file
-from pidpanel.study.dampers import is_massless_table
+from pidpanel.study.dampers import TableDamper
 from pidpanel.study.requirements import DEPTH, WIDTH
 
 LOWEST, HIGHEST = 30.0, 2000.0  # of a response, where the spectrum goes that far [Hz]
@@ -77,7 +77,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
             if not (0 <= x <= draft.size[0] and 0 <= y <= draft.size[1]):
                 option = f"--{kind[:-1].replace('_', '-')} {x:g},{y:g}"
                 raise StudyError(f"{option}: lies off the panel, {draft.size[0]}x{draft.size[1]} m")
-    if draft.budget_kg is not None and draft.reading == "paper_corrected":
+    if draft.budget_kg is not None and draft.has_law:
         raise StudyError(f"--budget-kg {draft.budget_kg:g}: needs particles or a table with masses")
     if draft.wall_m is not None and draft.surroundings == "baffle":
         raise StudyError(f"--wall-m {draft.wall_m:g}: not allowed with --surroundings baffle")
@@ -88,7 +88,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     except ValueError as error:
         raise StudyError(f"--spectrum {draft.spectrum}: {error}") from None
     low, high = max(LOWEST, float(edges[0])), min(HIGHEST, float(edges[-1]))
-    if draft.reading == "paper_corrected":
+    if draft.has_law:
         low, high = max(low, FREQUENCY_RANGE[0]), min(high, FREQUENCY_RANGE[1])
     fills = _fills(Path(draft.table)) if draft.table else FILLS
     a, b = draft.size
@@ -132,7 +132,7 @@ def _mass_key(table: Path) -> str:
         file = found_file(table, Path(), DATA / "damping")
     except ValueError:  # the check reports it
         return ""
-    return ", apparent_mass: particles" if is_massless_table(file) else ""
+    return ", apparent_mass: particles" if TableDamper(table=file).is_massless else ""
 
 
 def _relative_path(name: str, file: Path) -> str:

@@ -7,8 +7,6 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pidpanel.constants import ATLAS
-
 SPECTRUM = "smc_s_016_2014_min_third.csv"
 
 
@@ -83,6 +81,11 @@ class Draft:
         return not self.table and self.bead != "none"
 
     @property
+    def has_law(self) -> bool:
+        """Whether damping is that of the paper's law."""
+        return not self.table and not self.is_simulated
+
+    @property
     def is_in_atlas(self) -> bool:
         """Whether the atlas has cells of this width and depth."""
         from pidpanel.study.requirements import DEPTH, WIDTH  # slow to import
@@ -91,12 +94,8 @@ class Draft:
         return all(low <= mm / self.bead_mm <= high for (low, high), mm in sizes.items())
 
     @property
-    def reading(self) -> str:
-        """Damping model; a search and base motion need damping from single tones."""
-        if not self.table and not self.is_simulated:
-            return "paper_corrected"
-        if self.is_simulated and self.is_in_atlas:
-            return ATLAS
-        if self.budget_kg is not None:
-            return "stated"
-        return "table" if self.table else "dem" if self.shaker else "coupled"
+    def model(self) -> str:
+        """Damping model of particles; a search and base motion need damping from single tones."""
+        if self.is_in_atlas:
+            return "atlas"
+        return "tones" if self.budget_kg is not None or self.shaker else "coupled"

@@ -13,11 +13,9 @@ from pidpanel.study import CouponStudy, Study
 
 # Stage of a rule, where it is not the rule's own name.
 STAGE_OF = {
-    **dict.fromkeys(("pour", "loosen", "shake", "cases", "damper_cases"), "coupon"),
-    **dict.fromkeys(("film", "damper_film"), "coupon"),
+    **dict.fromkeys(("pour", "loosen", "shake", "cases", "film"), "coupon"),
     **dict.fromkeys(("maps", "export"), "response"),
     **dict.fromkeys(("coupled_scenario", "verdict"), "coupled"),
-    "damper_damping": "damping",
     "coupon_report": "report",
 }
 
@@ -72,7 +70,7 @@ def stage_names(study: CouponStudy) -> list[str]:
         has = {
             # whose packings are poured with the coupons
             "coupon": bool(study.coupons) or study.is_coupled,
-            "damping": bool(study.surfaces),
+            "damping": bool(study.coupons),
             "panel": True,
             "sound": study.sound is not None,
             "coupled": study.is_coupled,

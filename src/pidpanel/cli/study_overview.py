@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidpanel.geometry.cells import bulk_fraction
-from pidpanel.study import CouponStudy, Filling, Study
+from pidpanel.study import CouponStudy, Filling, Scenario, Study
 from pidpanel.study.base_motion import BaseMotion
+from pidpanel.study.dampers import BedDamper
 
 if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone needs half of it
     from pidpanel.arrays import Array
@@ -82,8 +83,10 @@ def summary(study: CouponStudy) -> str:
     if isinstance(study, Study):
         if not study.scenarios:
             return f"{text}; the bare panel alone"
-        readings = ", ".join(study.readings)
-        text += f"; {len(study.all_scenarios())} scenarios with damping from {readings}"
+        models = dict.fromkeys(
+            text.source for case in study.all_scenarios() for text in study.model_texts(case)
+        )
+        text += f"; {len(study.all_scenarios())} scenarios, damping: {', '.join(models)}"
         if study.is_coupled:
             text += f"; panel and particles together in {len(study.coupled_scenarios())}"
         unused = [name for name in study.dampers if name not in study.used_dampers]
@@ -158,8 +161,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         )
     yield from (_line("data", text) for text in _of_tables(study))
     for name, key in study.massless_dampers.items():
-        source = name or "the table"
-        yield _line("mass", f"the particles of {source} have no mass in the computation; {key}")
+        yield _line("mass", f"the particles of {name} have no mass in the computation; {key}")
     yield from (_line("cells", text) for text in study.differing_cells)
     yield from (_line("unusual", text) for text in _unusual(study))
     if study.sound is not None:
@@ -173,10 +175,12 @@ def _of_coarse_mesh(study: Study) -> Iterator[str]:
     from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.response.trust import COARSE_MESH
     from pidpanel.solve.mesh_error import ALLOWED_DB
-    from pidpanel.study.dampers import resolved_masses
 
     panel, high = StudiedPanel(study.panel), study.response.frequency_hz[1]
-    regions, ratio = panel.regions(high, resolved_masses(study)), study.panel.modal_damping
+    regions, ratio = (
+        panel.regions(high, study.damper_masses(with_rows=True)),
+        study.panel.modal_damping,
+    )
     error = panel.elements.line_error_db(regions, high, ratio.smallest(0.0, high), **panel.rough)
     if error > ALLOWED_DB:
         places = {"feet": " at the rims of feet", "ends": " at the ends of supported parts"}
@@ -245,7 +249,8 @@ def _unusual(study: Study) -> Iterator[str]:
         yield (f"panel.damping_ratio = {ratio:g} is {100 * ratio:g} %; bare panels have {low:g} to "
                f"{high:g}, and {ratio:g} % would be {ratio / 100:g}")  # fmt: skip
     for name, damper in study.dampers.items():
-        if 0 < (damping := damper.equivalent_damping_n_s_m3 or 0.0) < LEAST_DAMPING:
+        damping = getattr(damper, "equivalent_damping_n_s_m3", 0.0)
+        if 0 < damping < LEAST_DAMPING:
             yield (f"dampers.{name}.equivalent_damping_n_s_m3 = {damping:g} does nothing; it is per"
                    " area, usually 10 to 100000: N s/m of a cell over its area")  # fmt: skip
     for key, acceleration in _accelerations(study):
@@ -291,18 +296,20 @@ def _damper_masses(study: Study, area: Mapping[str, float]) -> dict[str, list[fl
 
     What a law of the paper weighs is not known, nor is a table without that column.
     """
-    fills: dict[tuple[tuple[str, str | None], ...], dict[tuple[Filling, ...], float]] = {}
+    groups: dict[tuple[tuple[str, str], ...], list[Scenario]] = {}
     for scenario in study.all_scenarios():
         if not scenario.is_bare:
-            total = sum(area[f.patch] * _mass_per_area(study, f) for f in scenario.fillings)
-            key = tuple((f.patch, f.damper) for f in scenario.fillings)
-            fills.setdefault(key, {})[scenario.fillings] = total
+            key = tuple((patch, str(f.damper)) for patch, f in scenario.fillings.items())
+            groups.setdefault(key, []).append(scenario)
     totals = {}
-    for key, masses in fills.items():
-        finite = [mass for mass in masses.values() if not math.isnan(mass)]
+    for key, scenarios in groups.items():
+        fillings = {tuple(s.fillings.items()): s.fillings for s in scenarios}.values()
+        masses = [sum(area[p] * _mass_per_area(study, f) for p, f in x.items()) for x in fillings]
+        finite = [mass for mass in masses if not math.isnan(mass)]
         if finite:
-            parts = [" ".join(part for part in pair if part is not None) for pair in key]
-            r = [f.fill_fraction for row in masses for f in row if f.fill_fraction is not None]
+            parts = [" ".join(pair) for pair in key]
+            every = [f.fill_fraction for x in fillings for f in x.values()]
+            r = [fill for fill in every if fill is not None]
             fill = f", r = {_range(r)}" if r else ""
             totals[" + ".join(parts) + fill] = finite
     return totals
@@ -322,20 +329,15 @@ def _range(values: Sequence[float]) -> str:
 
 def _mass_per_area(study: Study, filling: Filling) -> float:
     """Return about what a damper weighs [kg/m²]; NaN where it is not known."""
-    from pidpanel.damping.from_study import damper_model, study_model
+    from pidpanel.damping.from_study import damper_model
 
     fill = math.nan if filling.fill_fraction is None else filling.fill_fraction
-    damper = study.all_dampers.get(filling.damper or "")
-    if damper is None:
-        if "table" not in study.readings:
-            return math.nan
-        return float(study_model("table", study, None).mass_per_area(fill))
-    if damper.coupon is None:
-        return float(damper_model(damper, None).mass_per_area(fill))
-    coupon = damper.coupon
-    diameter = coupon.diameters[0]
-    bulk = bulk_fraction(diameter, coupon.cell.across_flats)
-    return bulk * coupon.particles.effective_density(diameter) * coupon.cell.depth * fill
+    damper = study.damper_of(filling)
+    if not isinstance(damper, BedDamper):
+        return float(damper_model(damper).mass_per_area(fill))
+    diameter = damper.diameters[0]
+    bulk = bulk_fraction(diameter, damper.cell.across_flats)
+    return bulk * damper.particles.effective_density(diameter) * damper.cell.depth * fill
 
 
 def _of_sound(study: Study, estimate: PanelEstimate) -> Iterator[str]:

@@ -11,8 +11,9 @@ from scipy.linalg import eigh
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch, bare_psd
-from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings
+from pidpanel.coupled.scenario import CoupledScenario, RunSettings
 from pidpanel.coupled.softening import RmsMotion, Softened, softened_modulus, softening_bias
+from pidpanel.damping.models import FilledDamper
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.base_motion import BaseExcitation
@@ -263,12 +264,12 @@ class ExcitedPanel:
 
     def shapes(self, scenario: CoupledScenario) -> LoadedShapes:
         """Return the shapes of the panel with what of a scenario is not integrated."""
-        dampers = [self._linear(damper, scenario.factor) for damper in scenario.dampers]
+        dampers = [self._linear(*item, scenario.factor) for item in scenario.dampers.items()]
         return loaded_shapes(self.modal, self.settings.frequency_range, self.air, dampers)
 
-    def _linear(self, damper: GivenDamper, factor: float) -> LinearDamper:
+    def _linear(self, patch: str, damper: FilledDamper, factor: float) -> LinearDamper:
         """Return C_e and m_a of a damper at the motion of the bare patch."""
-        index = self.basis.patch_names.index(damper.patch)
+        index = self.basis.patch_names.index(patch)
         overlap, area = self.basis.patch_overlap[index], patch_areas(self.basis)[index]
         square, vector = np.linalg.eigh(overlap)  # D = E Eᵀ
         frequency, columns = self.coarse_frequency, vector * np.sqrt(np.maximum(square, 0.0))
@@ -276,11 +277,7 @@ class ExcitedPanel:
         mean_square = np.trapezoid((2 * np.pi * frequency) ** 4 * psd, frequency)
         gamma = float(np.sqrt(2 * factor * mean_square)) / STANDARD_GRAVITY
 
-        def values(frequency: Array) -> tuple[Array, Array]:
-            damping = damper.model(frequency, damper.fill_fraction, gamma)
-            return damping.equivalent_damping, damping.apparent_mass
-
-        return LinearDamper(overlap, values)
+        return LinearDamper(overlap, lambda frequency: damper.damping(frequency, gamma)[:2])
 
     def with_patches(self, scenario: CoupledScenario) -> CoupledPanel:
         """Return the panel with the patches of a scenario, at its level."""

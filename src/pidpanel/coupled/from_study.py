@@ -1,6 +1,6 @@
 """The coupled runs of a study: the only module of the stage that knows it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,13 +14,14 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.beds import cpu_per_interval
 from pidpanel.coupled.estimate import ScenarioEstimate
 from pidpanel.coupled.excited_panel import ExcitedPanel
-from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, RunSettings, SimulatedPatch
+from pidpanel.coupled.scenario import CoupledScenario, RunSettings, SimulatedPatch
 from pidpanel.coupled.scenario_runs import INTERVALS_PER_PERIOD, STEP_RAYLEIGH, ScenarioRuns
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.coupled.softening import usual_modulus
 from pidpanel.coupon.estimate import spheres_in
 from pidpanel.coupon.from_study import bed_of
-from pidpanel.damping.from_study import damper_model
+from pidpanel.damping.from_study import damper_model, with_mass_of
+from pidpanel.damping.models import FilledDamper
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance import durable
@@ -33,7 +34,8 @@ from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import excitation_of, read_air, spectrum_of
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
-from pidpanel.study import Filling, Study, StudyError
+from pidpanel.study import Scenario, Study, StudyError
+from pidpanel.study.dampers import COUPLED, BedDamper
 
 
 def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
@@ -47,42 +49,50 @@ def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
             else spectrum_of(study.acoustics).pressure_factor(scenario.oaspl_db),
             tuple(
                 SimulatedPatch(
-                    filling.patch,
+                    patch,
                     coupon.particles.youngs_modulus,
                     tuple(
                         bed_of(coupon, fill, cells=keys.cells, seed=run + 1)
                         for run in range(keys.runs)
                     ),
                 )
-                for filling, coupon, fill in study.beds_of(scenario)
+                for patch, coupon, fill in _beds_of(study, scenario)
             ),
-            tuple(
-                _given_damper(study, filling)
-                for filling in scenario.fillings
-                if study.all_dampers[str(filling.damper)].coupon is None
-            ),
+            _given_dampers(study, scenario),
         )
         for scenario in study.coupled_scenarios()
     }
 
 
-def _given_damper(study: Study, filling: Filling) -> GivenDamper:
-    model = damper_model(study.all_dampers[str(filling.damper)], None)
-    if not study.response.damper_mass:
-        model = model.without_mass()
-    return GivenDamper(filling.patch, model, filling.fill_fraction or 1.0)
+def _beds_of(study: Study, scenario: Scenario) -> Iterator[tuple[str, BedDamper, float]]:
+    """Yield the patches of a scenario that are integrated, with their beds and fills."""
+    for patch, filling in scenario.fillings.items():
+        damper, fill = study.damper_of(filling), filling.fill_fraction
+        if isinstance(damper, BedDamper) and damper.model == COUPLED and fill is not None:
+            yield patch, damper, fill
+
+
+def _given_dampers(study: Study, scenario: Scenario) -> dict[str, FilledDamper]:
+    """Return the dampers of the other patches."""
+    integrated = [patch for patch, *_ in _beds_of(study, scenario)]
+    dampers = {}
+    for patch, filling in scenario.fillings.items():
+        if patch not in integrated:
+            model = with_mass_of(study, damper_model(study.damper_of(filling)))
+            dampers[patch] = FilledDamper(str(filling.damper), model, filling.fill_fraction)
+    return dampers
 
 
 def depends_on(study: Study, label: str) -> dict[str, Any]:
     """Return the values of a study on which the runs of a scenario depend."""
     (scenario,) = (s for s in study.coupled_scenarios() if s.label == label)
-    dampers = {str(filling.damper) for filling in scenario.fillings}
-    unused = {"coupon": {"sweep", "accuracy"}}
+    dampers = {str(filling.damper) for filling in scenario.fillings.values()}
+    unused = {"sweep", "accuracy", "prior", "like"}
     response = {"frequency_hz", "damper_mass", "radiation", "air_mass"}
     return {
         "scenario": scenario.model_dump(),
         "coupled": study.damping.coupled.model_dump(),
-        "dampers": [study.all_dampers[name].model_dump(exclude=unused) for name in sorted(dampers)],
+        "dampers": [study.dampers[name].model_dump(exclude=unused) for name in sorted(dampers)],
         "damping_ratio": study.panel.damping_ratio,
         **_excitation_values(study),
         "response": study.response.model_dump(include=response),
@@ -172,9 +182,9 @@ def check_modes(study: Study, first: float) -> None:
     """
     high = study.response.frequency_hz[1]
     if first > high:
-        message = f"the damping model 'coupled' needs a mode of the panel below {high:g} Hz, the "
+        message = f"coupled runs need a mode of the panel below {high:g} Hz, the "
         message += f"highest of response.frequency_hz; the first is at {first:.4g} Hz"
-        raise StudyError(f"{study.name}: damping.readings: {message}")
+        raise StudyError(f"{study.name}: dampers: {message}")
 
 
 def estimated_cpu_seconds(study: Study) -> float:

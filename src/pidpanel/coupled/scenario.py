@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pidpanel.coupon.bed import Bed
-from pidpanel.damping.models import DampingModel
+from pidpanel.damping.models import FilledDamper
 from pidpanel.damping_ratio import DampingRatio
 
 
@@ -36,22 +36,13 @@ class SimulatedPatch:
 
 
 @dataclass(frozen=True)
-class GivenDamper:
-    """A damper without simulated particles, on a patch."""
-
-    patch: str
-    model: DampingModel
-    fill_fraction: float
-
-
-@dataclass(frozen=True)
 class CoupledScenario:
     """A scenario whose panel and particles are integrated together."""
 
     name: str  # folder below ``results/<study>/coupled``
     factor: float  # PSD of the excitation over that of the study [1]
     patches: tuple[SimulatedPatch, ...]
-    dampers: tuple[GivenDamper, ...]
+    dampers: Mapping[str, FilledDamper]  # without simulated particles, by patch
 
     @property
     def beds(self) -> list[tuple[Bed, ...]]:

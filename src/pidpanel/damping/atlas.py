@@ -27,7 +27,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import broadband
 from pidpanel.damping.inelastic import LONGEST_GAP, slug, thrown_height
 from pidpanel.damping.jump import Jump
-from pidpanel.damping.models import DampingModel, DampingValues, Point
+from pidpanel.damping.models import Damper, DampingValues, Point
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import CASE_COLUMNS, STROKE, SurfaceBed, clear_gap
@@ -266,14 +266,13 @@ def dimensionless(
 
 
 @dataclass(frozen=True)
-class AtlasDamping(DampingModel):
-    """C_e and m_a of one coupon; see `models.DampingModel`."""
+class AtlasDamping(Damper):
+    """C_e and m_a of one coupon; see `models.Damper`."""
 
     surface: DampingSurface  # with m₁ = 1
     bed: AtlasBed
     mass_per_fill: float  # m₁ [kg/m²]
     calibration: Array  # (2, 3) factors of standard errors
-    with_mass: bool = True
     is_broadband: bool = False  # whether C_e is for sound, not for a tone
     bead: Bead | None = None  # a particle; None if softness is neglected
     depends_on_acceleration = True
@@ -325,13 +324,13 @@ class AtlasDamping(DampingModel):
         return DampingValues(
             unit * values.equivalent_damping,
             unit * factor * values.equivalent_damping_error,
-            self.mass_per_fill * values.apparent_mass * self.with_mass,
+            self.mass_per_fill * values.apparent_mass,
             values.inside & self.is_hard(frequency, acceleration_g),
         )
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between the values at two points of r and Γ."""
-        scale = np.array([[1.0], [self.mass_per_fill * self.with_mass]])
+        scale = np.array([[1.0], [self.mass_per_fill]])
         rows, columns = (
             (scale * self._factors(frequency, *point)).ravel() for point in (first, second)
         )
@@ -344,7 +343,3 @@ class AtlasDamping(DampingModel):
     def under_sound(self) -> AtlasDamping:
         """Return the same with C_e under sound: `broadband.broadband_share` of that of tones."""
         return replace(self, is_broadband=True)
-
-    def without_mass(self) -> AtlasDamping:
-        """Return the same damping with m_a = 0, known exactly."""
-        return replace(self, with_mass=False)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.damping.broadband import EXACT
-from pidpanel.damping.models import DampingModel, DampingValues, Point
+from pidpanel.damping.models import Damper, DampingValues, Point
 from pidpanel.provenance.results import read_csv
 
 COUPLED = "coupled"  # name of this damping model in a study
@@ -39,7 +38,7 @@ SCALARS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class CoupledDamping(DampingModel):
+class CoupledDamping(Damper):
     """C_e, m_a and own force of one patch at the motion that it has.
 
     ln C_e, m_a, ln of the PSD of the own force and its coherence are linear in ln f between the
@@ -62,9 +61,11 @@ class CoupledDamping(DampingModel):
     own_length: float
     cell_area: float
     weight: float
-    with_mass: bool = True
-    depends_on_acceleration = False
-    broadband_error = EXACT
+
+    @property
+    def coupled(self) -> CoupledDamping:
+        """The runs themselves, with the own force of the particles."""
+        return self
 
     @property
     def resolved_damping(self) -> Array:
@@ -79,14 +80,14 @@ class CoupledDamping(DampingModel):
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
-        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `models.DampingModel`."""
+        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `models.Damper`."""
         frequency = np.asarray(frequency, float)
         hats = self._hats(frequency)
         damping = np.exp(hats @ np.log(self.resolved_damping))
         variance = np.sum(hats * (hats @ self._log_covariance), axis=1)
-        mass = hats @ self.apparent_mass if self.with_mass else np.zeros(frequency.shape)
+        inside = np.ones(frequency.shape, np.bool_)
         return DampingValues(
-            damping, damping * np.sqrt(variance), mass, np.ones(frequency.shape, np.bool_)
+            damping, damping * np.sqrt(variance), hats @ self.apparent_mass, inside
         )
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
@@ -95,19 +96,14 @@ class CoupledDamping(DampingModel):
         count = len(hats)
         result = np.zeros((2 * count, 2 * count))
         result[:count, :count] = hats @ self._log_covariance @ hats.T
-        if self.with_mass:
-            common = self.common_error * self.apparent_mass
-            mass = np.diag(self.apparent_mass_error**2) + np.outer(common, common)
-            result[count:, count:] = hats @ mass @ hats.T
+        common = self.common_error * self.apparent_mass
+        mass = np.diag(self.apparent_mass_error**2) + np.outer(common, common)
+        result[count:, count:] = hats @ mass @ hats.T
         return result
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the particles [kg/m²]."""
         return self.weight
-
-    def without_mass(self) -> CoupledDamping:
-        """Return the same damping with m_a = 0."""
-        return replace(self, with_mass=False)
 
     def own_force(self, frequency: Array) -> tuple[Array, Array]:
         """Return PSD [Pa²/Hz] and coherence [1] of the own force of a cell, (nf,) each."""

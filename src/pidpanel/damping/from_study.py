@@ -5,7 +5,6 @@ The only module of the stage that knows what a study is.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,20 +13,29 @@ import numpy as np
 
 from pidpanel.atlas.groups import Bead
 from pidpanel.columns import ColumnsError
-from pidpanel.constants import ATLAS
 from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import ConstantDamper, PaperLaw
-from pidpanel.damping.models import DampingError, DampingModel
+from pidpanel.damping.models import Damper, DampingError
 from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, read_columns
 from pidpanel.damping.tables import TableDamping
-from pidpanel.paths import SECTION
+from pidpanel.paths import of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
 from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.dampers import Damper, WeighsAs
-from pidpanel.study.damping import ModelName, Prior
+from pidpanel.study.dampers import (
+    COUPLED,
+    BedDamper,
+    ConstantSection,
+    DamperSection,
+    ImpedanceDamper,
+    LawDamper,
+    LossFactorDamper,
+    Prior,
+    TableDamper,
+    WeighsAs,
+)
 from pidpanel.study.requirements import direction_of, mistakes_of_coupon
 
 if TYPE_CHECKING:  # pandas, xarray and scipy.optimize, which a table does not need
@@ -55,7 +63,7 @@ def read_cases(path: Path) -> pd.DataFrame:
     return read_csv(path, keep_default_na=True)
 
 
-def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> DampingModel:
+def _surface_after(prior: Prior, path: Path, coupon: Coupon) -> Damper:
     """Read the surface of ``damping/surface.nc``: of its cases alone, or added to the atlas."""
     from pidpanel.damping import surface_files
 
@@ -90,58 +98,19 @@ def read_table(
     return TableDamping(columns, interpolation or "log")
 
 
-def study_model(name: ModelName, study: Study, surface: Path | None) -> DampingModel:
-    """Return the damping model that a study names.
-
-    Parameters
-    ----------
-    name
-        One of ``damping.readings``.
-    study
-        Study with the table of the model ``table`` and the choice of particles without mass.
-    surface
-        ``damping/surface.nc``, for the model ``dem``.
-
-    Raises
-    ------
-    ColumnsError
-        If the table cannot be read.
-    DampingError
-        If a file is missing, or there is no such damping model.
-    """
-    reading = _model_with_mass(name, study, surface)
-    return reading if study.response.damper_mass else reading.without_mass()
-
-
-def _model_with_mass(name: ModelName, study: Study, surface: Path | None) -> DampingModel:
-    damping = study.damping
-    match name:
-        case "dem" if surface is not None:
-            return _surface_after(damping.prior, surface, study.coupons[SECTION])
-        case "table" if damping.table is not None:
-            return read_table(
-                damping.table, damping.interpolation, apparent_mass=damping.apparent_mass
-            )
-        case "paper_corrected":
-            return PaperLaw(printed=False)
-        case "paper_printed":
-            return PaperLaw(printed=True)
-    raise DampingError(f"damping model {name}: unknown, or its file is missing")
-
-
 def damper_model(
-    damper: Damper, surface: Path | None, prior: Prior = "closed_form"
-) -> DampingModel:
-    """Return what a damper is, as the study states it.
+    damper: DamperSection, surface: Path | None = None, *, is_broadband: bool = True
+) -> Damper:
+    """Return what a damper of a study is.
 
     Parameters
     ----------
     damper
-        One of ``dampers``.
+        One of ``dampers``, but none of coupled runs, whose results are by patch.
     surface
-        ``damping/<damper>/surface.nc``, for a coupon.
-    prior
-        ``damping.prior`` of the study.
+        ``damping/<damper>/surface.nc``, for one of simulated tones.
+    is_broadband
+        Whether the motion is random; else it is a tone.
 
     Raises
     ------
@@ -150,53 +119,46 @@ def damper_model(
     DampingError
         If the surface is missing.
     """
-    if damper.law is not None:
-        return PaperLaw(printed=damper.law == "paper_printed")
-    if damper.table is not None:
-        return read_table(damper.table, damper.interpolation, apparent_mass=damper.apparent_mass)
-    if damper.impedance is not None:
-        return read_table(damper.impedance, damper.interpolation, impedance=True)
-    if damper.coupon is None:
-        return _constant(damper)
-    if surface is None:
-        raise DampingError("a coupon without its damping/surface.nc")
-    return _surface_after(prior, surface, damper.coupon)
+    match damper:
+        case LawDamper():
+            return PaperLaw(printed=damper.law == "paper_printed")
+        case TableDamper():
+            weighs_as = damper.apparent_mass
+            return read_table(damper.table, damper.interpolation, apparent_mass=weighs_as)
+        case ImpedanceDamper():
+            return read_table(damper.impedance, damper.interpolation, impedance=True)
+        case ConstantSection():
+            return _constant(damper, damper.equivalent_damping_n_s_m3, 0.0)
+        case LossFactorDamper():
+            weight = damper.particle_mass_per_area_kg_m2 or 0.0
+            mass = damper.patch_mass_per_area_kg_m2 or weight
+            return _constant(damper, 0.0, damper.loss_factor * mass)
+        case BedDamper(model="atlas"):
+            return atlas_model(damper, is_broadband=is_broadband)
+        case BedDamper(model="tones") if surface is not None:
+            return _surface_after(damper.prior, surface, damper)
+    raise DampingError("its runs are missing")
 
 
-def models_by_damper(
-    study: Study, surface: Callable[[str], Path | None], *, is_broadband: bool
-) -> dict[str, dict[str, DampingModel]]:
-    """Return the models of single dampers, by the names of the model and of the damper.
+def dampers_of(
+    study: Study, folder: Path | None = None, *, is_broadband: bool = True
+) -> dict[str, Damper]:
+    """Return the used dampers of a study but those of coupled runs, by name; see `damper_model`.
 
-    Parameters
-    ----------
-    surface
-        Function of the name of a damper: its ``surface.nc``, if it has one.
-    is_broadband
-        Whether the motion is random; else it is a tone.
+    ``folder`` has the surfaces of simulated tones. A damper that shall have no mass is a dashpot.
     """
-    prior = study.damping.prior
-    models: dict[str, dict[str, DampingModel]] = {
-        "stated": {
-            name: damper_model(study.all_dampers[name], surface(name), prior)
-            for name in study.stated_dampers
-        },
-        ATLAS: {**atlas_models(study, is_broadband=is_broadband)},
-    }
-    if study.response.damper_mass:
-        return models
-    return {
-        name: {damper: model.without_mass() for damper, model in dampers.items()}
-        for name, dampers in models.items()
-    }
+    models = {}
+    for name in study.used_dampers:
+        if name in study.beds(COUPLED):
+            continue
+        surface = None if folder is None else of_damper(folder, name, "surface.nc")
+        models[name] = damper_model(study.dampers[name], surface, is_broadband=is_broadband)
+    return {name: with_mass_of(study, model) for name, model in models.items()}
 
 
-def atlas_models(study: Study, *, is_broadband: bool) -> dict[str, AtlasDamping]:
-    """Return what a study reads from the atlas, by damper; see `atlas_model`."""
-    return {
-        name: atlas_model(coupon, is_broadband=is_broadband)
-        for name, coupon in study.atlas_coupons.items()
-    }
+def with_mass_of(study: Study, model: Damper) -> Damper:
+    """Return a damper with its apparent mass, or without it where the study wants none."""
+    return model if study.response.damper_mass else model.without_mass()
 
 
 def atlas_model(
@@ -235,16 +197,14 @@ def atlas_model(
     return damping.under_sound() if is_broadband else damping
 
 
-def compare_measured(coupon: Coupon, cases: pd.DataFrame) -> pd.DataFrame:
+def compare_measured(coupon: Coupon, file: Path, cases: pd.DataFrame) -> pd.DataFrame:
     """Return the measured points of a coupon with its cases and the atlas; `measured.compared`.
 
-    ``cases`` are the rows of its ``coupon/cases.csv``.
+    ``file`` is their table, and ``cases`` are the rows of its ``coupon/cases.csv``.
     """
     from pidpanel.damping.measured import compare, measured_points
 
-    if coupon.measured is None:
-        raise DampingError("a coupon without measured points")
-    columns = read_columns(coupon.measured, scattered=True)
+    columns = read_columns(file, scattered=True)
     atlas = None
     if not list(mistakes_of_coupon(coupon)):
         atlas = atlas_model(coupon, is_broadband=False)
@@ -252,23 +212,18 @@ def compare_measured(coupon: Coupon, cases: pd.DataFrame) -> pd.DataFrame:
     return compare(points, cases, atlas)
 
 
-def _constant(damper: Damper) -> ConstantDamper:
-    """Return constants; m″ of a loss factor is that of the patch, or of the particles."""
-    loss_factor, value = damper.loss_factor or 0.0, damper.equivalent_damping_n_s_m3 or 0.0
-    error, reference = (
-        (damper.loss_factor_error, loss_factor)
-        if damper.loss_factor is not None
-        else (damper.equivalent_damping_error_n_s_m3, value)
-    )
-    weight, weighs = damper.particle_mass_per_area_kg_m2 or 0.0, damper.apparent_mass is not None
-    mass = damper.patch_mass_per_area_kg_m2 or weight
+def _constant(
+    damper: ConstantSection | LossFactorDamper, value: float, loss_mass: float
+) -> ConstantDamper:
+    error, weight = getattr(damper, damper.error), damper.weight
+    mass = damper.apparent_mass_kg_m2 or (weight if damper.apparent_mass else 0.0)
     return ConstantDamper(
         equivalent_damping=value,
-        loss_mass=loss_factor * mass,
-        relative_error=error / reference if error else 0.0,
-        apparent_mass=damper.apparent_mass_kg_m2 or (weight if weighs else 0.0),
+        loss_mass=loss_mass,
+        relative_error=error / getattr(damper, damper.kind) if error else 0.0,
+        apparent_mass=mass or 0.0,
         apparent_mass_error=damper.apparent_mass_error_kg_m2 or 0.0,
-        weight=damper.particle_mass_per_area_kg_m2,
+        weight=weight,
     )
 
 

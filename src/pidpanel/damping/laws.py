@@ -11,16 +11,16 @@ Both laws are independent of amplitude and have no apparent mass.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.damping.broadband import EXACT, PAPER_LAW
+from pidpanel.damping.broadband import PAPER_LAW
 from pidpanel.damping.models import (
+    Damper,
     DampingError,
-    DampingModel,
     DampingValues,
     Point,
     correlated_covariance,
@@ -90,12 +90,10 @@ def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:
     return f
 
 
-class PaperLaw(DampingModel):
+class PaperLaw(Damper):
     """A law of the paper, as printed (C_e is negative) or corrected; without mass, whatever Γ."""
 
-    depends_on_acceleration = False
     broadband_error = PAPER_LAW
-    nodes = None
 
     def __init__(self, *, printed: bool) -> None:
         self._law = paper_printed if printed else paper_corrected
@@ -103,27 +101,15 @@ class PaperLaw(DampingModel):
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
-        """Return C_e at ``frequency`` (n,) [Hz]; see `models.DampingModel`."""
+        """Return C_e at ``frequency`` (n,) [Hz]; see `models.Damper`."""
         damping = self._law(frequency, fill_fraction)
         return DampingValues(
             damping, np.zeros_like(damping), np.zeros_like(damping), np.ones(damping.shape, bool)
         )
 
-    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
-        """Return zeros (2n, 2n): the paper states no errors."""
-        return np.zeros((2 * len(frequency), 2 * len(frequency)))
-
-    def mass_per_area(self, fill_fraction: float) -> float:
-        """Return NaN: the paper states no mass."""
-        return np.nan
-
-    def without_mass(self) -> PaperLaw:
-        """Return the law itself, which has no mass."""
-        return self
-
 
 @dataclass(frozen=True)
-class ConstantDamper(DampingModel):
+class ConstantDamper(Damper):
     """The same C_e, or the same loss factor η, and the same m_a at every f, r and Γ.
 
     C_e = c + η m″ ω, where one of the two is not zero. η m″ ω is the energy per cycle and area
@@ -146,8 +132,6 @@ class ConstantDamper(DampingModel):
     apparent_mass: float = 0.0
     apparent_mass_error: float = 0.0
     weight: float | None = None  # of the damper [kg/m²]; None for its apparent mass
-    depends_on_acceleration = False
-    broadband_error = EXACT
 
     @property
     def nodes(self) -> Array | None:
@@ -157,7 +141,7 @@ class ConstantDamper(DampingModel):
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
-        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `models.DampingModel`."""
+        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `models.Damper`."""
         frequency = np.asarray(frequency, float)
         damping = self.equivalent_damping + self.loss_mass * 2 * np.pi * frequency
         mass, inside = np.full(frequency.shape, self.apparent_mass), np.ones(frequency.shape, bool)
@@ -171,8 +155,3 @@ class ConstantDamper(DampingModel):
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return what the damper weighs [kg/m²]."""
         return self.apparent_mass if self.weight is None else self.weight
-
-    def without_mass(self) -> ConstantDamper:
-        """Return the same damping with m_a = 0."""
-        weight = self.mass_per_area(np.nan)
-        return replace(self, apparent_mass=0.0, apparent_mass_error=0.0, weight=weight)

@@ -40,7 +40,7 @@ from scipy.spatial import ConvexHull
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.broadband import SINGLE_TONES
 from pidpanel.damping.jump import WHOLE, Jump
-from pidpanel.damping.models import NODE_STEP, DampingModel, DampingValues, Point
+from pidpanel.damping.models import NODE_STEP, Damper, DampingValues, Point
 from pidpanel.damping.sides import Mixture, Sides, even_steps, joint_covariance
 from pidpanel.damping.surface_cases import (
     AXES,
@@ -99,7 +99,7 @@ FREQUENCY_STEP = 0.04
 ACCELERATION_STEP = 0.05
 
 
-class DampingSurface(DampingModel):
+class DampingSurface(Damper):
     """C_e and m_a over fill fraction, frequency and acceleration amplitude.
 
     Parameters
@@ -112,8 +112,6 @@ class DampingSurface(DampingModel):
         g_C and g_m; None for g_m = 0 everywhere.
     jump
         Stroke at which beds begin to cross; None for never.
-    with_mass
-        Whether the particles have an apparent mass; see `without_mass`.
     """
 
     broadband_error = SINGLE_TONES
@@ -125,16 +123,13 @@ class DampingSurface(DampingModel):
         damping: Sides,
         mass: Sides | None,
         jump: Jump | None = None,
-        *,
-        with_mass: bool = True,
     ) -> None:
         self.cases = cases
         self.bed = bed
         self.damping = damping
-        self.mass = mass if with_mass else None
+        self.mass = mass
         self.jump = jump
-        has_mass = with_mass and np.isfinite(bed.mass_per_fill)
-        self._rest_mass = bed.mass_per_fill if has_mass else 0.0
+        self._rest_mass = bed.mass_per_fill if np.isfinite(bed.mass_per_fill) else 0.0
         axes = cases[list(AXES)].to_numpy(float)
         self.simulated = SimulatedRange(axes)
         self.low, self.high = self.simulated.low, self.simulated.high
@@ -238,10 +233,6 @@ class DampingSurface(DampingModel):
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the particles [kg/m²], m₁ r; NaN where m₁ is not known."""
         return self.mass_per_fill * fill_fraction
-
-    def without_mass(self) -> DampingSurface:
-        """Return the same damping with m_a = 0, known exactly."""
-        return DampingSurface(self.cases, self.bed, self.damping, None, self.jump, with_mass=False)
 
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float

@@ -23,7 +23,7 @@ from pidpanel.damping.broadband import EXACT, SINGLE_TONES
 from pidpanel.damping.interpolation import Interpolation, Interpolator
 from pidpanel.damping.models import (
     NODE_STEP,
-    DampingModel,
+    Damper,
     DampingValues,
     Point,
     correlated_covariance,
@@ -65,15 +65,13 @@ def impedance_of(
     return value * scale, error * scale, mass * mass_scale, mass_error * mass_scale
 
 
-class TableDamping(DampingModel):
+class TableDamping(Damper):
     """Damping model from the rows of a table.
 
     Parameters
     ----------
     columns
         (n,) each, as `table_files.read_columns` returns them.
-    with_mass
-        Whether m_a is included; see `without_mass`.
 
     Attributes
     ----------
@@ -84,10 +82,8 @@ class TableDamping(DampingModel):
     broadband_error = SINGLE_TONES
     nodes: Array | None = None
 
-    def __init__(
-        self, columns: Mapping[str, Array], interpolation: Interpolation, *, with_mass: bool = True
-    ) -> None:
-        self._columns, self._interpolation, self._with_mass = columns, interpolation, with_mass
+    def __init__(self, columns: Mapping[str, Array], interpolation: Interpolation) -> None:
+        self._columns = columns
         frequency, fill = columns[FREQUENCY], fill_of(columns)
         self._amplitude, amplitude = amplitude_of(columns)
         names = quantities_of(columns)
@@ -97,9 +93,7 @@ class TableDamping(DampingModel):
         self.depends_on_acceleration = self._rows.depends_on_amplitude
         if self._amplitude is None:
             self.broadband_error = EXACT
-        errors = names[1::2] if with_mass else names[1:2]
-        has_errors = any(columns[name].any() for name in errors if name in columns)
-        if has_errors:
+        if any(columns[name].any() for name in names[1::2] if name in columns):
             self.nodes = _nodes(frequency)
         self._fills = np.unique(fill)
         if PARTICLE_MASS in columns:
@@ -111,7 +105,7 @@ class TableDamping(DampingModel):
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
-        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `models.DampingModel`.
+        """Return C_e and m_a at ``frequency`` (n,) [Hz]; see `models.Damper`.
 
         Beyond the rows values are constant and not inside. A table of one amplitude is for all, as
         does one without fills for every fill.
@@ -132,8 +126,6 @@ class TableDamping(DampingModel):
         named = dict(zip(self._names, rows.T, strict=True))
         damping, error, mass, mass_error = impedance_of(named, omega, self.mass_per_area(fill))
         relative = np.divide(error, damping, out=np.zeros_like(error), where=damping > 0)
-        if not self._with_mass:
-            mass, mass_error = np.zeros_like(mass), np.zeros_like(mass)
         return np.concatenate([damping, mass]), np.concatenate([relative, mass_error]), inside
 
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
@@ -149,10 +141,6 @@ class TableDamping(DampingModel):
         """Return the mass of the particles [kg/m²], linear in the fill; NaN where not given."""
         fill = fill_fraction if FILL in self._columns else 1.0
         return float(np.interp(fill, self._fills, self._masses))
-
-    def without_mass(self) -> TableDamping:
-        """Return the same damping with m_a = 0."""
-        return TableDamping(self._columns, self._interpolation, with_mass=False)
 
 
 def _nodes(frequency: Array) -> Array:

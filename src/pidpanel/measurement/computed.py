@@ -37,7 +37,7 @@ def computed_psd(
     curves
         Curves of ``response/psd.nc``, ``base/psd.nc`` or ``base/sine.nc``.
     place
-        Reading, scenario and point.
+        Scenario and point.
     over_base
         Whether the PSD is over that of the supports, the square of the transmissibility. Always so
         for a sine.

@@ -19,7 +19,7 @@ from pidpanel.study.mistakes import Mistake, read_at
 from pidpanel.study.response import Measurement
 
 COLUMNS = (
-    "measurement", "excitation", "reading", "scenario", "point", "center_hz", "lower_hz",
+    "measurement", "excitation", "scenario", "point", "center_hz", "lower_hz",
     "upper_hz", "measured_psd_g2_hz", "measured_transmissibility", "computed_psd_g2_hz",
     "computed_transmissibility", "difference_db", "difference_error_db",
 )  # fmt: skip
@@ -73,11 +73,14 @@ def write_measurements(
     for name, measurement in study.measurements.items():
         measured = read_measured(measurement.file, measurement.record, measurement.point)
         excitation = excitation_of(study, measurement, measured)
-        label = measurement.scenario or study.all_scenarios()[0].label
-        label = labels[excitation].get(label, label)
+        by_label = {scenario.label: scenario for scenario in study.all_scenarios()}
+        scenario = by_label[measurement.scenario or next(iter(by_label))]
+        models = [scenario, *study.alternatives(scenario)]
         lines.append(pd.DataFrame({"measurement": name, **measured.columns}))
-        for reading in computed[excitation]["reading"].to_numpy().tolist():
-            where = {"reading": reading, "scenario": label, "point": measurement.point}
+        for label in dict.fromkeys(labels[excitation].get(s.label, s.label) for s in models):
+            if label not in computed[excitation]["scenario"].to_numpy():  # of coupled runs a sine
+                continue
+            where = {"scenario": label, "point": measurement.point}
             case = computed_psd(computed[excitation], where, over_base=measured.over_base)
             if case is not None:
                 bands = band_differences(measured, *case)

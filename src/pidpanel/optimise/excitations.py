@@ -17,7 +17,6 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import residual_vectors
 from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases, steady
-from pidpanel.response.dampers import DampingModels
 from pidpanel.response.model_error import model_error_of, with_model_error
 from pidpanel.response.panel import ExcitationSource, ResponsePanel
 from pidpanel.response.refinement import checked_responses
@@ -106,7 +105,6 @@ class SoundExcitedPanel:
         plate: StoredPlate,
         places: Places,
         scenarios: Sequence[ResponseScenario],
-        models: DampingModels,
     ) -> list[Finalist]:
         """Return layouts at their consistent motion, in a basis checked with them.
 
@@ -116,7 +114,7 @@ class SoundExcitedPanel:
         start = place_basis(self.basis, plate, places)
         static = static_shapes(start, plate, STATIC_TOLERANCE)
         plate = replace(plate, shapes=basis_shapes(start, plate, static).vectors)
-        checked = checked_responses(panel, plate, scenarios, models, self.source)
+        checked = checked_responses(panel, plate, scenarios, self.source)
         errors = checked.basis_error.tolist()
         return [finalist(case, error) for case, error in zip(checked.cases, errors, strict=True)]
 
@@ -145,20 +143,19 @@ class ShakerExcitedPanel:
         plate: StoredPlate,
         places: Places,
         scenarios: Sequence[ResponseScenario],
-        models: DampingModels,
     ) -> list[Finalist]:
         """Return layouts at their consistent motion; see `SoundExcitedPanel.confirm`."""
 
         def moved(supported: SupportedPanel) -> PlacedPanel:
-            return self._placed(self.shaker.panel_with(supported, scenarios, models), places)
+            return self._placed(self.shaker.panel_with(supported, scenarios), places)
 
         basis = place_basis(self.basis, plate, places)
         supported, error = checked_panel(
             basis, plate, static_shapes(basis, plate, STATIC_TOLERANCE), self._highest, self.mass,
-            lambda supported: [moved(supported)], scenarios, models,
+            lambda supported: [moved(supported)], scenarios,
         )  # fmt: skip
         panel = moved(supported)
-        cases = plan_cases(panel, scenarios, models).solve(panel.solver())
+        cases = plan_cases(panel, scenarios).solve(panel.solver())
         return [finalist(case, error) for case in cases]
 
     @property

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pidpanel.damping.models import FilledDamper
 from pidpanel.optimise.excitations import STATIC_TOLERANCE
 from pidpanel.optimise.objectives import Objective
-from pidpanel.optimise.options import FilledDamper
 from pidpanel.optimise.places import PlacedPanel
 from pidpanel.optimise.reduced_panel import JointPanel, ReducedPanel
 from pidpanel.solve.base_motion import BaseExcitation

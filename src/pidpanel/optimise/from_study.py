@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from pidpanel.arrays import Array, Flags, Index
+from pidpanel.arrays import Index
 from pidpanel.base.from_study import shakers_of
-from pidpanel.damping.from_study import atlas_model, damper_model
-from pidpanel.damping.models import DampingModel
+from pidpanel.damping.from_study import dampers_of
+from pidpanel.damping.models import FilledDamper
 from pidpanel.optimise.excitations import ExcitedPanel, ShakerExcitedPanel, SoundExcitedPanel
 from pidpanel.optimise.fidelity import (
     AGREED,
@@ -32,7 +32,7 @@ from pidpanel.optimise.objectives import (
     spread_vertices,
     stresses,
 )
-from pidpanel.optimise.options import FilledDamper, frozen_options
+from pidpanel.optimise.options import frozen_options
 from pidpanel.optimise.places import (
     NoPlace,
     PlacedPanel,
@@ -59,14 +59,11 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.matrices import StoredPlate
-from pidpanel.paths import of_damper
 from pidpanel.provenance.files import Files
 from pidpanel.response.cases import ResponseScenario
-from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.response.from_study import StudySound, read_panel_mass, read_response_panel
 from pidpanel.response.results import write_csv
 from pidpanel.severity.oscillators import natural_frequencies
-from pidpanel.solve.layout import DampingOfMotion
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.stress import distinct_layers
 from pidpanel.study import Study
@@ -94,43 +91,15 @@ def places_of(study: Study) -> Places:
     )
 
 
-def models_of(study: Study, folder: Path | None) -> dict[str, DampingModel]:
-    """Return the damping models of the dampers to choose from, with a folder of the surfaces."""
-    models = {}
-    for name in section_of(study).dampers or study.all_dampers:
-        surface = None if folder is None else of_damper(folder, name, "surface.nc")
-        coupon = study.atlas_coupons.get(name)
-        if coupon is not None and name not in study.surfaces:
-            model: DampingModel = atlas_model(coupon, is_broadband=True)
-        else:
-            model = damper_model(study.all_dampers[name], surface, study.damping.prior)
-        models[name] = model if study.response.damper_mass else model.without_mass()
-    return models
-
-
-def fillings_of(study: Study, models: Mapping[str, DampingModel]) -> list[FilledDamper]:
-    """Return every damper at every fill fraction."""
+def fillings_of(study: Study, folder: Path | None) -> list[FilledDamper]:
+    """Return every damper at every fill fraction, with a folder of the surfaces."""
     section, stated = section_of(study), study.damping.level.acceleration_g
-    fillings = []
-    for name, model in models.items():
-        has_fill = study.all_dampers[name].is_of_a_fill
-        for fill in section.fill_fraction if has_fill else (None,):
-            damper = PatchDamper(0, 0, name, model, 1.0 if fill is None else fill)
-            load = damper.attached
-            damping, follows = load.damping, load.depends_on_acceleration
-            if stated is not None:
-                damping, follows = _damping_at(damper, stated), False
-            fillings.append(FilledDamper(name, fill, damping, follows, damper.mass_per_area))
-    return fillings
-
-
-def _damping_at(damper: PatchDamper, gamma: float) -> DampingOfMotion:
-    """Return the damping at a stated Γ."""
-
-    def damping(frequency: Array, _: float) -> tuple[Array, Array, Flags]:
-        return damper.attached.damping(frequency, gamma)
-
-    return damping
+    models = dampers_of(study, folder)
+    return [
+        FilledDamper(name, models[name], fill, stated)
+        for name in study.placed_dampers
+        for fill in (section.fill_fraction if study.dampers[name].needs_fill else (None,))
+    ]
 
 
 def mistakes_of_search(study: Study) -> Iterator[Mistake]:
@@ -145,19 +114,17 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
     except NoPlace as error:
         yield Mistake(("optimise", "patch_size_m"), str(error))
         return
-    names = section.dampers or study.all_dampers
-    simulated = set(names) - set(study.atlas_coupons)
-    if any(study.all_dampers[name].coupon is not None for name in simulated):
+    if set(study.coupons) & set(study.placed_dampers):
         return  # their mass is known once they are filled
     heaviest = MOST_CARRIED * StudiedPanel(study.panel).section.mass_per_area * area.area
     if section.mass_kg > heaviest:
         message = f"must be at most {heaviest:.3g}, {MOST_CARRIED} times the mass of the panel"
         yield Mistake(("optimise", "mass_kg"), message)
     lightest = np.inf
-    for filling in fillings_of(study, models_of(study, None)):
+    for filling in fillings_of(study, None):
         mass = filling.mass_per_area * places.area
         if not mass > 0:
-            message = f"the mass of {filling.damper} is not known, so no budget limits it"
+            message = f"the mass of {filling.name} is not known, so no budget limits it"
             yield Mistake(("optimise", "dampers"), message)
             return
         lightest = min(lightest, mass)
@@ -212,11 +179,12 @@ def _scenario(
     problem: Problem, fillings: Sequence[FilledDamper], number: int, layout: Layout
 ) -> ResponseScenario:
     """Return a layout as a scenario, labelled by its number."""
-    options, filled = problem.options, []
+    options = problem.options
+    filled: dict[str, FilledDamper] = {}
     for option in layout:
         filling, place = fillings[options.filling[option]], int(options.place[option])
-        filled.append(PatchFilling(place_name(place), filling.damper, filling.fill_fraction))
-    return ResponseScenario(str(number), "bare", np.nan, 1.0, tuple(filled), None, np.nan)
+        filled[place_name(place)] = replace(filling, stated_acceleration_g=None)
+    return ResponseScenario(str(number), "bare", np.nan, 1.0, filled)
 
 
 def counted_excitations(study: Study) -> list[str]:
@@ -342,8 +310,8 @@ def _searched(search: _Search, plate: StoredPlate) -> _Result:
 
 def write_proposal(study: Study, files: Files, damping: Path | None, output: Files) -> None:
     """Write the proposed layouts of a study; ``damping`` is the folder of the surfaces."""
-    section, places, models = section_of(study), places_of(study), models_of(study, damping)
-    fillings, excited = fillings_of(study, models), excited_panels(study, files)
+    section, places = section_of(study), places_of(study)
+    fillings, excited = fillings_of(study, damping), excited_panels(study, files)
     plate, basis = read_plate(files.plate), next(iter(excited.values())).basis
     with_places, area_error = place_plate(plate, places, range(len(places.lower)))
     points = list(basis.point_names[: len(study.panel.points)])
@@ -353,9 +321,8 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     result = _searched(search, plate)
     problem, layouts, subset = result.problem, result.layouts, result.subset
     scenarios = [_scenario(problem, fillings, *entry) for entry in enumerate(layouts)]
-    stated = DampingModels(("stated",), {}, {"stated": models})
     finalists = {
-        name: entry.confirm(panel, subset.plate, subset.places, scenarios, stated)
+        name: entry.confirm(panel, subset.plate, subset.places, scenarios)
         for (name, entry), panel in zip(excited.items(), result.details, strict=True)
     }
 

@@ -8,24 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.damping.models import FilledDamper
 from pidpanel.optimise.reduced_panel import JointPanel, ReducedPanel
 from pidpanel.solve.dampers import patch_stiffness
-from pidpanel.solve.layout import DampingOfMotion, sine_accelerations_g
+from pidpanel.solve.layout import sine_accelerations_g
 
 MOTIONS = 16  # Γ at which a damping model is tabulated; linear in ln Γ between them
 
 ROUNDS = 8  # of the search for Γ, each half way in ln Γ: 2⁻⁸ of the first step is left
-
-
-@dataclass(frozen=True)
-class FilledDamper:
-    """A damper at a fill fraction."""
-
-    damper: str  # its name
-    fill_fraction: float | None  # r; None where the damper has none
-    damping: DampingOfMotion  # C_e and m_a over frequency and Γ
-    depends_on_acceleration: bool
-    mass_per_area: float  # [kg/m²]
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ import pandas as pd
 
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.models import FilledDamper
 from pidpanel.optimise.excitations import Finalist
 from pidpanel.optimise.objectives import Objective
-from pidpanel.optimise.options import FilledDamper
 from pidpanel.optimise.search import Layout, Problem, Proof, Sampling, greedy
 from pidpanel.optimise.variants import VARIANTS
 from pidpanel.progress import with_progress
@@ -147,7 +147,7 @@ class Proposals:
                     "centre_y_m": y,
                     "size_x_m": places.size[0],
                     "size_y_m": places.size[1],
-                    "damper": filling.damper,
+                    "damper": filling.name,
                     "fill_fraction": filling.fill_fraction,
                     "mass_kg": options.mass[option],
                     "acceleration_g": gamma,
@@ -209,8 +209,8 @@ def damper_rows(problem: Problem, fillings: Sequence[FilledDamper]) -> dict[str,
         options.mass / panel.area[options.place], -((2 * np.pi * panel.frequency) ** 2)
     )
     rows = {}
-    for name in dict.fromkeys(filling.damper for filling in fillings):
-        used = [index for index, filling in enumerate(fillings) if filling.damper == name]
+    for name in dict.fromkeys(filling.name for filling in fillings):
+        used = [index for index, filling in enumerate(fillings) if filling.name == name]
         usable = np.flatnonzero(np.isin(options.filling, used) & problem.feasible(()))
         if not usable.size:
             continue

@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.optimise.options import FilledDamper, frozen_options
+from pidpanel.damping.models import FilledDamper
+from pidpanel.optimise.options import frozen_options
 from pidpanel.optimise.reduced_panel import JointPanel
 from pidpanel.optimise.search import Layout, Problem
 from pidpanel.solve.model import ModalBasis

@@ -31,7 +31,6 @@ from pidpanel.panel.triangles import mesh_triangles, rim_size
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
 from pidpanel.study import Study
-from pidpanel.study.dampers import damper_masses, resolved_masses
 from pidpanel.study.panel import EXTENT, MOST_ELEMENTS, Panel
 from pidpanel.study.section import MaterialInput
 from pidpanel.study.supports import Node
@@ -384,9 +383,9 @@ def write_panel(study: Study, output: Files) -> None:
     from pidpanel.panel.files import write_basis, write_plate, write_shapes
 
     panel, (lowest, highest) = StudiedPanel(study.panel), study.response.frequency_hz
-    mesh = panel.mesh(output.mesh, panel.patch_sizes(highest, resolved_masses(study)))
+    mesh = panel.mesh(output.mesh, panel.patch_sizes(highest, study.damper_masses(with_rows=True)))
     plate = panel.plate(mesh)
-    shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=damper_masses(study))
+    shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=study.damper_masses())
     basis = basis_of(mesh, plate, shapes)
     held = panel.supports if study.panel.in_plane_edges == "held" else None
     stored = stretched_plate(mesh, plate, shapes, lowest, held)

@@ -1,17 +1,17 @@
-"""Every scenario with every damping model: what is solved, and the responses."""
+"""Every scenario: what is solved, and the responses."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.damping.laws import ConstantDamper
-from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
+from pidpanel.damping.models import FilledDamper
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.solve.layout import DamperLayout, LayoutResponse, solve_with
+from pidpanel.solve.layout import AttachedDamper, DamperLayout, LayoutResponse, solve_with
 from pidpanel.solve.lines import (
     LINES_AT_MOST,
     LINES_PER_BANDWIDTH,
@@ -22,6 +22,7 @@ from pidpanel.solve.model import ResponseError, UnstableDamping
 from pidpanel.solve.power import power_balance
 from pidpanel.solve.sharpness import least_damping_ratio
 from pidpanel.solve.solvers import PanelSolver
+from pidpanel.solve.source import ParticleForce
 
 # To a bandwidth of what the masses of dampers make sharper; see `lines.frequency_grid`.
 ENOUGH_LINES = 4.0
@@ -46,35 +47,42 @@ class ResponseScenario:
     bare_label: str
     oaspl_db: float  # overall level [dB]
     factor: float  # PSD of the pressure over that of the study [1]
-    fillings: tuple[PatchFilling, ...]
-    patch: str | None
-    fill_fraction: float
+    dampers: Mapping[str, FilledDamper] = field(default_factory=dict)  # by patch
+    source: str = "none"  # where its damping comes from
     is_coupled: bool = False  # whether it has coupled runs
     is_coarse: bool = False  # whether a sweep of its dampers is, see `Sweep.is_coarse`
+    is_of_atlas: bool = False  # whether a damper is read from the atlas
 
     @property
     def patches(self) -> tuple[str, ...]:
         """Names of the patches with dampers."""
-        return tuple(filling.patch for filling in self.fillings)
+        return tuple(self.dampers)
 
     @property
     def is_bare(self) -> bool:
         """Whether there is no damper."""
-        return not self.fillings
+        return not self.dampers
+
+    @property
+    def fill_fraction(self) -> float:
+        """Fill of the only patch; 0 for the bare panel, NaN for several or for none."""
+        fills = [damper.fill_fraction for damper in self.dampers.values()]
+        if len(fills) == 1 and fills[0] is not None:
+            return fills[0]
+        return np.nan if fills else 0.0
 
 
 @dataclass(frozen=True)
 class SolvedCase:
-    """A scenario with a damping model, and its response."""
+    """A scenario and its response."""
 
     scenario: ResponseScenario
-    model: str
     # Its response; the error where the damping feeds the panel
     response: LayoutResponse | UnstableDamping
     bare: LayoutResponse
     solver: PanelSolver
     layout: DamperLayout
-    dampers: Sequence[PatchDamper]
+    dampers: Sequence[FilledDamper]  # in the order of the loads of the layout
     # The response with the same masses in the same places and no damping; None where a mass is not
     # known, and for the bare panel
     dead_weight: LayoutResponse | None
@@ -85,12 +93,15 @@ class SolvedCase:
         return np.array(per_area, dtype=np.float64) * area
 
 
+Loads = Sequence[tuple[int, FilledDamper]]  # dampers with their carriers in the solver
+
+
 @dataclass(frozen=True)
 class CasePlan:
     """Cases to be solved."""
 
-    # Scenario, name of the model and dampers of every case
-    rows: Sequence[tuple[ResponseScenario, str, tuple[PatchDamper, ...]]]
+    # Every scenario, and its dampers with their carriers
+    rows: Sequence[tuple[ResponseScenario, Loads]]
     # Keys of its own layout, of the bare panel and of the dead weight
     keys: Sequence[tuple[Hashable, Hashable, Hashable]]
     layouts: Mapping[Hashable, DamperLayout]
@@ -111,26 +122,24 @@ class CasePlan:
         return [
             SolvedCase(
                 scenario=scenario,
-                model=name,
                 response=answers[key],
                 bare=steady(answers[bare]),
                 solver=solver,
                 layout=layouts[key],
-                dampers=dampers,
+                dampers=[damper for _, damper in loads],
                 dead_weight=None if dead is None else steady(answers[dead]),
             )
-            for (scenario, name, dampers), (key, bare, dead) in rows
+            for (scenario, loads), (key, bare, dead) in rows
         ]
 
 
 def plan_cases(
     panel: ResponsePanel,
     scenarios: Sequence[ResponseScenario],
-    models: DampingModels,
     *,
     dead_weight: bool = True,
 ) -> CasePlan:
-    """Return what is to be solved for every scenario with every damping model.
+    """Return what is to be solved for every scenario.
 
     Parameters
     ----------
@@ -138,22 +147,18 @@ def plan_cases(
         Whether to include the same masses without damping, once for each distinct set of
         patches, masses and level.
     """
-    rows = [
-        (scenario, name, _dampers(panel, scenario, models, name))
-        for scenario in scenarios
-        for name in models.names
-    ]
+    rows = [(scenario, loads_of(panel, scenario)) for scenario in scenarios]
     # the bare panel once a level, dead weight once for each set of masses and level
     keys: list[tuple[Hashable, Hashable, Hashable]] = []
     layouts: dict[Hashable, DamperLayout] = {}
-    for scenario, name, dampers in rows:
+    for scenario, loads in rows:
         bare: Hashable = scenario.factor
         key, dead = bare, None
         layouts.setdefault(bare, DamperLayout((), scenario.factor))
-        if dampers:
-            key = (scenario.label, name)
-            layouts[key] = _layout(panel, dampers, scenario.factor)
-            masses = tuple((damper.carrier, damper.mass_per_area) for damper in dampers)
+        if loads:
+            key = scenario.label
+            layouts[key] = _layout(panel, scenario, loads)
+            masses = tuple((carrier, damper.mass_per_area) for carrier, damper in loads)
             if dead_weight and np.isfinite([mass for _, mass in masses]).all():
                 dead = (masses, scenario.factor)
                 layouts.setdefault(dead, _dead_weight(masses, scenario.factor))
@@ -161,20 +166,15 @@ def plan_cases(
     return CasePlan(rows, keys, layouts)
 
 
-def heaviest_dampers(
-    panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
-) -> Array:
+def heaviest_dampers(panel: ResponsePanel, scenarios: Sequence[ResponseScenario]) -> Array:
     """Return the largest mass or apparent mass on each patch, (n_patches,) [kg/m²]."""
-    plan = plan_cases(panel, scenarios, models, dead_weight=False)
     mass = np.zeros(len(panel.patch_area))
     lines = np.geomspace(*panel.settings.frequency_range, MASS_LINES)
-    distinct = {
-        (damper.patch, damper.source, damper.fill_fraction): damper
-        for *_, dampers in plan.rows
-        for damper in dampers
-    }
-    for damper in distinct.values():
-        mass[damper.patch] = max(mass[damper.patch], damper.largest_mass(lines))
+    dampers = [item for scenario in scenarios for item in scenario.dampers.items()]
+    distinct = {(patch, damper.name, damper.fill_fraction): damper for patch, damper in dampers}
+    for (name, *_), damper in distinct.items():
+        patch = panel.basis.patch_names.index(name)
+        mass[patch] = max(mass[patch], damper.largest_mass(lines))
     return mass
 
 
@@ -227,27 +227,38 @@ class BalanceCheck:
         return float(balance.error.max())
 
 
-def _dampers(
-    panel: ResponsePanel, scenario: ResponseScenario, models: DampingModels, name: str
-) -> tuple[PatchDamper, ...]:
-    dampers = []
-    for filling in scenario.fillings:
-        patch = panel.basis.patch_names.index(filling.patch)
-        dampers += [
-            models.damper(name, scenario.label, filling, patch, carrier)
-            for carrier in np.flatnonzero(panel.carriers == patch).tolist()
-        ]
-    return tuple(dampers)
+def loads_of(panel: ResponsePanel, scenario: ResponseScenario) -> Loads:
+    """Return the dampers of a scenario with their carriers in the solver."""
+    loads: list[tuple[int, FilledDamper]] = []
+    for name, damper in scenario.dampers.items():
+        patch = panel.basis.patch_names.index(name)
+        loads += [(carrier, damper) for carrier in np.flatnonzero(panel.carriers == patch).tolist()]
+    return loads
 
 
-def _layout(panel: ResponsePanel, dampers: Sequence[PatchDamper], factor: float) -> DamperLayout:
-    beds = {damper.patch: damper.own_force for damper in dampers if damper.own_force is not None}
+def attached(loads: Loads) -> tuple[AttachedDamper, ...]:
+    """Return dampers as the solver takes them."""
+    return tuple(
+        AttachedDamper(carrier, damper.damping, damper.depends_on_acceleration)
+        for carrier, damper in loads
+    )
+
+
+def own_force_of(panel: ResponsePanel, scenario: ResponseScenario) -> ParticleForce | None:
+    """Return the own force of the particles of a scenario on the modes; None without any."""
+    names = panel.basis.patch_names
+    beds = {names.index(patch): d.model.coupled for patch, d in scenario.dampers.items()}
+    known = {patch: bed for patch, bed in beds.items() if bed is not None}
+    return panel.particle_force(known) if known else None
+
+
+def _layout(panel: ResponsePanel, scenario: ResponseScenario, loads: Loads) -> DamperLayout:
     return DamperLayout(
-        tuple(damper.attached for damper in dampers),
-        factor,
+        attached(loads),
+        scenario.factor,
         panel.settings.stated_acceleration_g,
-        with_slope=any(damper.model.nodes is not None for damper in dampers),
-        force=panel.particle_force(beds) if beds else None,
+        with_slope=any(damper.model.nodes is not None for _, damper in loads),
+        force=own_force_of(panel, scenario),
     )
 
 
@@ -260,6 +271,5 @@ def steady(response: LayoutResponse | UnstableDamping) -> LayoutResponse:
 
 def _dead_weight(masses: Sequence[tuple[int, float]], factor: float) -> DamperLayout:
     """Return the layout of masses that do not damp."""
-    weights = [(carrier, ConstantDamper(apparent_mass=mass)) for carrier, mass in masses]
-    loads = [PatchDamper(carrier, carrier, "", damper, 1.0).attached for carrier, damper in weights]
-    return DamperLayout(tuple(loads), factor, with_motion=False)
+    loads = [(carrier, FilledDamper("", ConstantDamper(apparent_mass=m))) for carrier, m in masses]
+    return DamperLayout(attached(loads), factor, with_motion=False)

@@ -45,7 +45,6 @@ NO_DATE = "01-Jan-70 00:00:00  "
 class Curve:
     """One acceleration PSD."""
 
-    reading: str
     scenario: str
     point: str
     node: int  # number of the point, from 1
@@ -59,7 +58,7 @@ class Curve:
     def title(self) -> str:
         """Quantity of the PSD in one line."""
         caution = f" (caution: {self.doubts})" if self.doubts else ""
-        return f"{self.reading}, {self.scenario}, point {self.point}{caution}"
+        return f"{self.scenario}, point {self.point}{caution}"
 
 
 def write_tabrnd1(path: Path, frequency: Array, curves: Sequence[Curve], title: str) -> None:
@@ -157,7 +156,6 @@ def third_octave_rows(frequency: Array, curves: Sequence[Curve]) -> pd.DataFrame
             error = np.divide(error, 2 * rms, out=np.zeros_like(rms), where=rms > 0)
         bare_rms = band_rms(frequency, curve.bare_psd, edge)
         columns = {
-            "reading": curve.reading,
             "scenario": curve.scenario,
             "point": curve.point,
             "center_hz": center,
@@ -176,7 +174,6 @@ def write_exports(
     basis: PanelBasis,
     damping_ratio: DampingRatio,
     scenarios: Sequence[ResponseScenario],
-    models: Sequence[str],
     psd: xr.Dataset,
     summary: pd.DataFrame,
     title: str,
@@ -184,44 +181,39 @@ def write_exports(
 ) -> None:
     """Write the files of all scenarios."""
     folder.mkdir(exist_ok=True)
-    trust = summary.groupby(["reading", "scenario"])[TRUST].first()
+    trust = summary.groupby("scenario")[TRUST].first()
     doubts = trust["doubts"].fillna("").to_dict()
     frequency = psd["frequency"].to_numpy()
     points = [str(name) for name in psd["point"].to_numpy()]
     curves: list[Curve] = []
     subcase = 0
-    for reading in models:
-        for scenario in scenarios:
-            label = scenario.label
-            if not is_steady(psd, reading, label):
-                continue
-            case = psd.sel(reading=reading, scenario=label)
-            bare = psd["acceleration_psd"].sel(reading=reading, scenario=scenario.bare_label)
-            subcase += 1
-            series = case["acceleration_psd"], bare, case["acceleration_psd_log_error"]
-            for node, point in enumerate(points, start=1):
-                values, bare_values, error = (data.sel(point=point).to_numpy() for data in series)
-                reason = doubts[reading, label]
-                curves.append(
-                    Curve(reading, label, point, node, values, bare_values, reason, error, subcase)
-                )
-            write_csv(
-                folder / f"psd_{reading}_{label}.csv", _psd_columns(case, frequency, points), 7
-            )
-            if not scenario.is_bare:
-                path = folder / f"dampers_{reading}_{label}.bdf"
-                title_of_case = f"{title}: {reading}, {label}"
-                in_patch = dict(zip(basis.patch_names, basis.cell_in_patch, strict=True))
-                dampers = {name: _damping_of(case.sel(patch=name)) for name in scenario.patches}
-                mesh = (basis.vertex_position, basis.cells)
-                write_bushes(path, title_of_case, frequency, dampers, *mesh, in_patch)
+    for scenario in scenarios:
+        label = scenario.label
+        if not is_steady(psd, label):
+            continue
+        case, bare = (
+            psd.sel(scenario=label),
+            psd["acceleration_psd"].sel(scenario=scenario.bare_label),
+        )
+        subcase += 1
+        series = case["acceleration_psd"], bare, case["acceleration_psd_log_error"]
+        for node, point in enumerate(points, start=1):
+            values, bare_values, error = (data.sel(point=point).to_numpy() for data in series)
+            reason = doubts[label]
+            curves.append(Curve(label, point, node, values, bare_values, reason, error, subcase))
+        write_csv(folder / f"psd_{label}.csv", _psd_columns(case, frequency, points), 7)
+        if not scenario.is_bare:
+            in_patch = dict(zip(basis.patch_names, basis.cell_in_patch, strict=True))
+            dampers = {name: _damping_of(case.sel(patch=name)) for name in scenario.patches}
+            path, mesh = folder / f"dampers_{label}.bdf", (basis.vertex_position, basis.cells)
+            write_bushes(path, f"{title}: {label}", frequency, dampers, *mesh, in_patch)
     bands = third_octave_rows(frequency, curves)
-    model_error = summary.set_index(["reading", "scenario", "point"])["model_error_db"]
-    bands = bands.join(model_error, on=["reading", "scenario", "point"])
-    write_csv(folder / "third_octaves.csv", bands.join(trust, on=["reading", "scenario"]))
+    model_error = summary.set_index(["scenario", "point"])["model_error_db"]
+    bands = bands.join(model_error, on=["scenario", "point"])
+    write_csv(folder / "third_octaves.csv", bands.join(trust, on="scenario"))
     write_tabrnd1(folder / "tabrnd1.bdf", frequency, curves, title)
     write_uff58(folder / "psd.uff", frequency, curves, title, basis.point_position)
-    modes, ratios = modal_damping(basis, damping_ratio, scenarios, models, psd)
+    modes, ratios = modal_damping(basis, damping_ratio, scenarios, psd)
     write_tabdmp1(folder / "tabdmp1.bdf", modes, ratios, title)
 
 
@@ -250,7 +242,6 @@ def modal_damping(
     basis: PanelBasis,
     damping_ratio: DampingRatio,
     scenarios: Sequence[ResponseScenario],
-    models: Sequence[str],
     psd: xr.Dataset,
 ) -> tuple[Array, dict[str, Array]]:
     """Return the damping ratio of every mode in every scenario that has a steady response."""
@@ -259,15 +250,14 @@ def modal_damping(
     modes = np.flatnonzero(~basis.is_residual & (natural >= lines[0]) & (natural <= lines[-1]))
     modes = modes[np.argsort(natural[modes])]
     natural, mass = natural[modes], basis.modal_mass[modes]
-    for reading in models:
-        for scenario in scenarios:
-            if not is_steady(psd, reading, scenario.label):
-                continue
-            ratio = damping_ratio.of_modes(natural)
-            for name in scenario.patches:
-                case = {"reading": reading, "scenario": scenario.label, "patch": name}
-                values = np.interp(natural, lines, psd["equivalent_damping"].sel(case).to_numpy())
-                overlap = basis.patch_overlap[basis.patch_names.index(name), modes, modes]
-                ratio = modal_damping_ratio(ratio, natural, mass, overlap, values)
-            ratios[f"{reading}, {scenario.label}"] = ratio
+    for scenario in scenarios:
+        if not is_steady(psd, scenario.label):
+            continue
+        ratio = damping_ratio.of_modes(natural)
+        for name in scenario.patches:
+            case = {"scenario": scenario.label, "patch": name}
+            values = np.interp(natural, lines, psd["equivalent_damping"].sel(case).to_numpy())
+            overlap = basis.patch_overlap[basis.patch_names.index(name), modes, modes]
+            ratio = modal_damping_ratio(ratio, natural, mass, overlap, values)
+        ratios[scenario.label] = ratio
     return natural, ratios

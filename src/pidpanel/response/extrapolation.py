@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.damping.atlas import AtlasDamping
-from pidpanel.damping.models import DampingModel
-from pidpanel.response.dampers import PatchDamper
+from pidpanel.damping.models import Damper, FilledDamper
 from pidpanel.solve.layout import LayoutResponse
 
 # Distance beyond the data, in ln Γ or ln f, at which a line is fully extrapolated.
@@ -45,7 +43,7 @@ class Extrapolation:
 
 
 def extrapolation_of(
-    dampers: Sequence[PatchDamper], response: LayoutResponse, frequency: Array
+    dampers: Sequence[FilledDamper], response: LayoutResponse, frequency: Array
 ) -> Extrapolation:
     """Return where the damping of a response is extrapolated.
 
@@ -64,9 +62,7 @@ def extrapolation_of(
     ):
         if inside.all():
             continue
-        by_motion = _distance_in_motion(
-            damper.model, frequency, damper.fill_fraction, gamma, inside
-        )
+        by_motion = _distance_in_motion(damper.model, frequency, damper.fill, gamma, inside)
         distance = np.minimum(by_motion, _distance_in_frequency(frequency, inside))
         unreached = frequency[~np.isfinite(by_motion)]
         weight = np.maximum(weight, np.minimum(distance / FAR, 1.0))
@@ -75,28 +71,26 @@ def extrapolation_of(
             # of a damping without amplitudes the frequencies are all
             reach += f"{' at' if reach else ''} {unreached.min():.0f} to {unreached.max():.0f} Hz"
         if not np.isfinite(distance).any():
-            reach += f" and r = {damper.fill_fraction:g}"
-        missing[damper.source] = f"{damper.source} to{reach}"
-        if isinstance(model := damper.model, AtlasDamping):
-            for f in frequency[~model.is_hard(frequency, gamma)][:1].tolist():
-                message = f"the atlas to particles as soft as {damper.source} from {f:.0f} Hz"
-                missing[damper.source] = message
+            reach += f" and r = {damper.fill:g}"
+        missing[damper.name] = f"{damper.name} to{reach}"
+        for f in frequency[~damper.model.is_hard(frequency, gamma)][:1].tolist():
+            message = f"the atlas to particles as soft as {damper.name} from {f:.0f} Hz"
+            missing[damper.name] = message
     return Extrapolation(weight, " and ".join(missing.values()))
 
 
 def between_regimes(
-    dampers: Sequence[PatchDamper], response: LayoutResponse, frequency: Array
+    dampers: Sequence[FilledDamper], response: LayoutResponse, frequency: Array
 ) -> Extrapolation:
     """Return at which lines a bed of the atlas may ride or cross its gap; as `extrapolation_of`."""
     weight = np.zeros(len(frequency))
     for damper, gamma in zip(dampers, response.acceleration_g.tolist(), strict=True):
-        if isinstance(damper.model, AtlasDamping):
-            weight[damper.model.is_near_jump(frequency, damper.fill_fraction, gamma)] = 1.0
+        weight[damper.model.is_near_jump(frequency, damper.fill, gamma)] = 1.0
     return Extrapolation(weight, "")
 
 
 def _distance_in_motion(
-    model: DampingModel, frequency: Array, fill: float, gamma: float, inside: Flags
+    model: Damper, frequency: Array, fill: float, gamma: float, inside: Flags
 ) -> Array:
     """Return |Δ ln Γ| (nf,) to the data; inf where no Γ within a factor of 1000 reaches them."""
     distance = np.where(inside, 0.0, np.inf)

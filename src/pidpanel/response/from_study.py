@@ -3,22 +3,22 @@
 Behind it are functions of data: `cases` solves, `results`, `mapping` and `exports` write.
 """
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pidpanel.constants import BY_DAMPER
 from pidpanel.damping.coupled import read_coupled
-from pidpanel.damping.from_study import models_by_damper, study_model
-from pidpanel.damping.models import DampingModel
+from pidpanel.damping.from_study import dampers_of, with_mass_of
+from pidpanel.damping.laws import ConstantDamper
+from pidpanel.damping.models import Damper, FilledDamper
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
-from pidpanel.paths import SECTION, of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
 from pidpanel.provenance.results import read_csv
 from pidpanel.response.cases import ResponseScenario
-from pidpanel.response.dampers import DampingModels, PatchFilling
 from pidpanel.response.exports import write_exports
 from pidpanel.response.mapping import write_rms_maps
 from pidpanel.response.model_error import read_errors
@@ -37,7 +37,8 @@ from pidpanel.sound.from_study import (
     spectrum_of,
 )
 from pidpanel.sound.radiation import Air
-from pidpanel.study import Study
+from pidpanel.study import Scenario, Study
+from pidpanel.study.dampers import TONES, BedDamper
 
 
 @dataclass(frozen=True)
@@ -86,67 +87,85 @@ def read_response_panel(study: Study, files: Files) -> ResponsePanel:
     )
 
 
-def scenarios_of(study: Study) -> list[ResponseScenario]:
-    """Return the scenarios of a study."""
+DamperOf = Callable[[str, str, str], tuple[str, Damper]]
+
+
+def dampers_of_scenarios(
+    study: Study, damping: Path | None, coupled: Path | None, *, is_broadband: bool = True
+) -> DamperOf:
+    """Return the damper of a scenario, patch and name, with the name that its errors go by.
+
+    Parameters
+    ----------
+    damping, coupled
+        Folders of the surfaces and of the coupled runs; None for a study without any.
+    is_broadband
+        Whether the motion has all frequencies at once, not single tones.
+    """
+    models = dampers_of(study, damping, is_broadband=is_broadband)
+    beds = {} if coupled is None else read_coupled(coupled / "impedance.csv")
+
+    def damper_of(label: str, patch: str, name: str) -> tuple[str, Damper]:
+        bed = beds.get((label, patch))
+        if bed is None:
+            return name, models[name]
+        # each patch has its own motion, and its own errors
+        return f"{name} on {patch}", with_mass_of(study, bed)
+
+    return damper_of
+
+
+def not_read(_label: str, _patch: str, name: str) -> tuple[str, Damper]:
+    """Return no damping, for what needs the scenarios alone."""
+    return name, ConstantDamper()
+
+
+def scenarios_of(study: Study, damper_of: DamperOf = not_read) -> list[ResponseScenario]:
+    """Return the scenarios of a study, with the dampers that a function returns."""
     bands = spectrum_of(study.acoustics)
-    coupled = {scenario.label for scenario in study.coupled_scenarios()}
-    coarse = {
-        name
-        for name in study.surfaces
-        if study.damping.prior == "closed_form" and study.coupons[name].sweep.is_coarse
-    }
     return [
-        ResponseScenario(
-            label=scenario.label,
+        replace(
+            scenario_of(study, scenario, scenario.label, damper_of),
             bare_label=scenario.bare.label,
             oaspl_db=scenario.oaspl_db or bands.oaspl,
             factor=1.0 if scenario.oaspl_db is None else bands.pressure_factor(scenario.oaspl_db),
-            fillings=tuple(PatchFilling(**dict(filling)) for filling in scenario.fillings),
-            patch=scenario.patch,
-            fill_fraction=scenario.fill_fraction,
-            is_coupled=scenario.label in coupled,
-            is_coarse=any((filling.damper or SECTION) in coarse for filling in scenario.fillings),
         )
         for scenario in study.all_scenarios()
     ]
 
 
-def damping_models(
-    study: Study, folder: Path | None, coupled: Path | None = None, *, is_broadband: bool = True
-) -> DampingModels:
-    """Return the damping models of a study.
-
-    Parameters
-    ----------
-    study
-        The study.
-    folder, coupled
-        Folders of the surfaces and of the coupled runs; None for a study without any.
-    is_broadband
-        Whether the motion has all frequencies at once, not single tones.
-    """
-    beds = {} if coupled is None else read_coupled(coupled / "impedance.csv")
-
-    def surface(damper: str) -> Path | None:
-        if folder is None or damper not in study.surfaces:
-            return None
-        return of_damper(folder, damper, "surface.nc")
-
-    common: dict[str, DampingModel] = {
-        name: study_model(name, study, surface(SECTION))
-        for name in study.damping.readings or ("dem",)
-        if name in study.readings and name not in BY_DAMPER
-    }
-    if not study.response.damper_mass:
-        beds = {key: model.without_mass() for key, model in beds.items()}
-    by_damper = models_by_damper(study, surface, is_broadband=is_broadband)
-    return DampingModels(study.readings, common, by_damper, beds)
+def scenario_of(
+    study: Study, scenario: Scenario, label: str, damper_of: DamperOf
+) -> ResponseScenario:
+    """Return a scenario by a label, at the level of the study."""
+    sections = [study.damper_of(filling) for filling in scenario.fillings.values()]
+    beds = [section for section in sections if isinstance(section, BedDamper)]
+    texts = study.model_texts(scenario)
+    return ResponseScenario(
+        label,
+        "bare",
+        math.nan,
+        1.0,
+        {
+            patch: FilledDamper(
+                *damper_of(label, patch, str(filling.damper)), filling.fill_fraction
+            )
+            for patch, filling in scenario.fillings.items()
+        },
+        " and ".join(text.source for text in texts) or "none",
+        is_coupled=study.is_coupled_scenario(scenario),
+        is_coarse=any(
+            bed.model == TONES and bed.prior == "closed_form" and bed.sweep.is_coarse
+            for bed in beds
+        ),
+        is_of_atlas=any(bed.model == "atlas" for bed in beds),
+    )
 
 
 def write_response(
     study: Study, files: Files, output: Files, damping: Path | None, coupled: Path | None
 ) -> None:
-    """Write PSDs, rms values, strain and stress of every scenario with every damping model.
+    """Write PSDs, rms values, strain and stress of every scenario.
 
     Parameters
     ----------
@@ -166,17 +185,15 @@ def write_response(
     ValueError
         If a stage upstream raises it.
     """
-    models = damping_models(study, damping, coupled)
-    scenarios = scenarios_of(study)
+    scenarios = scenarios_of(study, dampers_of_scenarios(study, damping, coupled))
     start = read_response_panel(study, files)
     plate = read_plate(files.plate)
-    checked = checked_responses(start, plate, scenarios, models, StudySound(study))
+    checked = checked_responses(start, plate, scenarios, StudySound(study))
     errors = None
     if coupled is not None:
         errors = read_errors(coupled, checked.panel.frequency, checked.panel.basis.point_names)
     tabulation = Tabulation(
         attributes=stamp(study),
-        models=models.names,
         scenarios=scenarios,
         panel_mass=read_panel_mass(study, files.section),
         thickness=study.panel.section.thickness,
@@ -212,9 +229,13 @@ def write_maps(study: Study, files: Files, output: Files) -> None:
     psd, coupled = read_psd(files.psd), files.get("coupled")
     panel = replace(panel, least_damping_ratio=float(psd.attrs["resolved_damping_ratio"]))
     labels = {scenario.label for scenario in study.mapped_scenarios()}
-    mapped = [scenario for scenario in scenarios_of(study) if scenario.label in labels]
     beds = {} if coupled is None else read_coupled(coupled)
-    write_rms_maps(panel, mapped, study.readings, psd, beds, stamp(study), output)
+
+    def damper_of(label: str, patch: str, name: str) -> tuple[str, Damper]:
+        return name, beds.get((label, patch), ConstantDamper())
+
+    mapped = [case for case in scenarios_of(study, damper_of) if case.label in labels]
+    write_rms_maps(panel, mapped, psd, stamp(study), output)
 
 
 def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, folder: Path) -> None:
@@ -232,4 +253,4 @@ def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, fol
     summary = read_csv(summary_csv, dtype={"scenario": str, "point": str, "doubts": str})
     psd, title = read_psd(psd_nc), f"pidpanel study {study.name}"
     scenarios, ratio = scenarios_of(study), study.panel.modal_damping
-    write_exports(read_basis(modes), ratio, scenarios, study.readings, psd, summary, title, folder)
+    write_exports(read_basis(modes), ratio, scenarios, psd, summary, title, folder)

@@ -9,9 +9,8 @@ import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array, Index, variable
-from pidpanel.damping.coupled import COUPLED, CoupledDamping
 from pidpanel.provenance.files import Files
-from pidpanel.response.cases import ResponseScenario
+from pidpanel.response.cases import ResponseScenario, own_force_of
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.psd_files import is_steady
 from pidpanel.solve import stress
@@ -23,7 +22,7 @@ UNITS = {"acceleration": "m s-2", "displacement": "m", **stress.QUANTITIES}
 
 
 def map_dataset(
-    maps: Mapping[tuple[str, str], Mapping[str, Array]],
+    maps: Mapping[str, Mapping[str, Array]],
     relative_error: Sequence[float],
     vertex_position: Array,
     cells: Index,
@@ -43,8 +42,7 @@ def map_dataset(
     variables["vertex_position"] = position
     variables["cells"] = variable("cell corner", cells, "1", "vertex numbers")
     coordinates = {
-        "reading": ("case", [reading for reading, _ in maps]),
-        "scenario": ("case", [label for _, label in maps]),
+        "scenario": ("case", list(maps)),
         "layer": list(layers),
     }
     return xr.Dataset(variables, coordinates)
@@ -69,7 +67,7 @@ def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
             for layer in case["layer"].to_numpy():
                 key = f"{name}_{unit}_{layer}".replace(" ", "_")
                 data[key] = values.sel(layer=layer).to_numpy()
-        name = f"{case['reading'].item()}_{case['scenario'].item()}.vtu"
+        name = f"{case['scenario'].item()}.vtu"
         meshio.Mesh(position, [(kind, cells)], point_data=data).write(folder / name)
         entries.append(f'<DataSet timestep="{step}" part="0" file={quoteattr(name)}/>')
     (folder / "maps.pvd").write_text(
@@ -83,60 +81,51 @@ def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
 def write_rms_maps(
     panel: ResponsePanel,
     scenarios: Sequence[ResponseScenario],
-    models: Sequence[str],
     psd: xr.Dataset,
-    beds: Mapping[tuple[str, str], CoupledDamping],
     attributes: Mapping[str, str],
     output: Files,
 ) -> None:
     """Write rms values over the whole panel."""
     basis = panel.basis
     layers = stress.distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
-    by_patches: dict[tuple[tuple[str, ...], str], list[tuple[str, ResponseScenario]]] = {}
+    # the own force of the particles is that of one scenario
+    groups: dict[tuple[tuple[str, ...], str], list[ResponseScenario]] = {}
     for scenario in scenarios:
-        for model in models[: 1 if scenario.is_bare else None]:
-            if is_steady(psd, model, scenario.label):
-                # the own force of the particles is that of one scenario
-                label = scenario.label if model == COUPLED and not scenario.is_bare else ""
-                by_patches.setdefault((scenario.patches, label), []).append((model, scenario))
-    maps: dict[tuple[str, str], dict[str, Array]] = {}
-    for (names, label), cases in by_patches.items():
-        sources = {
-            basis.patch_names.index(patch): bed
-            for (scenario_label, patch), bed in beds.items()
-            if scenario_label == label
-        }
+        if is_steady(psd, scenario.label):
+            label = scenario.label if scenario.is_coupled else ""
+            groups.setdefault((scenario.patches, label), []).append(scenario)
+    maps: dict[str, dict[str, Array]] = {}
+    for (names, _), cases in groups.items():
         excitation: Excitation = panel.excitation
-        if sources:
-            share = 1 / cases[0][1].factor
-            excitation = Superposition(excitation, panel.particle_force(sources), share)
-        lines, dampers = panel.coarse_frequency, [_dampers(panel, psd, *case) for case in cases]
+        if (force := own_force_of(panel, cases[0])) is not None:
+            excitation = Superposition(excitation, force, 1 / cases[0].factor)
+        lines, dampers = panel.coarse_frequency, [_dampers(panel, psd, case) for case in cases]
         patches = panel.patches.subset([basis.patch_names.index(name) for name in names])
         spectrum = excitation.spectrum(lines)
         covariances = modal_covariances(
             lines, panel.modal, patches, spectrum, excitation, dampers, panel.air
         )
-        for (model, scenario), covariance in zip(cases, covariances, strict=True):
-            maps[model, scenario.label] = {
+        for scenario, covariance in zip(cases, covariances, strict=True):
+            maps[scenario.label] = {
                 "acceleration": rms_map(covariance.acceleration, basis.shape_at_vertices),
                 "displacement": rms_map(covariance.displacement, basis.shape_at_vertices),
                 **layer_maps(covariance.displacement, basis.curvature_at_vertices, layers),
             }
             if np.any(basis.core_stress):
                 shear = np.swapaxes(basis.core_stress @ basis.shear_at_vertices, 0, 1)
-                maps[model, scenario.label] |= {
+                maps[scenario.label] |= {
                     name: rms_map(covariance.displacement, motion)
                     for name, motion in zip(stress.CORE_STRESSES, shear, strict=True)
                 }
-    errors = [_error_of_points(psd, *key) for key in maps]
+    errors = [_error_of_points(psd, label) for label in maps]
     dataset = map_dataset(maps, errors, basis.vertex_position, basis.cells, layers.names)
     dataset.assign_attrs(attributes).to_netcdf(output.maps, engine="scipy")
     write_paraview(output.folder, dataset)
 
 
-def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:
+def _error_of_points(psd: xr.Dataset, label: str) -> float:
     """Return the largest relative error of g rms of the points, all lines erring together."""
-    case = psd.sel(reading=reading, scenario=label)
+    case = psd.sel(scenario=label)
     if "acceleration_psd_log_error" not in psd:
         return np.nan
     values = case["acceleration_psd"].to_numpy()
@@ -149,14 +138,14 @@ def _error_of_points(psd: xr.Dataset, reading: str, label: str) -> float:
 
 
 def _dampers(
-    panel: ResponsePanel, psd: xr.Dataset, reading: str, scenario: ResponseScenario
+    panel: ResponsePanel, psd: xr.Dataset, scenario: ResponseScenario
 ) -> tuple[Array, Array, float]:
     """Return C_e and m_a (n_loads, nf) on the lines of maps, and the factor of the excitation."""
     lines, coarse = psd["frequency"].to_numpy(), panel.coarse_frequency
     if scenario.is_bare:
         empty = np.zeros((0, coarse.size))
         return empty, empty, scenario.factor
-    case = psd.sel(reading=reading, scenario=scenario.label, patch=list(scenario.patches))
+    case = psd.sel(scenario=scenario.label, patch=list(scenario.patches))
 
     def values(name: str) -> Array:
         by_patch = case[name].transpose("patch", "frequency").to_numpy()

@@ -13,7 +13,7 @@ def read_psd(path: Path) -> xr.Dataset:
     return read_netcdf(path, ["frequency"])
 
 
-def is_steady(psd: xr.Dataset, reading: str, scenario: str) -> bool:
+def is_steady(psd: xr.Dataset, scenario: str) -> bool:
     """Return whether a scenario has a response: it has none if the damping feeds the panel."""
-    accelerations = psd["acceleration_psd"].sel(reading=reading, scenario=scenario)
+    accelerations = psd["acceleration_psd"].sel(scenario=scenario)
     return not bool(np.isnan(accelerations).any())

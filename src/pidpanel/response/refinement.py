@@ -22,7 +22,6 @@ from pidpanel.response.cases import (
     plan_cases,
     resolve,
 )
-from pidpanel.response.dampers import DampingModels
 from pidpanel.response.panel import ExcitationSource, ResponsePanel, WaveShift, widen
 from pidpanel.solve.basis_error import (
     ALLOWED,
@@ -75,7 +74,6 @@ def checked_responses(
     panel: ResponsePanel,
     plate: StoredPlate,
     scenarios: Sequence[ResponseScenario],
-    models: DampingModels,
     source: ExcitationSource,
 ) -> CheckedResponses:
     """Return every scenario, in a basis whose error is within `basis_error.ALLOWED`.
@@ -89,11 +87,11 @@ def checked_responses(
     -----
     After `ATTEMPTS` bases the last is used as it is, with its error.
     """
-    panel = resolve(panel, heaviest_dampers(panel, scenarios, models))
+    panel = resolve(panel, heaviest_dampers(panel, scenarios))
     further_shapes = np.zeros((plate.shapes.shape[0], 0))
     for attempt in range(ATTEMPTS):
         wider = widen(panel, plate, further_shapes, source)
-        plan = plan_cases(wider, scenarios, models)
+        plan = plan_cases(wider, scenarios)
         columns = len(plan.layouts) * len(panel.basis.point_names)
         lines = lines_to_try(
             panel.settings.frequency_range, plate.stiffness.shape[0], columns, attempt
@@ -116,18 +114,18 @@ def checked_responses(
         print(message, file=sys.stderr)
     solver = checked.with_lines(wider.frequency, wider.motion_at_points)
     cases = plan.solve(solver)
-    errors = _mesh_errors(wider, cases, mesh_shifts(wider, scenarios, models))
+    errors = _mesh_errors(wider, cases, mesh_shifts(wider, scenarios))
     return CheckedResponses(wider, solver, cases, worst, further_shapes, errors)
 
 
 def mesh_shifts(
-    panel: ResponsePanel, scenarios: Sequence[ResponseScenario], models: DampingModels
+    panel: ResponsePanel, scenarios: Sequence[ResponseScenario]
 ) -> dict[str, MeshShift]:
     """Return frequency errors due to the mesh by scenario, each with its heaviest dampers."""
     f, basis = panel.frequency, panel.basis
     shifts: dict[str, MeshShift] = {}
     for scenario in scenarios:
-        mass = heaviest_dampers(panel, [scenario], models)
+        mass = heaviest_dampers(panel, [scenario])
         modes = loaded_modes(panel.modal, basis.patch_overlap, mass, panel.mass_per_area)
         up_to = modes.frequency <= 2 * f[-1]
         modes = LoadedModes(*(values[..., up_to] for values in modes))

@@ -1,4 +1,4 @@
-"""PSDs and tables of every scenario with every damping model."""
+"""PSDs and tables of every scenario."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.panel.matrices import Stretching
 from pidpanel.provenance.files import Files
 from pidpanel.response import tables
@@ -46,7 +45,6 @@ class Tabulation:
     """Values of a study that its tables need in addition to the responses."""
 
     attributes: Mapping[str, str]
-    models: Sequence[str]
     scenarios: Sequence[ResponseScenario]
     # Mass and thickness of the panel [kg], [m]
     panel_mass: float
@@ -70,7 +68,6 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: File
     labels = [scenario.label for scenario in tabulation.scenarios]
     axes = {
         "frequency": panel.frequency,
-        "reading": tabulation.models,
         "scenario": labels,
         "point": basis.point_names,
     }
@@ -104,14 +101,14 @@ def standard_errors(
         return None
     nodes = np.unique(np.concatenate(all_nodes))
     points = [
-        (damper.fill_fraction, float(gamma))
+        (damper.fill, float(gamma))
         for damper, gamma in zip(case.dampers, response.acceleration_g, strict=True)
     ]
     zero = np.zeros((2 * len(nodes), 2 * len(nodes)))
 
     def covariance_of(row: int, column: int) -> Array:
         damper = case.dampers[row]
-        if damper.source != case.dampers[column].source or damper.model.nodes is None:
+        if damper.name != case.dampers[column].name or damper.model.nodes is None:
             return zero
         return damper.model.cross_covariance(nodes, points[row], points[column])
 
@@ -139,25 +136,22 @@ class _Rows:
         self.summary: list[pd.DataFrame] = []
         self.layouts: list[dict[str, Any]] = []
         self.stress: list[dict[str, Any]] = []
-        self.psds: dict[tuple[str, str], dict[str, Array]] = {}
-        self.strains: dict[tuple[str, str], dict[str, Array]] = {}
+        self.psds: dict[str, dict[str, Array]] = {}
+        self.strains: dict[str, dict[str, Array]] = {}
 
     def add(self, case: SolvedCase, basis_error: float, mesh: MeshError | None) -> None:
         """Add a case."""
-        panel, response, key = self._panel, case.response, (case.model, case.scenario.label)
+        panel, response, label = self._panel, case.response, case.scenario.label
         if isinstance(response, UnstableDamping) or mesh is None:
-            print(f"{case.model}, {case.scenario.label}: {response}", file=sys.stderr)
+            print(f"{label}: {response}", file=sys.stderr)
             self._add_summary(case, "unstable", {})
             return
         if self._tabulation.refuses_outside:
             _refuse_outside(panel.frequency, case, response)
         model_error = model_error_of(case, response)
         damping_error = standard_errors(case, response)
-        if case.model == COUPLED:
-            # those of the runs have more than the errors of C_e and m_a
-            damping_error = (self._tabulation.coupled_errors or {}).get(
-                case.scenario.label, damping_error
-            )
+        # those of coupled runs have more than the errors of C_e and m_a
+        damping_error = (self._tabulation.coupled_errors or {}).get(label, damping_error)
         error = with_model_error(damping_error, model_error)
         beyond = extrapolation_of(case.dampers, response, panel.frequency)
         between = between_regimes(case.dampers, response, panel.frequency)
@@ -176,8 +170,8 @@ class _Rows:
             "between_share": between.share_of_change(bare, damped, panel.frequency),
         }
         self._add_summary(case, np.where(fixed_points(panel.basis), "held", "ok"), columns)
-        self.layouts += [{**_names(case), **row} for row in patch_rows(panel, case, response)]
-        self.psds[key] = {
+        self.layouts += [{"scenario": label, **row} for row in patch_rows(panel, case, response)]
+        self.psds[label] = {
             "acceleration_psd": damped,
             "velocity_psd": response.response.velocity_psd,
             "displacement_psd": response.response.displacement_psd,
@@ -185,18 +179,18 @@ class _Rows:
         }
         if case.dead_weight is not None:
             dead_weight = case.dead_weight.response.acceleration_psd
-            self.psds[key]["dead_weight_acceleration_psd"] = dead_weight
+            self.psds[label]["dead_weight_acceleration_psd"] = dead_weight
         if error is not None:
-            self.psds[key]["acceleration_psd_log_error"] = error.log_psd
-        self.strains[key], rows = self._strains(case, response.response, damping_error)
-        self.stress += [{**_names(case), **row} for row in rows]
+            self.psds[label]["acceleration_psd_log_error"] = error.log_psd
+        self.strains[label], rows = self._strains(case, response.response, damping_error)
+        self.stress += [{"scenario": label, **row} for row in rows]
 
     def _add_summary(self, case: SolvedCase, status: Any, columns: Mapping[str, Any]) -> None:
         """Add the rows of a case to ``summary.csv``, a point each."""
         scenario = case.scenario
         first = {
-            **_names(case),
-            "patch": scenario.patch or "none",
+            "scenario": scenario.label,
+            "patch": "+".join(scenario.patches) or "none",
             "fill_fraction": scenario.fill_fraction,
             "oaspl_db": scenario.oaspl_db,
         }
@@ -215,7 +209,7 @@ class _Rows:
             case.bare,
             thickness=self._tabulation.thickness,
             power_balance_error=self._balance.error(response, case.layout.factor),
-            full=self._full.get((case.model, case.scenario.label), response.response),
+            full=self._full.get(case.scenario.label, response.response),
             read_at_g=read_at,
             patch_motion_g=motion,
         )
@@ -253,7 +247,7 @@ class _Rows:
         return parts
 
 
-def _full_responses(checked: CheckedResponses) -> dict[tuple[str, str], PanelResponse]:
+def _full_responses(checked: CheckedResponses) -> dict[str, PanelResponse]:
     """Return responses in which dampers couple the modes, for the error of the paper's form."""
     if not checked.panel.settings.is_diagonal:
         return {}
@@ -264,7 +258,7 @@ def _full_responses(checked: CheckedResponses) -> dict[tuple[str, str], PanelRes
     ]
     responses = checked.panel.solver(full=True).responses([request for _, request in steady])
     return {
-        (case.model, case.scenario.label): response.scaled(case.layout.factor)
+        case.scenario.label: response.scaled(case.layout.factor)
         for (case, _), response in zip(steady, responses, strict=True)
     }
 
@@ -283,10 +277,6 @@ def _stress_error(
     return np.asarray(error.log_psd * share)
 
 
-def _names(case: SolvedCase) -> dict[str, Any]:
-    return {"reading": case.model, "scenario": case.scenario.label}
-
-
 def _refuse_outside(frequency: Array, case: SolvedCase, response: LayoutResponse) -> None:
     for damper, gamma, inside in zip(
         case.dampers, response.acceleration_g, response.inside, strict=True
@@ -295,9 +285,9 @@ def _refuse_outside(frequency: Array, case: SolvedCase, response: LayoutResponse
             continue
         worst = frequency[~inside]
         raise OutsideSimulatedRange(
-            f"{case.model}, {case.scenario.label}: C_e is read at {gamma:.3g} g, "
+            f"{case.scenario.label}: C_e is evaluated at {gamma:.3g} g, "
             f"{worst.min():.4g} to {worst.max():.4g} Hz, outside the range of the data "
-            f"of {damper.source}; widen its sweep or table, or set damping.level.outside: mark"
+            f"of {damper.name}; widen its sweep or table, or set damping.level.outside: mark"
         )
 
 

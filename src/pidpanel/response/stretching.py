@@ -50,7 +50,7 @@ class StretchedCases:
             ):
                 continue
             bare: Hashable = case.layout.factor
-            key = (case.model, case.scenario.label) if case.dampers else bare
+            key = case.scenario.label if case.dampers else bare
             layouts.setdefault(bare, (DamperLayout((), case.layout.factor), np.zeros(0)))
             layouts.setdefault(key, (case.layout, response.acceleration_g))
             self._keys[id(case)] = key, bare

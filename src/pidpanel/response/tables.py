@@ -101,14 +101,14 @@ def cases_dataset(
     variables: Mapping[str, tuple[str, str, str]],
     coordinates: Mapping[str, Any],
     dtype: type = np.float64,
-    place: Sequence[str] = ("reading", "scenario"),
+    place: Sequence[str] = ("scenario",),
 ) -> xr.Dataset:
     """Return variables of all cases, NaN where a case has none.
 
     Parameters
     ----------
     cases
-        Values by name of each case, by its place.
+        Values by name of each case, by its place: a label, or one for each of several axes.
     variables
         Dimensions of a case, unit and long name of each.
     coordinates
@@ -125,7 +125,8 @@ def cases_dataset(
         table: Array = np.full((*map(len, axes), *shape), np.nan, dtype)
         for key, values in cases.items():
             if name in values:
-                table[tuple(map(list.index, axes, key))] = values[name]
+                where = (key,) if isinstance(key, str) else key
+                table[tuple(map(list.index, axes, where))] = values[name]
         data[name] = variable(f"{' '.join(place)} {dims}", table, units, long_name)
     axis = variable("frequency", coordinates["frequency"], "Hz", "frequency")
     lists = {name: list(values) for name, values in coordinates.items() if len(values)}
@@ -181,7 +182,7 @@ def stress_variables(quantities: Mapping[str, str]) -> dict[str, tuple[str, str,
 
 # Columns of ``layouts.csv``.
 PATCH_COLUMNS = (
-    "reading", "scenario", "patch", "damper", "fill_fraction", "area_m2", "mass_kg",
+    "scenario", "patch", "damper", "fill_fraction", "area_m2", "mass_kg",
     "damping_read_at_g", "patch_motion_g", "bare_patch_motion_g", "lowest_element_motion_g",
     "highest_element_motion_g", "outside_run_points_share",
 )  # fmt: skip
@@ -194,18 +195,18 @@ def patch_rows(
     area = panel.load_area(response)
     masses = case.masses(area)
     rows = []
-    for filling in case.scenario.fillings:
-        patch = panel.basis.patch_names.index(filling.patch)
-        loads = np.array([damper.patch == patch for damper in case.dampers])
+    for name, damper in case.scenario.dampers.items():
+        patch = panel.basis.patch_names.index(name)
+        loads = panel.carriers[response.patches] == patch
         share = area[loads] / area[loads].sum()
         elements = response.cell_acceleration_g[loads]
         if panel.by_element:
             elements = response.patch_acceleration_g[loads]
         rows.append(
             {
-                "patch": filling.patch,
-                "damper": case.dampers[int(loads.argmax())].source,
-                "fill_fraction": filling.fill_fraction,
+                "patch": name,
+                "damper": damper.name,
+                "fill_fraction": damper.fill_fraction,
                 "area_m2": area[loads].sum(),
                 "mass_kg": masses[loads].sum(),
                 "damping_read_at_g": np.sqrt(share @ response.acceleration_g[loads] ** 2),
@@ -250,7 +251,7 @@ def damping_on_patches(
     damping, mass = np.zeros((2, count, panel.frequency.size))
     inside = np.ones((count, panel.frequency.size))
     area = panel.load_area(response)
-    patches = np.array([damper.patch for damper in case.dampers], dtype=np.int64)
+    patches = panel.carriers[response.patches]
     for patch in dict.fromkeys(patches.tolist()):
         loads = patches == patch
         share = area[loads] / area[loads].sum()

@@ -6,8 +6,6 @@ from typing import Any
 
 import pandas as pd
 
-from pidpanel.constants import ATLAS, DAMPING_MODELS
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS
 
@@ -45,20 +43,16 @@ KNOWN_TO = "known to"
 BETWEEN_SHARE = 0.2
 MAY_CROSS = "beds may ride or cross their gap"
 
-SIMULATED = " (damping.readings: [atlas, coupled])"  # remedy for a large error of the atlas
+SIMULATED = " (model: coupled)"  # remedy for a large error of the atlas
 
 TOO_FAR = 2.0  # standard error of a coupled g rms over the required one, above which it is doubted
 
-# Relative standard error of g rms from which another damping model is doubted: 2 dB [1].
+# Relative standard error of g rms from which other damping is doubted: 2 dB [1].
 LARGEST_ERROR = 0.25
 
 BETWEEN = "; "  # between the doubts of a scenario
 
 TRUST = ["trusted", "doubts", "damping_source"]  # columns of `judged`
-
-SWEPT = ("dem", "stated")  # damping models of a sweep
-
-NONE = "none"  # source of the damping of the bare panel
 
 
 def judged(
@@ -77,31 +71,26 @@ def judged(
     """
     by_label = {scenario.label: scenario for scenario in scenarios}
     reasons: dict[Hashable, list[str]] = {}
-    for key, rows in summary.groupby(["reading", "scenario"], sort=False):
-        reading, scenario = str(key[0]), by_label[str(key[1])]
+    for key, rows in summary.groupby("scenario", sort=False):
+        scenario = by_label[str(key)]
         point_rows = [{str(k): v for k, v in row.items()} for row in rows.to_dict("records")]
         moving = [row for row in point_rows if row["status"] == "ok"]
         if not moving:
             reasons[key] = [str(point_rows[0]["status"])]
             continue
-        if reading == COUPLED and scenario.is_coupled:
+        if scenario.is_coupled:
             remedy = " (more damping.coupled.runs)"
             reasons[key] = doubts(moving, TOO_FAR * coupled_accuracy, remedy)
         else:
-            remedy = SIMULATED if reading == ATLAS else ""
+            remedy = SIMULATED if scenario.is_of_atlas else ""
             reasons[key] = doubts(moving, math.inf if scenario.is_bare else LARGEST_ERROR, remedy)
-            reasons[key] += [COARSE_SWEEP] * (scenario.is_coarse and reading in SWEPT)
-    keys = list(zip(summary["reading"], summary["scenario"], strict=True))
+            reasons[key] += [COARSE_SWEEP] * scenario.is_coarse
+    keys = summary["scenario"].tolist()
     return summary.assign(
         trusted=["no" if reasons[key] else "yes" for key in keys],
         doubts=[BETWEEN.join(reasons[key]) for key in keys],
-        damping_source=[source_of(str(reading), by_label[str(label)]) for reading, label in keys],
+        damping_source=[by_label[key].source for key in keys],
     )
-
-
-def source_of(reading: str, scenario: ResponseScenario) -> str:
-    """Return where the damping of a scenario comes from."""
-    return NONE if scenario.is_bare else DAMPING_MODELS[reading].source
 
 
 def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "") -> list[str]:

@@ -28,7 +28,7 @@ from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study import Study, StudyError
 from pidpanel.study.severity import Strengths
 
-NAMES = {"reading": str, "scenario": str, "point": str}
+NAMES = {"scenario": str, "point": str}
 
 
 def write_severity(study: Study, files: Files, output: Files) -> None:
@@ -98,9 +98,8 @@ def strengths(section: Strengths | None) -> tuple[LayerStrength | None, tuple[fl
 
 
 def _steady_cases(psd: xr.Dataset) -> Iterator[tuple[dict[str, str], xr.Dataset]]:
-    """Yield the cases with a response, each with its damping model and scenario."""
-    for reading in psd["reading"].to_numpy():
-        for scenario in psd["scenario"].to_numpy():
-            if is_steady(psd, reading, scenario):
-                where = {"reading": str(reading), "scenario": str(scenario)}
-                yield where, psd.sel(where)
+    """Yield the scenarios with a response."""
+    for scenario in psd["scenario"].to_numpy().tolist():
+        if is_steady(psd, scenario):
+            where = {"scenario": str(scenario)}
+            yield where, psd.sel(where)

@@ -27,7 +27,7 @@ from pidpanel.spectra.break_points import BreakPoints
 
 STRESSES = ("stress_xx", "stress_yy", "stress_xy", "von_mises")
 CORE = "core"
-PLACE = ("reading", "scenario", "point")  # first columns of every table, which identify a row
+PLACE = ("scenario", "point")  # first columns of every table, which identify a row
 
 
 class PointMotion(NamedTuple):

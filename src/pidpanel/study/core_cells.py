@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pidpanel.geometry.cells import SHAPES
-from pidpanel.study.dampers import Damper
+from pidpanel.study.dampers import BedDamper, DamperSection
 from pidpanel.study.section import (
     SandwichSectionInput,
     SolidSectionInput,
@@ -16,7 +16,7 @@ SAME = 0.01  # relative difference of sizes up to which cells are the same
 
 
 def cells_of_core(values: Any) -> Any:
-    """Return the values of a study with the cells of the core, where a coupon states none.
+    """Return the values of a study with the cells of the core, where a damper states none.
 
     The width is that of hexagons, of a core that has a grade. What is not as it should be is left
     to the models of the sections.
@@ -27,22 +27,20 @@ def cells_of_core(values: Any) -> Any:
     grade, depth = core.get("grade"), core.get("thickness_mm")
     width = core_cell_width_mm(grade) if isinstance(grade, str) else None
 
-    def filled(owner: Any) -> Any:
-        coupon = owner.get("coupon") if isinstance(owner, Mapping) else None
-        if not isinstance(coupon, Mapping) or not isinstance(coupon.get("cell", {}), Mapping):
-            return owner
-        cell = dict(coupon.get("cell", {}))
+    def filled(damper: Any) -> Any:
+        if not isinstance(damper, Mapping) or "particles" not in damper:
+            return damper
+        cell = damper.get("cell", {})
+        if not isinstance(cell, Mapping):
+            return damper
+        cell = dict(cell)
         if width is not None and cell.get("shape", "hexagon") == "hexagon":
             cell.setdefault("across_flats_mm", width)
         if depth is not None:
             cell.setdefault("depth_mm", depth)
-        return {**owner, "coupon": {**coupon, "cell": cell}}
+        return {**damper, "cell": cell}
 
-    values = filled(values)
-    dampers = _at(values, "dampers")
-    if dampers:
-        values = {**values, "dampers": {name: filled(damper) for name, damper in dampers.items()}}
-    return values
+    return {**values, "dampers": {n: filled(damper) for n, damper in values["dampers"].items()}}
 
 
 def _at(values: Any, *keys: str) -> Mapping[str, Any]:
@@ -53,7 +51,7 @@ def _at(values: Any, *keys: str) -> Mapping[str, Any]:
 
 def differing_cells(
     section: ThinSectionInput | SolidSectionInput | SandwichSectionInput,
-    dampers: Mapping[str, Damper],
+    dampers: Mapping[str, DamperSection],
 ) -> list[str]:
     """Return the dampers whose cells differ from those of the core, with both sizes."""
     if not isinstance(section, SandwichSectionInput):
@@ -61,9 +59,9 @@ def differing_cells(
     core = section.core
     remarks = []
     for name, damper in dampers.items():
-        if damper.coupon is None:
+        if not isinstance(damper, BedDamper):
             continue
-        cell = damper.coupon.cell
+        cell = damper.cell
         width = core.cell_width_mm or cell.across_flats_mm
         sizes = (cell.across_flats_mm, width), (cell.depth_mm, core.thickness_mm)
         if cell.shape != "hexagon" or any(abs(a / b - 1) > SAME for a, b in sizes):

@@ -1,119 +1,371 @@
-"""The section ``dampers`` of a study: what a patch can be filled with, one model for each."""
+"""The section ``dampers`` of a study: what fills patches, and how its damping is known.
+
+A class for each kind of damper. `pidpanel.damping.from_study` makes the damper of it.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+
+from pydantic import Discriminator, Tag
 
 from pidpanel.columns import ColumnsError, read_rows
-from pidpanel.constants import MOST_LOSS_FACTOR, MOST_OF_MASS
+from pidpanel.constants import ATLAS, MOST_LOSS_FACTOR, MOST_OF_MASS
 from pidpanel.paths import DATA
 from pidpanel.study.base import SectionModel, file_in
+from pidpanel.study.choice import TAG
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.damping import Level
+from pidpanel.study.mistakes import Keys, Mistake, Mistakes, not_among
 from pidpanel.study.quantity import Quantity
-from pidpanel.text_files import TextFileError, read_bytes
-
-if TYPE_CHECKING:
-    from pidpanel.study import Study
 
 Law = Literal["paper_corrected", "paper_printed"]
 Interpolation = Literal["log", "linear"]
+ModelName = Literal["coupled", "atlas", "tones"]
+Prior = Literal["closed_form", "atlas"]
 EquivalentDamping = Annotated[float, Quantity(0, 1e8)]  # C_e [N s/m³]
 ApparentMass = Annotated[float, Quantity(0, 1000, unit="mass_per_area")]  # m_a [kg/m²]
 MassPerArea = Annotated[float, Quantity(1e-3, 1000, unit="mass_per_area")]  # m″ [kg/m²]
 # η; what is above is taken for percent.
 LossFactor = Annotated[float, Quantity(0, MOST_LOSS_FACTOR, unit="percent")]
-Kind = Literal["coupon", "law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor"]
-
 WeighsAs = Literal["particles"]  # what m_a is: the mass of the particles
 
-MASSES = (
-    "apparent_mass", "apparent_mass_kg_m2", "apparent_mass_error_kg_m2",
-    "particle_mass_per_area_kg_m2",
-)  # fmt: skip
-# Errors that are carried relative to their values, by those.
-RELATIVE_ERRORS = {
-    "equivalent_damping_n_s_m3": "equivalent_damping_error_n_s_m3",
-    "loss_factor": "loss_factor_error",
+COUPLED: ModelName = "coupled"  # damping from panel and particles in one time integration
+TONES: ModelName = "tones"  # damping from simulated single tones
+
+
+class ModelText(NamedTuple):
+    """What pages and tables call a damping model, and its rank: the lowest answers first."""
+
+    title: str
+    source: str
+    rank: int
+
+
+BEDS: Mapping[ModelName, ModelText] = {
+    COUPLED: ModelText("Panel and particles together", "coupled runs of this study", 0),
+    TONES: ModelText("Single tones", "simulated coupons under single tones", 2),
+    "atlas": ModelText("Atlas of particle beds", "atlas of particle beds", 3),
 }
-# Kinds of a damper, by the key that selects it, and the further keys that are allowed with it.
-ALLOWED: Mapping[Kind, tuple[str, ...]] = {
-    "coupon": (),
-    "law": (),
-    "table": ("interpolation", "apparent_mass"),
-    "impedance": ("interpolation",),
-    "equivalent_damping_n_s_m3": ("equivalent_damping_error_n_s_m3", *MASSES),
-    "loss_factor": ("loss_factor_error", *MASSES, "patch_mass_per_area_kg_m2"),
+LAWS: Mapping[Law, ModelText] = {
+    "paper_corrected": ModelText("The paper's law, corrected", "law of the paper, corrected", 4),
+    "paper_printed": ModelText("The paper's law, as printed", "law of the paper as printed", 5),
 }
 
 
-def is_massless_table(table: Path) -> bool:
-    """Return whether a table has a mass of the particles and no apparent mass."""
-    names = _columns(table)
-    acts = {"apparent_mass_kg_m2", "impedance_imag_n_s_m3"} & set(names)
-    return "particle_mass_per_area_kg_m2" in names and not acts
+class DamperSection(SectionModel):
+    """What all kinds of dampers have."""
 
+    kind: ClassVar[str] = ""  # the key that makes it what it is
 
-def mass_in_table(file: Path, fill_fraction: float | None, weighs_as: WeighsAs | None) -> float:
-    """Return the largest m_a of a table about a fill fraction [kg/m²]; 0 where it cannot be read.
+    like: str | None = None
+    """Another damper of the section: its keys are those of this one, except for what is stated
+    here. A damper of another kind is then another damping model of the same particles."""
 
-    What is wrong with a table is reported where its damping is read.
-    """
-    try:
-        table = read_rows(file)
-        rows = [dict(zip(table.header, map(float, cells), strict=True)) for _, cells in table.rows]
-    except (ColumnsError, ValueError):
+    @property
+    def text(self) -> ModelText:
+        """Title and source of its damping model."""
+        return ModelText("User-defined damper", "as stated for the damper", 1)
+
+    @property
+    def needs_fill(self) -> bool:
+        """Whether its damping depends on the fill of the patch."""
+        return False
+
+    @property
+    def states_error(self) -> bool:
+        """Whether it comes with an error of its damping."""
+        return True
+
+    @property
+    def is_massless(self) -> bool:
+        """Whether particles of a stated mass act without any."""
+        return False
+
+    @property
+    def bed(self) -> Any:
+        """What it is apart from its damping model; None for a model of any particles."""
+        return self.model_dump()
+
+    def largest_mass_per_area(self, frequency: float) -> float:
+        """Return about the largest apparent mass [kg/m²], for the choice of shapes; 0 if unknown.
+
+        A dashpot is replaced by the mass of equal inertia, C_e/ω, at the highest frequency of the
+        response [Hz].
+        """
         return 0.0
-    fills = sorted({row["fill_fraction"] for row in rows if "fill_fraction" in row})
-    if fills and fill_fraction is not None:
-        # the rows on both sides of the fill
-        low = max((fill for fill in fills if fill <= fill_fraction), default=fills[0])
-        high = min((fill for fill in fills if fill >= fill_fraction), default=fills[-1])
-        rows = [row for row in rows if low <= row["fill_fraction"] <= high]
-    masses = [0.0]
-    for row in rows:
-        if weighs_as == "particles":
-            masses.append(row.get("particle_mass_per_area_kg_m2", 0.0))
-        masses.append(row.get("apparent_mass_kg_m2", 0.0))
-        if row.get("frequency_hz"):
-            omega = 2 * math.pi * row["frequency_hz"]
-            masses.append(row.get("impedance_imag_n_s_m3", 0.0) / omega)
-    return max(masses)
+
+    def mass_of_rows(self, fill_fraction: float | None) -> float:
+        """Return the largest m_a in the rows of its table about a fill [kg/m²]; 0 without any."""
+        return 0.0
 
 
-class Damper(SectionModel):
-    """One damper: a coupon, a law, a table, an impedance, constants, or a loss factor.
+class BedDamper(DamperSection, Coupon):
+    """Particles in cells, with one of three damping models.
 
-    Exactly one of ``coupon``, ``law``, ``table``, ``impedance``, ``equivalent_damping_n_s_m3`` and
-    ``loss_factor`` is given.
+    ``coupled`` integrates panel and particles together. ``atlas`` takes C_e and m_a from a table of
+    simulated beds, without LIGGGHTS. ``tones`` simulates a coupon under the single tones of
+    ``sweep``.
     """
 
-    coupon: Coupon | None = None
-    """Cells and particles, simulated like the section ``coupon``."""
-    law: Law | None = None
+    kind = "particles"
+    removed_keys: ClassVar[Mapping[str, str]] = {
+        "coupon": "was removed; its keys are those of the damper: {cell: …, particles: …, "
+        "sweep: …, model: tones}, or without sweep and with model: coupled or atlas"
+    }
+
+    model: ModelName = COUPLED
+    """Damping model: ``coupled``, ``atlas`` or ``tones``. The default is ``coupled``, because sound
+    is broadband; with ``damping.level``, which is for single tones, or diagonal modal damping it is
+    ``tones``."""
+    prior: Prior = "closed_form"
+    """What the surface of ``tones`` starts from: closed forms, or the atlas of particle beds, with
+    which fewer cases give the same uncertainty."""
+
+    @property
+    def text(self) -> ModelText:
+        """Title and source of its damping model."""
+        return BEDS[self.model]
+
+    @property
+    def needs_fill(self) -> bool:
+        """Whether its damping depends on the fill of the patch."""
+        return True
+
+    @property
+    def bed(self) -> Any:
+        """Cell, particles and gravity."""
+        names = {"cell", "particles", "walls", "gravity_g", "gravity_direction"}
+        return self.model_dump(include=names, exclude={"cell": {"count"}})
+
+    @property
+    def is_of_atlas(self) -> bool:
+        """Whether the atlas is needed for its damping."""
+        return self.model == ATLAS or (self.model == TONES and self.prior == ATLAS)
+
+    def mistakes(self) -> Iterator[Mistake]:
+        if "particles" not in self.model_fields_set:
+            yield Mistake((), f"must have one of {', '.join((*STATED, 'particles', 'like'))}")
+            return
+        yield from Coupon.mistakes(self)
+
+    def largest_mass_per_area(self, frequency: float) -> float:
+        """Return the mass of the particles at the highest fill [kg/m²]."""
+        return self.bed_mass_per_area
+
+
+class LawDamper(DamperSection):
     """A law of the paper; without mass."""
-    table: Annotated[Path, file_in(DATA / "damping")] | None = None
+
+    kind = "law"
+
+    law: Law
+    """``paper_corrected``, or as printed, which has no steady response."""
+
+    @property
+    def text(self) -> ModelText:
+        """Title and source of its damping model."""
+        return LAWS[self.law]
+
+    @property
+    def needs_fill(self) -> bool:
+        """Whether its damping depends on the fill of the patch."""
+        return True
+
+    @property
+    def states_error(self) -> bool:
+        """Whether it comes with an error of its damping."""
+        return False
+
+    @property
+    def bed(self) -> None:
+        """None: the law is for any particles."""
+
+
+class _FileDamper(DamperSection):
+    """A damper of a CSV table."""
+
+    interpolation: Interpolation | None = None
+    """Between the rows of the table: log (by default) or linear."""
+
+    @property
+    def file(self) -> Path:
+        """Its table."""
+        raise NotImplementedError
+
+    @cached_property
+    def rows(self) -> list[dict[str, float]]:
+        """Rows of its table; none where it cannot be read, which is reported elsewhere."""
+        try:
+            table = read_rows(self.file)
+            cells = (map(float, row) for _, row in table.rows)
+            return [dict(zip(table.header, row, strict=True)) for row in cells]
+        except (ColumnsError, ValueError):
+            return []
+
+    @property
+    def columns(self) -> set[str]:
+        """Names of the columns of its table."""
+        return set(self.rows[0]) if self.rows else set()
+
+    @property
+    def needs_fill(self) -> bool:
+        """Whether its damping depends on the fill of the patch."""
+        return "fill_fraction" in self.columns
+
+    @property
+    def states_error(self) -> bool:
+        """Whether it comes with an error of its damping."""
+        return any("error" in column for column in self.columns)
+
+    @property
+    def is_massless(self) -> bool:
+        """Whether particles of a stated mass act without any."""
+        return is_massless(self.columns)
+
+    def mass_of_rows(self, fill_fraction: float | None) -> float:
+        """Return the largest m_a of the rows on both sides of a fill [kg/m²]."""
+        rows, fills = self.rows, sorted({row.get("fill_fraction", 1.0) for row in self.rows})
+        if self.needs_fill and fill_fraction is not None:
+            low = max((fill for fill in fills if fill <= fill_fraction), default=fills[0])
+            high = min((fill for fill in fills if fill >= fill_fraction), default=fills[-1])
+            rows = [row for row in rows if low <= row["fill_fraction"] <= high]
+        return max((max(self._masses(row)) for row in rows), default=0.0)
+
+    def _masses(self, row: Mapping[str, float]) -> Iterator[float]:
+        yield row.get("apparent_mass_kg_m2", 0.0)
+        if row.get("frequency_hz"):
+            yield row.get("impedance_imag_n_s_m3", 0.0) / (2 * math.pi * row["frequency_hz"])
+
+
+class TableDamper(_FileDamper):
+    """Measured or assumed damping in a table."""
+
+    kind = "table"
+
+    table: Annotated[Path, file_in(DATA / "damping")]
     """CSV table of C_e or η over fill fraction, frequency and amplitude."""
-    impedance: Annotated[Path, file_in(DATA / "damping")] | None = None
+    apparent_mass: WeighsAs | None = None
+    """``particles``: m_a is the mass of the particles, where the damping was measured without it:
+    a table without a column ``apparent_mass_kg_m2``."""
+
+    @property
+    def file(self) -> Path:
+        """Its table."""
+        return self.table
+
+    @property
+    def is_massless(self) -> bool:
+        """Whether particles of a stated mass act without any."""
+        return self.apparent_mass is None and super().is_massless
+
+    def _masses(self, row: Mapping[str, float]) -> Iterator[float]:
+        yield from super()._masses(row)
+        if self.apparent_mass is not None:
+            yield row.get("particle_mass_per_area_kg_m2", 0.0)
+
+
+class ImpedanceDamper(_FileDamper):
+    """A measured impedance."""
+
+    kind = "impedance"
+
+    impedance: Annotated[Path, file_in(DATA / "damping")]
     """CSV table of the impedance per area Z = C_e + iω m_a over frequency, for every fill fraction
     and amplitude."""
-    interpolation: Interpolation | None = None
-    """Between the rows of a table: log (by default) or linear."""
-    equivalent_damping_n_s_m3: EquivalentDamping | None = None
-    """C_e at every frequency, fill fraction and amplitude [N s/m³]; 0 for dead weight."""
-    equivalent_damping_error_n_s_m3: EquivalentDamping | None = None
-    """Its standard error [N s/m³]."""
+
+    @property
+    def file(self) -> Path:
+        """Its table."""
+        return self.impedance
+
+
+class _StatedDamper(DamperSection):
+    """The same damping at every frequency, fill fraction and amplitude."""
+
     apparent_mass_kg_m2: ApparentMass | None = None
     """m_a at every frequency, fill fraction and amplitude [kg/m²]; 0 by default."""
     apparent_mass: WeighsAs | None = None
-    """``particles``: m_a is the mass of the particles, where the damping was measured without it:
-    a table without a column ``apparent_mass_kg_m2``, or constants."""
+    """``particles``: m_a is the mass of the particles, where the damping was measured without
+    it."""
     apparent_mass_error_kg_m2: ApparentMass | None = None
     """Its standard error [kg/m²]."""
-    loss_factor: LossFactor | None = None
+
+    # name of the value, and of its error, which is carried relative to it
+    error: ClassVar[str] = ""
+
+    @property
+    def weight(self) -> float | None:
+        """Mass of the particles per area [kg/m²]."""
+        weight: float | None = getattr(self, "particle_mass_per_area_kg_m2", None)
+        return weight
+
+    @property
+    def states_error(self) -> bool:
+        """Whether it comes with an error of its damping; dead weight has none to state.
+
+        Examples
+        --------
+        >>> ConstantSection(equivalent_damping_n_s_m3=0, apparent_mass_kg_m2=3).states_error
+        True
+        """
+        return getattr(self, self.kind) == 0 or bool(getattr(self, self.error))
+
+    @property
+    def is_massless(self) -> bool:
+        """Whether particles of a stated mass act without any."""
+        has_mass = self.apparent_mass is not None or self.apparent_mass_kg_m2 is not None
+        return self.weight is not None and not has_mass
+
+    def mistakes(self) -> Iterator[Mistake]:
+        if getattr(self, self.error) and getattr(self, self.kind) == 0:
+            yield Mistake(
+                (self.error,), f"must be 0 where {self.kind} is 0, as it is relative"
+            )
+        if self.apparent_mass_error_kg_m2 is not None and self.apparent_mass_kg_m2 is None:
+            yield Mistake(("apparent_mass_error_kg_m2",), "only allowed with apparent_mass_kg_m2")
+        if self.apparent_mass is not None:
+            if self.apparent_mass_kg_m2 is not None:
+                yield Mistake(("apparent_mass",), "not allowed with apparent_mass_kg_m2")
+            if self.weight is None:
+                yield Mistake(("apparent_mass",), "requires particle_mass_per_area_kg_m2")
+        elif MOST_OF_MASS * (self.weight or math.inf) < (self.apparent_mass_kg_m2 or 0.0):
+            message = f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
+            yield Mistake(("apparent_mass_kg_m2",), f"{message}{self.weight:g}; in g/m²?")
+
+    def largest_mass_per_area(self, frequency: float) -> float:
+        """Return m_a, the mass, or that of the inertia of C_e at a frequency [Hz] [kg/m²]."""
+        return max(self.apparent_mass_kg_m2 or 0.0, self.weight or 0.0)
+
+
+class ConstantSection(_StatedDamper):
+    """Constant C_e; 0 for dead weight."""
+
+    kind, error = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
+
+    equivalent_damping_n_s_m3: EquivalentDamping
+    """C_e at every frequency, fill fraction and amplitude [N s/m³]; 0 for dead weight."""
+    equivalent_damping_error_n_s_m3: EquivalentDamping | None = None
+    """Its standard error [N s/m³]."""
+    particle_mass_per_area_kg_m2: MassPerArea | None = None
+    """Mass of the damper per area [kg/m²]; by default its apparent mass."""
+
+    def largest_mass_per_area(self, frequency: float) -> float:
+        """Return m_a, the mass, or that of the inertia of C_e at a frequency [Hz] [kg/m²]."""
+        dashpot = self.equivalent_damping_n_s_m3 / (2 * math.pi * frequency)
+        return max(super().largest_mass_per_area(frequency), dashpot)
+
+
+class LossFactorDamper(_StatedDamper):
+    """A constant loss factor."""
+
+    kind, error = "loss_factor", "loss_factor_error"
+
+    loss_factor: LossFactor
     """η in C_e = η m″ ω, with the mass m″ given by another key; a number, not percent."""
     loss_factor_error: LossFactor | None = None
     """Its standard error."""
@@ -123,152 +375,86 @@ class Damper(SectionModel):
     patch_mass_per_area_kg_m2: MassPerArea | None = None
     """m″ if the loss factor is that of the whole patch, panel and treatment [kg/m²]."""
 
-    @property
-    def kind(self) -> Kind:
-        """The key that makes the damper what it is."""
-        return self._kinds()[0]
-
     def mistakes(self) -> Iterator[Mistake]:
-        kinds = self._kinds()
-        if len(kinds) != 1:
-            actual = f"not {' and '.join(kinds)}" if kinds else "not none"
-            yield Mistake((), f"must have exactly one of {', '.join(ALLOWED)}, {actual}")
-            return
-        (kind,) = kinds
-        names = [name for name in type(self).model_fields if getattr(self, name) is not None]
-        for name in names:
-            if name not in (kind, *ALLOWED[kind]):
-                suitable = [owner for owner, allowed in ALLOWED.items() if name in allowed]
-                yield Mistake((name,), f"only allowed with {' or '.join(suitable)}")
-        yield from self._mistakes_of_errors()
-        if self.loss_factor is not None and not (
-            self.particle_mass_per_area_kg_m2 or self.patch_mass_per_area_kg_m2
-        ):
+        yield from super().mistakes()
+        if not (self.weight or self.patch_mass_per_area_kg_m2):
             message = "missing; required for loss_factor as its mass m″, unless "
             message += "patch_mass_per_area_kg_m2 (panel and treatment) is given"
             yield Mistake(("particle_mass_per_area_kg_m2",), message)
-        if self.apparent_mass is not None:
-            yield from self._mistakes_of_mass()
-        elif MOST_OF_MASS * (self.particle_mass_per_area_kg_m2 or math.inf) < (
-            self.apparent_mass_kg_m2 or 0.0
-        ):
-            message = f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
-            message += f"{self.particle_mass_per_area_kg_m2:g}; in g/m²?"
-            yield Mistake(("apparent_mass_kg_m2",), message)
-        yield from self.coupon.mistakes_with_panel() if self.coupon else ()
-
-    @property
-    def is_of_a_fill(self) -> bool:
-        """Whether its damping depends on the fill of the patch."""
-        if self.table is None:
-            return self.kind in ("coupon", "law")
-        return "fill_fraction" in _columns(self.table)
-
-    @property
-    def states_error(self) -> bool:
-        """Whether it comes with an error of its damping.
-
-        Examples
-        --------
-        >>> Damper(law="paper_corrected").states_error
-        False
-        >>> Damper(equivalent_damping_n_s_m3=0, apparent_mass_kg_m2=3).states_error  # dead weight
-        True
-        """
-        table = self.table or self.impedance
-        if table is not None:
-            return any("error" in column for column in _columns(table))
-        for name, error in RELATIVE_ERRORS.items():
-            if getattr(self, name) is not None:
-                return getattr(self, name) == 0 or bool(getattr(self, error))
-        return self.coupon is not None
-
-    @property
-    def is_massless(self) -> bool:
-        """Whether particles of a stated mass act without any."""
-        if self.apparent_mass is not None:
-            return False
-        file = self.table or self.impedance
-        if file is not None:
-            return is_massless_table(file)
-        has_mass = self.particle_mass_per_area_kg_m2 is not None
-        return has_mass and self.apparent_mass_kg_m2 is None
-
-    def mass_of_rows(self, fill_fraction: float | None) -> float:
-        """Return the largest m_a in the rows of its table about a fill [kg/m²]; 0 without any."""
-        file = self.table or self.impedance
-        return 0.0 if file is None else mass_in_table(file, fill_fraction, self.apparent_mass)
-
-    def largest_mass_per_area(self, frequency: float) -> float:
-        """Return about the largest apparent mass [kg/m²], for the choice of shapes; 0 if unknown.
-
-        A dashpot is replaced by the mass of equal inertia, C_e/ω, at the highest frequency of the
-        response [Hz].
-        """
-        if self.coupon is not None:
-            return self.coupon.largest_mass_per_area
-        mass = max(self.apparent_mass_kg_m2 or 0.0, self.particle_mass_per_area_kg_m2 or 0.0)
-        dashpot = (self.equivalent_damping_n_s_m3 or 0.0) / (2 * math.pi * frequency)
-        return max(mass, dashpot)
-
-    def _mistakes_of_mass(self) -> Iterator[Mistake]:
-        """Yield an m_a that is given twice, or of particles whose mass is not known."""
-        if self.apparent_mass_kg_m2 is not None:
-            yield Mistake(("apparent_mass",), "not allowed with apparent_mass_kg_m2")
-        if self.table is None and self.particle_mass_per_area_kg_m2 is None:
-            yield Mistake(("apparent_mass",), "requires particle_mass_per_area_kg_m2")
-
-    def _mistakes_of_errors(self) -> Iterator[Mistake]:
-        """Yield errors without their value; those of C_e and η are carried relative to it."""
-        for name, error in RELATIVE_ERRORS.items():
-            if getattr(self, error) and getattr(self, name) == 0:
-                yield Mistake((error,), f"must be 0 where {name} is 0, because it is relative")
-        if self.apparent_mass_error_kg_m2 is not None and self.apparent_mass_kg_m2 is None:
-            yield Mistake(("apparent_mass_error_kg_m2",), "only allowed with apparent_mass_kg_m2")
-
-    def _kinds(self) -> tuple[Kind, ...]:
-        return tuple(name for name in ALLOWED if getattr(self, name) is not None)
 
 
-def _columns(table: Path) -> list[str]:
-    try:
-        lines = read_bytes(table).decode("utf-8-sig", errors="replace").splitlines()
-    except TextFileError:  # reported where the table is read
-        return []
-    header = next((line for line in lines if line.partition("#")[0].strip()), "")
-    return [name.strip() for name in header.partition("#")[0].split(",")]
+Stated = LawDamper | TableDamper | ImpedanceDamper | ConstantSection | LossFactorDamper
+STATED = ("law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor")
 
 
-def damper_masses(study: Study) -> dict[str, float]:
-    """Return about the heaviest damper of each patch that a scenario fills [kg/m²].
+def _kind(values: Any) -> str:
+    """Return which kind of damper a mapping is: particles where no other is stated."""
+    keys: Any = values if isinstance(values, Mapping) else getattr(values, "kind", "").split()
+    return f"{TAG}{next((key for key in STATED if key in keys), 'bed')}"
 
-    The basis follows the panel with these masses, whatever the fills of its scenarios. 0 where the
-    mass is not known before the run, as of a table.
+
+AnyDamper = Annotated[
+    Annotated[BedDamper, Tag(f"{TAG}bed")]
+    | Annotated[LawDamper, Tag(f"{TAG}law")]
+    | Annotated[TableDamper, Tag(f"{TAG}table")]
+    | Annotated[ImpedanceDamper, Tag(f"{TAG}impedance")]
+    | Annotated[ConstantSection, Tag(f"{TAG}equivalent_damping_n_s_m3")]
+    | Annotated[LossFactorDamper, Tag(f"{TAG}loss_factor")],
+    Discriminator(_kind),
+]
+
+
+def is_massless(columns: set[str]) -> bool:
+    """Return whether a table has a mass of the particles and no apparent mass."""
+    acts = {"apparent_mass_kg_m2", "impedance_imag_n_s_m3"} & columns
+    return "particle_mass_per_area_kg_m2" in columns and not acts
+
+
+def with_likes(dampers: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of dampers, each ``like`` another with that one's keys.
+
+    Sections such as ``particles`` are merged key by key. One that states another kind, such as a
+    table, takes nothing: it is another damping model of the same particles.
     """
-    highest = study.response.frequency_hz[1]
-    masses: dict[str, float] = {}
-    for filling in study.fillings:
-        damper, mass = study.damper_of(filling), 0.0
-        if damper is not None and study.response.damper_mass:
-            mass = damper.largest_mass_per_area(highest)
-        masses[filling.patch] = max(masses.get(filling.patch, 0.0), mass)
-    return masses
+    return {name: _with_like(name, dampers, ()) for name in dampers}
 
 
-def resolved_masses(study: Study) -> dict[str, float]:
-    """Return about the heaviest damper of each patch that the mesh resolves [kg/m²].
+def _with_like(name: str, dampers: Mapping[str, Any], above: tuple[str, ...]) -> Any:
+    values = dampers[name]
+    like = values.get("like") if isinstance(values, Mapping) else None
+    if like is None:
+        return values
+    keys: Keys = ("dampers", name, "like")
+    if like not in dampers or like == name:
+        names = [other for other in dampers if other != name]
+        raise Mistakes([Mistake(keys, not_among("dampers", str(like), names))])
+    if like in above:
+        raise Mistakes([Mistake(keys, f"leads back to {name}")])
+    base = _with_like(like, dampers, (*above, name))
+    if not isinstance(base, Mapping) or any(key in values for key in STATED):
+        return values
+    merged = {
+        key: {**base[key], **value}
+        if isinstance(value, Mapping) and isinstance(base.get(key), Mapping)
+        else value
+        for key, value in values.items()
+    }
+    return {**base, **merged}
 
-    Those of `damper_masses`, and m_a in the rows of tables.
+
+def with_models(dampers: Mapping[str, Any], study: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of dampers with the damping model of those that state none.
+
+    It is ``tones`` where a level is stated, which is one of single tones, or modal damping is
+    diagonal; else `COUPLED`.
     """
-    masses = damper_masses(study)
-    if not study.response.damper_mass:
-        return masses
-    common = study.damping.table if "table" in study.readings else None
-    for filling in study.fillings:
-        damper = study.damper_of(filling)
-        mass = 0.0 if damper is None else damper.mass_of_rows(filling.fill_fraction)
-        if common is not None:
-            weighs_as = study.damping.apparent_mass
-            mass = max(mass, mass_in_table(common, filling.fill_fraction, weighs_as))
-        masses[filling.patch] = max(masses[filling.patch], mass)
-    return masses
+    damping, response = study.get("damping"), study.get("response")
+    level = damping.get("level") if isinstance(damping, Mapping) else None
+    is_diagonal = isinstance(response, Mapping) and response.get("modal_damping") == "diagonal"
+    model = TONES if is_diagonal or Level.is_stated(level) else COUPLED
+    return {
+        name: values
+        if not isinstance(values, Mapping) or "particles" not in values
+        else {"model": model, **values}
+        for name, values in dampers.items()
+    }

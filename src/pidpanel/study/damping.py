@@ -1,25 +1,13 @@
-"""The section ``damping`` of a study: the damping models, and the target of a sweep."""
+"""The section ``damping`` of a study: the motion at which damping is evaluated; coupled runs."""
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field
-
-from pidpanel.paths import DATA
-from pidpanel.study.base import RelativeError, SectionModel, file_in
-from pidpanel.study.dampers import Interpolation, WeighsAs
+from pidpanel.study.base import RelativeError, SectionModel
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Modulus
 from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.sweep import Gamma
-
-Prior = Literal["closed_form", "atlas"]
-ModelName = Literal[
-    "stated", "dem", "paper_corrected", "paper_printed", "table", "coupled", "atlas"
-]
-REMOVED = "was removed; use 'coupled', the default for sound"
-COUPLED: ModelName = "coupled"  # damping from panel and particles in one time integration
 
 
 class Level(SectionModel):
@@ -34,6 +22,13 @@ class Level(SectionModel):
     outside: Literal["mark", "refuse"] = "mark"
     """Treatment of values outside the range of the cases or the table."""
 
+    @classmethod
+    def is_stated(cls, values: Any) -> bool:
+        """Return whether the values of this section, as written, are not the default."""
+        written = values if isinstance(values, Mapping) else {}
+        return any(cls.model_fields[key].default != written[key] for key in written
+                   if key in cls.model_fields)  # fmt: skip
+
     def mistakes(self) -> Iterator[Mistake]:
         if self.kind == "stated" and self.by == "element":
             message = "only allowed for kind: patch; a stated acceleration holds for all elements"
@@ -43,7 +38,7 @@ class Level(SectionModel):
 
 
 class Coupled(SectionModel):
-    """Coupled integration of panel and particles, for the damping model ``coupled``.
+    """Coupled integration of panel and particles, for dampers with ``model: coupled``.
 
     Every scenario is run once, with its own packings and sound, for ``settle_s`` and then
     ``duration_s``. Further runs follow until every g rms is known to ``relative_error``, up to
@@ -75,57 +70,25 @@ class Coupled(SectionModel):
             yield Mistake(("cells",), f"must be a multiple of stations = {self.stations}")
 
 
-def _without_removed(name: Any) -> Any:
-    if name in ("random", "random_with_source"):
-        raise ValueError(f"'{name}' {REMOVED}")
-    return name
+NEW = "dampers: {acrylic: {cell: …, particles: …, model: coupled}}"  # form of a damper
 
 
 class Damping(SectionModel):
-    """Damping models, the sources of C_e and m_a. The PSDs are computed with each of them."""
+    """The motion at which damping is evaluated, and coupled runs."""
 
     removed_keys: ClassVar[Mapping[str, str]] = {
-        "random": f"{REMOVED}, with the keys of damping.coupled",
-        "target": "was removed, because its errors were too small; the whole of coupon.sweep is "
-        "run",
-        "tones": "was removed; use 'coupled', or extend coupon.sweep to the motions",
+        "readings": f"was removed; each damper has its model, such as {NEW}, table: …, or law: "
+        "paper_corrected, and a list of dampers in a scenario compares them",
+        "table": "moved to a damper: dampers: {lab: {table: …}}",
+        "interpolation": "moved to a damper: dampers: {lab: {table: …, interpolation: …}}",
+        "apparent_mass": "moved to a damper: dampers: {lab: {table: …, apparent_mass: particles}}",
+        "prior": "moved to a damper: dampers: {acrylic: {particles: …, model: tones, prior: …}}",
+        "random": f"was removed; the keys are those of damping.coupled, with {NEW}",
+        "target": "was removed, because its errors were too small; the whole of the sweep is run",
+        "tones": f"was removed; use {NEW}, or extend the sweep to the motions",
     }
 
-    readings: (
-        Annotated[
-            tuple[Annotated[ModelName, BeforeValidator(_without_removed)], ...], Field(min_length=1)
-        ]
-        | None
-    ) = None
-    """Damping models. ``stated``: each patch as defined in ``dampers``. ``coupled``: panel and
-    particles are integrated together. ``atlas``: C_e and m_a of coupons from a table of simulated
-    beds, without LIGGGHTS. Patches without a coupon are as in ``stated`` in both. The others use
-    the same damping for all patches: ``dem`` the section ``coupon`` under single tones,
-    ``table`` the key below, ``paper_…`` the paper's law. The default is ``coupled`` where a
-    scenario has a coupon, because sound is broadband. With ``level``,
-    which is for single tones, with diagonal modal damping, or without a coupon, it is
-    ``stated`` in a study with ``dampers``, else ``dem``."""
     level: Level = Level()
     """The acceleration amplitude for C_e."""
-    table: Annotated[Path, file_in(DATA / "damping")] | None = None
-    """CSV table of measured damping, for the damping model ``table``."""
-    interpolation: Interpolation | None = None
-    """Between the rows of the table: log (by default) or linear."""
-    apparent_mass: WeighsAs | None = None
-    """``particles``: m_a is the mass of the particles, for a table measured without it."""
-    prior: Prior = "closed_form"
-    """What surfaces of simulated coupons start from: closed forms, or the atlas of particle beds,
-    with which fewer cases of the coupon give the same uncertainty."""
     coupled: Coupled = Coupled()
-    """Settings of the damping model ``coupled``."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        readings = self.readings or ()
-        if len(set(readings)) != len(readings):
-            yield Mistake(("readings",), "must not contain a damping model twice")
-        if ("table" in readings) != (self.table is not None):
-            message = "required for the damping model 'table', not allowed otherwise"
-            yield Mistake(("table",), message)
-        for key in ("interpolation", "apparent_mass"):
-            if getattr(self, key) is not None and self.table is None:
-                yield Mistake((key,), "only allowed with table")
+    """Settings of the coupled runs, for dampers with ``model: coupled``."""

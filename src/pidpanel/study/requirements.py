@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Literal
 
-from pidpanel.constants import ATLAS
-from pidpanel.study.damping import COUPLED
+from pidpanel.study.dampers import BEDS, COUPLED, TONES, BedDamper
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import LEAST_BAND, Optimise
 from pidpanel.study.particles import Mono
@@ -40,14 +39,17 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
     if study.sound is None:
         yield from _mistakes_without_sound(study)
     if study.is_coupled and study.sound is not None:
-        message = f"not allowed with a section sound and the damping model '{COUPLED}', whose runs "
-        message += "are then under sound; put sound and base in two studies, or set "
-        yield Mistake(("base",), f"{message}damping.readings to atlas, dem, stated, table or a law")
+        message = (
+            "not allowed with a section sound and dampers with model: coupled, whose runs are "
+        )
+        message += "then under sound; put sound and base in two studies, or state model: atlas or "
+        yield Mistake(("base",), f"{message}tones")
     elif study.is_coupled and study.base.random is None:
-        yield Mistake(("base", "random"), f"missing; required for the damping model '{COUPLED}'")
-    elif study.readings == (COUPLED,) and study.base.sine is not None:
-        message = f"needs a damping model of single tones in damping.readings next to '{COUPLED}'"
-        yield Mistake(("base", "sine"), message)
+        yield Mistake(("base", "random"), "missing; required for dampers with model: coupled")
+    elif study.base.sine is not None and study.is_coupled:
+        if set(study.scenario_dampers) <= set(study.beds(COUPLED)):
+            message = "needs a scenario whose damper has model: atlas or tones, or a table"
+            yield Mistake(("base", "sine"), message)
     if study.damping.level.by == "element":
         yield Mistake(("damping", "level", "by"), "must be patch with a section base")
     high, sine = study.response.frequency_hz[1], study.base.sine
@@ -98,16 +100,27 @@ def mistakes_of_surroundings(study: Study) -> Iterator[Mistake]:
 
 def mistakes_of_coupled(study: Study) -> Iterator[Mistake]:
     """Yield what panel and particles cannot be integrated with."""
-    if not study.is_coupled:
+    names = [name for name in study.beds(COUPLED) if name in study.scenario_dampers]
+    if not names:
+        if "coupled" in study.damping.model_fields_set:
+            message = "only allowed with a damper with model: coupled in a scenario"
+            yield Mistake(("damping", "coupled"), message)
         return
     yield from _mistakes_of_lines(study)
-    keys = ("damping", "readings")
     if study.response.modal_damping != "full":
-        message = f"the damping model '{COUPLED}' is only allowed with modal_damping: full"
-        yield Mistake(keys, message)
-    if not study.has_filled_coupon:
-        message = f"the damping model '{COUPLED}' needs a scenario with a coupon; there is none"
-        yield Mistake(keys, message)
+        for name in names:
+            message = "coupled is only allowed with response.modal_damping: full"
+            yield Mistake(("dampers", name, "model"), message)
+    for name, layout in study.layouts.items():
+        models = {
+            patch: damper.model
+            for patch, filling in layout.layout.items()
+            if isinstance(damper := study.dampers.get(filling.damper or names[0]), BedDamper)
+        }
+        if COUPLED in models.values():
+            for patch in (patch for patch, model in models.items() if model == TONES):
+                message = "must not have model: tones beside a damper with model: coupled"
+                yield Mistake(("scenarios", name, "layout", patch), message)
 
 
 def _mistakes_of_lines(study: Study) -> Iterator[Mistake]:
@@ -168,7 +181,7 @@ def _mistakes_of_section(section: Optimise, study: Study) -> Iterator[Mistake]:
     if band is not None and not low <= band[0] < LEAST_BAND * band[0] <= band[1] <= high:
         message = f"must be two values from {low:g} to {high:g}, the frequencies of the response, "
         yield Mistake(("band_hz",), f"{message}the second at least {LEAST_BAND:g} times the first")
-    names = list(study.all_dampers)
+    names = list(study.dampers)
     if not names:
         yield Mistake(("dampers",), "there are no dampers to choose from; add a section dampers")
     for index, name in enumerate(section.dampers):
@@ -177,15 +190,15 @@ def _mistakes_of_section(section: Optimise, study: Study) -> Iterator[Mistake]:
     for index, name in enumerate(section.points):
         yield from mistakes_of_point(study, name, ("points", index))
     for name in section.dampers or names:
-        damper = study.all_dampers.get(name)
+        damper = study.dampers.get(name)
         if damper is None:
             continue
-        if damper.coupon is not None and name not in {*study.surfaces, *study.atlas_coupons}:
-            message = f"{name} needs its damping over Γ: damping.readings: [atlas], a table, or a "
-            yield Mistake(("dampers",), f"{message}scenario with this damper and [stated]")
-        if damper.law is not None:
+        if isinstance(damper, BedDamper) and damper.model == COUPLED:
+            message = f"{name} needs its damping over Γ: model: atlas or tones, or a table"
+            yield Mistake(("dampers",), message)
+        if damper.kind == "law":
             yield Mistake(("dampers",), f"{name} is a law without mass, which no budget limits")
-        if damper.is_of_a_fill and not section.fill_fraction:
+        if damper.needs_fill and not section.fill_fraction:
             yield Mistake(("fill_fraction",), f"missing; required for the damper {name}")
 
 
@@ -208,7 +221,7 @@ def mistakes_of_severity(study: Study) -> Iterator[Mistake]:
 FILLS = (0.05, 0.95)  # range of the fill fraction r
 RESTITUTION, FRICTION = (0.3, 0.95), (0.05, 0.8)  # of e and μ, equal for particles and walls
 WIDTH, DEPTH = (2.0, 10.0), (4.0, 40.0)  # of a cell over the diameter
-REMEDY = "; the damping model 'coupled' or 'dem' simulates it"
+REMEDY = "; model: coupled or tones simulates it"
 
 
 def direction_of(coupon: Coupon) -> Literal["flat", "upright"] | None:
@@ -220,15 +233,12 @@ def direction_of(coupon: Coupon) -> Literal["flat", "upright"] | None:
 
 
 def mistakes_of_atlas(study: Study) -> Iterator[Mistake]:
-    """Yield what of the coupons that are read from the atlas, or start from it, lies outside."""
-    if ATLAS in study.readings and not study.atlas_coupons:
-        message = f"the damping model '{ATLAS}' needs a scenario with a coupon; there is none"
-        yield Mistake(("damping", "readings"), message)
-    for name, coupon in {**study.atlas_coupons, **study.prior_coupons}.items():
-        keys: Keys = ("coupon",) if coupon is study.coupon else ("dampers", name, "coupon")
-        yield from (mistake.prefix(*keys) for mistake in mistakes_of_coupon(coupon))
-        for way, fill in study.fills(name):
-            yield from mistakes_of_fill(way, fill)
+    """Yield what of the dampers that are read from the atlas, or start from it, lies outside."""
+    for name, bed in study.beds(*BEDS).items():
+        if bed.is_of_atlas:
+            yield from (m.prefix("dampers", name) for m in mistakes_of_coupon(bed))
+            for way, fill in study.fills(name):
+                yield from mistakes_of_fill(way, fill)
 
 
 def mistakes_of_fill(keys: Keys, fill: float) -> Iterator[Mistake]:
@@ -251,11 +261,11 @@ def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
     }
     for keys, (is_met, allowed) in only.items():
         if not is_met:
-            yield Mistake(keys, f"must be {allowed} for the damping model '{ATLAS}'{REMEDY}")
+            yield Mistake(keys, f"must be {allowed} for model: atlas{REMEDY}")
     for key in ("restitution", "friction"):
         wall = getattr(coupon.walls, key)
         if wall is not None and wall != getattr(particles, key):
-            message = f"must equal particles.{key} for the damping model '{ATLAS}'{REMEDY}"
+            message = f"must equal particles.{key} for model: atlas{REMEDY}"
             yield Mistake(("walls", key), message)
     ranges: Mapping[Keys, tuple[float, tuple[float, float], float]] = {
         ("particles", "restitution"): (particles.restitution, RESTITUTION, 1.0),

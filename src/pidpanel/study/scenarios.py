@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 
-from pidpanel.paths import SECTION
-from pidpanel.study.base import Fill, Level, SectionModel, Text
+from pidpanel.study.base import Fill, Level, SectionModel, Text, as_tuple
 from pidpanel.study.choice import TAG, Choice
 from pidpanel.study.mistakes import Keys, Mistake
 
 MOST_SCENARIOS = 1000  # scenarios that a family may have
-Varied = Literal["patch", "fill_fraction", "oaspl_db"]
+Varied = Literal["patch", "damper", "fill_fraction", "oaspl_db"]
 T = TypeVar("T")
 
 
@@ -26,13 +25,39 @@ def items_of(key: str, value: T | tuple[T, ...]) -> Iterator[tuple[Keys, T]]:
         yield (key,), value
 
 
+class Filling(SectionModel):
+    """What fills a patch."""
+
+    damper: Text | None = None
+    """Name under ``dampers``; may be left out where there is only one."""
+    fill_fraction: Fill | None = None
+    """Required unless the damper needs none, such as constants."""
+
+    def place(self, patch: str) -> tuple[str, ...]:
+        """Return the patch that it fills, and its damper."""
+        return (patch,) if self.damper is None else (patch, self.damper)
+
+
+class Part(NamedTuple):
+    """Patches of an entry of ``scenarios`` and what may fill them, each with the way to it."""
+
+    way: Keys  # from the entry
+    patches: list[tuple[Keys, str]]
+    dampers: list[tuple[Keys, str | None]]
+    fills: list[tuple[Keys, float | None]]
+
+
 class Family(SectionModel):
-    """One comparison, with a list for patch, fill_fraction or oaspl_db; or a single scenario."""
+    """One comparison, with a list for patch, fill_fraction or oaspl_db; or a single scenario.
+
+    ``damper`` may be a list as well: every scenario is then computed with each of them.
+    """
 
     patch: Annotated[Text | tuple[Text, ...], Choice()]
     """Filled patch, by its name under ``panel.patches``; a list compares patches."""
-    damper: Text | None = None
-    """Name under ``dampers``; may be left out where there is only one."""
+    damper: Annotated[Text | tuple[Text, ...], Choice()] | None = None
+    """Name under ``dampers``; may be left out where there is only one. A list compares dampers, or
+    damping models of one."""
     fill_fraction: Annotated[Fill | tuple[Fill, ...], Choice()] | None = None
     """Required unless the damper needs none, such as constants."""
     oaspl_db: Annotated[Level | tuple[Level, ...], Choice()] | None = None
@@ -40,67 +65,54 @@ class Family(SectionModel):
     title: Text = ""
     """Title of the comparison in the report."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _compare_one(cls, values: Any) -> Any:
-        if not isinstance(values, Mapping) or not isinstance(values.get("patch"), str):
-            return values
-        if any(isinstance(values.get(key), list | tuple) for key in ("fill_fraction", "oaspl_db")):
-            return values
-        return {**values, "patch": [values["patch"]]}
-
     def mistakes(self) -> Iterator[Mistake]:
-        for key in self._lists():
-            count = len(getattr(self, key))
-            if not count:
+        keys = ("patch", "damper", "fill_fraction", "oaspl_db")
+        lists = [key for key in keys if isinstance(getattr(self, key), tuple)]
+        for key in lists:
+            if not getattr(self, key):
                 yield Mistake((key,), "must have at least 1 value, not 0")
-            elif count > MOST_SCENARIOS:
-                yield Mistake((key,), f"must have at most {MOST_SCENARIOS} values, not {count}")
-        lists = len(self._lists())
-        if lists > 1:
-            message = f"only one of patch, fill_fraction and oaspl_db may be a list, not {lists}"
-            yield Mistake((), message)
-
-    def fillings(self) -> Iterator[FilledPatches]:
-        """Yield the key path of each filling, the patches with their paths, and the filling."""
-        yield (), list(items_of("patch", self.patch)), self
+        count = math.prod(len(getattr(self, key)) for key in lists)
+        if count > MOST_SCENARIOS:
+            yield Mistake(tuple(lists[:1]), f"must have at most {MOST_SCENARIOS} values, not {count}")
+        if len(set(lists) - {"damper"}) > 1:
+            message = "only one of patch, fill_fraction and oaspl_db may be a list, not "
+            yield Mistake((), f"{message}{len(set(lists) - {'damper'})}")
+        dampers = as_tuple(self.damper)
+        if len(set(dampers)) < len(dampers):
+            yield Mistake(("damper",), "must not contain a damper twice")
 
     @property
     def varied(self) -> Varied:
-        """The key that is a list."""
-        return self._lists()[0]
+        """The key whose values are compared."""
+        keys: tuple[Varied, ...] = ("fill_fraction", "oaspl_db", "patch", "damper")
+        return next((key for key in keys if isinstance(getattr(self, key), tuple)), "patch")
 
-    def _lists(self) -> list[Varied]:
-        keys: tuple[Varied, ...] = ("patch", "fill_fraction", "oaspl_db")
-        return [key for key in keys if isinstance(getattr(self, key), tuple)]
-
-
-class Filled(SectionModel):
-    """Damper on a patch of a layout."""
-
-    damper: Text | None = None
-    """Name under ``dampers``; may be left out where there is only one."""
-    fill_fraction: Fill | None = None
-    """Required unless the damper needs none, such as constants."""
+    def parts(self) -> Iterator[Part]:
+        """Yield the patches, dampers and fill fractions, of which every combination is meant."""
+        keys = ("patch", "damper", "fill_fraction")
+        yield Part((), *(list(items_of(key, getattr(self, key))) for key in keys))
 
 
 class Layout(SectionModel):
     """A single scenario with any number of patches, each with its damper and fill fraction."""
 
-    layout: Annotated[Mapping[str, Filled], Field(min_length=1)]
+    layout: Annotated[Mapping[str, Filling], Field(min_length=1)]
     """Patches by their names under ``panel.patches``."""
     oaspl_db: Level | None = None
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
     title: Text = ""
     """Title of the layout in the report."""
 
-    def fillings(self) -> Iterator[FilledPatches]:
-        """Yield each patch like `Family.fillings`."""
-        for patch, filled in self.layout.items():
-            yield ("layout", patch), [((), patch)], filled
+    def parts(self) -> Iterator[Part]:
+        """Yield each patch like `Family.parts`."""
+        for patch, filling in self.layout.items():
+            damper, fill = (
+                (("damper",), filling.damper),
+                (("fill_fraction",), filling.fill_fraction),
+            )
+            yield Part(("layout", patch), [((), patch)], [damper], [fill])
 
 
-FilledPatches = tuple[Keys, list[tuple[Keys, str]], Family | Filled]
 FAMILY, LAYOUT = f"{TAG}family", f"{TAG}layout"
 
 
@@ -117,19 +129,6 @@ Compared = Annotated[
 ]
 
 
-class Filling(SectionModel):
-    """A patch and what it is filled with."""
-
-    patch: str
-    damper: str | None  # None where laws and tables for any patch are the only dampers
-    fill_fraction: float | None  # None where the damper needs none
-
-    @property
-    def place(self) -> tuple[str, ...]:
-        """The patch, and the damper where it has a name of its own."""
-        return (self.patch,) if self.damper in (None, SECTION) else (self.patch, str(self.damper))
-
-
 class Scenario(SectionModel):
     """One response: a layout of filled patches, or the bare panel, at one level.
 
@@ -138,8 +137,8 @@ class Scenario(SectionModel):
     """
 
     label: str
-    fillings: tuple[Filling, ...]  # empty for the bare panel
-    oaspl_db: float | None  # overall level [dB]; None for that of the spectrum's table
+    fillings: Mapping[str, Filling] = {}  # by patch; none for the bare panel
+    oaspl_db: float | None = None  # overall level [dB]; None for that of the spectrum's table
 
     @staticmethod
     def bare_at(oaspl_db: float | None) -> Scenario:
@@ -150,18 +149,20 @@ class Scenario(SectionModel):
         >>> Scenario.bare_at(None).label, Scenario.bare_at(142.5).label
         ('bare', 'bare_142.5dB')
         """
-        return Scenario(label=f"bare{level_suffix(oaspl_db)}", fillings=(), oaspl_db=oaspl_db)
+        return Scenario(label=f"bare{level_suffix(oaspl_db)}", oaspl_db=oaspl_db)
 
     @staticmethod
-    def of_patch(filling: Filling, oaspl_db: float | None, *, has_dampers: bool) -> Scenario:
+    def of_patch(
+        patch: str, filling: Filling, oaspl_db: float | None, *, has_dampers: bool
+    ) -> Scenario:
         """Return the panel with one filled patch at a level; its damper is named among several."""
-        parts = [filling.patch]
+        parts = [patch]
         if filling.damper is not None and has_dampers:
             parts.append(filling.damper)
         if filling.fill_fraction is not None:
             parts.append(f"r{filling.fill_fraction:g}")
         label = "_".join(parts) + level_suffix(oaspl_db)
-        return Scenario(label=label, fillings=(filling,), oaspl_db=oaspl_db)
+        return Scenario(label=label, fillings={patch: filling}, oaspl_db=oaspl_db)
 
     @property
     def bare(self) -> Scenario:
@@ -176,7 +177,7 @@ class Scenario(SectionModel):
     @property
     def patches(self) -> tuple[str, ...]:
         """Names of the filled patches."""
-        return tuple(filling.patch for filling in self.fillings)
+        return tuple(self.fillings)
 
     @property
     def patch(self) -> str | None:
@@ -184,8 +185,8 @@ class Scenario(SectionModel):
 
         Examples
         --------
-        >>> one, two = (Filling(patch=name, damper=None, fill_fraction=0.5) for name in "AB")
-        >>> Scenario(label="both", fillings=(one, two), oaspl_db=None).patch
+        >>> half = Filling(fill_fraction=0.5)
+        >>> Scenario(label="both", fillings={"A": half, "B": half}).patch
         'A+B'
         """
         return "+".join(self.patches) or None
@@ -195,7 +196,7 @@ class Scenario(SectionModel):
         """The fill of the only patch; 0 for the bare panel, NaN for several or for no fill."""
         if self.is_bare:
             return 0.0
-        fills = [filling.fill_fraction for filling in self.fillings]
+        fills = [filling.fill_fraction for filling in self.fillings.values()]
         return fills[0] if len(fills) == 1 and fills[0] is not None else math.nan
 
     @property
@@ -209,8 +210,8 @@ class Scenario(SectionModel):
 
         Examples
         --------
-        >>> half = Filling(patch="PID-1", damper=None, fill_fraction=0.5)
-        >>> Scenario(label="PID-1_r0.5", fillings=(half,), oaspl_db=None).name
+        >>> half = {"PID-1": Filling(fill_fraction=0.5)}
+        >>> Scenario(label="PID-1_r0.5", fillings=half).name
         'PID-1, r = 0.5'
         """
         if self.is_bare:
@@ -222,9 +223,9 @@ class Scenario(SectionModel):
     def filling_text(self) -> str:
         """The filled patches with dampers and fills."""
         parts = []
-        for filling in self.fillings:
+        for patch, filling in self.fillings.items():
             fill = [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
-            parts.append(", ".join([*filling.place, *fill]))
+            parts.append(", ".join([*filling.place(patch), *fill]))
         return "; ".join(parts)
 
 

@@ -4,32 +4,34 @@ import sys
 from pathlib import Path
 
 from pidpanel.check import checked_study
-from pidpanel.constants import ATLAS
 from pidpanel.paths import study_path
 from pidpanel.provenance import durable
 from pidpanel.study import Study, StudyError, load_study
-from pidpanel.study.writing import text_of, values_of, with_changes
+from pidpanel.study.base import as_tuple
+from pidpanel.study.writing import text_of, values_of
 from pidpanel.workflow.in_process import compute, is_up_to_date
-
-FURTHER_KEYS = {
-    "coupled",
-    "table",
-    "interpolation",
-    "apparent_mass",
-}  # keys of other damping models
 
 
 def first_study(file: Path, results: Path) -> Path | None:
-    """Write a study without its simulated damping; None if it has none, or no atlas."""
+    """Write a study with the scenarios of the atlas alone.
+
+    Returns None if it has none, or nothing else is simulated.
+    """
     study = checked_study(file)
-    if not isinstance(study, Study) or ATLAS not in study.readings:
+    if not isinstance(study, Study) or not (study.coupons or study.is_coupled):
         return None
-    if not (study.coupons or study.is_coupled):
+    atlas = set(study.beds("atlas"))
+    values, scenarios = values_of(file), {}
+    for name, family in study.families.items():
+        dampers = [damper for damper in as_tuple(family.damper) if damper in atlas]
+        if dampers:
+            scenarios[name] = {**values["scenarios"][name], "damper": dampers}
+    if not scenarios:
         return None
+    values = {key: value for key, value in values.items() if key not in ("damping", "measurements")}
+    values["response"] = {k: v for k, v in values.get("response", {}).items() if k != "maps"}
+    values["scenarios"] = scenarios
     name = f"{study.name}_first"
-    values = with_changes(values_of(file), {"damping.readings": [ATLAS]})
-    for key in FURTHER_KEYS & set(values["damping"]):
-        del values["damping"][key]
     results.mkdir(parents=True, exist_ok=True)
     path = results / f"{name}.yaml"
     durable.write_text(path, text_of(values, name))
