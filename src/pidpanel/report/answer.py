@@ -6,14 +6,12 @@ the true error of a difference is smaller.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import pandas as pd
 
-from pidpanel.constants import DAMPING_MODELS
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.report.names import SAME_LEVEL, Scenario, Study, main_level
 from pidpanel.report.rms import moving_points
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records
@@ -46,13 +44,16 @@ class Candidate(NamedTuple):
     responses: dict[str, PointResponse]  # by point; empty without a steady response
     doubts: tuple[str, ...]  # why its numbers are not to be trusted
     note: str = ""  # on numbers that are
+    # What other damping models say of it: names of their dampers, and responses at the worst point
+    others: tuple[tuple[str, PointResponse], ...] = ()
 
 
 @dataclass(frozen=True)
 class StudyAnswer:
-    """The bare panel and all scenarios at one level with one damping model."""
+    """The bare panel and all scenarios at one level, each with the model that answers first."""
 
-    reading: str
+    models: tuple[str, ...]  # titles of the damping models
+    is_coupled: bool  # whether panel and particles are in one time integration
     oaspl: float  # [dB]
     points: tuple[str, ...]  # those that move, the largest motion of the bare panel first
     bare: Candidate
@@ -63,11 +64,6 @@ class StudyAnswer:
     def worst(self) -> str:
         """The point at which the bare panel moves most."""
         return self.points[0]
-
-    @property
-    def is_coupled(self) -> bool:
-        """Whether panel and particles are in one time integration."""
-        return self.reading == COUPLED
 
     @property
     def has_errors(self) -> bool:
@@ -122,25 +118,29 @@ def is_gain(response: PointResponse) -> bool | None:
 
 
 def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
-    """Return what a study answers in its `main_reading` at its `main_level`."""
-    reading = main_reading(study.readings)
+    """Return what a study answers at its `main_level`."""
     level, all_scenarios = main_level(study), study.all_scenarios()
-    table = summary[summary["reading"] == reading]
-    by_key = {(row["scenario"], row["point"]): row for row in records(table)}
-    points = moving_points(table, list(study.panel.points))
+    by_key = {(row["scenario"], row["point"]): row for row in records(summary)}
+    points = moving_points(summary, list(study.panel.points))
     if not points:
         return None
     (bare,) = (s for s in all_scenarios if s.oaspl_db == level and s.is_bare)
     points.sort(key=lambda point: -by_key[bare.label, point]["acceleration_rms_g"])
     levels = {s.label: float(by_key[s.label, points[0]]["oaspl_db"]) for s in all_scenarios}
     near = [s for s in all_scenarios if abs(levels[s.label] - levels[bare.label]) < SAME_LEVEL]
-    scenarios = [s for s in near if not s.is_bare]
+    scenarios = [s for s in near if not s.is_bare and study.is_main(s)]
     steady = [s for s in scenarios if by_key[s.label, points[0]]["status"] == "ok"]
-    candidates = [_candidate(s, [by_key[s.label, point] for point in points]) for s in steady]
+    candidates = []
+    for scenario in steady:
+        rows = [by_key[scenario.label, point] for point in points]
+        others = {s.dampers: by_key[s.label, points[0]] for s in study.alternatives(scenario)}
+        said = [(n, _response(row)) for n, row in others.items() if row["status"] == "ok"]
+        candidates.append(_candidate(scenario, rows)._replace(others=tuple(said)))
     candidates.sort(key=lambda candidate: -candidate.responses[points[0]].reduction)
     bare_rows = [by_key[bare.label, point] for point in points]
     return StudyAnswer(
-        reading=reading,
+        models=tuple(dict.fromkeys(text.title for s in scenarios for text in study.model_texts(s))),
+        is_coupled=bool(scenarios) and all(map(study.is_coupled_scenario, scenarios)),
         oaspl=levels[bare.label],
         points=tuple(points),
         bare=_candidate(bare, bare_rows),
@@ -149,23 +149,19 @@ def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
     )
 
 
-def main_reading(readings: Sequence[str]) -> str:
-    """Return the damping model of the answer: the first of `DAMPING_MODELS` in the study."""
-    return next((reading for reading in DAMPING_MODELS if reading in readings), readings[0])
+def _response(row: Mapping[str, Any]) -> PointResponse:
+    return PointResponse(
+        row["acceleration_rms_g"],
+        row.get("acceleration_rms_error_g", math.nan),
+        row["reduction_db"],
+        row.get("reduction_error_db", math.nan),
+        row["dead_weight_reduction_db"],
+        row.get("model_error_db", 0.0),
+    )
 
 
 def _candidate(scenario: Scenario, rows: Sequence[dict[str, Any]]) -> Candidate:
-    responses = {
-        str(row["point"]): PointResponse(
-            row["acceleration_rms_g"],
-            row.get("acceleration_rms_error_g", math.nan),
-            row["reduction_db"],
-            row.get("reduction_error_db", math.nan),
-            row["dead_weight_reduction_db"],
-            row.get("model_error_db", 0.0),
-        )
-        for row in rows
-    }
+    responses = {str(row["point"]): _response(row) for row in rows}
     mass, share = (rows[0][f"added_mass_{unit}"] for unit in ("kg", "percent"))
     note = MAY_CROSS if largest(rows, "between_share") > BETWEEN_SHARE else ""
     return Candidate(scenario, mass, share, responses, doubts_in(rows[0]), note)
@@ -176,7 +172,7 @@ def select_candidates(answer: StudyAnswer) -> list[Candidate]:
     groups: dict[object, int] = {}
     order = []
     for rank, candidate in enumerate(answer.candidates):
-        key = tuple((f.patch, f.damper) for f in candidate.scenario.fillings)
+        key = tuple((p, f.damper) for p, f in candidate.scenario.fillings.items())
         groups[key] = groups.get(key, -1) + 1
         order.append((groups[key], rank))
     chosen = sorted(rank for _, rank in sorted(order)[:ROWS])

@@ -175,5 +175,6 @@ def mass_figure(
 
 def group_of(candidate: Candidate) -> str:
     """Return what scenarios of one colour have in common: the place, or the layout."""
-    fillings = candidate.scenario.fillings
-    return ", ".join(fillings[0].place) if len(fillings) == 1 else candidate.scenario.label
+    scenario = candidate.scenario
+    is_single = len(scenario.fillings) == 1
+    return ", ".join(scenario.place(*scenario.patches)) if is_single else scenario.label

@@ -46,6 +46,7 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
         "remaining": len(answer.candidates) - len(shown) + 1,
         "points": points,
         "rows": [_row(answer, candidate, study.massless_dampers) for candidate in shown],
+        "has_others": any(candidate.others for candidate in shown),
         "rms_decimals": rms_decimals,
         "gain_decimals": gain_decimals,
         "panel": panel_picture(inputs, rms),
@@ -63,18 +64,20 @@ def panel_picture(inputs: PanelInputs, rms: Array | None, caption: str = "") -> 
     return figure_picture("panel", panel_figure, inputs.basis, panel, rms, caption=caption)
 
 
-def _row(
-    answer: StudyAnswer, candidate: Candidate, massless: Collection[str | None]
-) -> dict[str, Any]:
+def _row(answer: StudyAnswer, candidate: Candidate, massless: Collection[str]) -> dict[str, Any]:
     response = answer.response(candidate)
     return {
         "candidate": candidate,
         "response": response,
         "is_bare": candidate.scenario.is_bare,
-        "is_massless": any(f.damper in massless for f in candidate.scenario.fillings),
+        "is_massless": any(f.damper in massless for f in candidate.scenario.fillings.values()),
         "per_kg": response.reduction / candidate.mass if candidate.mass > 0 else math.nan,
         "is_within_error": not candidate.scenario.is_bare and is_gain(response) is False,
         "trust": trust_text(candidate.doubts, candidate.note),
+        "others": "; ".join(
+            f"{name}: {value_text(other.reduction, other.reduction_error, answer.decimals[1])}"
+            for name, other in candidate.others
+        ),
     }
 
 
@@ -92,12 +95,12 @@ def _mapped_name(answer: StudyAnswer, label: str) -> str:
 
 def psd_picture_of(inputs: Inputs, answer: StudyAnswer) -> Picture:
     """Return the PSD at the worst point, bare against the best scenario with its band."""
-    point, reading, (decimals, _) = answer.worst, answer.reading, answer.decimals
+    point, (decimals, _) = answer.worst, answer.decimals
     curve_styles = [(answer.bare, style.BARE, 0.7)]
     curve_styles += [(best, style.PLACES[0], 1.8) for best in answer.candidates[:1]]
     curves = []
     for candidate, colour, width in curve_styles:
-        place = {"reading": reading, "scenario": candidate.scenario.label, "point": point}
+        place = {"scenario": candidate.scenario.label, "point": point}
         response = answer.response(candidate)
         rms = value_text(response.rms, response.rms_error, decimals)
         label = f"{candidate.scenario.name}: {rms} g rms"
@@ -205,8 +208,8 @@ def list_scenarios(candidates: Sequence[Candidate], among: Sequence[Candidate]) 
     --------
     >>> from pidpanel.study import Filling, Scenario
     >>> def candidate(patch, fill):
-    ...     filling = Filling(patch=patch, damper=None, fill_fraction=fill)
-    ...     scenario = Scenario(label=f"{patch}{fill}", fillings=(filling,), oaspl_db=None)
+    ...     fillings = {patch: Filling(fill_fraction=fill)}
+    ...     scenario = Scenario(label=f"{patch}{fill}", fillings=fillings)
     ...     return Candidate(scenario, 1.0, 1.0, {}, ())
     >>> some = [candidate(*c) for c in (("A", 0.7), ("A", 0.5), ("A", 0.9), ("B", 0.5))]
     >>> list_scenarios(some, some)
@@ -239,10 +242,11 @@ def _fills(candidates: Sequence[Candidate]) -> dict[str, list[float]]:
     fills: dict[str, list[float]] = {}
     for candidate in candidates:
         fillings = candidate.scenario.fillings
-        if len(fillings) == 1 and fillings[0].fill_fraction is not None:
-            patch, *dampers = fillings[0].place
+        fill = candidate.scenario.fill_fraction
+        if len(fillings) == 1 and math.isfinite(fill):
+            patch, *dampers = candidate.scenario.place(*fillings)
             key = patch + "".join(f" ({damper})" for damper in dampers)
-            fills.setdefault(key, []).append(fillings[0].fill_fraction)
+            fills.setdefault(key, []).append(fill)
         else:
             scenario = candidate.scenario
             fills.setdefault(scenario.label if len(fillings) > 1 else scenario.name, [])

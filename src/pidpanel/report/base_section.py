@@ -14,7 +14,7 @@ from pidpanel.report import html, style
 from pidpanel.report.answer_section import trust_text
 from pidpanel.report.inputs import BaseResults
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
-from pidpanel.report.text import READINGS, common_decimals, records, value_text
+from pidpanel.report.text import common_decimals, records, value_text
 from pidpanel.response.trust import doubts_in
 
 MODES_SHOWN = 12  # modes with the largest effective masses in the table
@@ -85,11 +85,9 @@ def _random_values(summary: pd.DataFrame, names: Names, points: Sequence[str]) -
     """Return g rms, displacement and force of each scenario, by input."""
     good = summary[summary["status"] == "ok"]
     rows = []
-    for (reading, scenario, level), group in good.groupby(
-        ["reading", "scenario", "input"], sort=False
-    ):
+    for (scenario, level), group in good.groupby(["scenario", "input"], sort=False):
         by_point = {row["point"]: row for row in records(group)}
-        about: dict[str, Any] = {"name": names[str(scenario)], "reading": reading, "input": level}
+        about: dict[str, Any] = {"name": names[str(scenario)], "input": level}
         about["trust"] = trust_text(doubts_in(records(group)[0]))
         about["displacement"] = group["relative_displacement_rms_mm"].max()
         about["by_point"] = {point: by_point[point] for point in points}
@@ -123,9 +121,8 @@ def _random_pictures(
     psd: xr.Dataset, names: Names, points: Sequence[str]
 ) -> Iterator[html.Picture]:
     """Yield transmissibility and PSD by point, then interface force and input."""
-    f, reading = psd["frequency"].to_numpy(), str(psd["reading"].to_numpy()[0])
-    shown = psd.sel(reading=reading)
-    stated, square_g = shown.sel(input="stated"), STANDARD_GRAVITY**2
+    f = psd["frequency"].to_numpy()
+    stated, square_g = psd.sel(input="stated"), STANDARD_GRAVITY**2
     for point in points:
         at_point = stated.sel(point=point)
         response = at_point["absolute_acceleration_psd"]
@@ -135,11 +132,9 @@ def _random_pictures(
             html.Chart("transmissibility", f, "transmissibility, –", gain),
             html.Chart("absolute acceleration", f, PSD_UNIT, densities),
         ]
-        caption = (
-            f"Random base motion at point {point}, stated input. Damping: {READINGS[reading]}."
-        )
+        caption = f"Random base motion at point {point}, stated input."
         yield chart_picture(f"base_{point}", charts, caption, height=3.9)
-    inputs = _curves(shown["input_psd"].sel(input="notched") / square_g, names)
+    inputs = _curves(psd["input_psd"].sel(input="notched") / square_g, names)
     level = _curves(stated["input_psd"] / square_g, names)[0]
     inputs.append(replace(level, label="stated input", colour="#777777", line="dashed"))
     force = _curves(stated["interface_force_psd"], names, stated["force_log_error"])
@@ -147,17 +142,14 @@ def _random_pictures(
         html.Chart("force", f, "force PSD, N²/Hz", force),
         html.Chart("input", f, PSD_UNIT, inputs),
     ]
-    caption = (
-        "Force of all supports under the stated input; stated and notched inputs. "
-        f"Damping: {READINGS[reading]}."
-    )
+    caption = "Force of all supports under the stated input; stated and notched inputs."
     yield chart_picture("base_interface", charts, caption, height=3.9)
 
 
 def _notches(notched: pd.DataFrame, names: Names) -> list[dict[str, Any]]:
     """Return the bands in which one limit lowers the input."""
     lowered = notched[notched["reason"] != ""]
-    place = lowered[["reading", "scenario", "reason"]]
+    place = lowered[["scenario", "reason"]]
     start = place.ne(place.shift()).any(axis=1) | (lowered.index.to_series().diff() != 1)
     rows = []
     for _, band in lowered.groupby(start.cumsum()):
@@ -170,7 +162,7 @@ def _notches(notched: pd.DataFrame, names: Names) -> list[dict[str, Any]]:
 def _with_jumps(sine: xr.Dataset) -> list[str]:
     """Return the scenarios whose sweeps up and down differ."""
     up, down = (sine["acceleration"].sel(direction=way) for way in ("up", "down"))
-    is_jump = abs(up / down - 1).max(("reading", "frequency", "point")) > SAME_MOTION
+    is_jump = abs(up / down - 1).max(("frequency", "point")) > SAME_MOTION
     return sine["scenario"].to_numpy()[is_jump.to_numpy()].tolist()
 
 
@@ -200,14 +192,13 @@ def _sine_values(sine: xr.Dataset, peaks: pd.DataFrame, names: Names) -> dict[st
 
 def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Iterator[html.Picture]:
     """Yield amplitudes at the points and of the interface force, two at a time."""
-    f, reading = sine["frequency"].to_numpy(), str(sine["reading"].to_numpy()[0])
-    shown, jumps = sine.sel(reading=reading), [names[label] for label in _with_jumps(sine)]
+    f, jumps = sine["frequency"].to_numpy(), [names[label] for label in _with_jumps(sine)]
     drawn = []
     for point in points:
-        values = shown.sel(point=point)
+        values = sine.sel(point=point)
         amplitude = values["acceleration"] / STANDARD_GRAVITY
         drawn.append((f"point {point}", "g", amplitude, values["acceleration_log_error"]))
-    force = shown["interface_force"], shown["interface_force_log_error"]
+    force = sine["interface_force"], sine["interface_force_log_error"]
     charts = []
     for title, unit, amplitude, error in [*drawn, ("interface force", "N", *force)]:
         up, down = (
@@ -218,8 +209,8 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
         dotted = [replace(c, label=f"{c.label}, down", line="dotted") for c in differing]
         charts.append(html.Chart(title, f, f"amplitude, {unit}", [*up, *dotted]))
     caption = (
-        "Sine sweep: amplitudes of absolute accelerations and force. Damping: "
-        f"{READINGS[reading]}. Bands: one standard error due to the damping."
+        "Sine sweep: amplitudes of absolute accelerations and force. Bands: one standard error due "
+        "to the damping."
     )
     for start in range(0, len(charts), 2):
         pair = charts[start : start + 2]

@@ -8,7 +8,6 @@ scenarios allow, for each damping model; `verdict_table` shows the verdicts.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -216,14 +215,12 @@ def shifts_when_stretched(rms: Array, bare: Array, error: Array, oaspl: Array) -
     return _finding(ALIKE - np.abs(rise - step), spread, text)
 
 
-def _stretched(
-    summary: pd.DataFrame, reading: str, labels: Mapping[object, str], points: Sequence[str]
-) -> Array:
+def _stretched(summary: pd.DataFrame, labels: Mapping[object, str], points: Sequence[str]) -> Array:
     """Return g rms and displacement with stretching (n_levels, 2, n_points), linear without."""
     motions = []
     for name in ("acceleration_rms_g", "displacement_rms_mm"):
-        linear = rms_by(summary, reading, labels, points, name)
-        stretched = rms_by(summary, reading, labels, points, f"stretched_{name}")
+        linear = rms_by(summary, labels, points, name)
+        stretched = rms_by(summary, labels, points, f"stretched_{name}")
         motions.append(stretched.fillna(linear).to_numpy(float))
     return np.stack(motions, axis=1)
 
@@ -233,18 +230,21 @@ def verdicts(
 ) -> Iterator[Verdict]:
     """Test every claim of the paper that the study's scenarios allow, for each damping model."""
     points = moving_points(summary, list(study.panel.points))
-    for name, reading in itertools.product(study.families, study.readings if points else ()):
-        _, _, varied, scenarios = family_of(study, name)
+    families = [family_of(study, name) for name in study.families if points]
+    groups = [(family.varied, *group) for family in families for group in family.groups.items()]
+    for varied, model, scenarios in groups:
+        if varied == "damper":
+            continue
         labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
-        rms = rms_by(summary, reading, labels, points)
-        error = rms_by(summary, reading, labels, points, "reduction_error_db")
+        rms = rms_by(summary, labels, points)
+        error = rms_by(summary, labels, points, "reduction_error_db")
         bare_labels = [s.bare.label for s in scenarios]
-        bare = rms_by(summary, reading, {label: label for label in bare_labels}, points)
-        centre, band = band_rms_of(psd, reading, list(labels.values()), points)
-        spread = band_error_of(psd, reading, list(labels.values()), points)
+        bare = rms_by(summary, {label: label for label in bare_labels}, points)
+        centre, band = band_rms_of(psd, list(labels.values()), points)
+        spread = band_error_of(psd, list(labels.values()), points)
         tests: dict[str, Callable[[], Finding]] = {}
         if varied == "fill_fraction":
-            _, bare_band = band_rms_of(psd, reading, bare_labels, points)
+            _, bare_band = band_rms_of(psd, bare_labels, points)
             gained = reduction(bare_band, band)
             if MOST_EFFECTIVE_FILL in rms.index and len(rms) > 1:
                 claim = f"A fill of {percent(MOST_EFFECTIVE_FILL)} is the most effective"
@@ -273,18 +273,18 @@ def verdicts(
             oaspl = np.array([s.oaspl_db for s in scenarios], float)
             claim = "The response shifts linearly with the sound level"
             tests[claim] = partial(shifts_with_level, band, spread, oaspl)
-            stretched = rms_by(summary, reading, labels, points, "stretched_acceleration_rms_g")
+            stretched = rms_by(summary, labels, points, "stretched_acceleration_rms_g")
             if stretched.notna().to_numpy().any():
                 bare_by_level = dict(zip(labels, bare_labels, strict=True))
                 motion, plain = (
-                    _stretched(summary, reading, names, points) for names in (labels, bare_by_level)
+                    _stretched(summary, names, points) for names in (labels, bare_by_level)
                 )
                 errors = np.repeat(error.to_numpy(float)[:, None], motion.shape[1], axis=1)
                 claim = f"{claim}, with the stretching of the panel"
                 tests[claim] = partial(shifts_when_stretched, motion, plain, errors, oaspl)
         is_steady = bool(np.isfinite(rms.to_numpy(float)).all())
         for claim, test in tests.items():
-            yield Verdict(claim, reading, test() if is_steady else None)
+            yield Verdict(claim, model, test() if is_steady else None)
 
 
 def patch_distance(basis: PanelBasis) -> pd.DataFrame:
@@ -308,7 +308,7 @@ class Verdict(NamedTuple):
     """The finding on a claim for one damping model."""
 
     claim: str
-    reading: str
+    model: str
     finding: Finding | None  # None without a steady response
 
 

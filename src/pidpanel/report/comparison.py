@@ -1,6 +1,5 @@
 """Results of two studies against each other: what differs by more than the stated errors."""
 
-import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -18,13 +17,13 @@ from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.inputs import without_errors
 from pidpanel.report.maps_section import FIELD_STYLES, map_figure, scale_ends
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
-from pidpanel.report.text import DECIBEL_DECIMALS, READINGS, common_decimals, records, value_text
+from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records, value_text
 
 SAME = 1e-3  # share of a value below which a difference is that of lines and meshes [1]
 
 BEST = "best"  # name of the row of the scenario with the lowest rms value at a level
 
-KEYS = ["reading", "scenario", "point"]
+KEYS = ["scenario", "point"]
 SIDES = ("first", "second")  # ends of the columns of `differences`
 
 
@@ -63,35 +62,41 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
 
 
 def values_of(summary: pd.DataFrame) -> pd.DataFrame:
-    """Return model, scenario, point, rms acceleration, error [g] and mass [kg], row by row.
+    """Return scenario, point, rms acceleration, error [g] and mass [kg], row by row.
 
-    The lowest of each point, damping model and sound level is repeated as the scenario `BEST`, with
-    its own ``label`` and ``best_level``. A bare panel has no error of its damping, and no mass.
+    The lowest of each point, source of damping and sound level is repeated as the scenario `BEST`,
+    with its own ``label``, ``best_level`` and ``best_source``. A bare panel has no error of its
+    damping, and no mass.
     """
     columns = [*KEYS, "acceleration_rms_g", "acceleration_rms_error_g", "added_mass_kg", "patch"]
-    values = summary[summary["acceleration_rms_g"] > 0].reindex(columns=[*columns, "oaspl_db"])
-    values = values.set_axis([*KEYS, "rms", "error", "mass", "is_bare", "level"], axis=1)
+    columns += ["oaspl_db", "damping_source"]
+    values = summary[summary["acceleration_rms_g"] > 0].reindex(columns=columns)
+    values = values.set_axis([*KEYS, "rms", "error", "mass", "is_bare", "level", "source"], axis=1)
     values = values.reset_index(drop=True)
     # to 0.1 dB; 0 under base motion, and for rows that are not the best of a level
     values = values.assign(level=values["level"].round(1).fillna(0.0), best_level=0.0)
     values = values.assign(is_bare=values["is_bare"] == "none", label=values["scenario"])
     values.loc[values["is_bare"], ["error", "mass"]] = (0.0, np.nan)
-    treated = values[~values["is_bare"]].groupby(["reading", "point", "level"], sort=False)
+    treated = values[~values["is_bare"]].groupby(
+        ["source", "point", "level"], sort=False, dropna=False
+    )
     best = values.loc[treated["rms"].idxmin()]
-    return pd.concat([values, best.assign(scenario=BEST, best_level=best["level"])])
+    # the best of a single source is compared with that of another study, whatever its source
+    is_single = best["source"].nunique() <= 1
+    sources = "" if is_single else best["source"]
+    best = best.assign(scenario=BEST, best_level=best["level"], best_source=sources)
+    return pd.concat([values.assign(best_source=""), best])
 
 
 def differences(first: Side, second: Side) -> pd.DataFrame:
     """Return the rows of both studies, by `KEYS`: both values, the reduction [dB], the verdict.
 
-    Two studies with one damping model each are compared even if the models differ. The error is
+    The best are those of each source of damping. The error is
     that of independent values, so it is too large for common errors, such as those of one coupon.
     """
     base, rival = (values_of(side.summary) for side in (first, second))
-    base, rival = (values.assign(source=values["reading"]) for values in (base, rival))
-    if base["reading"].nunique() == rival["reading"].nunique() == 1:
-        rival["reading"] = base["reading"].iloc[0]
-    shared = base.merge(rival, on=[*KEYS, "best_level"], suffixes=[f"_{side}" for side in SIDES])
+    keys = [*KEYS, "best_level", "best_source"]
+    shared = base.merge(rival, on=keys, suffixes=[f"_{side}" for side in SIDES])
     rms, rival_rms = shared["rms_first"], shared["rms_second"]
     reduction = 20 * np.log10(rms / rival_rms)
     relative = np.hypot(shared["error_first"] / rms, shared["error_second"] / rival_rms)
@@ -122,16 +127,16 @@ def rows_of(shared: pd.DataFrame) -> list[list[str]]:
     decimals = common_decimals(shared["error"], DECIBEL_DECIMALS)
     has_levels = shared.loc[shared["scenario"] == BEST, "best_level"].nunique() > 1
     for row in records(shared):
-        scenario, reading = row["scenario"], row["reading"]
+        scenario = row["scenario"]
         if scenario == BEST:
             labels = dict.fromkeys(row[f"label_{side}"] for side in SIDES)
             level = f" at {row['best_level']:g} dB" if has_levels else ""
-            scenario = f"{BEST}{level}: {' | '.join(labels)}"
+            source = f" by {row['best_source']}" if row["best_source"] else ""
+            scenario = f"{BEST}{level}{source}: {' | '.join(labels)}"
         rms = [value_text(row[f"rms_{s}"], row[f"error_{s}"], rms_decimals) for s in SIDES]
         gain = value_text(row["reduction"], row["error"], decimals)
-        model = READINGS.get(reading, reading)
         mass = text.span((text.number(row[f"mass_{side}"], 2) for side in SIDES), " | ")
-        rows.append([model, scenario, row["point"], *rms, gain, row["verdict"], mass])
+        rows.append([scenario, row["point"], *rms, gain, row["verdict"], mass])
     return rows
 
 
@@ -139,7 +144,7 @@ def columns_of(first: Side, second: Side) -> list[str]:
     """Return the heads of the columns of `rows_of`."""
     values = [f"{side.name}, g rms" for side in (first, second)]
     values += ["reduction, dB", f"{second.name} is", "added, kg"]
-    return ["damping model", "scenario", "point", *values]
+    return ["scenario", "point", *values]
 
 
 def comparison_lines(first: Side, second: Side) -> Iterator[str]:
@@ -244,8 +249,8 @@ def _psds(first: Side, second: Side, shared: pd.DataFrame) -> list[html.Picture]
     pictures: list[html.Picture] = []
     lines = np.union1d(first.psd["frequency"], second.psd["frequency"])
     sides = dict(zip(SIDES, (first, second), strict=True))
-    for point, reading in itertools.product(shared["point"].unique(), shared["reading"].unique()):
-        rows = shared[(shared["reading"] == reading) & (shared["point"] == point)]
+    for point in shared["point"].unique():
+        rows = shared[shared["point"] == point]
         drawn = rows[(rows["scenario"] == BEST) | rows["is_bare_first"]]
         alike = drawn[drawn["level_first"] == drawn["level_second"]]
         # without a common level the bare panels alone
@@ -255,7 +260,7 @@ def _psds(first: Side, second: Side, shared: pd.DataFrame) -> list[html.Picture]
             curves = [
                 html.PageCurve(
                     f"{side.name}, {row[f'label_{end}']}",
-                    _resample(side, row[f"source_{end}"], row[f"label_{end}"], point, lines),
+                    _resample(side, row[f"label_{end}"], point, lines),
                     colour,
                     "solid" if row["scenario"] == BEST else "dotted",
                     width=0.9,
@@ -264,17 +269,16 @@ def _psds(first: Side, second: Side, shared: pd.DataFrame) -> list[html.Picture]
                 for (end, side), colour in zip(sides.items(), COLOURS, strict=True)
             ]
             if curves:
-                title = READINGS.get(reading, reading)
                 level = f", {group['level_first'].iloc[0]:g} dB" if len(groups) > 1 else ""
-                chart = html.Chart(title, lines, PSD_UNIT, curves, f"point {point}")
+                chart = html.Chart("", lines, PSD_UNIT, curves, f"point {point}")
                 caption = f"Acceleration PSD at point {point}{level}; bare panels dotted."
                 pictures.append(chart_picture(f"psd_{len(pictures)}", [chart], caption))
     return pictures
 
 
-def _resample(side: Side, reading: str, scenario: str, point: str, frequency: Array) -> Array:
+def _resample(side: Side, scenario: str, point: str, frequency: Array) -> Array:
     """Return a PSD [g²/Hz] on other lines; NaN beyond its own."""
-    psd = side.psd["acceleration_psd"].sel(reading=reading, scenario=scenario, point=point)
+    psd = side.psd["acceleration_psd"].sel(scenario=scenario, point=point)
     side_lines = side.psd["frequency"].to_numpy()
     values = np.interp(frequency, side_lines, psd.to_numpy(), left=np.nan, right=np.nan)
     return values / STANDARD_GRAVITY**2

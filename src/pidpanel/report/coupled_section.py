@@ -7,8 +7,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from pidpanel.constants import ATLAS
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import AtlasResults, CoupledResults
@@ -103,6 +101,8 @@ def atlas_section(
     layouts: pd.DataFrame,
     names: Mapping[str, str],
     frequency: tuple[float, float],
+    *,
+    is_coupled: bool,
 ) -> PageSection:
     """Return C_e and m_a from the atlas at the motions of the patches.
 
@@ -114,12 +114,13 @@ def atlas_section(
         Names of the scenarios by label.
     frequency
         Range of the response [Hz].
+    is_coupled
+        Whether the study has coupled runs.
     """
     beds = curves(atlas, layouts, frequency)
     picture = None
     if len(beds):  # else the atlas has no bed at any of these motions
         picture = figure_picture("atlas_damping", coupled_figure, beds, names)
-    is_coupled = (layouts["reading"] == COUPLED).any()
     values = {"atlas": atlas.text, "damping": picture, "is_coupled": is_coupled}
     return template_section("atlas.html", "Damping from the atlas", values)
 
@@ -129,10 +130,8 @@ def curves(
 ) -> pd.DataFrame:
     """Return a row for each patch read from the atlas and each frequency, as `coupled_figure`."""
     f, parts = np.geomspace(*frequency, LINES), []
-    for row in records(layouts[layouts["reading"] == ATLAS]):
-        model = atlas.models.get(row["damper"])
-        if model is None:
-            continue
+    for row in records(layouts[layouts["damper"].isin(list(atlas.models))]):
+        model = atlas.models[row["damper"]]
         point = float(row["fill_fraction"]), float(row["damping_read_at_g"])
         values = model(f, *point)
         mass_error = np.sqrt(np.diag(model.covariance(f, *point))[LINES:])

@@ -12,7 +12,7 @@ from pidpanel.coupon.liggghts.deck import comes_with_pidpanel
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.paths import STUDIES
 from pidpanel.report.inputs import BaseResults, Inputs, PanelInputs
-from pidpanel.report.names import Study
+from pidpanel.report.names import Study, damper_titles
 from pidpanel.report.templates import pairs
 from pidpanel.report.text import counted
 from pidpanel.solve.mesh_error import decibels
@@ -23,6 +23,7 @@ def study_facts(inputs: PanelInputs) -> list[tuple[str, str]]:
     study, base = inputs.study, inputs.base
     values: dict[str, Any] = {
         "study": study,
+        "models": damper_titles(study),
         "panel": _panel(study, inputs.basis, inputs.section),
         "words": dict(pairs("words.html", {"study": study})),
         "base": None if base is None else _base(base),

@@ -6,7 +6,7 @@ import pandas as pd
 
 from pidpanel.coupon.from_study import cases_by_coupon
 from pidpanel.damping.atlas_files import read_atlas, version_text
-from pidpanel.damping.from_study import atlas_models, compare_measured
+from pidpanel.damping.from_study import compare_measured, damper_model
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.panel.files import read_basis
 from pidpanel.paths import PAPER_TABLE, SECTION, of_damper
@@ -87,13 +87,11 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
             name: read_coupon(study, name, of_damper(folder / "coupon", name, "cases.csv"))
             for name in study.coupons
         },
-        coupled=inputs.read_coupled(
-            folder / "coupled", with_verdict=len(study.readings) > 1 and study.sound is not None
-        )
+        coupled=inputs.read_coupled(folder / "coupled", with_verdict=study.has_verdict)
         if study.is_coupled
         else None,
-        atlas=read_atlas_results(study) if study.atlas_coupons else None,
-        damping={name: inputs.read_damping(name, folder) for name in study.surfaces},
+        atlas=read_atlas_results(study) if study.beds("atlas") else None,
+        damping={name: inputs.read_damping(name, folder) for name in study.coupons},
         base=inputs.read_base(folder / "base", study.base.parts) if study.base else None,
         measurements=measured,
         proposal=inputs.read_proposal(folder / "optimise", study.optimise.objective)
@@ -104,7 +102,7 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
 
 def read_atlas_results(study: Study) -> inputs.AtlasResults:
     """Return the atlas, and what a study reads from it."""
-    models = atlas_models(study, is_broadband=True)
+    models = {name: damper_model(bed) for name, bed in study.beds("atlas").items()}
     return inputs.AtlasResults(version_text(read_atlas()), models)
 
 
@@ -137,14 +135,16 @@ def read_coupon(study: CouponStudy, damper: str, table: Path) -> inputs.CouponRe
         raise StudyError(
             f"{table}: {unknown[0]}: not a case of {study.name} as it is now; run the study again"
         )
-    coupon = study.coupons[damper]
+    coupon, alone = study.coupons[damper], study.coupon
     return inputs.CouponResults(
         rows,
         coupon_words(coupon),
         varied_keys(study),
         read_film(cases, table.with_name("film.nc")),
-        is_design=coupon.cases is not None,
-        measured=None if coupon.measured is None else compare_measured(coupon, rows),
+        is_design=alone is not None and alone.cases is not None,
+        measured=None
+        if alone is None or alone.measured is None
+        else compare_measured(coupon, alone.measured, rows),
     )
 
 
@@ -162,15 +162,12 @@ def varied_keys(study: CouponStudy) -> list[str]:
 def partly_known(study: Study) -> list[str]:
     """Return the scenarios some of whose dampers state no error, by label.
 
-    What `PARTLY` find for them holds the errors of the others alone.
+    What is found for them has the errors of the others alone.
     """
-    if not set(inputs.PARTLY) & set(study.readings):
-        return []
-    with_errors = {name for name, damper in study.all_dampers.items() if damper.states_error}
     return [
         scenario.label
         for scenario in study.all_scenarios()
-        if any(filling.damper not in with_errors for filling in scenario.fillings)
+        if not all(study.damper_of(f).states_error for f in scenario.fillings.values())
     ]
 
 
@@ -178,7 +175,7 @@ def coupon_words(coupon: Coupon) -> str:
     """Return material, e, μ, cell, gravity and the requested accuracy of a coupon in words."""
     values = {
         "coupon": coupon,
-        "varied": coupon.varied_values,
+        "varied": getattr(coupon, "varied_values", {}),
         "sizes": sorted(1e3 * d for d in coupon.diameters),
         "shape": SHAPES[coupon.cell.shape].word,
     }

@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from pidpanel.constants import BY_DAMPER
 from pidpanel.damping import surface_files
-from pidpanel.damping.atlas import AtlasDamping
+from pidpanel.damping.models import Damper
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.paths import of_damper
@@ -51,7 +50,7 @@ class AtlasResults(NamedTuple):
     """The atlas of particle beds, and what is read from it."""
 
     text: str  # version and cases
-    models: Mapping[str, AtlasDamping]  # by damper
+    models: Mapping[str, Damper]  # by damper
 
 
 class ProposalResults(NamedTuple):
@@ -110,7 +109,7 @@ class PanelInputs:
     basis: PanelBasis  # ``panel/modes.nc``
     section: pd.DataFrame  # ``panel/section.csv``
     printed: pd.DataFrame  # Table 1 of the paper
-    coupons: Mapping[str, CouponResults]  # by damper; ``coupon`` is the section of the study
+    coupons: Mapping[str, CouponResults]  # by damper
     damping: Mapping[str, DampingResults] = field(default_factory=dict)  # by damper
     coupled: CoupledResults | None = None  # None without coupled runs
     atlas: AtlasResults | None = None  # None where nothing is read from it
@@ -144,8 +143,6 @@ class Inputs(PanelInputs):
 
 # Columns of ``response/summary.csv`` with errors.
 ERROR_COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read_at_error_g")
-
-PARTLY = BY_DAMPER  # damping models by damper, in which patches may have stated values
 
 
 def read_by_point(path: Path) -> pd.DataFrame:
@@ -187,7 +184,7 @@ def read_proposal(folder: Path, objective: str) -> ProposalResults:
 def read_severity(folder: Path, stated: Severity) -> SeverityResults:
     """Read what the severity stage left of a section of a study."""
     tables = _tables(folder, "oscillators", "peaks", "fatigue", "strength", "margins")
-    texts = {"reading", "scenario", "point", "layer", "quantity"}
+    texts = {"scenario", "point", "layer", "quantity"}
     for name, table in tables.items():  # pandas has no kind of number for an empty column
         numbers = [column for column in table if column not in texts]
         tables[name] = table.astype(dict.fromkeys(numbers, float))
@@ -210,13 +207,13 @@ def read_damping(damper: str, folder: Path) -> DampingResults:
 def without_errors(
     labels: Collection[str], summary: pd.DataFrame, psd: xr.Dataset
 ) -> tuple[pd.DataFrame, xr.Dataset]:
-    """Return ``summary.csv`` and ``psd.nc`` without the errors of some scenarios in `PARTLY`."""
+    """Return ``summary.csv`` and ``psd.nc`` without the errors of some scenarios."""
     if not labels:
         return summary, psd
     summary, psd = summary.copy(), psd.copy()
-    selected = summary["reading"].isin(PARTLY) & summary["scenario"].isin(list(labels))
+    selected = summary["scenario"].isin(list(labels))
     summary.loc[selected, [name for name in ERROR_COLUMNS if name in summary]] = np.nan
     if "acceleration_psd_log_error" in psd:
-        is_partial = psd["reading"].isin(PARTLY) & psd["scenario"].isin(list(labels))
+        is_partial = psd["scenario"].isin(list(labels))
         psd["acceleration_psd_log_error"] = psd["acceleration_psd_log_error"].where(~is_partial)
     return summary, psd

@@ -12,7 +12,6 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import panel_axes, shades
-from pidpanel.report.text import READINGS
 
 # Fields drawn: label with unit, factor from SI to that unit, colour map.
 FIELD_STYLES = {
@@ -24,12 +23,8 @@ EXCEEDED_SHARE = 0.01  # share of the area that lies beyond the end of the colou
 
 
 def case_titles(maps: xr.Dataset, names: Mapping[str, str]) -> list[str]:
-    """Return the titles of the cases of maps: scenario and damping model."""
-    cases = zip(maps["reading"].to_numpy(), maps["scenario"].to_numpy(), strict=True)
-    return [
-        names[str(label)] + ("" if label.startswith("bare") else f"\n{READINGS[str(reading)]}")
-        for reading, label in cases
-    ]
+    """Return the titles of the cases of maps, which are scenarios."""
+    return [names[str(label)] for label in maps["scenario"].to_numpy()]
 
 
 def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> PageSection:

@@ -12,7 +12,7 @@ from pidpanel.report import style
 from pidpanel.report.html import Chart, PageCurve, PageSection, Picture, template_section
 from pidpanel.report.inputs import BaseResults, MeasurementResults
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
-from pidpanel.report.text import READINGS, records, with_error
+from pidpanel.report.text import records, with_error
 
 PSD, RATIO = "psd_g2_hz", "transmissibility"  # ends of the columns of either quantity
 
@@ -32,10 +32,12 @@ def measurement_section(
     for index, (name, rows) in enumerate(measured.differences.groupby("measurement", sort=False)):
         lines = measured.measured[measured.measured["measurement"] == name]
         about = _values(str(name), rows, names)
-        picture = _picture(f"measurement_{index + 1}", lines, rows, curves, is_psd=about["is_psd"])
+        picture = _picture(
+            f"measurement_{index + 1}", lines, rows, curves, names, is_psd=about["is_psd"]
+        )
         measurements.append({**about, "picture": picture})
     differences = [
-        {**row, **_either(row), "difference": _difference(row)}
+        {**row, **_either(row), "difference": _difference(row), "name": names[row["scenario"]]}
         for row in records(measured.differences)
     ]
     values = {"measurements": measurements, "differences": differences}
@@ -60,7 +62,7 @@ def _values(name: str, rows: pd.DataFrame, names: Mapping[str, str]) -> dict[str
     first = rows.iloc[0]
     is_psd = bool(np.isfinite(first[f"measured_{PSD}"]))
     models = []
-    for reading, bands in rows.groupby("reading", sort=False):
+    for label, bands in rows.groupby("scenario", sort=False):
         width = bands["upper_hz"] - bands["lower_hz"]
         measured, computed = (
             float(np.sqrt((bands[f"{kind}_{PSD}"] * width).sum())) if is_psd else np.nan
@@ -68,7 +70,7 @@ def _values(name: str, rows: pd.DataFrame, names: Mapping[str, str]) -> dict[str
         )
         models.append(
             {
-                "reading": reading,
+                "name": names[str(label)],
                 "mean": bands["difference_db"].replace([np.inf, -np.inf], np.nan).abs().mean(),
                 "measured": measured,
                 "computed": computed,
@@ -80,7 +82,6 @@ def _values(name: str, rows: pd.DataFrame, names: Mapping[str, str]) -> dict[str
         "is_psd": is_psd,
         "point": first["point"],
         "excitation": first["excitation"],
-        "scenario": names[first["scenario"]],
         "low": rows["lower_hz"].min(),
         "high": rows["upper_hz"].max(),
         "models": models,
@@ -88,7 +89,13 @@ def _values(name: str, rows: pd.DataFrame, names: Mapping[str, str]) -> dict[str
 
 
 def _picture(
-    name: str, lines: pd.DataFrame, rows: pd.DataFrame, curves: Curves, *, is_psd: bool
+    name: str,
+    lines: pd.DataFrame,
+    rows: pd.DataFrame,
+    curves: Curves,
+    names: Mapping[str, str],
+    *,
+    is_psd: bool,
 ) -> Picture:
     first = rows.iloc[0]
     column, unit = "acceleration_psd_g2_hz", PSD_UNIT
@@ -99,14 +106,14 @@ def _picture(
         raise ValueError(f"{first['measurement']}: no computed curves")
     frequency = computed["frequency"].to_numpy()
     test = np.interp(frequency, lines["frequency_hz"], lines[column], left=np.nan, right=np.nan)
-    places = rows[["reading", "scenario", "point"]].drop_duplicates()
+    places = rows[["scenario", "point"]].drop_duplicates()
     for colour, place in zip(style.PLACES, records(places), strict=False):
         case = computed_psd(computed, place, over_base=not is_psd)
         if case is None:
             continue
         power = 1.0 if is_psd else 0.5
         error = None if case.log_error is None else power * case.log_error
-        label = f"{READINGS[place['reading']]}, computed"
+        label = f"{names[place['scenario']]}, computed"
         drawn.append(PageCurve(label, case.psd**power, colour, log_error=error))
     chart = Chart("", frequency, unit, [PageCurve("measured", test, style.BARE), *drawn])
     return chart_picture(name, [chart])

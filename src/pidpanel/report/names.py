@@ -22,12 +22,35 @@ class ComparedScenarios(NamedTuple):
     title: str
     varied: str
     scenarios: tuple[Scenario, ...]
+    # The same by damping model, with its title; one group where dampers are compared
+    groups: Mapping[str, tuple[Scenario, ...]] = {}
 
 
 def family_of(study: Study, key: str) -> ComparedScenarios:
     """Return a family of a study with its scenarios."""
-    family = study.families[key]
-    return ComparedScenarios(key, family.title, family.varied, study.family_scenarios(key))
+    family, scenarios = study.families[key], study.family_scenarios(key)
+    by_title: dict[str, list[Scenario]] = {}
+    for scenario in scenarios:
+        title = "" if family.varied == "damper" else model_title(study, scenario)
+        by_title.setdefault(title, []).append(scenario)
+    groups = {title: tuple(group) for title, group in by_title.items()}
+    return ComparedScenarios(key, family.title, family.varied, scenarios, groups)
+
+
+def model_title(study: Study, scenario: Scenario) -> str:
+    """Return what a page calls the damping of a scenario: damping models, and of which damper."""
+    title = " and ".join(text.title for text in study.model_texts(scenario))
+    return f"{scenario.dampers}: {title}" if scenario.has_dampers else title
+
+
+def damper_titles(study: Study) -> dict[str, str]:
+    """Return the title of the damping model of each damper of the scenarios."""
+    return {name: study.dampers[name].text.title for name in study.scenario_dampers}
+
+
+def main_scenarios(study: Study) -> list[Scenario]:
+    """Return the bare panels, and the scenarios whose damping model answers first."""
+    return [s for s in study.all_scenarios() if s.is_bare or study.is_main(s)]
 
 
 def layouts_of(study: Study) -> list[Scenario]:

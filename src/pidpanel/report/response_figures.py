@@ -111,7 +111,7 @@ def reduction_tables(
     bands = [f"{row_name} / Hz", *map(nominal, centre)]
     return [
         ColourTable(
-            f"point {point} · {reading}",
+            f"point {point} · {model}" if model else f"point {point}",
             bands,
             rows,
             [
@@ -119,7 +119,7 @@ def reduction_tables(
                 for row in values.tolist()
             ],
         )
-        for (point, reading), values in gained.items()
+        for (point, model), values in gained.items()
     ]
 
 

@@ -8,13 +8,12 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.report import html, response_figures, style
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ComparedScenarios, Scenario, layouts_of
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
 from pidpanel.report.rms import band_rms_of, inside_of, psd_curve
-from pidpanel.report.text import READINGS, number, span
+from pidpanel.report.text import number, span
 from pidpanel.response.psd_files import is_steady
 from pidpanel.solve.bands import reduction
 
@@ -28,28 +27,32 @@ QUANTITIES = (
 )
 
 # Quantity in which the rows of reductions differ.
-ROW_NAMES = {"fill_fraction": "fill fraction r", "patch": "patch", "oaspl_db": "sound level, dB"}
+ROW_NAMES = {
+    "fill_fraction": "fill fraction r", "patch": "patch", "damper": "damper",
+    "oaspl_db": "sound level, dB",
+}  # fmt: skip
 
 
 def response_section(inputs: Inputs, family: ComparedScenarios) -> html.PageSection:
     """Return one family of scenarios: PSDs at every point, reductions by band, the damping."""
     name, heading = f"response-{family.key}", family.title or f"Scenarios: {family.key}"
-    readings = [
-        reading
-        for reading in inputs.study.readings
-        if all(is_steady(inputs.psd, reading, s.label) for s in family.scenarios)
-    ]
-    if not readings:
+    steady = {
+        title: group
+        for title, group in family.groups.items()
+        if all(is_steady(inputs.psd, scenario.label) for scenario in group)
+    }
+    if not steady:
         return html.PageSection(name, heading, [html.Fragment("unsteady.html", {})])
     frequency = inputs.psd["frequency"].to_numpy()
     points = inputs.moving_points
-    titles = {reading: reading_title(inputs, family, reading) for reading in readings}
-    notes = {reading: acceleration_note(inputs, family, reading) for reading in readings}
+    groups = {title + refuted(inputs, group): group for title, group in steady.items()}
+    notes = {title: acceleration_note(inputs, group) for title, group in groups.items()}
     psds = []
     for point in points:
-        curves_of = {r: psd_curves(inputs, family, r, point) for r in readings}
+        curves_of = {t: psd_curves(inputs, family, group, point) for t, group in groups.items()}
         charts = [
-            html.Chart(titles[r], frequency, PSD_UNIT, curves_of[r], notes[r]) for r in readings
+            html.Chart(title, frequency, PSD_UNIT, curves, notes[title])
+            for title, curves in curves_of.items()
         ]
         curves = list(itertools.chain.from_iterable(curves_of.values()))
         psds.append(
@@ -60,11 +63,11 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> html.PageSect
             }
         )
     values = {
-        "unstable": [reading for reading in inputs.study.readings if reading not in readings],
-        "reductions": reductions_of(inputs, family, titles) if points else [],
+        "unstable": [title for title in family.groups if title not in steady],
+        "reductions": reductions_of(inputs, family, groups) if points else [],
         "key": family.key,
         "psds": psds,
-        "damping": damping_block(inputs, family, titles, notes),
+        "damping": damping_block(inputs, family, groups, notes),
     }
     return html.PageSection(name, heading, [html.Fragment("response.html", values)])
 
@@ -72,6 +75,9 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> html.PageSect
 def _known_as(inputs: Inputs, family: ComparedScenarios, scenario: Scenario) -> tuple[str, str]:
     """Return the name of a scenario within its family, and its colour."""
     varied = family.varied
+    if varied == "damper":
+        names = list(dict.fromkeys(s.dampers for s in family.scenarios))
+        return scenario.dampers, style.place_colour(scenario.dampers, names)
     if varied == "fill_fraction":
         return f"r = {scenario.fill_fraction:g}", style.fill_colour(scenario.fill_fraction)
     if varied == "patch":
@@ -83,10 +89,10 @@ def _known_as(inputs: Inputs, family: ComparedScenarios, scenario: Scenario) -> 
 
 
 def psd_curves(
-    inputs: Inputs, family: ComparedScenarios, reading: str, point: str
+    inputs: Inputs, family: ComparedScenarios, scenarios: Sequence[Scenario], point: str
 ) -> list[html.PageCurve]:
     """Return PSDs [g²/Hz] of the bare panel at each sound level, then of the scenarios."""
-    scenarios, place = family.scenarios, {"reading": reading, "point": point}
+    place = {"point": point}
     levels = {s.bare.label: _known_as(inputs, family, s) for s in scenarios}
     curves = []
     for label, (level, colour) in levels.items():
@@ -101,63 +107,67 @@ def psd_curves(
     return curves
 
 
-def reading_title(inputs: Inputs, family: ComparedScenarios, reading: str) -> str:
-    """Return the title of a damping model's figures, and in how many scenarios it fails."""
+def refuted(inputs: Inputs, scenarios: Sequence[Scenario]) -> str:
+    """Return in how many scenarios the coupled runs refute their damping model; "" for none."""
     if inputs.coupled is None or inputs.coupled.verdict is None:
-        return READINGS[reading]
-    table = inputs.coupled.verdict
-    wrong = set(table.loc[(table["reading"] == reading) & (table["holds"] == "no"), "scenario"])
-    scenarios = [scenario.label for scenario in family.scenarios]
-    count = len(wrong.intersection(scenarios))
-    return READINGS[reading] + (f" – does not hold in {count} of {len(scenarios)}" if count else "")
+        return ""
+    study, table = inputs.study, inputs.coupled.verdict
+    table = table[table["holds"] == "no"]
+    wrong = set(zip(table["scenario"], table["damper"], strict=True))
+    count = sum(
+        any((other.label, scenario.dampers) in wrong for other in study.alternatives(scenario))
+        for scenario in scenarios
+    )
+    return f" – does not hold in {count} of {len(scenarios)}" if count else ""
 
 
-def acceleration_note(inputs: Inputs, family: ComparedScenarios, reading: str) -> str:
+def acceleration_note(inputs: Inputs, scenarios: Sequence[Scenario]) -> str:
     """Return the line under the title of the axes: at which Γ the damping was read."""
-    if reading == COUPLED:
+    if all(map(inputs.study.is_coupled_scenario, scenarios)):
         return "$C_e$ at the patch's own motion"
-    rows = inputs.summary[inputs.summary["reading"] == reading].drop_duplicates("scenario")
-    read_at = rows.set_index("scenario")["damping_read_at_g"]
-    read_at = read_at[[scenario.label for scenario in family.scenarios]]
+    rows = inputs.summary.drop_duplicates("scenario").set_index("scenario")
+    read_at = rows["damping_read_at_g"][[scenario.label for scenario in scenarios]]
     if read_at.isna().all():
         return "$C_e$ independent of Γ"
     gamma = span(number(value) for value in (read_at.min(), read_at.max()))
     return f"$C_e$ at {READ_AT[inputs.study.damping.level.kind]}, Γ = {gamma}"
 
 
+Groups = Mapping[str, Sequence[Scenario]]  # scenarios by the title of their damping model
+
+
 def reductions_of(
-    inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str]
+    inputs: Inputs, family: ComparedScenarios, groups: Groups
 ) -> list[html.ColourTable]:
     """Return third-octave reductions of a family, by point and damping model."""
     points = inputs.moving_points
     gained: dict[tuple[str, str], Array] = {}
-    scenarios = family.scenarios
-    for reading, title in titles.items():
-        centre, treated = band_rms_of(inputs.psd, reading, [s.label for s in scenarios], points)
-        _, bare = band_rms_of(inputs.psd, reading, [s.bare.label for s in scenarios], points)
+    centre, rows = np.zeros(0), []
+    for title, group in groups.items():
+        centre, treated = band_rms_of(inputs.psd, [s.label for s in group], points)
+        _, bare = band_rms_of(inputs.psd, [s.bare.label for s in group], points)
         values = reduction(bare, treated)
         gained |= {(point, title): values[..., index] for index, point in enumerate(points)}
-    rows = [
-        _known_as(inputs, family, s)[0].removeprefix("r = ").removesuffix(" dB") for s in scenarios
-    ]
+        names = [_known_as(inputs, family, scenario)[0] for scenario in group]
+        rows = [name.removeprefix("r = ").removesuffix(" dB") for name in names]
     return response_figures.reduction_tables(centre, rows, gained, ROW_NAMES[family.varied])
 
 
 def damping_block(
-    inputs: Inputs, family: ComparedScenarios, titles: Mapping[str, str], notes: Mapping[str, str]
+    inputs: Inputs, family: ComparedScenarios, groups: Groups, notes: Mapping[str, str]
 ) -> html.Picture:
     """Return C_e and m_a with which a family was computed, by damping model."""
     frequency, charts = inputs.psd["frequency"].to_numpy(), []
-    for reading, title in titles.items():
+    for title, group in groups.items():
         for quantity, unit, is_log in QUANTITIES:
             curves = []
-            for scenario in family.scenarios:
-                place = {"reading": reading, "scenario": scenario.label, "patch": scenario.patch}
+            for scenario in group:
+                place = {"scenario": scenario.label, "patch": scenario.patch}
                 values = inputs.psd[quantity].sel(place).to_numpy()
-                inside = inside_of(inputs.psd, reading, scenario.label)
+                inside = inside_of(inputs.psd, scenario.label)
                 look = _known_as(inputs, family, scenario)
                 curves.append(html.PageCurve(look[0], values, look[1], width=1.1, inside=inside))
-            charts.append(html.Chart(title, frequency, unit, curves, notes[reading], is_log))
+            charts.append(html.Chart(title, frequency, unit, curves, notes[title], is_log))
     return chart_picture(f"damping_{family.key}", charts, height=2.9)
 
 
@@ -168,31 +178,30 @@ def layouts_section(inputs: Inputs) -> html.PageSection:
     """Return the PSDs of the explicit layouts and of their dead weights at every point."""
     study = inputs.study
     points = []
+    drawn = [s for s in layouts_of(study) if is_steady(inputs.psd, s.label)]
     for point in inputs.moving_points:
         psds = []
-        for reading in study.readings:
-            drawn = [s for s in layouts_of(study) if is_steady(inputs.psd, reading, s.label)]
-            for first in range(0, len(drawn), DRAWN_TOGETHER):
-                part = drawn[first : first + DRAWN_TOGETHER]
-                name = f"psd_layouts_{reading}_{first // DRAWN_TOGETHER + 1}_{point}"
-                inside = [inside_of(inputs.psd, reading, scenario.label) for scenario in part]
-                psds.append(
-                    {
-                        "picture": _psd_picture(inputs, reading, part, point, name),
-                        "has_band": len(part) == 1,
-                        "is_dashed": not np.all(inside),
-                    }
-                )
+        for first in range(0, len(drawn), DRAWN_TOGETHER):
+            part = drawn[first : first + DRAWN_TOGETHER]
+            name = f"psd_layouts_{first // DRAWN_TOGETHER + 1}_{point}"
+            inside = [inside_of(inputs.psd, scenario.label) for scenario in part]
+            psds.append(
+                {
+                    "picture": _psd_picture(inputs, part, point, name),
+                    "has_band": len(part) == 1,
+                    "is_dashed": not np.all(inside),
+                }
+            )
         if psds:
             points.append([point, psds])
     return html.template_section("layouts.html", "Layouts", {"points": points})
 
 
 def _psd_picture(
-    inputs: Inputs, reading: str, scenarios: Sequence[Scenario], point: str, name: str
+    inputs: Inputs, scenarios: Sequence[Scenario], point: str, name: str
 ) -> html.Picture:
     """Return PSDs of the bare panel, of layouts and of their dead weights at a point."""
-    place = {"reading": reading, "point": point}
+    place = {"point": point}
     bare = dict.fromkeys(s.bare.label for s in scenarios)
     curves = []
     for label in bare:
@@ -215,5 +224,5 @@ def _psd_picture(
         has_band = len(scenarios) == 1
         treated.append(psd_curve(inputs.psd, case_place, label, colour, width, has_band=has_band))
     frequency = inputs.psd["frequency"].to_numpy()
-    chart = html.Chart(READINGS[reading], frequency, PSD_UNIT, [*curves, *dead, *treated])
+    chart = html.Chart("", frequency, PSD_UNIT, [*curves, *dead, *treated])
     return chart_picture(name, [chart])

@@ -20,13 +20,12 @@ def moving_points(summary: pd.DataFrame, points: Sequence[str]) -> list[str]:
 
 def rms_by(
     summary: pd.DataFrame,
-    reading: str,
     labels: Mapping[object, str],
     points: Sequence[str],
     column: str = "acceleration_rms_g",
 ) -> pd.DataFrame:
     """Return rms accelerations of scenarios, or another column, NaN where unknown, by label."""
-    rows = summary[summary["reading"] == reading]
+    rows = summary
     if column not in rows:
         rows = rows.assign(**{column: np.nan})
     wide = rows.pivot(index="scenario", columns="point", values=column)
@@ -35,37 +34,35 @@ def rms_by(
 
 
 def band_rms_of(
-    psd: xr.Dataset, reading: str, labels: Sequence[str], points: Sequence[str]
+    psd: xr.Dataset, labels: Sequence[str], points: Sequence[str]
 ) -> tuple[Array, Array]:
     """Return centres (n_bands,) [Hz] and rms values (n_scenarios, n_bands, n_points) [m/s²]."""
     frequency = psd["frequency"].to_numpy()
-    chosen = psd["acceleration_psd"].sel(reading=reading, scenario=list(labels), point=list(points))
+    chosen = psd["acceleration_psd"].sel(scenario=list(labels), point=list(points))
     values = chosen.transpose("frequency", "scenario", "point").to_numpy()
     centre, edge = third_octaves(frequency[0], frequency[-1])
     return centre, band_rms(frequency, values, edge).transpose(1, 0, 2)
 
 
-def band_error_of(
-    psd: xr.Dataset, reading: str, labels: Sequence[str], points: Sequence[str]
-) -> Array:
+def band_error_of(psd: xr.Dataset, labels: Sequence[str], points: Sequence[str]) -> Array:
     """Return standard errors of the levels of third-octave rms accelerations [dB].
 
     (n_scenarios, n_bands, n_points); NaN where no errors are known. Errors are common to the lines
     of a band, which has their mean, weighted with their PSD.
     """
-    _, whole = band_rms_of(psd, reading, labels, points)
+    _, whole = band_rms_of(psd, labels, points)
     if "acceleration_psd_log_error" not in psd:
         return np.full(whole.shape, np.nan)
     weighted = psd["acceleration_psd"] * psd["acceleration_psd_log_error"]
-    _, error = band_rms_of(psd.assign(acceleration_psd=weighted), reading, labels, points)
+    _, error = band_rms_of(psd.assign(acceleration_psd=weighted), labels, points)
     return 10 / np.log(10) * error**2 / whole**2
 
 
-def inside_of(psd: xr.Dataset, reading: str, scenario: str) -> Flags:
+def inside_of(psd: xr.Dataset, scenario: str) -> Flags:
     """Return (nf,) whether the damping of all patches is within the range of its data."""
     if "inside" not in psd:  # a panel without patches
         return np.ones(psd.sizes["frequency"], dtype=np.bool_)
-    inside = psd["inside"].sel(reading=reading, scenario=scenario).transpose("patch", "frequency")
+    inside = psd["inside"].sel(scenario=scenario).transpose("patch", "frequency")
     return np.asarray((inside.to_numpy() > 0.5).all(axis=0))
 
 
@@ -78,12 +75,12 @@ def psd_curve(
     *,
     has_band: bool = False,
 ) -> PageCurve:
-    """Return the acceleration PSD [g²/Hz] of a reading, scenario and point as a curve.
+    """Return the acceleration PSD [g²/Hz] of a scenario and point as a curve.
 
     Its band is the standard error of ln of the PSD due to its damping, where there is one.
     """
     values = psd["acceleration_psd"].sel(place).to_numpy() / STANDARD_GRAVITY**2
-    inside, error = inside_of(psd, place["reading"], place["scenario"]), None
+    inside, error = inside_of(psd, place["scenario"]), None
     if has_band and "acceleration_psd_log_error" in psd:
         errors = psd["acceleration_psd_log_error"].sel(place).to_numpy()
         error = errors if np.isfinite(errors).all() else None

@@ -9,12 +9,12 @@ import pandas as pd
 from pidpanel.report import html, style
 from pidpanel.report.inputs import Inputs, SeverityResults
 from pidpanel.report.maps_section import EXCEEDED_SHARE, case_titles, map_figure
-from pidpanel.report.names import with_names
+from pidpanel.report.names import main_scenarios, with_names
 from pidpanel.report.response_figures import chart_picture
 from pidpanel.report.text import NAMES, common_decimals, records
 
 ACROSS = 3
-PLACE = ["reading", "scenario", "point"]  # columns that identify a row
+PLACE = ["scenario", "point"]  # columns that identify a row
 POINTS = 6  # points drawn at most; the tables have all
 
 INDEX_STYLES = {
@@ -26,7 +26,8 @@ INDEX_STYLES = {
 def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSection:
     """Return the section of a study with the key ``severity``."""
     names = inputs.names
-    drawn = drawn_scenarios(inputs.summary)
+    main = [scenario.label for scenario in main_scenarios(inputs.study)]
+    drawn = drawn_scenarios(inputs.summary[inputs.summary["scenario"].isin(main)])
     strength = severity.strength.assign(
         index=severity.strength[["maximum_stress_index", "tsai_wu_index"]].max(axis=1),
         has_error=np.isfinite(severity.strength["relative_error"]),
@@ -38,7 +39,7 @@ def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSect
     values = {
         "quality": severity.stated.quality,
         "duration": severity.stated.duration_s,
-        "best": names[drawn[-1][1]],
+        "best": names[drawn[-1]],
         "oscillators": _oscillators(severity.oscillators, drawn, names),
         "peaks": records(with_names(severity.peaks, names)),
         "peak_decimals": common_decimals(severity.peaks["peak_error_g"], 0),
@@ -71,21 +72,19 @@ def _worst(
     return records(with_names(table.loc[highest], names))
 
 
-def drawn_scenarios(summary: pd.DataFrame) -> list[tuple[str, str]]:
-    """Return damping model and label of the most reduced scenario, and its bare panel first."""
+def drawn_scenarios(summary: pd.DataFrame) -> list[str]:
+    """Return the label of the most reduced scenario, and that of its bare panel first."""
     damped = summary[(summary["patch"] != "none") & (summary["status"] == "ok")]
     if damped.empty:
-        first = summary.iloc[0]
-        return [(first["reading"], first["scenario"])]
-    model_rows = damped[damped["reading"] == damped["reading"].iloc[0]]
-    mean = model_rows.groupby("scenario", sort=False)["reduction_db"].mean()
-    best = model_rows[model_rows["scenario"] == mean.idxmax()].iloc[0]
-    bare = summary[(summary["patch"] == "none") & (summary["oaspl_db"] == best["oaspl_db"])]
-    return [(best["reading"], label) for label in (bare.iloc[0]["scenario"], best["scenario"])]
+        return [summary.iloc[0]["scenario"]]
+    best = damped.groupby("scenario", sort=False)["reduction_db"].mean().idxmax()
+    level = damped.loc[damped["scenario"] == best, "oaspl_db"].iloc[0]
+    bare = summary[(summary["patch"] == "none") & (summary["oaspl_db"] == level)]
+    return [bare.iloc[0]["scenario"], str(best)]
 
 
 def _oscillators(
-    table: pd.DataFrame, drawn: Sequence[tuple[str, str]], names: Mapping[str, str]
+    table: pd.DataFrame, drawn: Sequence[str], names: Mapping[str, str]
 ) -> html.Picture:
     points = list(dict.fromkeys(table["point"]))[:POINTS]
     colours = [style.BARE, style.PLACES[0]][: len(drawn)]
@@ -93,8 +92,8 @@ def _oscillators(
     by_place = table.groupby(PLACE)
     for point in points:
         curves = []
-        for (reading, label), colour in zip(drawn, colours, strict=True):
-            rows = by_place.get_group((reading, label, point))
+        for label, colour in zip(drawn, colours, strict=True):
+            rows = by_place.get_group((label, point))
             rms = rows["oscillator_rms_g"].to_numpy()
             error = np.log1p(rows["oscillator_rms_error_g"].to_numpy() / rms)
             curves.append(html.PageCurve(names[label], rms, colour, log_error=error))

@@ -27,7 +27,7 @@ from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInpu
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.measured_section import measured_section
 from pidpanel.report.measurement_section import curves_of, measurement_section
-from pidpanel.report.names import CouponStudy, family_of, with_names
+from pidpanel.report.names import CouponStudy, family_of, model_title, with_names
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import is_papers_panel, panel_section
 from pidpanel.report.response_section import layouts_section, response_section
@@ -106,10 +106,15 @@ def _sections(inputs: Inputs) -> list[PageSection]:
         panel_section(inputs.basis, inputs.modes, inputs.printed),
         sound_section(study, inputs.bands, assumed=assumed),
     ]
-    law = paper_corrected if "paper_corrected" in study.readings else None
+    laws = [getattr(study.dampers[name], "law", None) for name in study.used_dampers]
+    law = paper_corrected if "paper_corrected" in laws else None
     sections += coupon_sections(inputs, law)
     if inputs.atlas is not None:
-        sections.append(atlas_section(inputs.atlas, inputs.layouts, names, frequency))
+        sections.append(
+            atlas_section(
+                inputs.atlas, inputs.layouts, names, frequency, is_coupled=study.is_coupled
+            )
+        )
     if inputs.coupled is not None:
         sections.append(coupled_section(inputs.coupled, names, inputs.moving_points))
     if study.layouts:
@@ -118,7 +123,8 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     sections += [response_section(inputs, family_of(study, name)) for name in families]
     if inputs.coupled is not None and inputs.coupled.verdict is not None:
         verdict = with_names(inputs.coupled.verdict, names)
-        sections.append(verdict_section(verdict, points))
+        titles = {s.dampers: model_title(study, s) for s in study.all_scenarios()}
+        sections.append(verdict_section(verdict, points, titles))
     layouts = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
     if inputs.measurements is not None:
         curves = {"sound": inputs.psd, "base": curves_of(inputs.base)}
@@ -130,8 +136,7 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     if inputs.maps is not None:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))
     sections.append(summary_section(study, inputs.summary))
-    bare = [names[scenario.label] for scenario in study.all_scenarios() if scenario.is_bare]
-    sections.append(stress_section(with_names(inputs.stress, names), bare))
+    sections.append(stress_section(with_names(inputs.stress, names)))
     if inputs.severity is not None:
         sections.append(severity_section(inputs.severity, inputs))
     return sections
@@ -183,7 +188,7 @@ def shaker_page(inputs: PanelInputs, steps: Steps) -> Page:
 
 
 def _findings(base: BaseResults, names: Mapping[str, str]) -> list[str]:
-    """Return the result of each motion with each damping model in a sentence."""
+    """Return the result of each motion in a sentence."""
     results: list[dict[str, Any]] = []
     if base.summary is not None:
         rows = base.summary[(base.summary["input"] == "stated") & (base.summary["status"] == "ok")]
@@ -201,21 +206,21 @@ def _of_motion(
 ) -> Iterator[dict[str, Any]]:
     """Yield which layout has the lowest acceleration at the point that is worst on the panel."""
     column, unit = quantity
-    for reading, group in rows.groupby("reading", sort=False):
-        worst = group.loc[group.groupby("scenario", sort=False)[column].idxmax()]
-        bare, best = worst.iloc[0], worst.iloc[int(worst[column].argmin())]
-        yield {
-            "reading": reading,
-            "level": level,
-            "column": column,
-            "unit": unit,
-            "bare": dict(bare),
-            "best": dict(best),
-            "error": best.get(column.replace("_g", "_error_g"), math.nan),
-            "several": len(worst) > 1,
-            "gain": 20 * math.log10(bare[column] / best[column]),
-            "name": names[best["scenario"]],
-        }
+    if rows.empty:
+        return
+    worst = rows.loc[rows.groupby("scenario", sort=False)[column].idxmax()]
+    bare, best = worst.iloc[0], worst.iloc[int(worst[column].argmin())]
+    yield {
+        "level": level,
+        "column": column,
+        "unit": unit,
+        "bare": dict(bare),
+        "best": dict(best),
+        "error": best.get(column.replace("_g", "_error_g"), math.nan),
+        "several": len(worst) > 1,
+        "gain": 20 * math.log10(bare[column] / best[column]),
+        "name": names[best["scenario"]],
+    }
 
 
 def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
@@ -236,7 +241,7 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
         unstable = base.summary[base.summary["status"] == "unstable"]
         values |= {
             "outside": base.summary["outside_run_points_share"].max(),
-            "unstable": records(unstable.drop_duplicates(["reading", "scenario"])),
+            "unstable": records(unstable.drop_duplicates("scenario")),
             "at_points": at_points(inputs, base.summary),
             "has_tones": not study.is_coupled
             and (bool(study.scenarios) or inputs.proposal is not None),

@@ -1,6 +1,5 @@
-"""All scenarios on the page, each with every point and reading: motion, strain and stress."""
+"""All scenarios on the page, each with every point: motion, strain and stress."""
 
-from collections.abc import Collection
 from itertools import product
 
 import numpy as np
@@ -14,39 +13,33 @@ from pidpanel.response.stretching import COLUMNS as STRETCHED
 
 def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
     """Return mass, rms values and reductions of all scenarios."""
-    by_key = {(row["scenario"], row["reading"], row["point"]): row for row in records(summary)}
+    by_key = {(row["scenario"], row["point"]): row for row in records(summary)}
     rows, names = [], names_of(study)
     decimals = {}
-    for reading, group in summary.groupby("reading"):
+    for source, group in summary.groupby("damping_source"):
         gain_decimals = common_decimals(group["reduction_error_db"], DECIBEL_DECIMALS)
         rms_decimals = common_decimals(group["acceleration_rms_error_g"])
-        decimals[reading] = {"rms_decimals": rms_decimals, "decimals": gain_decimals}
-    for scenario, reading, point in product(
-        study.all_scenarios(), study.readings, study.panel.points
-    ):
-        if scenario.is_bare and reading != study.readings[0]:
-            continue  # the same with every damping model
+        decimals[source] = {"rms_decimals": rms_decimals, "decimals": gain_decimals}
+    for scenario, point in product(study.all_scenarios(), study.panel.points):
         name = names[scenario.label]
         if name == scenario.label and not scenario.is_bare:
             name += f" ({scenario.filling_text})"
-        row = dict.fromkeys(STRETCHED, np.nan) | by_key[scenario.label, reading, point]
-        rows.append({**row, "name": name, "is_bare": scenario.is_bare, **decimals[reading]})
+        row = dict.fromkeys(STRETCHED, np.nan) | by_key[scenario.label, point]
+        row |= decimals[row["damping_source"]]
+        rows.append({**row, "name": name, "is_bare": scenario.is_bare})
     values = {"rows": rows, "in_plane_edges": study.panel.in_plane_edges}
     return template_section("summary.html", "All scenarios", values)
 
 
-def stress_section(stress: pd.DataFrame, bare: Collection[str]) -> PageSection:
+def stress_section(stress: pd.DataFrame) -> PageSection:
     """Return the layer of largest von Mises stress at each point, all its strains and stresses."""
     units = stress.drop_duplicates("quantity").set_index("quantity")
-    place = ["reading", "scenario", "point", "layer"]
+    place = ["scenario", "point", "layer"]
     von_mises = stress[stress["quantity"] == "von_mises"]
-    is_again = von_mises.duplicated(place[1:])  # a bare panel is the same with every damping model
-    von_mises = von_mises[~(is_again & von_mises["scenario"].isin(bare))]
-    worst = von_mises.loc[von_mises.groupby(place[:3], sort=False)["three_sigma"].idxmax()]
+    worst = von_mises.loc[von_mises.groupby(place[:2], sort=False)["three_sigma"].idxmax()]
     rms = stress.pivot(index=place, columns="quantity", values="rms")
     values = {
         "rows": records(worst[[*place, "three_sigma"]].join(rms, on=place)),
-        "bare": bare,
         "units": units["unit"].to_dict(),
         "symbols": NAMES["stresses"],
     }

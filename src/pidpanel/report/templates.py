@@ -19,7 +19,6 @@ OF_TEXT = (
 FILTERS: Mapping[str, Callable[..., Any]] = {
     **{name: getattr(text, name) for name in OF_TEXT},
     "form": format,  # as `format(value, spec)`
-    "model": text.READINGS.__getitem__,
 }
 
 

@@ -9,12 +9,9 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from pidpanel.constants import DAMPING_MODELS
-
 NAMES = yaml.safe_load(
     (Path(__file__).with_name("pages") / "names.yaml").read_text(encoding="utf-8")
 )
-READINGS = {name: model.title for name, model in DAMPING_MODELS.items()} | {"bare": "Bare panel"}
 
 DECIBEL_DECIMALS = 2  # of reductions without an error [dB]
 

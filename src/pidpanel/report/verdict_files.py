@@ -1,4 +1,4 @@
-"""``coupled/verdict.csv``: every damping model of a study compared with its coupled runs."""
+"""``coupled/verdict.csv``: scenarios that differ from coupled ones in the damping model alone."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,7 +8,6 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.provenance.results import read_csv
 from pidpanel.report.names import Scenario, Study
 from pidpanel.report.verdict import CoupledRun, distance
@@ -20,10 +19,10 @@ from pidpanel.sound.from_study import spectrum_of
 # In addition to the damping models: no damper, and its mass alone.
 BARE, DEAD_WEIGHT = "bare panel", "dead weight"
 
-# Columns of ``verdict.csv``. Differences are those of the model from the coupled run: relative for
-# g rms, in dB for the third octave with the largest one.
+# Columns of ``verdict.csv``: the coupled scenario, and the damper of the other one. Differences are
+# those from the coupled run: relative for g rms, in dB for the third octave with the largest one.
 COLUMNS = (
-    "scenario", "oaspl_db", "reading", "point", "g_rms", "coupled_g_rms",
+    "scenario", "oaspl_db", "damper", "point", "g_rms", "coupled_g_rms",
     "coupled_g_rms_relative_error", "difference", "band_hz", "band_difference_db", "band_error_db",
     "holds",
 )  # fmt: skip
@@ -57,7 +56,7 @@ def write_verdict(
         if run_rows.empty:
             continue
         scenario_bands = bands[bands["scenario"] == scenario.label]
-        for reading, accelerations in _readings(study, psd, scenario):
+        for damper, accelerations in _compared(study, psd, scenario):
             for point, run in run_rows.set_index("point").iterrows():
                 point_bands = scenario_bands[scenario_bands["point"] == point]
                 coupled = CoupledRun(
@@ -71,7 +70,7 @@ def write_verdict(
                     {
                         "scenario": scenario.label,
                         "oaspl_db": scenario.oaspl_db or spectrum_of(study.acoustics).oaspl,
-                        "reading": reading,
+                        "damper": damper,
                         "point": point,
                         "g_rms": coupled.rms * (1 + offset.difference),
                         "coupled_g_rms": coupled.rms,
@@ -82,18 +81,17 @@ def write_verdict(
     pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(verdict_csv, index=False, float_format="%.6g")
 
 
-def _readings(
+def _compared(
     study: Study, psd: xr.Dataset, scenario: Scenario
 ) -> Iterator[tuple[str, xr.DataArray]]:
-    """Yield acceleration PSDs of a scenario by name: bare, dead weight and every damping model."""
-    first = study.readings[0]
-    yield BARE, psd["acceleration_psd"].sel(reading=first, scenario=scenario.bare.label)
-    readings = [reading for reading in study.readings if reading != COUPLED]
-    for reading in readings:
-        dead = psd["dead_weight_acceleration_psd"].sel(reading=reading, scenario=scenario.label)
+    """Yield acceleration PSDs that are compared: bare, dead weight and other damping models."""
+    others = [s for s in study.alternatives(scenario) if not study.is_coupled_scenario(s)]
+    yield BARE, psd["acceleration_psd"].sel(scenario=scenario.bare.label)
+    for other in others:
+        dead = psd["dead_weight_acceleration_psd"].sel(scenario=other.label)
         if not bool(np.isnan(dead).any()):
             yield DEAD_WEIGHT, dead
             break
-    for reading in readings:
-        if is_steady(psd, reading, scenario.label):
-            yield reading, psd["acceleration_psd"].sel(reading=reading, scenario=scenario.label)
+    for other in others:
+        if is_steady(psd, other.label):
+            yield other.dampers, psd["acceleration_psd"].sel(scenario=other.label)

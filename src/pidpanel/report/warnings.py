@@ -4,23 +4,22 @@ Every function returns sentences, or none.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pidpanel.constants import ATLAS
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.resolution import ORDER, element_sizes
 from pidpanel.paths import SECTION
-from pidpanel.report.answer import StudyAnswer, main_reading
+from pidpanel.report.answer import StudyAnswer
 from pidpanel.report.answer_section import worst_map
 from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInputs
-from pidpanel.report.names import Study, names_of
+from pidpanel.report.names import Scenario, Study, main_scenarios, names_of
 from pidpanel.report.templates import lines
-from pidpanel.report.text import READINGS, capitalised, records
+from pidpanel.report.text import capitalised, records
 from pidpanel.response import trust
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels, point_shifts
 
@@ -39,10 +38,10 @@ DOUBTS = (
 def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     """Return the limitations of a study with a panel, those of the answer first."""
     study, summary, base = inputs.study, inputs.summary, inputs.base
-    main = main_reading(study.readings)
-    others = [reading for reading in study.readings if reading != main]
+    main = main_scenarios(study)
+    others = [scenario for scenario in study.all_scenarios() if scenario not in main]
     good = summary[summary["status"] == "ok"]
-    is_atlas = inputs.layouts["reading"] == ATLAS
+    is_atlas = inputs.layouts["damper"].isin(list(inputs.atlas.models if inputs.atlas else ()))
     proposed = inputs.proposal
     reads = proposed is not None and proposed.layouts["acceleration_g"].notna().any()
     base_mesh = None
@@ -54,7 +53,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         "study": study,
         "answer": answer,
         "main": list(_doubts(study, summary, main)),
-        "others": [group for reading in others for group in _doubts(study, summary, reading)],
+        "others": list(_doubts(study, summary, others)),
         "elsewhere": answer and _elsewhere(inputs, answer),
         "has_masses": answer and all(math.isfinite(c.mass) for c in answer.candidates),
         "base_mesh": base_mesh,
@@ -62,7 +61,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         "at_points": at_points(inputs, summary),
         "remarks": StudiedPanel(study.panel).remarks,
         "has_dampers": proposed is not None or bool(answer and answer.candidates),
-        "has_tones": bool(study.surfaces)
+        "has_tones": bool(study.coupons)
         or inputs.layouts.loc[~is_atlas, "damping_read_at_g"].notna().any()
         or (reads and inputs.atlas is None),
         "has_atlas": is_atlas.any() or (reads and inputs.atlas is not None),
@@ -72,21 +71,22 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
     return lines("warnings.html", values)
 
 
-def _doubts(study: Study, summary: pd.DataFrame, reading: str) -> Iterator[dict[str, Any]]:
-    """Yield the doubts about a damping model, with their scenarios."""
-    rows = summary[summary["reading"] == reading]
+def _doubts(
+    study: Study, summary: pd.DataFrame, scenarios: Sequence[Scenario]
+) -> Iterator[dict[str, Any]]:
+    """Yield the doubts about scenarios."""
+    rows = summary[summary["scenario"].isin([scenario.label for scenario in scenarios])]
     bare = {scenario.label for scenario in study.all_scenarios() if scenario.is_bare}
-    if reading != main_reading(study.readings):
-        rows = rows[~rows["scenario"].isin(bare)]  # the same with every damping model
+    is_all = len(scenarios) == len(study.all_scenarios())
     count, scenario_names = rows["scenario"].nunique(), names_of(study)
 
     def names(doubted: pd.DataFrame) -> str:
         labels = sorted(dict.fromkeys(doubted["scenario"]), key=bare.__contains__)
         named = [scenario_names[label] for label in labels[:NAMED]]
         named += [f"{len(labels) - NAMED} more"] * (len(labels) > NAMED)
-        text = "all scenarios" if 1 < count == len(labels) else "; ".join(named)
-        if len(study.readings) > 1 and not bare.issuperset(labels):
-            return f"{READINGS[reading]}, {text}"
+        text = "; ".join(named)
+        if 1 < count == len(labels):
+            text = "all scenarios" if is_all else f"all scenarios with {_dampers(scenarios)}"
         return capitalised(text)
 
     lost = rows[~rows["status"].isin(["ok", "held"])]
@@ -117,6 +117,10 @@ def _doubts(study: Study, summary: pd.DataFrame, reading: str) -> Iterator[dict[
         largest = between["between_share"].max()
         about = {"status": "", "doubt": trust.MAY_CROSS, "between": largest}
         yield {"names": names(between), **about}
+
+
+def _dampers(scenarios: Sequence[Scenario]) -> str:
+    return ", ".join(dict.fromkeys(s.dampers for s in scenarios if not s.is_bare))
 
 
 def _elsewhere(inputs: Inputs, answer: StudyAnswer) -> dict[str, float] | None:
@@ -165,7 +169,6 @@ def coarse_mesh(
         "cause": cause,
         "is_file": inputs.study.panel.mesh.kind == "file",
         "name": names[largest["scenario"]],
-        "reading": largest["reading"],
         "psd_db": psd_db,
         "rms": rms,
         "shorter": math.ceil(10 * excess ** (1 / ORDER if cause == "waves" else 1)) / 10,

@@ -323,9 +323,7 @@ class _StatedDamper(DamperSection):
 
     def mistakes(self) -> Iterator[Mistake]:
         if getattr(self, self.error) and getattr(self, self.kind) == 0:
-            yield Mistake(
-                (self.error,), f"must be 0 where {self.kind} is 0, as it is relative"
-            )
+            yield Mistake((self.error,), f"must be 0 where {self.kind} is 0, as it is relative")
         if self.apparent_mass_error_kg_m2 is not None and self.apparent_mass_kg_m2 is None:
             yield Mistake(("apparent_mass_error_kg_m2",), "only allowed with apparent_mass_kg_m2")
         if self.apparent_mass is not None:

@@ -33,10 +33,6 @@ class Filling(SectionModel):
     fill_fraction: Fill | None = None
     """Required unless the damper needs none, such as constants."""
 
-    def place(self, patch: str) -> tuple[str, ...]:
-        """Return the patch that it fills, and its damper."""
-        return (patch,) if self.damper is None else (patch, self.damper)
-
 
 class Part(NamedTuple):
     """Patches of an entry of ``scenarios`` and what may fill them, each with the way to it."""
@@ -73,7 +69,9 @@ class Family(SectionModel):
                 yield Mistake((key,), "must have at least 1 value, not 0")
         count = math.prod(len(getattr(self, key)) for key in lists)
         if count > MOST_SCENARIOS:
-            yield Mistake(tuple(lists[:1]), f"must have at most {MOST_SCENARIOS} values, not {count}")
+            yield Mistake(
+                tuple(lists[:1]), f"must have at most {MOST_SCENARIOS} values, not {count}"
+            )
         if len(set(lists) - {"damper"}) > 1:
             message = "only one of patch, fill_fraction and oaspl_db may be a list, not "
             yield Mistake((), f"{message}{len(set(lists) - {'damper'})}")
@@ -139,6 +137,7 @@ class Scenario(SectionModel):
     label: str
     fillings: Mapping[str, Filling] = {}  # by patch; none for the bare panel
     oaspl_db: float | None = None  # overall level [dB]; None for that of the spectrum's table
+    has_dampers: bool = False  # whether its study has several, so that names contain them
 
     @staticmethod
     def bare_at(oaspl_db: float | None) -> Scenario:
@@ -161,8 +160,8 @@ class Scenario(SectionModel):
             parts.append(filling.damper)
         if filling.fill_fraction is not None:
             parts.append(f"r{filling.fill_fraction:g}")
-        label = "_".join(parts) + level_suffix(oaspl_db)
-        return Scenario(label=label, fillings={patch: filling}, oaspl_db=oaspl_db)
+        label, fillings = "_".join(parts) + level_suffix(oaspl_db), {patch: filling}
+        return Scenario(label=label, fillings=fillings, oaspl_db=oaspl_db, has_dampers=has_dampers)
 
     @property
     def bare(self) -> Scenario:
@@ -219,13 +218,22 @@ class Scenario(SectionModel):
         text = self.filling_text
         return text if len(self.fillings) == 1 else f"{self.label} ({text})"
 
+    def place(self, patch: str) -> tuple[str, ...]:
+        """Return a patch, and its damper where the study has several."""
+        return (patch, str(self.fillings[patch].damper)) if self.has_dampers else (patch,)
+
+    @property
+    def dampers(self) -> str:
+        """Names of its dampers in one text."""
+        return " and ".join(dict.fromkeys(str(f.damper) for f in self.fillings.values()))
+
     @property
     def filling_text(self) -> str:
         """The filled patches with dampers and fills."""
         parts = []
         for patch, filling in self.fillings.items():
             fill = [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
-            parts.append(", ".join([*filling.place(patch), *fill]))
+            parts.append(", ".join([*self.place(patch), *fill]))
         return "; ".join(parts)
 
 

@@ -331,11 +331,13 @@ class Study(CouponStudy):
         """Return the scenarios of one family, in the order of its lists; one for a layout."""
         compared = self.scenarios[name]
         level = self.oaspl_db if compared.oaspl_db is None else compared.oaspl_db
+        several = len(self.dampers) > 1
         if isinstance(compared, Layout):
             fillings = {p: self._filling(f.damper, f.fill_fraction)
                         for p, f in compared.layout.items()}  # fmt: skip
-            return (Scenario(label=name, fillings=fillings, oaspl_db=as_tuple(level)[0]),)
-        several, patches = len(self.dampers) > 1, as_tuple(compared.patch)
+            one = Scenario(label=name, fillings=fillings, oaspl_db=compared.oaspl_db)
+            return (one.model_copy(update={"oaspl_db": level, "has_dampers": several}),)
+        patches = as_tuple(compared.patch)
         fills, levels = as_tuple(compared.fill_fraction), as_tuple(level)
         return tuple(
             Scenario.of_patch(patch, self._filling(damper, fill), oaspl, has_dampers=several)
