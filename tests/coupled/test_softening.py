@@ -31,7 +31,7 @@ COUPON = Coupon.model_validate(
 BED = bed_of(COUPON, 0.5, cells=8, seed=1)
 LAYERS = 0.5 * 8 / 2.5
 LARGEST_BIAS, PER_LAYER, PER_OVERLAP, FASTEST = 0.02, 0.8, 1.0, 3.0
-"""Measured in docs/coupled.md, but for the first, which is allowed."""
+"""Measured in benchmarks/coupled.md, but for the first, which is allowed."""
 
 
 def motion(velocity, frequency=300.0):
