@@ -127,7 +127,7 @@ def test_a_given_damper_has_the_motion_of_the_bare_patch(excited):
     # C_e = 10 Γ r f with Γ = √2 a_rms/g, the mean of the patch, which the modes' damping shows
     # red: `2 * factor` → `3 *`; ω⁴ → ω⁵; `/ area` → `*`; sqrt left out; maximum → minimum
     damper = GivenDamper("side", ByAcceleration(), 0.7)
-    found = excited.shapes(scenario(factor=3.0, dampers=(damper,))).modal
+    found = excited.with_patches(scenario(factor=3.0, dampers=(damper,))).modal
     overlap = excited.basis.patch_overlap[1]
     square = mean_square(excited, overlap, 4) / (0.25 * 0.8)
     gamma = np.sqrt(2 * 3.0 * square) / 9.80665

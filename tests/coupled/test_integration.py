@@ -25,7 +25,7 @@ def run(plate, particles, impedance, cell_area=None, intervals=INTERVALS, subste
     amplitude = rng.standard_normal(size) + 1j * rng.standard_normal(size)
     cells = plate.at_cells
     seen = np.concatenate([cells, plate.at_points, np.eye(plate.count)])
-    exact = Receptances(frequency, plate.stiffness(frequency), cells.T, seen).motion(
+    exact = Receptances(frequency, plate.stiffness, cells.T, seen).motion(
         impedance(frequency), amplitude
     )
     omega = 2j * np.pi * frequency[:, None]

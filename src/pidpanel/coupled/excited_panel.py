@@ -1,11 +1,11 @@
 """The panel of a study under its excitation, with the patches of a scenario."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh
 
 from pidpanel.arrays import Array, Complexes, Index
@@ -17,6 +17,7 @@ from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.base_motion import BaseExcitation
 from pidpanel.solve.basis_error import modal_basis
+from pidpanel.solve.dampers import patch_stiffness, weighted_sum
 from pidpanel.solve.excitation import Excitation, ModalForce
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis
@@ -24,15 +25,12 @@ from pidpanel.solve.panel import deflection_at_points
 from pidpanel.solve.source import PatchParts
 from pidpanel.sound.radiation import Air
 
-AIR_NODES = 25  # frequencies at which the air is evaluated
+NODES = 41  # frequencies at which air and dampers without particles are evaluated
 
+ROUNDS = 4  # of f → f with the mass at f
 
-class LinearDamper(NamedTuple):
-    """A damper with given C_e and m_a on a patch."""
-
-    overlap: Array  # (n, n) D of its patch [m²]
-    # C_e [N s/m³] and m_a [kg/m²] at frequencies (k,) [Hz]
-    values: Callable[[Array], tuple[Array, Array]]
+# Least inertia of a shape in air over its mass: before a close wall the mass falls steeply.
+LEAST_INERTIA = 0.5
 
 
 @dataclass(frozen=True)
@@ -42,33 +40,6 @@ class LoadedShapes:
     modal: ModalBasis
     # (n, n) new shapes as columns; None where they are those of the bare panel
     vectors: Array | None
-    # dynamic stiffness (nf, n) [N/m] with the air of each frequency (nf,) [Hz]; None without air
-    in_air: Callable[[Array], Complexes] | None = None
-
-    def gain(self, frequency: Array, force: Array) -> Callable[[Array], Array]:
-        """Return the PSD of forces that moves the oscillators as in air, over that of the sound.
-
-        It is a factor for each third octave, of lines (nf,) [Hz] and PSDs (nf, n) of forces.
-        """
-        if self.in_air is None:
-            return np.ones_like
-        low, high = frequency[0], frequency[-1]
-        count = max(1, round(3 * np.log2(high / low)))
-        edge = np.geomspace(low, high, count + 1)
-
-        def acceleration(stiffness: Complexes) -> Array:
-            psd = frequency**4 * (force / np.abs(stiffness) ** 2).sum(axis=1)
-            area = np.diff(frequency) * (psd[1:] + psd[:-1]) / 2
-            square = np.interp(edge, frequency, np.append(0.0, np.cumsum(area)))
-            return np.asarray(np.diff(square))
-
-        wanted = acceleration(self.in_air(frequency))
-        factor = wanted / acceleration(self.modal.dynamic_stiffness(frequency))
-
-        def at(lines: Array) -> Array:
-            return np.asarray(factor[np.searchsorted(edge[1:-1], lines, side="right")])
-
-        return at
 
     def shape(self, values: Array) -> Array:
         """Return shapes (k, n) of the bare panel as those of here."""
@@ -88,59 +59,48 @@ class LoadedShapes:
 def loaded_shapes(
     modal: ModalBasis,
     extent: tuple[float, float],
-    air: Callable[[Array], Complexes] | None,
-    dampers: Sequence[LinearDamper],
+    added: Callable[[Array], Complexes],
 ) -> LoadedShapes:
-    """Return the oscillators of a panel in air with dampers that are not integrated.
+    """Return the oscillators of a panel with air and dampers that are not integrated.
 
-    The panel moves in shapes of its own, each a single oscillator: those of its mass with m_a D of
-    dampers and the air's, both a mean over the logarithm of frequency. Each then has the mass of
-    the air, its resistance and C_e D at its own frequency, without what couples it to others. The
-    air of other frequencies enters the level of the force (`LoadedShapes.gain`). What is left out
-    changes the motion in which the particles are seen a little, and C_e and m_a hardly; the
-    response is computed with all of it (`pidpanel.response`).
+    The panel moves in shapes of its own, those of its mass with the added one, a mean over the
+    logarithm of frequency. Each is a single oscillator that has the resonance of k − ω²m(ω) + iωc:
+    the inertia m + (ω/2) dm/dω and the resistance c at its frequency, without what couples it to
+    others. The particles are seen in that motion; the response of the panel with their C_e and m_a
+    has the whole matrices (`variants`).
+
+    Parameters
+    ----------
+    extent
+        Lowest and highest frequency [Hz].
+    added
+        Dynamic stiffness (nf, n, n) [N/m] of air and dampers at frequencies (nf,) [Hz].
     """
-    if air is None and not dampers:
-        return LoadedShapes(modal, None)
-    nodes = np.geomspace(*extent, AIR_NODES)
-    n = len(modal.modal_mass)
-    added = np.zeros((AIR_NODES, n, n))  # mass and resistance of the air at the nodes
-    resistance = np.zeros_like(added)
-    if air is not None:
-        for index, frequency in enumerate(nodes):
-            stiffness, omega = air(nodes[index : index + 1])[0], 2 * np.pi * frequency
-            added[index], resistance[index] = -stiffness.real / omega**2, stiffness.imag / omega
-    mean_added = added.mean(axis=0)
-    bare = np.diag(modal.modal_mass)
-    heavy = bare + mean_added + sum(d.values(nodes)[1].mean() * d.overlap for d in dampers)
-    square, vectors = eigh(np.diag(modal.modal_mass * modal.angular_frequency**2), heavy)
-    natural = np.sqrt(np.maximum(square, 0)) / (2 * np.pi)
-    clipped = np.clip(natural, *extent)
+    nodes = np.geomspace(*extent, NODES)
+    omega, stiffness = 2 * np.pi * nodes[:, None, None], added(nodes)
+    mass, resistance = -stiffness.real / omega**2, stiffness.imag / omega
+    mean_mass = mass.mean(axis=0)
+    square, vectors = eigh(
+        np.diag(modal.modal_mass * modal.angular_frequency**2),
+        np.diag(modal.modal_mass) + mean_mass,
+    )
 
     def diagonal(matrix: Array) -> Array:
         return np.einsum("in,...ij,jn->...n", vectors, matrix, vectors, optimize=True)
 
-    def at_modes(values: Array) -> Array:
-        pairs = zip(np.log(clipped), values.T, strict=True)
-        return np.array([np.interp(place, np.log(nodes), row) for place, row in pairs])
+    masses = CubicSpline(np.log(nodes), 1 + diagonal(mass - mean_mass))
+    losses = CubicSpline(np.log(nodes), diagonal(resistance))
 
-    more, lost = diagonal(added - mean_added), diagonal(resistance)
-    own_more, own_lost = at_modes(more), at_modes(lost)
-    mass = 1 + own_more
-    damping = diagonal(np.diag(modal.damping)) + own_lost
-    for damper in dampers:
-        damping = damping + damper.values(clipped)[0] * diagonal(damper.overlap)
-    oscillators = _oscillators(natural / np.sqrt(mass), mass, damping)
+    def at_modes(values: CubicSpline, derivative: int = 0) -> Array:
+        return np.diagonal(values(np.log(np.clip(natural, *extent)), derivative))
 
-    def in_air(frequency: Array) -> Complexes:
-        order = np.interp(np.log(frequency), np.log(nodes), np.arange(AIR_NODES))
-        start = np.minimum(order.astype(int), AIR_NODES - 2)
-        part = (order - start)[:, None]
-        mass, loss = (v[start] + part * (v[start + 1] - v[start]) for v in (more, lost))
-        omega, own = 2 * np.pi * frequency[:, None], oscillators.dynamic_stiffness(frequency)
-        return np.asarray(own - omega**2 * (mass - own_more) + 1j * omega * (loss - own_lost))
-
-    return LoadedShapes(oscillators, vectors, None if air is None else in_air)
+    natural = loaded = np.sqrt(np.maximum(square, 0)) / (2 * np.pi)
+    for _ in range(ROUNDS):
+        natural = loaded / np.sqrt(at_modes(masses))
+    damping = diagonal(np.diag(modal.damping)) + np.maximum(at_modes(losses), 0.0)
+    inertia = at_modes(masses) + at_modes(masses, 1) / 2
+    inertia = np.maximum(inertia, LEAST_INERTIA * at_modes(masses))
+    return LoadedShapes(_oscillators(natural, inertia, damping), vectors)
 
 
 def _oscillators(natural: Array, mass: Array, damping: Array) -> ModalBasis:
@@ -261,31 +221,44 @@ class ExcitedPanel:
             parts=PatchParts(shape(parts.point), parts.area, position[parts.point]),
         )
 
-    def shapes(self, scenario: CoupledScenario) -> LoadedShapes:
-        """Return the shapes of the panel with what of a scenario is not integrated."""
-        dampers = [self._linear(damper, scenario.factor) for damper in scenario.dampers]
-        return loaded_shapes(self.modal, self.settings.frequency_range, self.air, dampers)
+    def added(self, scenario: CoupledScenario) -> Callable[[Array], Complexes] | None:
+        """Return the dynamic stiffness of air and dampers that are not integrated."""
+        parts = [self._stiffness(damper, scenario.factor) for damper in scenario.dampers]
+        parts += [] if self.air is None else [self.air]
+        return (lambda f: np.sum([part(f) for part in parts], axis=0)) if parts else None
 
-    def _linear(self, damper: GivenDamper, factor: float) -> LinearDamper:
-        """Return C_e and m_a of a damper at the motion of the bare patch."""
+    def _stiffness(self, damper: GivenDamper, factor: float) -> Callable[[Array], Complexes]:
+        """Return the dynamic stiffness of a damper at the motion of the bare patch."""
         index = self.basis.patch_names.index(damper.patch)
         overlap, area = self.basis.patch_overlap[index], patch_areas(self.basis)[index]
         square, vector = np.linalg.eigh(overlap)  # D = E Eᵀ
         frequency, columns = self.coarse_frequency, vector * np.sqrt(np.maximum(square, 0.0))
-        psd = bare_psd(self.modal, self.excitation, columns.T, frequency).sum(axis=1) / area
+        psds = bare_psd(self.modal, self.excitation, columns.T, frequency, self.air)
+        psd = psds.sum(axis=1) / area
         mean_square = np.trapezoid((2 * np.pi * frequency) ** 4 * psd, frequency)
         gamma = float(np.sqrt(2 * factor * mean_square)) / STANDARD_GRAVITY
 
-        def values(frequency: Array) -> tuple[Array, Array]:
-            damping = damper.model(frequency, damper.fill_fraction, gamma)
-            return damping.equivalent_damping, damping.apparent_mass
+        def stiffness(frequency: Array) -> Complexes:
+            values = damper.model(frequency, damper.fill_fraction, gamma)
+            parts = values.equivalent_damping[None], values.apparent_mass[None]
+            return weighted_sum(patch_stiffness(frequency, *parts), overlap[None])
 
-        return LinearDamper(overlap, values)
+        return stiffness
 
     def with_patches(self, scenario: CoupledScenario) -> CoupledPanel:
-        """Return the panel with the patches of a scenario, at its level."""
-        shapes, excitation = self.shapes(scenario), self.excitation
-        gain = self._gain(shapes)
+        """Return the panel of a run with the patches of a scenario, at its level."""
+        added, shapes = self.added(scenario), LoadedShapes(self.modal, None)
+        if added is not None:
+            shapes = loaded_shapes(self.modal, self.settings.frequency_range, added)
+        return self._panel(scenario, shapes)
+
+    def whole(self, scenario: CoupledScenario) -> CoupledPanel:
+        """Return the same panel with all of its air and dampers."""
+        panel = self._panel(scenario, LoadedShapes(self.modal, None))
+        return replace(panel, added=self.added(scenario))
+
+    def _panel(self, scenario: CoupledScenario, shapes: LoadedShapes) -> CoupledPanel:
+        excitation = self.excitation
         return CoupledPanel(
             modal=shapes.modal,
             points=shapes.shape(deflection_at_points(self.basis)),
@@ -294,9 +267,7 @@ class ExcitedPanel:
                 for patch in scenario.patches
             ],
             excitation=ModalForce(
-                lambda frequency: (
-                    scenario.factor * gain(frequency) * excitation.spectrum(frequency)
-                ),
+                lambda frequency: scenario.factor * excitation.spectrum(frequency),
                 lambda frequency: shapes.square(excitation(frequency)),
                 # of base motion G is not resolved: the force on the table is 1e8 times the others
                 (lambda frequency: shapes.columns(excitation.factors(frequency)))
@@ -304,20 +275,6 @@ class ExcitedPanel:
                 else None,
             ),
         )
-
-    def _gain(self, shapes: LoadedShapes) -> Callable[[Array], Array]:
-        frequency, span = self.coarse_frequency, self.settings.frequency_range
-        if shapes.in_air is None:
-            return np.ones_like
-        nodes = np.geomspace(*span, AIR_NODES)
-        force = np.array(
-            [
-                np.diagonal(shapes.square(self.excitation(f)[0])).real
-                for f in np.split(nodes, AIR_NODES)
-            ]
-        )
-        rows = np.array([np.interp(np.log(frequency), np.log(nodes), row) for row in force.T]).T
-        return shapes.gain(frequency, rows * self.excitation.spectrum(frequency)[:, None])
 
     def moduli(self, scenario: CoupledScenario, panel: CoupledPanel) -> list[Softened]:
         """Return Young's modulus of the contacts of each patch [Pa], and its bias of g rms [1]."""

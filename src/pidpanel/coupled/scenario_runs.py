@@ -175,7 +175,8 @@ class ScenarioRuns:
         """Return the estimate from some records."""
         centre, edge = whole_third_octaves(*self.excited.settings.frequency_range)
         frequency = self.excited.coarse_frequency
-        return estimate(self.panel, records, frequency, centre, edge, self.bias)
+        whole = self.excited.whole(self.scenario)
+        return estimate(self.panel, records, frequency, centre, edge, self.bias, whole)
 
 
 def _steps(row: float, longest_step: float, longest_interval: float) -> tuple[int, int]:
