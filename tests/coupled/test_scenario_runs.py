@@ -77,35 +77,6 @@ def test_tones_fill_the_range_with_a_common_period(runs):
     assert drawn.first == 21
 
 
-def test_rows_and_steps_are_as_short_as_they_must_be(runs):
-    # ten rows in a period of 150 Hz, sixty intervals or up to twenty more, steps of at most 0.4
-    # Rayleigh times of the smaller spheres
-    # red: ROWS_PER_PERIOD = 11; ceil → floor; STEP_RAYLEIGH = 0.44; min → max
-    run = runs.drawn(1).integration
-    assert (run.rows, run.settled) == (ROWS + SETTLED, SETTLED)
-    assert run.intervals_per_row * run.interval == pytest.approx(INTERVAL, rel=1e-12)
-    assert run.intervals_per_row == 8
-    rayleigh = [
-        patch.beds[0].packing.smallest(soft.modulus).rayleigh_time
-        for patch, soft in zip(runs.scenario.patches, runs.softened, strict=True)
-    ]
-    assert rayleigh[1] < 0.9 * rayleigh[0]
-    longest = 0.4 * rayleigh[1]
-    assert run.time_step <= longest * (1 + 1e-12)
-    assert run.substeps == np.ceil(INTERVAL / 8 / longest)
-    assert run.substeps > 100
-    assert run.time_step * run.substeps == pytest.approx(INTERVAL / 8)
-
-
-def test_rows_that_are_closer_need_fewer_intervals(runs):
-    # of 28.2 rows 29 are made: 5.84 intervals of a sixtieth of a period; red: INTERVALS… = 66
-    settings = replace(runs.excited.settings, duration=0.0188)
-    short = replace(runs, excited=replace(runs.excited, settings=settings))
-    run = short.drawn(1).integration
-    assert (run.rows - run.settled, run.intervals_per_row) == (29, 6)
-    assert run.interval < 1 / (60 * 150.0)
-
-
 def test_the_forces_are_those_of_the_tones_and_repeat(runs):
     # joined linearly: over a period from row `settled` on their harmonics are the amplitudes
     # red: before_hold left out; `-settled` → `settled`; `% rows` → `* rows`

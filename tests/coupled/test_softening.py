@@ -102,30 +102,6 @@ def test_each_choice_takes_half_the_steps_of_the_next():
     assert CHOICES[0] == 50e6
 
 
-def test_the_softest_is_taken_whose_bias_is_at_most_two_percent():
-    # red: LARGEST_BIAS = 0.022
-    speeds = np.geomspace(0.005, 1.0, 400)
-    for speed in speeds:
-        biases = [softening_bias(OWN, BED, motion(speed, 1000.0), m) for m in CHOICES[:4]]
-        softest = [m for m, bias in zip(CHOICES, biases, strict=False) if bias <= 0.02]
-        assert softened_modulus(OWN, BED, motion(speed, 1000.0)) == [*softest, OWN][0]
-
-
-@pytest.mark.parametrize("depth", [8.0, 40.0])
-def test_a_bed_may_cross_from_a_fifth_of_its_gap_on(depth):
-    # of 1 − 0.94 r of the depth; red: CROSSES = 0.22; `packing.depth *` → `/`
-    values = COUPON.model_dump()
-    values["cell"]["depth_mm"] = depth
-    bed = bed_of(Coupon.model_validate(values), 0.5, cells=8, seed=1)
-    gap = depth * 1e-3 * (1 - 0.94 * 0.5)
-    biases = []
-    for share in (0.199, 0.201):
-        stroke, velocity = share * gap, 3.0
-        omega = np.sqrt(2) * velocity / stroke
-        biases.append(softening_bias(OWN, bed, RmsMotion(velocity, omega * velocity), 50e6))
-    assert biases[1] > 2 * biases[0]
-
-
 def test_where_none_is_allowed_the_modulus_is_that_of_the_material():
     # and a choice above that of the material is none; red: `modulus < own and` left out
     assert softened_modulus(3.1e9, BED, motion(1e-4)) == 3.1e9

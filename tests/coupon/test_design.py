@@ -10,9 +10,7 @@ from pidpanel.coupon import contact, design
 from pidpanel.coupon.design import (
     BOUNCING_CONTACT,
     bounces,
-    cell_count,
     exclusion,
-    full_cell,
     packings,
     points,
     row_of,
@@ -116,20 +114,6 @@ def test_a_case_that_cannot_be_is_left_out_with_its_reason(change, reason):
     groups = Groups(0.5, 20.0, 0.01, 0.8, 0.3, 3.2, 12.5, "flat")
     assert exclusion(groups, BEAD) == ""
     assert reason in exclusion(Groups(**{**vars(groups), **change}), BEAD)
-
-
-@pytest.mark.parametrize(("depth", "is_refused"), [(31.4, False), (31.6, True)])
-def test_a_cell_is_poured_up_to_a_slenderness_of_35(depth, is_refused):
-    # depth · 2.5/1.5² is 34.9 and 35.1; red: the cube of the width between particles
-    groups = Groups(0.5, 20.0, 0.01, 0.8, 0.3, 2.5, depth, "flat")
-    assert ("too narrow" in exclusion(groups, BEAD)) is is_refused
-
-
-def test_full_cells_have_a_thousand_particles_and_are_24_at_most():
-    # red: another end; more cells than LIGGGHTS lists one by one
-    sizes = [full_cell(width, depth) for width, depth, _ in packings(512)]
-    assert 900 < max(sizes) <= 1000
-    assert cell_count(Groups(0.5, 20.0, 0.01, 0.8, 0.3, 2.0, 1.0, "flat")) == 24
 
 
 def test_beds_under_gravity_across_the_motion_continue_the_design(monkeypatch, capsys):

@@ -91,24 +91,6 @@ def test_an_apparent_mass_without_an_error_is_known_to_the_mass_of_the_particles
     assert row["apparent_mass_error_kg_m2"] == pytest.approx(MASS / area)
 
 
-def test_the_columns_keep_their_order(tmp_path):
-    # what reads cases.csv goes by name, people by place; red: two columns exchanged
-    (case,) = recorded_case()
-    record(case, tmp_path)
-    assert list(summary.summarise(case, *summary.read_seeds(case, tmp_path))) == [
-        "case", "fill_fraction", "frequency_hz", "acceleration_g", "displacement_mm",
-        "velocity_m_s", "diameter_mm", "youngs_modulus_mpa", "seeds", "cells", "spheres_per_cell",
-        "bulk_fraction", "particle_mass_per_area_kg_m2", "dissipated_energy_j_m2",
-        "dissipated_energy_error_j_m2", "equivalent_damping_n_s_m3",
-        "equivalent_damping_error_n_s_m3", "statistical_error_n_s_m3", "modulus_bias",
-        "packing_scatter", "states", "state_damping_n_s_m3", "state_share", "state_error_n_s_m3",
-        "apparent_mass_kg_m2", "apparent_mass_error_kg_m2", "loss_factor", "loss_factor_error",
-        "bound_n_s_m3", "share_of_bound", "closure", "normal_share", "tangential_share",
-        "wall_share", "cycles_run", "cycles_used", "drift", "target_met", "ended_by", "status",
-        "message",
-    ]  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("spoil", "status", "message"),
     [

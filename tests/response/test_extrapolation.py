@@ -57,15 +57,6 @@ def test_a_line_counts_by_its_distance_from_the_data(damper):
     assert in_motion.weight[~inside] == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("step", [0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0])
-@pytest.mark.parametrize("sign", [-1, 1])
-def test_a_motion_beyond_the_data_counts_by_the_next_of_eight_steps(damper, step, sign):
-    # the data end at 1 and 50 g; red: up alone; steps down twice as far
-    edge = 50 if sign > 0 else 1
-    weight = extrapolated(damper, edge * 2 ** (sign * 0.99 * step)).weight
-    np.testing.assert_allclose(weight[LINES <= 100], step)
-
-
 def test_a_line_between_data_counts_by_the_nearer_of_both_sides(damper):
     # red: the side above alone; a side beyond the next; f in place of ln f
     lines = 20.0 * 2.0 ** np.array([0.0, 0.1, 0.3, 0.7, 1.0, 1.2])
