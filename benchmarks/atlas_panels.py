@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
+from atlas_fit import fit_constants
 from coupled_scenarios import ACRYLIC, STEEL
 
 from pidpanel import Model
@@ -30,7 +31,6 @@ from pidpanel.atlas.table import read_atlas as read_table
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.atlas import Atlas, AtlasDamping, atlas_bed
 from pidpanel.damping.atlas_files import read_atlas, read_rows
-from pidpanel.damping.atlas_fit import fit_constants
 from pidpanel.damping.models import DampingModel
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.files import read_plate

@@ -11,13 +11,12 @@ from pidpanel.coupled.integration import Rows
 from pidpanel.coupled.pieces import run_identity
 from pidpanel.coupled.scenario import CoupledScenario, SimulatedPatch
 from pidpanel.coupled.scenario_runs import ScenarioRuns, _steps
-from pidpanel.coupon import coding
+from pidpanel.coupon import records
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.deck import WALLS_FILE
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed
-from pidpanel.coupon.liggghts.process import VERSION
 from pidpanel.coupon.preparation import BED_FILE
-from pidpanel.coupon.records import OK, Loosened, LoosenOutcome
+from pidpanel.coupon.records import OK, Loosened, Outcome
 from pidpanel.solve.base_motion import BaseExcitation, inertia_of, with_translation
 from pidpanel.study.coupon import Coupon
 
@@ -49,10 +48,7 @@ def stored(found, folder, spheres):
     rows = [[*centre, size / 2, size] for centre in centres.tolist() for _ in range(spheres)]
     np.savetxt(folder / BED_FILE, rows, delimiter=",", header="x_m,y_m,z_m,diameter_m")
     (folder / WALLS_FILE).write_text("solid walls\nendsolid\n")
-    outcome = LoosenOutcome(
-        OK, "", 1, VERSION, 0.0, bed=found, found=Loosened(len(rows), 0.0),
-    )  # fmt: skip
-    coding.write(folder / "bed.json", outcome)
+    records.write(folder / "bed.json", Outcome(OK, "", Loosened(len(rows), 0.0)))
 
 
 @pytest.fixture

@@ -10,11 +10,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pidpanel.coupon import coding, cycles, rows, summary
+from pidpanel.coupon import cycles, records, rows, summary
 from pidpanel.coupon.balance import EnergyBalance
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts.failures import RecordUnreadable
-from pidpanel.coupon.records import CaseOutcome, MeasuredBalance, Shaken, ShakeOutcome
+from pidpanel.coupon.records import CaseOutcome, MeasuredBalance, Outcome, Shaken
 from pidpanel.study.coupon import Coupon
 
 GOLDEN = Path(__file__).parent / "liggghts" / "golden" / "shake"
@@ -44,15 +44,15 @@ def record(case, folder, *, status="ok", closure=0.001, energies=None):
     found = Shaken(12, (12,), 8, MASS, "accuracy", balance)
     if status != "ok":
         found = None
-    outcome = ShakeOutcome(status, "so it says", 1, "3.8.0", 1.0, case.point, case.target, found)
-    coding.write(case.outcome_file(folder), CaseOutcome((outcome,)))
+    outcome = Outcome(status, "so it says", found)
+    records.write(case.outcome_file(folder), CaseOutcome((outcome,)))
 
 
 def read(case, folder):
     """Estimates of the one run of a case, and its folder."""
-    (outcome,) = coding.read(CaseOutcome, case.outcome_file(folder)).runs
+    (outcome,) = records.read(CaseOutcome, case.outcome_file(folder)).runs
     (home,) = case.folders(folder)
-    return summary.read_run(case.point, outcome, home), home
+    return summary.read_run(case.point, outcome.product, home), home
 
 
 def test_a_row_is_what_the_recorded_momentum_says(tmp_path):

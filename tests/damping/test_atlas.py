@@ -3,23 +3,11 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import atlas_fit
 import numpy as np
 import pandas as pd
 import pytest
-
-from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping import atlas_fit
-from pidpanel.damping.atlas import (
-    DOF,
-    JUMP_LENGTHS,
-    REGIMES,
-    AtlasDamping,
-    atlas_bed,
-    dimensional,
-    dimensionless,
-)
-from pidpanel.damping.atlas_files import SPREAD, atlas_data, by_state, extended_atlas, read_atlas
-from pidpanel.damping.atlas_fit import (
+from atlas_fit import (
     PARTS,
     WIDTH,
     Predicted,
@@ -31,6 +19,18 @@ from pidpanel.damping.atlas_fit import (
     student_scale_of,
     trend_of,
 )
+
+from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.atlas import (
+    DOF,
+    JUMP_LENGTHS,
+    REGIMES,
+    AtlasDamping,
+    atlas_bed,
+    dimensional,
+    dimensionless,
+)
+from pidpanel.damping.atlas_files import SPREAD, atlas_data, by_state, extended_atlas, read_atlas
 from pidpanel.damping.broadband import broadband_share
 from pidpanel.damping.jump import Jump
 from pidpanel.damping.models import DampingValues
