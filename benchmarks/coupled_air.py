@@ -91,7 +91,7 @@ class Panel:
             stiffness = self.air(frequency)
             stiffness[:, range(n), range(n)] += self.modal.dynamic_stiffness(frequency)
         else:
-            stiffness = stiffness(frequency)[:, :, None] * np.eye(n)
+            stiffness = stiffness(frequency)[:, :, None] * np.eye(vectors.shape[1])
         middle, node = np.array(patch) * self.sides, np.polynomial.legendre.leggauss(4)
         half = 0.1 * min(self.sides)
         x, y = np.meshgrid(node[0], node[0])

@@ -25,12 +25,12 @@ from pidpanel.solve.panel import deflection_at_points
 from pidpanel.solve.source import PatchParts
 from pidpanel.sound.radiation import Air
 
-NODES = 41  # frequencies at which air and dampers without particles are evaluated
+# Frequencies at which air and dampers without particles are evaluated: the resonances of a gap of
+# 5 cm have damping ratios of 5 %.
+NODES = 160
 
-ROUNDS = 4  # of f → f with the mass at f
-
-# Least inertia of a shape in air over its mass: before a close wall the mass falls steeply.
-LEAST_INERTIA = 0.5
+# Least inertia of an oscillator over the mass of its shape with the mean air.
+LEAST_INERTIA = 0.2
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class LoadedShapes:
     """Oscillators, and their shapes in those of the bare panel."""
 
     modal: ModalBasis
-    # (n, n) new shapes as columns; None where they are those of the bare panel
+    # (n, k) new shapes as columns; None where they are those of the bare panel
     vectors: Array | None
 
     def shape(self, values: Array) -> Array:
@@ -64,10 +64,11 @@ def loaded_shapes(
     """Return the oscillators of a panel with air and dampers that are not integrated.
 
     The panel moves in shapes of its own, those of its mass with the added one, a mean over the
-    logarithm of frequency. Each is a single oscillator that has the resonance of k − ω²m(ω) + iωc:
-    the inertia m + (ω/2) dm/dω and the resistance c at its frequency, without what couples it to
-    others. The particles are seen in that motion; the response of the panel with their C_e and m_a
-    has the whole matrices (`variants`).
+    logarithm of frequency. Each shape alone has the dynamic stiffness k − ω²m(ω) + iωc(ω), and an
+    oscillator for each of its resonances, with their frequency, inertia m + (ω/2) dm/dω and
+    resistance c. Before a close wall these are those of the panel and of the air in the gap. What
+    couples the shapes is left out: the particles are seen in that motion, and the response of the
+    panel with their C_e and m_a has the whole matrices (`ExcitedPanel.whole`).
 
     Parameters
     ----------
@@ -77,30 +78,41 @@ def loaded_shapes(
         Dynamic stiffness (nf, n, n) [N/m] of air and dampers at frequencies (nf,) [Hz].
     """
     nodes = np.geomspace(*extent, NODES)
-    omega, stiffness = 2 * np.pi * nodes[:, None, None], added(nodes)
-    mass, resistance = -stiffness.real / omega**2, stiffness.imag / omega
-    mean_mass = mass.mean(axis=0)
+    parts = np.array_split(nodes, NODES // 10)  # memory of a large panel
+    mass = sum((-added(f).real / (2 * np.pi * f[:, None, None]) ** 2).sum(axis=0) for f in parts)
     square, vectors = eigh(
         np.diag(modal.modal_mass * modal.angular_frequency**2),
-        np.diag(modal.modal_mass) + mean_mass,
+        np.diag(modal.modal_mass) + mass / NODES,
     )
+    stiffness = modal.dynamic_stiffness(nodes) @ vectors**2 + np.concatenate(
+        [np.einsum("in,fij,jn->fn", vectors, added(f), vectors, optimize=True) for f in parts]
+    )
+    rows = [_resonances(nodes, *of_shape) for of_shape in zip(square, stiffness.T, strict=True)]
+    natural, inertia, damping = np.concatenate(rows).T
+    columns = np.repeat(vectors, [len(of_shape) for of_shape in rows], axis=1)
+    return LoadedShapes(_oscillators(natural, inertia, damping), columns)
 
-    def diagonal(matrix: Array) -> Array:
-        return np.einsum("in,...ij,jn->...n", vectors, matrix, vectors, optimize=True)
 
-    masses = CubicSpline(np.log(nodes), 1 + diagonal(mass - mean_mass))
-    losses = CubicSpline(np.log(nodes), diagonal(resistance))
+def _resonances(nodes: Array, square: float, stiffness: Complexes) -> Array:
+    """Return frequency [Hz], inertia [kg] and resistance [N s/m] of each resonance of a shape.
 
-    def at_modes(values: CubicSpline, derivative: int = 0) -> Array:
-        return np.diagonal(values(np.log(np.clip(natural, *extent)), derivative))
-
-    natural = loaded = np.sqrt(np.maximum(square, 0)) / (2 * np.pi)
-    for _ in range(ROUNDS):
-        natural = loaded / np.sqrt(at_modes(masses))
-    damping = diagonal(np.diag(modal.damping)) + np.maximum(at_modes(losses), 0.0)
-    inertia = at_modes(masses) + at_modes(masses, 1) / 2
-    inertia = np.maximum(inertia, LEAST_INERTIA * at_modes(masses))
-    return LoadedShapes(_oscillators(natural, inertia, damping), vectors)
+    Of its dynamic stiffness at nodes [Hz], k of which is given; where it is on one side of the
+    nodes, as if it had the mass and the resistance of the nearest one there.
+    """
+    omega = 2 * np.pi * nodes
+    loss, inverse = stiffness.imag / omega, omega[::-1] ** -2
+    # k/ω² − m over 1/ω²: a straight line of one mass
+    curve = CubicSpline(inverse, (stiffness.real / omega**2)[::-1])
+    roots = curve.roots(extrapolate=False)
+    roots = roots[curve(roots, 1) > 0]
+    inertia, resonance = curve(roots, 1) * roots, roots**-0.5 / (2 * np.pi)
+    losses = np.interp(np.log(resonance), np.log(nodes), loss)
+    rows = list(np.transpose([resonance, np.maximum(inertia, LEAST_INERTIA), losses]))
+    for end, is_beyond in ((0, stiffness[0].real < 0), (-1, stiffness[-1].real > 0)):
+        if is_beyond:
+            mass = max((square - stiffness[end].real) / omega[end] ** 2, LEAST_INERTIA)
+            rows.append(np.array([np.sqrt(max(square, 0.0) / mass) / (2 * np.pi), mass, loss[end]]))
+    return np.array(rows)
 
 
 def _oscillators(natural: Array, mass: Array, damping: Array) -> ModalBasis:
