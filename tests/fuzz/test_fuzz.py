@@ -21,7 +21,7 @@ from pidpanel.damping.table_files import read_columns
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.paths import DATA, WORKFLOW
-from pidpanel.sound.table import read_spl_table
+from pidpanel.sound.table import read_spectrum
 from pidpanel.study import StudyError
 
 GOLDEN = Path(__file__).parents[1] / "coupon" / "liggghts" / "golden" / "shake"
@@ -57,7 +57,7 @@ def readings():
     mesh = WORKFLOW / "studies" / "bdf_panel.bdf"
     kinds = {
         "study": (WORKFLOW / "studies" / "smoke.yaml", checked_study, StudyError),
-        "sound": (DATA / "spl" / "smc_s_016_2014_min_third.csv", read_spl_table, ValueError),
+        "sound": (DATA / "spl" / "smc_s_016_2014_min_third.csv", read_spectrum, ValueError),
         "damping": (DATA / "damping" / "acrylic_2mm.csv", read_columns, ColumnsError),
         "nastran": (mesh, read_nastran, ValueError),
         "rows": (
