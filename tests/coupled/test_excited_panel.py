@@ -101,19 +101,6 @@ def test_cells_stand_at_their_stations_and_stand_for_their_area(excited):
     assert patch.overlap[0, 0] == pytest.approx(of_x * of_y, rel=1e-3)
 
 
-def test_a_patch_is_made_up_of_parts_that_are_alike(excited):
-    # those of a patch of 8 × 8 elements are its elements; one of 2 × 8 has 144 points for them
-    # red: PARTS = 65; min → max
-    patch = excited.with_patches(scenario()).patches[0]
-    assert patch.parts.area == pytest.approx(np.full(64, 0.8 / 64), rel=1e-6)
-    middles = [
-        (0.25 + 0.125 * (i + 0.5), 0.1 + 0.1 * (j + 0.5)) for i in range(8) for j in range(8)
-    ]
-    found = sorted(map(tuple, patch.parts.position.round(6).tolist()))
-    assert np.array(found) == pytest.approx(np.array(middles))
-    assert patch.parts.shape[:, 0] == pytest.approx(sine(patch.parts.position), abs=1e-3)
-
-
 def test_the_level_of_a_scenario_multiplies_the_excitation(excited):
     # red: `factor *` → `/`
     panel = excited.with_patches(scenario(factor=4.0))
@@ -127,7 +114,7 @@ def test_a_given_damper_has_the_motion_of_the_bare_patch(excited):
     # C_e = 10 Γ r f with Γ = √2 a_rms/g, the mean of the patch, which the modes' damping shows
     # red: `2 * factor` → `3 *`; ω⁴ → ω⁵; `/ area` → `*`; sqrt left out; maximum → minimum
     damper = GivenDamper("side", ByAcceleration(), 0.7)
-    found = excited.shapes(scenario(factor=3.0, dampers=(damper,))).modal
+    found = excited.with_patches(scenario(factor=3.0, dampers=(damper,))).modal
     overlap = excited.basis.patch_overlap[1]
     square = mean_square(excited, overlap, 4) / (0.25 * 0.8)
     gamma = np.sqrt(2 * 3.0 * square) / 9.80665

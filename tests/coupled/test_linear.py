@@ -22,7 +22,7 @@ def damped(plate):
     bare = plate.stiffness(frequency)[:, :, None] * np.eye(plate.count)
     seen = plate.at_points
     return SimpleNamespace(
-        receptances=Receptances(frequency, plate.stiffness(frequency), felt, seen),
+        receptances=Receptances(frequency, plate.stiffness, felt, seen),
         load=load,
         bare=bare,
         full=bare + 1j * omega * ((felt * load[:, None]) @ felt.T),
@@ -44,7 +44,7 @@ def wanted_psd(matrix, seen, force):
 
 
 def test_motion_is_that_of_all_equations(plate, damped):
-    # red: `- (self.across` → `+ (self.across`; self.frequency left out of _force
+    # red: `- (receptance` → `+ (receptance`; frequency left out of `force`
     rng = np.random.default_rng(3)
     amplitude = rng.standard_normal((LINES, plate.count)) + 1j
     found = damped.receptances.motion(damped.load, amplitude)
@@ -56,7 +56,7 @@ def test_motion_is_that_of_all_equations(plate, damped):
 def test_psds_are_those_of_all_equations(plate, damped, kind):
     # of three dampers at once: none, one, and one with a force of its own
     # red: flat.conj() → flat in _quadratic; `psds[k, lines] +=` → `psds[:, lines] +=`;
-    # `closed` not transposed in _rows; `excitation(lines)` → that of the first lines
+    # `receptance[:, count:]` transposed; `excitation(lines)` → that of the first lines
     rng = np.random.default_rng(4)
     sound, own = hermitian(rng, plate.count, kind), hermitian(rng, plate.count, float)
     found = damped.receptances.psds(
@@ -80,11 +80,26 @@ def test_without_sound_the_own_force_moves_the_panel_alone(plate, damped):
 
 
 def test_of_no_damper_the_panel_is_bare(plate, damped):
-    # red: `inverse = self.inverse[lines, None]` → its real part
+    # red: `motions / stiffness` of its real part
     frequency = damped.receptances.frequency
-    bare = Receptances(
-        frequency, plate.stiffness(frequency), np.zeros((plate.count, 0)), damped.seen
-    )
+    bare = Receptances(frequency, plate.stiffness, np.zeros((plate.count, 0)), damped.seen)
     sound = hermitian(np.random.default_rng(6), plate.count, float)
     (found,) = bare.psds([np.zeros((LINES, 0), complex)], lambda lines: sound[lines], [None])
     assert found == pytest.approx(wanted_psd(damped.bare, damped.seen, sound), rel=1e-9)
+
+
+def test_a_panel_in_air_has_the_whole_matrix(plate, damped):
+    # red: `swapaxes` left out; the diagonal of Z₀ alone
+    air = 2e4 * hermitian(np.random.default_rng(7), plate.count, float)[0] * (0.3 + 0.1j)
+    frequency, felt = damped.receptances.frequency, plate.at_cells.T
+
+    def stiffness(lines):
+        return plate.stiffness(lines)[:, :, None] * np.eye(plate.count) + air
+
+    whole = Receptances(frequency, stiffness, felt, damped.seen)
+    sound = hermitian(np.random.default_rng(8), plate.count, float)
+    (found,) = whole.psds([damped.load], lambda lines: sound[lines], [None])
+    assert found == pytest.approx(wanted_psd(damped.full + air, damped.seen, sound), rel=1e-9)
+    amplitude = np.ones((LINES, plate.count), complex)
+    wanted = np.linalg.solve(damped.full + air, amplitude[:, :, None])[:, :, 0] @ damped.seen.T
+    assert whole.motion(damped.load, amplitude) == pytest.approx(wanted, rel=1e-9)

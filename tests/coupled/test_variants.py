@@ -8,7 +8,7 @@ import scipy.optimize
 
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch
 from pidpanel.coupled.own_force import OwnForce
-from pidpanel.coupled.variants import Variants
+from pidpanel.coupled.variants import Variants, simulated_psd
 from pidpanel.solve.bands import band_rms
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis
@@ -181,8 +181,7 @@ def test_the_own_force_of_the_simulated_cells_moves_the_points():
     root = rng.standard_normal((2, 2, 4, 3, 3))
     sums = root @ np.swapaxes(root, -1, -2)  # (patch, segment, band, cell, cell)
     dampers = [damper(c, m) for c, m in zip(DAMPING, MASS, strict=True)]
-    variants = Variants(case.panel, LINES, CENTRE, dampers, case.forces)
-    found = variants.simulated_psd(dampers, sums, lines)
+    found = simulated_psd(case.panel, LINES, CENTRE, dampers, sums, lines)
     full, force = (
         case.panel.modal.dynamic_stiffness(LINES)[:, :, None] * np.eye(4),
         np.zeros((500, 4, 4)),

@@ -11,6 +11,7 @@ from pidpanel.coupled.own_force import OwnForce
 from pidpanel.solve import layouts
 from pidpanel.solve.excitation import Excitation
 from pidpanel.solve.layout import DamperLayout
+from pidpanel.solve.modal import dense_stiffness
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.source import PatchParts, own_force_load
@@ -64,6 +65,14 @@ class CoupledPanel:
     points: Array  # (p, n) the shapes at the points [1]
     patches: Sequence[CoupledPatch]  # filled ones, in the order of the cells of a record
     excitation: Excitation
+    # dynamic stiffness (nf, n, n) [N/m] of air and dampers that are not integrated; None for none
+    added: Callable[[Array], Complexes] | None = None
+
+    def dynamic_stiffness(self, frequency: Array) -> Complexes:
+        """Return Z₀ without the patches [N/m]: (nf, n) where it is diagonal, or (nf, n, n)."""
+        if self.added is None:
+            return self.modal.dynamic_stiffness(frequency)
+        return dense_stiffness(frequency, self.modal, self.added(frequency))
 
     def load(self, frequency: Array) -> Array | Complexes:
         """Return the cross-PSD of the modal forces (nf, n, n) [N²/Hz]."""
@@ -92,11 +101,17 @@ def cell_load(panel: CoupledPanel, frequency: Array, impedances: Sequence[Impeda
     return np.concatenate([z(frequency)[:, None] * patch.area for z, patch in pairs], axis=1)
 
 
-def bare_psd(modal: ModalBasis, excitation: Excitation, shape: Array, frequency: Array) -> Array:
+def bare_psd(
+    modal: ModalBasis,
+    excitation: Excitation,
+    shape: Array,
+    frequency: Array,
+    air: Callable[[Array], Complexes] | None = None,
+) -> Array:
     """Return the PSDs (nf, s) [m²/Hz] of motions of the bare panel with the shapes (s, n)."""
     n = shape.shape[1]
     patches = Patches(np.zeros((0, n, n)), np.zeros(0))
-    panel = ModalPanel(modal, patches, frequency, shape, frequency)
+    panel = ModalPanel(modal, patches, frequency, shape, frequency, air)
     (bare,) = layouts(panel, excitation, [DamperLayout(())])
     if isinstance(bare, UnstableDamping):
         raise bare

@@ -29,7 +29,7 @@ from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch, Impedance
 from pidpanel.coupled.impedance import BandImpedance, ImpedanceSums
 from pidpanel.coupled.own_force import OwnForce, fitted_own_force
 from pidpanel.coupled.segments import RecordSegments, SettledRecord
-from pidpanel.coupled.variants import EXPONENT, EXPONENT_ERROR, Variants
+from pidpanel.coupled.variants import EXPONENT, EXPONENT_ERROR, Variants, simulated_psd
 
 # Passes in which the instrument is the motion with the impedance of the pass before; C_e moves
 # by less than 1 % from the second to the third.
@@ -85,6 +85,7 @@ def estimate(
     centre: Array,
     edge: Array,
     bias: float = 0.0,
+    whole: CoupledPanel | None = None,
 ) -> ScenarioEstimate:
     """Return the estimates of the panel's response from the records of a scenario.
 
@@ -96,6 +97,8 @@ def estimate(
         (bands,) and (bands, 2) third octaves that cover them [Hz].
     bias
         Relative bias of g rms by softened contacts [1], included in every error.
+    whole
+        The panel of which the response is returned; None for that of the records.
 
     Raises
     ------
@@ -111,11 +114,17 @@ def estimate(
     fits, impedances = _fits(panel, runs, centre, edge, lines)
     forces = [fit.own_force() for fit in fits]
     squares = np.concatenate([run.velocity_squares() for run in runs]).mean(axis=0)
-    factors = Variants(panel, frequency, centre, impedances, forces).at_motion(squares)
+    whole = whole or panel
+    factors = Variants(whole, frequency, centre, impedances, forces).at_motion(squares)
     carried = [z.scaled(factor) for z, factor in zip(impedances, factors, strict=True)]
-    variants = Variants(panel, frequency, centre, carried, forces)
+    variants = Variants(whole, frequency, centre, carried, forces)
     variance = _variance(variants, fits, carried, factors, bias)
-    recorded, predicted = _mean_squares(variants, runs, impedances, fits, edge)
+    own_force = simulated_psd(
+        panel, frequency, centre, impedances, [fit.force_sums for fit in fits], lines
+    )
+    linear = [run.squares(run.linear_motion(impedances), edge) for run in runs]
+    predicted = variants.band_squares(own_force, edge) + np.concatenate(linear)
+    recorded = np.concatenate([run.squares(run.recorded, edge) for run in runs])
     band_residual, band_excess = _residual(recorded, predicted)
     residual, excess = _residual(recorded.sum(axis=1), predicted.sum(axis=1))
     band_variance = variance(lambda change: variants.band_change(change, edge))
@@ -212,24 +221,6 @@ def _fits(
     ]
     fits = [_PatchFit(panel.patches[p], sums[p], centre, force_sums[p], lines) for p in patches]
     return fits, fitted
-
-
-def _mean_squares(
-    variants: Variants,
-    runs: Sequence[RecordSegments],
-    impedances: Sequence[BandImpedance],
-    fits: Sequence[_PatchFit],
-    edge: Array,
-) -> tuple[Array, Array]:
-    """Return recorded mean squares, and those of the linear panel with the simulated own force.
-
-    Both are (segments, bands, p).
-    """
-    force_sums = [fit.force_sums for fit in fits]
-    simulated = variants.simulated_psd(impedances, force_sums, fits[0].lines)
-    linear = [run.squares(run.linear_motion(impedances), edge) for run in runs]
-    recorded = np.concatenate([run.squares(run.recorded, edge) for run in runs])
-    return recorded, variants.band_squares(simulated, edge) + np.concatenate(linear)
 
 
 # ------------------------------------------------------------------------------- errors

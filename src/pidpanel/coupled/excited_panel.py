@@ -1,11 +1,11 @@
 """The panel of a study under its excitation, with the patches of a scenario."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh
 
 from pidpanel.arrays import Array, Complexes, Index
@@ -18,6 +18,7 @@ from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.base_motion import BaseExcitation
 from pidpanel.solve.basis_error import modal_basis
+from pidpanel.solve.dampers import patch_stiffness, weighted_sum
 from pidpanel.solve.excitation import Excitation, ModalForce
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis
@@ -25,15 +26,12 @@ from pidpanel.solve.panel import deflection_at_points
 from pidpanel.solve.source import PatchParts
 from pidpanel.sound.radiation import Air
 
-AIR_NODES = 25  # frequencies at which the air is evaluated
+# Frequencies at which air and dampers without particles are evaluated: the resonances of a gap of
+# 5 cm have damping ratios of 5 %.
+NODES = 160
 
-
-class LinearDamper(NamedTuple):
-    """A damper with given C_e and m_a on a patch."""
-
-    overlap: Array  # (n, n) D of its patch [m²]
-    # C_e [N s/m³] and m_a [kg/m²] at frequencies (k,) [Hz]
-    values: Callable[[Array], tuple[Array, Array]]
+# Least inertia of an oscillator over the mass of its shape with the mean air.
+LEAST_INERTIA = 0.2
 
 
 @dataclass(frozen=True)
@@ -41,35 +39,8 @@ class LoadedShapes:
     """Oscillators, and their shapes in those of the bare panel."""
 
     modal: ModalBasis
-    # (n, n) new shapes as columns; None where they are those of the bare panel
+    # (n, k) new shapes as columns; None where they are those of the bare panel
     vectors: Array | None
-    # dynamic stiffness (nf, n) [N/m] with the air of each frequency (nf,) [Hz]; None without air
-    in_air: Callable[[Array], Complexes] | None = None
-
-    def gain(self, frequency: Array, force: Array) -> Callable[[Array], Array]:
-        """Return the PSD of forces that moves the oscillators as in air, over that of the sound.
-
-        It is a factor for each third octave, of lines (nf,) [Hz] and PSDs (nf, n) of forces.
-        """
-        if self.in_air is None:
-            return np.ones_like
-        low, high = frequency[0], frequency[-1]
-        count = max(1, round(3 * np.log2(high / low)))
-        edge = np.geomspace(low, high, count + 1)
-
-        def acceleration(stiffness: Complexes) -> Array:
-            psd = frequency**4 * (force / np.abs(stiffness) ** 2).sum(axis=1)
-            area = np.diff(frequency) * (psd[1:] + psd[:-1]) / 2
-            square = np.interp(edge, frequency, np.append(0.0, np.cumsum(area)))
-            return np.asarray(np.diff(square))
-
-        wanted = acceleration(self.in_air(frequency))
-        factor = wanted / acceleration(self.modal.dynamic_stiffness(frequency))
-
-        def at(lines: Array) -> Array:
-            return np.asarray(factor[np.searchsorted(edge[1:-1], lines, side="right")])
-
-        return at
 
     def shape(self, values: Array) -> Array:
         """Return shapes (k, n) of the bare panel as those of here."""
@@ -89,59 +60,60 @@ class LoadedShapes:
 def loaded_shapes(
     modal: ModalBasis,
     extent: tuple[float, float],
-    air: Callable[[Array], Complexes] | None,
-    dampers: Sequence[LinearDamper],
+    added: Callable[[Array], Complexes],
 ) -> LoadedShapes:
-    """Return the oscillators of a panel in air with dampers that are not integrated.
+    """Return the oscillators of a panel with air and dampers that are not integrated.
 
-    The panel moves in shapes of its own, each a single oscillator: those of its mass with m_a D of
-    dampers and the air's, both a mean over the logarithm of frequency. Each then has the mass of
-    the air, its resistance and C_e D at its own frequency, without what couples it to others. The
-    air of other frequencies enters the level of the force (`LoadedShapes.gain`). What is left out
-    changes the motion in which the particles are seen a little, and C_e and m_a hardly; the
-    response is computed with all of it (`pidpanel.response`).
+    The panel moves in shapes of its own, those of its mass with the added one, a mean over the
+    logarithm of frequency. Each shape alone has the dynamic stiffness k − ω²m(ω) + iωc(ω), and an
+    oscillator for each of its resonances, with their frequency, inertia m + (ω/2) dm/dω and
+    resistance c. Before a close wall these are those of the panel and of the air in the gap. What
+    couples the shapes is left out: the particles are seen in that motion, and the response of the
+    panel with their C_e and m_a has the whole matrices (`ExcitedPanel.whole`).
+
+    Parameters
+    ----------
+    extent
+        Lowest and highest frequency [Hz].
+    added
+        Dynamic stiffness (nf, n, n) [N/m] of air and dampers at frequencies (nf,) [Hz].
     """
-    if air is None and not dampers:
-        return LoadedShapes(modal, None)
-    nodes = np.geomspace(*extent, AIR_NODES)
-    n = len(modal.modal_mass)
-    added = np.zeros((AIR_NODES, n, n))  # mass and resistance of the air at the nodes
-    resistance = np.zeros_like(added)
-    if air is not None:
-        for index, frequency in enumerate(nodes):
-            stiffness, omega = air(nodes[index : index + 1])[0], 2 * np.pi * frequency
-            added[index], resistance[index] = -stiffness.real / omega**2, stiffness.imag / omega
-    mean_added = added.mean(axis=0)
-    bare = np.diag(modal.modal_mass)
-    heavy = bare + mean_added + sum(d.values(nodes)[1].mean() * d.overlap for d in dampers)
-    square, vectors = eigh(np.diag(modal.modal_mass * modal.angular_frequency**2), heavy)
-    natural = np.sqrt(np.maximum(square, 0)) / (2 * np.pi)
-    clipped = np.clip(natural, *extent)
+    nodes = np.geomspace(*extent, NODES)
+    parts = np.array_split(nodes, NODES // 10)  # memory of a large panel
+    mass = sum((-added(f).real / (2 * np.pi * f[:, None, None]) ** 2).sum(axis=0) for f in parts)
+    square, vectors = eigh(
+        np.diag(modal.modal_mass * modal.angular_frequency**2),
+        np.diag(modal.modal_mass) + mass / NODES,
+    )
+    stiffness = modal.dynamic_stiffness(nodes) @ vectors**2 + np.concatenate(
+        [np.einsum("in,fij,jn->fn", vectors, added(f), vectors, optimize=True) for f in parts]
+    )
+    rows = [_resonances(nodes, *of_shape) for of_shape in zip(square, stiffness.T, strict=True)]
+    natural, inertia, damping = np.concatenate(rows).T
+    columns = np.repeat(vectors, [len(of_shape) for of_shape in rows], axis=1)
+    return LoadedShapes(_oscillators(natural, inertia, damping), columns)
 
-    def diagonal(matrix: Array) -> Array:
-        return np.einsum("in,...ij,jn->...n", vectors, matrix, vectors, optimize=True)
 
-    def at_modes(values: Array) -> Array:
-        pairs = zip(np.log(clipped), values.T, strict=True)
-        return np.array([np.interp(place, np.log(nodes), row) for place, row in pairs])
+def _resonances(nodes: Array, square: float, stiffness: Complexes) -> Array:
+    """Return frequency [Hz], inertia [kg] and resistance [N s/m] of each resonance of a shape.
 
-    more, lost = diagonal(added - mean_added), diagonal(resistance)
-    own_more, own_lost = at_modes(more), at_modes(lost)
-    mass = 1 + own_more
-    damping = diagonal(np.diag(modal.damping)) + own_lost
-    for damper in dampers:
-        damping = damping + damper.values(clipped)[0] * diagonal(damper.overlap)
-    oscillators = _oscillators(natural / np.sqrt(mass), mass, damping)
-
-    def in_air(frequency: Array) -> Complexes:
-        order = np.interp(np.log(frequency), np.log(nodes), np.arange(AIR_NODES))
-        start = np.minimum(order.astype(int), AIR_NODES - 2)
-        part = (order - start)[:, None]
-        mass, loss = (v[start] + part * (v[start + 1] - v[start]) for v in (more, lost))
-        omega, own = 2 * np.pi * frequency[:, None], oscillators.dynamic_stiffness(frequency)
-        return np.asarray(own - omega**2 * (mass - own_more) + 1j * omega * (loss - own_lost))
-
-    return LoadedShapes(oscillators, vectors, None if air is None else in_air)
+    Of its dynamic stiffness at nodes [Hz], k of which is given; where it is on one side of the
+    nodes, as if it had the mass and the resistance of the nearest one there.
+    """
+    omega = 2 * np.pi * nodes
+    loss, inverse = stiffness.imag / omega, omega[::-1] ** -2
+    # k/ω² − m over 1/ω²: a straight line of one mass
+    curve = CubicSpline(inverse, (stiffness.real / omega**2)[::-1])
+    roots = curve.roots(extrapolate=False)
+    roots = roots[curve(roots, 1) > 0]
+    inertia, resonance = curve(roots, 1) * roots, roots**-0.5 / (2 * np.pi)
+    losses = np.interp(np.log(resonance), np.log(nodes), loss)
+    rows = list(np.transpose([resonance, np.maximum(inertia, LEAST_INERTIA), losses]))
+    for end, is_beyond in ((0, stiffness[0].real < 0), (-1, stiffness[-1].real > 0)):
+        if is_beyond:
+            mass = max((square - stiffness[end].real) / omega[end] ** 2, LEAST_INERTIA)
+            rows.append(np.array([np.sqrt(max(square, 0.0) / mass) / (2 * np.pi), mass, loss[end]]))
+    return np.array(rows)
 
 
 def _oscillators(natural: Array, mass: Array, damping: Array) -> ModalBasis:
@@ -262,27 +234,46 @@ class ExcitedPanel:
             parts=PatchParts(shape(parts.point), parts.area, position[parts.point]),
         )
 
-    def shapes(self, scenario: CoupledScenario) -> LoadedShapes:
-        """Return the shapes of the panel with what of a scenario is not integrated."""
-        dampers = [self._linear(*item, scenario.factor) for item in scenario.dampers.items()]
-        return loaded_shapes(self.modal, self.settings.frequency_range, self.air, dampers)
+    def added(self, scenario: CoupledScenario) -> Callable[[Array], Complexes] | None:
+        """Return the dynamic stiffness of air and dampers that are not integrated."""
+        parts = [self._stiffness(*item, scenario.factor) for item in scenario.dampers.items()]
+        parts += [] if self.air is None else [self.air]
+        return (lambda f: np.sum([part(f) for part in parts], axis=0)) if parts else None
 
-    def _linear(self, patch: str, damper: FilledDamper, factor: float) -> LinearDamper:
-        """Return C_e and m_a of a damper at the motion of the bare patch."""
+    def _stiffness(
+        self, patch: str, damper: FilledDamper, factor: float
+    ) -> Callable[[Array], Complexes]:
+        """Return the dynamic stiffness of a damper at the motion of the bare patch."""
         index = self.basis.patch_names.index(patch)
         overlap, area = self.basis.patch_overlap[index], patch_areas(self.basis)[index]
         square, vector = np.linalg.eigh(overlap)  # D = E Eᵀ
         frequency, columns = self.coarse_frequency, vector * np.sqrt(np.maximum(square, 0.0))
-        psd = bare_psd(self.modal, self.excitation, columns.T, frequency).sum(axis=1) / area
+        psds = bare_psd(self.modal, self.excitation, columns.T, frequency, self.air)
+        psd = psds.sum(axis=1) / area
         mean_square = np.trapezoid((2 * np.pi * frequency) ** 4 * psd, frequency)
         gamma = float(np.sqrt(2 * factor * mean_square)) / STANDARD_GRAVITY
 
-        return LinearDamper(overlap, lambda frequency: damper.damping(frequency, gamma)[:2])
+        def stiffness(frequency: Array) -> Complexes:
+            value, mass, _ = damper.damping(frequency, gamma)
+            parts = value[None], mass[None]
+            return weighted_sum(patch_stiffness(frequency, *parts), overlap[None])
+
+        return stiffness
 
     def with_patches(self, scenario: CoupledScenario) -> CoupledPanel:
-        """Return the panel with the patches of a scenario, at its level."""
-        shapes, excitation = self.shapes(scenario), self.excitation
-        gain = self._gain(shapes)
+        """Return the panel of a run with the patches of a scenario, at its level."""
+        added, shapes = self.added(scenario), LoadedShapes(self.modal, None)
+        if added is not None:
+            shapes = loaded_shapes(self.modal, self.settings.frequency_range, added)
+        return self._panel(scenario, shapes)
+
+    def whole(self, scenario: CoupledScenario) -> CoupledPanel:
+        """Return the same panel with all of its air and dampers."""
+        panel = self._panel(scenario, LoadedShapes(self.modal, None))
+        return replace(panel, added=self.added(scenario))
+
+    def _panel(self, scenario: CoupledScenario, shapes: LoadedShapes) -> CoupledPanel:
+        excitation = self.excitation
         return CoupledPanel(
             modal=shapes.modal,
             points=shapes.shape(deflection_at_points(self.basis)),
@@ -291,9 +282,7 @@ class ExcitedPanel:
                 for patch in scenario.patches
             ],
             excitation=ModalForce(
-                lambda frequency: (
-                    scenario.factor * gain(frequency) * excitation.spectrum(frequency)
-                ),
+                lambda frequency: scenario.factor * excitation.spectrum(frequency),
                 lambda frequency: shapes.square(excitation(frequency)),
                 # of base motion G is not resolved: the force on the table is 1e8 times the others
                 (lambda frequency: shapes.columns(excitation.factors(frequency)))
@@ -301,20 +290,6 @@ class ExcitedPanel:
                 else None,
             ),
         )
-
-    def _gain(self, shapes: LoadedShapes) -> Callable[[Array], Array]:
-        frequency, span = self.coarse_frequency, self.settings.frequency_range
-        if shapes.in_air is None:
-            return np.ones_like
-        nodes = np.geomspace(*span, AIR_NODES)
-        force = np.array(
-            [
-                np.diagonal(shapes.square(self.excitation(f)[0])).real
-                for f in np.split(nodes, AIR_NODES)
-            ]
-        )
-        rows = np.array([np.interp(np.log(frequency), np.log(nodes), row) for row in force.T]).T
-        return shapes.gain(frequency, rows * self.excitation.spectrum(frequency)[:, None])
 
     def moduli(self, scenario: CoupledScenario, panel: CoupledPanel) -> list[Softened]:
         """Return Young's modulus of the contacts of each patch [Pa], and its bias of g rms [1]."""

@@ -26,29 +26,28 @@ class Receptances:
     frequency
         (nf,) [Hz].
     stiffness
-        (nf, n) diagonal of Z₀ [N/m].
+        Z₀ [N/m] at frequencies (k,) [Hz]: its diagonal (k, n), or (k, n, n).
     felt, observed
         (n, r) E and (s, n) Wᵀ [1].
     """
 
     def __init__(
-        self, frequency: Array, stiffness: Complexes, felt: Array, observed: Array
+        self,
+        frequency: Array,
+        stiffness: Callable[[Array], Complexes],
+        felt: Array,
+        observed: Array,
     ) -> None:
-        self.frequency, self.felt, self.observed = frequency, felt, observed
-        inverse = self.inverse = 1 / stiffness
-        motions = np.concatenate([observed, felt.T])
-        products = np.empty((len(frequency), len(motions), felt.shape[1]), complex)
-        for lines in _chunks(len(frequency)):
-            products[lines] = (motions * inverse[lines, None, :]) @ felt
-        # (nf, s, r) Wᵀ Z₀⁻¹ E and (nf, r, r) R [m/N]
-        self.across, self.coupling = products[:, : len(observed)], products[:, len(observed) :]
+        self.frequency, self.stiffness = frequency, stiffness
+        self.felt, self.observed = felt, observed
 
     def motion(self, load: Complexes, amplitude: Complexes) -> Complexes:
         """Return the motions Wᵀq (nf, s) [m] under given modal forces."""
-        free = amplitude * self.inverse
-        felt = np.linalg.solve(self._closed(load), (free @ self.felt)[:, :, None])
-        force = self._force(load)[:, :, None] * felt
-        return free @ self.observed.T - (self.across @ force)[:, :, 0]
+        moved = [
+            self._rows([load], lines)[:, 0] @ amplitude[lines, :, None]
+            for lines in _chunks(len(self.frequency))
+        ]
+        return np.concatenate(moved)[:, :, 0]
 
     def psds(
         self,
@@ -59,7 +58,7 @@ class Receptances:
         """Return the PSDs (dampers, nf, s) [m²/Hz] of the motions Wᵀq, for several dampers."""
         psds = np.zeros((len(loads), len(self.frequency), len(self.observed)))
         for lines in _chunks(len(self.frequency)):
-            rows = np.stack([self._rows(load[lines], lines) for load in loads], axis=1)
+            rows = self._rows(loads, lines)
             if excitation is not None:
                 psds[:, lines] += _quadratic(rows, excitation(lines)).swapaxes(0, 1)
             for k, force in enumerate(forces):
@@ -67,21 +66,23 @@ class Receptances:
                     psds[k, lines] += _quadratic(rows[:, k], force(lines))
         return psds
 
-    def _rows(self, load: Complexes, lines: slice) -> Complexes:
-        """Return Wᵀ times the receptance of the panel with dampers, (k, s, n) [m/N]."""
-        inverse = self.inverse[lines, None]
-        reaction = (self.across[lines] * self._force(load, lines)[:, None]).swapaxes(1, 2)
-        closed = self._closed(load, lines).swapaxes(1, 2)
-        felt = np.linalg.solve(closed, reaction).swapaxes(1, 2)
-        return (self.observed - felt @ self.felt.T) * inverse
-
-    def _force(self, load: Complexes, lines: slice = slice(None)) -> Complexes:
-        return 2j * np.pi * self.frequency[lines, None] * load
-
-    def _closed(self, load: Complexes, lines: slice = slice(None)) -> Complexes:
-        """Return I + R iωL."""
-        unit = np.eye(self.felt.shape[1], dtype=np.complex128)
-        return unit + self.coupling[lines] * self._force(load, lines)[:, None]
+    def _rows(self, loads: Sequence[Complexes], lines: slice) -> Complexes:
+        """Return Wᵀ times the receptance of the panel with each of some dampers, (nf, k, s, n)."""
+        frequency, count = self.frequency[lines], len(self.observed)
+        stiffness, motions = self.stiffness(frequency), np.concatenate([self.observed, self.felt.T])
+        bare: Complexes
+        if stiffness.ndim == 2:
+            bare = motions / stiffness[:, None]
+        else:  # Z₀ is symmetric
+            bare = np.linalg.solve(stiffness, motions.T[None]).swapaxes(1, 2)
+        receptance, unit = bare @ self.felt, np.eye(self.felt.shape[1])
+        rows = []
+        for load in loads:
+            force = 2j * np.pi * frequency[:, None, None] * load[lines, None]
+            closed = unit + receptance[:, count:] * force  # I + R iωL
+            felt = np.linalg.solve(closed, bare[:, count:])
+            rows.append(bare[:, :count] - (receptance[:, :count] * force) @ felt)
+        return np.stack(rows, axis=1)
 
 
 def _quadratic(rows: Complexes, matrix: Array | Complexes) -> Array:

@@ -53,9 +53,10 @@ class RecordSegments:
     def __init__(self, panel: CoupledPanel, record: SettledRecord, band: tuple[float, float]):
         self._panel, self._record, self._band = panel, record, band
         self._cells = len(panel.at_cells)
-        stiffness = panel.modal.dynamic_stiffness(record.frequency)
         observed = np.concatenate([panel.at_cells, panel.points])
-        self._receptances = Receptances(record.frequency, stiffness, panel.at_cells.T, observed)
+        self._receptances = Receptances(
+            record.frequency, panel.dynamic_stiffness, panel.at_cells.T, observed
+        )
         rows = np.concatenate([record.at_cells, record.at_points], axis=1)
         motion = self._segments_of(rows[record.settled :])
         self.frequency, self.resolution = motion.frequency, motion.resolution

@@ -61,8 +61,7 @@ class Variants:
                 changed[p] += unit * step[p]
                 sets.append((changed, total))
         observed = np.concatenate([panel.points, panel.at_cells])
-        stiffness = panel.modal.dynamic_stiffness(frequency)
-        psds = Receptances(frequency, stiffness, felt, observed).psds(
+        psds = Receptances(frequency, panel.dynamic_stiffness, felt, observed).psds(
             [values[owner].T for values, _ in sets],
             lambda lines: panel.load(frequency[lines]),
             [force for _, force in sets],
@@ -141,24 +140,29 @@ class Variants:
         )
         return np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0)
 
-    def simulated_psd(
-        self, impedances: Sequence[Impedance], own_sums: Sequence[Array], lines: Array
-    ) -> Array:
-        """Return the PSDs (nf, p) at the points of the own force of the simulated cells."""
-        panel, frequency = self.panel, self.frequency
-        load = np.zeros((len(self.centre), panel.points.shape[1], panel.points.shape[1]))
-        for patch, sums in zip(panel.patches, own_sums, strict=True):
-            weighted = patch.shape * patch.area[:, None]
-            psd = sums.sum(axis=0) / lines.sum(axis=0)[:, None, None]
-            load += weighted.T @ psd @ weighted
-        stiffness = panel.modal.dynamic_stiffness(frequency)
-        receptances = Receptances(frequency, stiffness, panel.at_cells.T, panel.points)
-        own_force = interpolated_load(frequency, self.centre, load)
-        dampers = cell_load(panel, frequency, impedances)
-        (result,) = receptances.psds([dampers], None, [own_force])
-        return result
-
     def band_squares(self, psd: Array, edge: Array) -> Array:
         """Return the mean squares (bands, p) of accelerations of PSDs (nf, p) [m²/Hz]."""
         squares = band_rms(self.frequency, (2 * np.pi * self.frequency[:, None]) ** 4 * psd, edge)
         return squares**2
+
+
+def simulated_psd(
+    panel: CoupledPanel,
+    frequency: Array,
+    centre: Array,
+    impedances: Sequence[Impedance],
+    own_sums: Sequence[Array],
+    lines: Array,
+) -> Array:
+    """Return the PSDs (nf, p) at the points of the own force of the simulated cells."""
+    load = np.zeros((len(centre), panel.points.shape[1], panel.points.shape[1]))
+    for patch, sums in zip(panel.patches, own_sums, strict=True):
+        weighted = patch.shape * patch.area[:, None]
+        psd = sums.sum(axis=0) / lines.sum(axis=0)[:, None, None]
+        load += weighted.T @ psd @ weighted
+    stiffness = panel.dynamic_stiffness
+    receptances = Receptances(frequency, stiffness, panel.at_cells.T, panel.points)
+    own_force = interpolated_load(frequency, centre, load)
+    dampers = cell_load(panel, frequency, impedances)
+    (result,) = receptances.psds([dampers], None, [own_force])
+    return result

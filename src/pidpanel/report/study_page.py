@@ -64,7 +64,7 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
         beside = blocks if answer is not None and answer.candidates else []
         blocks = [proposal_choice(proposal, inputs.basis), *beside]
     claims = None
-    if is_papers_panel(inputs.modes, inputs.printed):
+    if getattr(study, "claims", ()):
         distance = patch_distance(inputs.basis)
         claims = verdict_table(list(verdicts(study, inputs.summary, inputs.psd, distance)))
     return Page(

@@ -34,7 +34,7 @@ def first_study(file: Path, results: Path) -> Path | None:
     name = f"{study.name}_first"
     results.mkdir(parents=True, exist_ok=True)
     path = results / f"{name}.yaml"
-    durable.write_text(path, text_of(values, name))
+    durable.write_text(path, text_of({"name": name, **values}))
     return path
 
 
