@@ -15,8 +15,11 @@ from pidpanel.study import StudyError
 HERE = Path(__file__).parent
 TEXTS = {path.name: path.read_text(encoding="utf-8") for path in (HERE / "bases").iterdir()}
 BASES = {name.removesuffix(".yaml"): TEXTS[name] for name in TEXTS if name.endswith(".yaml")}
-BASES["full"] = BASES["coupon"] + BASES["thin"].replace("[paper_corrected]", "[dem]").replace(
-    "0.5\n", "0.6\n"
+BED = "".join(f"  {line}\n" for line in BASES["coupon"].splitlines()[1:])
+BASES["full"] = (
+    BASES["thin"]
+    .replace("  paper: {law: paper_corrected}\n", f"  bed:\n{BED}    model: tones\n")
+    .replace("0.5\n", "0.6\n")
 )
 FILES = {name: text for name, text in TEXTS.items() if not name.endswith(".yaml")}
 KINDS = yaml.safe_load((HERE / "wrong.yaml").read_text(encoding="utf-8"))["kinds"]

@@ -120,7 +120,7 @@ def summary_rows(curves: xr.Dataset) -> pd.DataFrame:
     table = table.where(curves["outside_share"] >= 0)
     rows = table.to_dataframe(["scenario", "input", "point"]).reset_index()
     unstable = rows["acceleration_rms_g"].isna()
-    rows.insert(4, "status", np.where(unstable, "unstable", "ok"))
+    rows.insert(3, "status", np.where(unstable, "unstable", "ok"))
     shown = rows[~unstable | (rows["input"] == INPUTS[0])]
     return judged_base(shown, ["scenario", "input"])
 

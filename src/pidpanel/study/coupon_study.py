@@ -46,6 +46,15 @@ MOST_VARIANTS = 1000  # combinations that ``vary`` may have
 DRIVE = ("fill_fraction", "frequency_hz", "acceleration_g", "displacement_mm")  # of a row of cases
 
 
+def mistakes_of_name(name: str) -> Iterator[Mistake]:
+    """Yield what is wrong with the name of a study."""
+    if not is_name(name):
+        yield Mistake(("name",), f"must be {NAME_WORDS}")
+    elif name in RESERVED:
+        message = f"must be another name; results/{name} is shared by all studies"
+        yield Mistake(("name",), message)
+
+
 def is_damper_name(name: str) -> bool:
     """Return whether a name suits the folder of a damper."""
     return len(name) <= LONGEST_NAME and re.fullmatch(DAMPER_NAME, name) is not None
@@ -255,11 +264,7 @@ class CouponStudy(SectionModel):
     def mistakes(self) -> Iterator[Mistake]:
         if is_formula(self.title):  # the source of the rows of an atlas
             yield Mistake(("title",), f"must not begin with {self.title.strip()[0]!r}")
-        if not is_name(self.name):
-            yield Mistake(("name",), f"must be {NAME_WORDS}")
-        elif self.name in RESERVED:
-            message = f"must be another name; results/{self.name} is shared by all studies"
-            yield Mistake(("name",), message)
+        yield from mistakes_of_name(self.name)
         if self.coupon is None and type(self) is CouponStudy:
             yield Mistake((), "must have a section coupon, panel, or both")
 

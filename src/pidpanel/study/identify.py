@@ -10,7 +10,7 @@ from pydantic import BeforeValidator
 
 from pidpanel.study.base import Fill, RelativeError, SectionModel, Text, file_in
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.coupon_study import CouponStudy
+from pidpanel.study.coupon_study import mistakes_of_name
 from pidpanel.study.dampers import MassPerArea
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity, whole
@@ -90,7 +90,7 @@ class Identification(SectionModel):
     """Limits of the shaker."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        yield from CouponStudy(name=self.name, coupon=self.coupon).mistakes()
+        yield from mistakes_of_name(self.name)
         for key in sorted(self.coupon.model_fields_set - GIVEN):
             message = f"not allowed here; allowed are {', '.join(sorted(GIVEN))}"
             yield Mistake(("coupon", key), message)
