@@ -64,9 +64,9 @@ def _of_runs(study: CouponStudy, results: Path) -> Iterator[str]:
     cases, folder = all_cases(study), results / "coupon"
     left = [case for case in cases if not case.outcome_file(folder).exists()]
     if left:
-        from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
+        from pidpanel.coupon.estimate import PLAN, cpu_seconds
 
-        time = _duration(PLAN + cpu_seconds(left, USUAL_COSTS, folder))
+        time = _duration(PLAN + cpu_seconds(left, folder))
         yield f"{len(left)} of {len(cases)} coupon cases {time}"
     if isinstance(study, Study) and study.is_coupled:
         # two seconds of imports that other studies do not need
