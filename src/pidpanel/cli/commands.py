@@ -307,7 +307,7 @@ def deck(file: Path, case: str | None, seed: int) -> None:
     from pidpanel.study import StudyError
 
     study = checked_study(file)
-    cases = {case.label: case for batch in distinct_cases(study).values() for case in batch}
+    cases = distinct_cases(study)
     if not cases:
         raise StudyError(f"{file}: runs no LIGGGHTS, because no coupon is simulated")
     if case is None:

@@ -41,7 +41,7 @@ class Cases:
 def cases_of(study: CouponStudy, folder: Path) -> Cases:
     """Count the cases of a study by their state in ``results/coupon``."""
     failures: Counter[str] = Counter()
-    cases = [case for cases in distinct_cases(study).values() for case in cases]
+    cases = list(distinct_cases(study).values())
     done = 0
     for case in cases:
         try:

@@ -65,9 +65,9 @@ def _of_runs(study: CouponStudy, results: Path) -> Iterator[str]:
     cases, folder = all_cases(study), results / "coupon"
     left = [case for case in cases if not case.outcome_file(folder).exists()]
     if left:
-        from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
+        from pidpanel.coupon.estimate import PLAN, cpu_seconds
 
-        time = _duration(PLAN + cpu_seconds(left, USUAL_COSTS, folder))
+        time = _duration(PLAN + cpu_seconds(left, folder))
         yield f"{len(left)} of {len(cases)} coupon cases {time}"
     if isinstance(study, Study) and study.is_coupled:
         # two seconds of imports that other studies do not need
@@ -97,9 +97,10 @@ def summary(study: CouponStudy) -> str:
 
 def solve(panel: Panel) -> PanelEstimate:
     """Mesh a panel and find its first natural frequencies, on a coarser mesh if it is large."""
-    from pidpanel.panel.basis import plate_face
+    from pidpanel.panel.basis import basis_of
     from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.panel.modes import first_modes
+    from pidpanel.panel.shapes import Shapes
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "panel.msh"
@@ -119,11 +120,13 @@ def solve(panel: Panel) -> PanelEstimate:
             return PanelEstimate(study_mesh, 9 * len(study_mesh.cells), 0, None, 0)
         # of the attachments only the masses are included here
         plate = studied.plate(replace(mesh, patch_cells={}))
-    rigid, frequency, shapes = first_modes(plate, MODES + 3)
+    rigid, frequency, vectors = first_modes(plate, MODES + 3)
     share = len(study_mesh.cells) / len(mesh.cells)
     coordinates = round(plate.stiffness.shape[0] * share)
-    elements, (face, mass) = len(mesh.cells), plate_face(mesh, plate, shapes[:, :MODES])
-    return PanelEstimate(study_mesh, coordinates, rigid, frequency[:MODES], elements, face, mass)
+    frequency, vectors = frequency[:MODES], vectors[:, :MODES]
+    face = basis_of(mesh, plate, Shapes(frequency, frequency[:0], vectors))
+    elements, mass = len(mesh.cells), face.modal_mass
+    return PanelEstimate(study_mesh, coordinates, rigid, frequency, elements, face, mass)
 
 
 def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
@@ -378,7 +381,7 @@ def all_cases(study: CouponStudy) -> list[Case]:
         return []
     from pidpanel.coupon.from_study import distinct_cases
 
-    return [case for cases in distinct_cases(study).values() for case in cases]
+    return list(distinct_cases(study).values())
 
 
 def _duration(seconds: float) -> str:

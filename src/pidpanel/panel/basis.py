@@ -152,20 +152,3 @@ def with_condensed_face(moved: Face, wavenumber: float) -> Face:
         shape_at_quadrature=face.shape,
         quadrature_wavenumber=wavenumber,
     )
-
-
-def plate_face(mesh: PanelMesh, plate: PlateMatrices, vectors: Array) -> tuple[WettedFace, Array]:
-    """Return the face of a plate in some shapes (n_free, n), and their modal masses [kg]."""
-    at_quadrature = plate.at_quadrature @ vectors
-    root = np.sqrt(plate.quadrature_weight)[:, None] * at_quadrature
-    face = WettedFace(
-        plate.quadrature_position,
-        plate.quadrature_weight,
-        at_quadrature,
-        np.inf,
-        mesh.vertices,
-        mesh.cells,
-        plate.at_vertices @ vectors,
-        root.T @ root,
-    )
-    return face, np.einsum("ki,ki->i", vectors, plate.mass @ vectors)

@@ -21,6 +21,7 @@ from pathlib import Path
 
 import gmsh
 import numpy as np
+from skfem import Mesh, MeshQuad, MeshTri
 
 from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_mesh import cell_areas
@@ -41,6 +42,12 @@ class PanelMesh:
     cell_kind: str  # "quadrilaterals" or "triangles"
     patch_cells: dict[str, Index]  # cell numbers of each damper patch
     point_vertices: dict[str, int]  # vertex number of each response point
+
+    @property
+    def elements(self) -> Mesh:
+        """The mesh of scikit-fem."""
+        kind = MeshQuad if self.cell_kind == "quadrilaterals" else MeshTri
+        return kind(*map(np.ascontiguousarray, (self.vertices.T, self.cells.T)))
 
 
 def read_mesh(

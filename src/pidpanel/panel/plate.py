@@ -155,6 +155,12 @@ def at_points(values: Sequence[Array], element_dofs: Index, n_dofs: int) -> sp.c
     return sp.csr_array((data.ravel(), (row, column)), shape=(n_cells * n_points, n_dofs))
 
 
+def facet_numbers(mesh: Mesh) -> dict[tuple[int, int], int]:
+    """Return the number of each edge by its vertices, the smaller first."""
+    pairs = np.sort(mesh.facets, axis=0).T.tolist()
+    return {(start, end): number for number, (start, end) in enumerate(pairs)}
+
+
 def corner_basis(mesh: Mesh, element: Element) -> CellBasis:
     """Return a basis whose quadrature points are the corners of the cells."""
     corners = mesh.elem.doflocs[: mesh.t.shape[0]].T
