@@ -15,7 +15,6 @@ from pidpanel.cli.study_overview import overview
 from pidpanel.measurement.from_study import write_measurements
 from pidpanel.paths import DATA
 from pidpanel.report import style
-from pidpanel.report.base_section import base_section
 from pidpanel.report.inputs import MeasurementResults, read_base
 from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.solve.basis_error import lines_to_try
@@ -157,39 +156,6 @@ def test_the_sweep_of_the_bare_panel_is_its_transmissibility(shaken):
         gain = rows.loc[("bare", "stated", point), "peak_transmissibility"]
         assert peaks.loc[("up", point), "peak_transmissibility"] == pytest.approx(gain, rel=2e-3)
         assert peaks.loc[("up", point), "peak_acceleration_g"] == pytest.approx(4 * gain, rel=2e-3)
-
-
-def test_the_page_has_tables_and_curves_of_all_parts(shaken):
-    # red: the notched input left out of the figure; names by label
-    study, folder, _ = shaken
-    names = {"bare": "bare panel", "PID-1_r0.5": "PID-1, r = 0.5"}
-    with style.context():
-        section = base_section(
-            read_base(folder, study.base.parts), names, ["centre", "aside"], 25.0
-        )
-    blocks = blocks_of(section)
-    tables = [block for block in blocks if block.kind == "table"]
-    summary, notches, peaks, modes = tables
-    scenarios = [row[0].rstrip(" ‡") for row in summary.rows]
-    assert scenarios == 2 * ["bare panel"] + 2 * ["PID-1, r = 0.5"] + 2 * ["bare panel"]
-    assert [row[2].split(",")[0] for row in summary.rows] == 3 * ["stated", "notched"]
-    (caution,) = [b.text for b in blocks if getattr(b, "text", "").startswith("Caution")]
-    assert "in the sine sweep. Linear plate theory holds to about 2.50 mm" in caution
-    assert {row[-1] for row in notches.rows} <= {
-        "point centre: 3 g²/Hz", "point centre: 12 g rms", "interface: 150 N rms"
-    }  # fmt: skip
-    # 97.38 ± 0.49 beside 70.0 ± 3.6; red: `decimals` left out
-    errors = [row[3].split(" ± ")[1] for row in peaks.rows if " ± " in row[3]]
-    assert len({len(error.partition(".")[2]) for error in errors}) == 1
-    assert len(peaks.rows) == 8 and len(modes.rows) > 3
-    # red: modes without effective mass but for rounding
-    assert not any("⁻" in row[3] for row in modes.rows)
-    pictures = {picture.name: picture for picture in section.pictures}
-    assert list(pictures) == [
-        "base_centre", "base_aside", "base_interface", "base_sine_0", "base_sine_2"
-    ]  # fmt: skip
-    labels = [curve.label for curve in pictures["base_interface"].charts[1].curves]
-    assert labels == ["bare panel", "PID-1, r = 0.5", "stated input"]
 
 
 def test_every_column_and_variable_is_described(shaken):

@@ -198,23 +198,3 @@ def test_the_own_force_of_the_simulated_cells_moves_the_points():
     rows = case.panel.points @ np.linalg.inv(full)
     wanted = np.einsum("fpi,fij,fpj->fp", rows, force, rows.conj()).real
     assert found == pytest.approx(wanted, rel=1e-6)
-
-
-def test_a_change_counts_with_the_acceleration_that_it_changes():
-    # of a flat PSD of the acceleration: a change that grows as f is that in the middle of each band
-    # red: f⁴ → f⁵; `values * width` → `/`
-    flat = np.repeat(LINES[:, None] ** -4.0, 8, axis=1)
-    found = computed(made())
-    found.linear_psd, found.own_psd = flat, np.zeros((2, *flat.shape))
-    change = np.repeat(LINES[:, None], 8, axis=1)
-    assert found.total_change(change) == pytest.approx([182.5, 182.5], rel=1e-3)
-    middle = EDGE.mean(axis=1)
-    wanted = np.stack([middle, middle], axis=1)
-    assert found.band_change(change, EDGE) == pytest.approx(wanted, rel=5e-3)
-
-
-def test_mean_squares_of_a_flat_displacement():
-    # ∫ (2πf)⁴ df = (2π)⁴ (f₂⁵ − f₁⁵)/5; red: ω⁴ → 4 ω; 2π → 2/π
-    found = computed(made()).band_squares(np.full((len(LINES), 2), 3.0), EDGE)
-    wanted = 3.0 * (2 * np.pi) ** 4 * (EDGE[:, 1] ** 5 - EDGE[:, 0] ** 5) / 5
-    assert found == pytest.approx(np.stack([wanted, wanted], axis=1), rel=1e-3)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import rows
-from pidpanel.coupon.cycles import Estimate
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts.failures import LogTruncated, Unphysical
 from pidpanel.coupon.records import Shaken
@@ -69,25 +68,6 @@ def test_spheres_that_move_with_the_cells_are_so_much_mass_and_no_damping():
     speed = 98.0665 / (2 * math.pi * 80)
     expected = 2 * 2.0 * 2 * math.pi * 80 / (speed * one.packing.area)
     np.testing.assert_allclose(damping, expected, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("start", "drift", "steady"),
-    [
-        (44, 0.0, True), (46, 0.0, False), (48, 0.0, False),
-        (0, 2.9, True), (0, -2.9, True), (0, 3.1, False), (0, -3.1, False), (46, 3.1, False),
-    ],
-)  # fmt: skip
-def test_a_run_is_steady_if_its_transient_ends_early_and_its_halves_agree(start, drift, steady):
-    # of 100 cycles; red: 0.45 → 0.495; DRIFT_LIMIT = 3.3; and → or; abs left out
-    assert rows.is_steady(Estimate(1.0, 0.1, start, 100 - start, drift), 100) is steady
-
-
-def test_the_smallest_error_is_a_share_of_the_bound_of_inelastic_mass():
-    # 2e-4 of 8 m″ f; red: FLOOR = 2.2e-4; FLOOR * → FLOOR /; mass / area → * area
-    one = run()
-    expected = 2e-4 * 8 * 0.7 / one.packing.area * 80
-    assert rows.smallest_error(one, 0.7) == pytest.approx(expected, rel=1e-12)
 
 
 # ------------------------------------------------------------------ what no motion can have
@@ -214,38 +194,5 @@ def test_cells_are_judged_by_the_second_half_of_their_rows_each_with_its_share()
     assert first.error == pytest.approx(0, abs=1e-9)
 
 
-def write_cells(folder, leg, steps, values):
-    """A file of rows of two cells; the four columns hold the number of the row and ten of it."""
-    head = [
-        "# Time-averaged data for fix cycle_cells",
-        "# TimeStep v_p1_sin v_p1_cos v_p2_sin v_p2_cos",
-    ]
-    lines = [f"{s} {v} {v + 10} {v + 20} {v + 30}" for s, v in zip(steps, values, strict=True)]
-    (folder / f"cells_{leg}.txt").write_text("\n".join(head + lines) + "\n")
-
-
 def shaken(legs, count):
     return Shaken(count, legs, 9, MASS, "accuracy", None)
-
-
-def test_the_cells_of_all_legs_follow_one_another(tmp_path):
-    # red: [:, 1:] → [:, 2:]; the columns of a cell taken for those of its neighbour
-    one = run(cell={"count": 2})
-    steps = one.steps_per_cycle * np.arange(1, 6)
-    for leg, part in ((1, slice(0, 2)), (2, slice(2, 5))):
-        write_cells(tmp_path, leg, steps[part], range(1, 6)[part])
-    read = rows.read_cells(one, tmp_path, shaken((2, 3), 4))
-    np.testing.assert_array_equal(read[:, 0], [[k, k + 10] for k in range(1, 5)])
-    np.testing.assert_array_equal(read[:, 1], [[k + 20, k + 30] for k in range(1, 5)])
-
-
-def test_a_single_cell_is_the_run(tmp_path):
-    # red: 1:3 → 2:4
-    one = run(cell={"count": 1})
-    steps = one.steps_per_cycle * np.arange(1, 3)
-    write(tmp_path, 1, steps, [1, 2])
-    text = (tmp_path / "cycles_1.txt").read_text().splitlines()
-    text[2:] = [f"{step} 1 2 3 4 5 6" for step in steps]
-    (tmp_path / "cycles_1.txt").write_text("\n".join(text) + "\n")
-    read = rows.read_cells(one, tmp_path, shaken((2,), 2))
-    np.testing.assert_array_equal(read, [[[1, 2]], [[1, 2]]])

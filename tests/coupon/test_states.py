@@ -6,9 +6,7 @@ import pytest
 from pidpanel.coupon import attempts, cycles, records, rows, states, summary
 from pidpanel.coupon.bed import HARD_CYCLES
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts import failures
 from pidpanel.coupon.records import CaseOutcome
-from pidpanel.paths import TEMPLATES
 from pidpanel.study.coupon import Coupon
 
 
@@ -205,37 +203,3 @@ def test_the_cells_together_are_the_run_and_a_restart_goes_on_with_both(celled):
     damping, mass = rows.harmonic(run, read, found.mass_kg)
     assert (one.damping + other.damping) / 2 == pytest.approx(damping[7:].mean(), rel=1e-4)
     assert (one.apparent_mass + other.apparent_mass) / 2 == pytest.approx(mass[7:].mean(), rel=1e-4)
-
-
-@pytest.mark.liggghts
-def test_rows_that_are_not_those_of_the_cells_together_are_named(celled):
-    # a digit that is wrong before anyone has a hash of the rows
-    # red: the tolerance of `check_cells` times a hundred; the row of the cosine left out
-    folder, case = celled
-    run, home = case.runs[1], case.folders(folder)[1]
-    found = records.read(CaseOutcome, case.outcome_file(folder)).runs[1].product
-    read, cells = rows.read_shaken(run, home, found), rows.read_cells(run, home, found)
-    rows.check_cells(read, cells, home)
-    for column in (1, 2):
-        wrong = read.copy()
-        wrong[5, column] += 1e-3 * np.abs(cells[5]).sum()
-        with pytest.raises(
-            failures.Unphysical, match="the momentum of cycle 6 is not the sum over its cells"
-        ):
-            rows.check_cells(wrong, cells, home)
-    file = home / "cells_2.txt"
-    kept = file.read_text()
-    file.write_text(kept.replace("1", "2"))
-    with pytest.raises(failures.SolverFailure, match=r"cells_2|momentum|not those"):
-        rows.read_shaken(run, home, found)
-    file.write_text(kept)
-
-
-def test_cells_are_listed_one_by_one_where_there_are_several_and_not_too_many():
-    # red: a single cell listed; more cells than LIGGGHTS has groups
-    def listed(count, **changes):
-        (case,) = cases_of(coupon(cell={"count": count}, **changes))
-        return case.point.cells_listed, case.point.deck_text().count("group cell")
-
-    assert [listed(count) for count in (1, 2, 24, 25)] == [(0, 0), (2, 2), (24, 24), (0, 0)]
-    assert listed(3, deck=TEMPLATES / "shake_lab.in.j2")[0] == 0

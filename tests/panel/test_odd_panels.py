@@ -169,10 +169,8 @@ FEET = ((0.1, 0.1), (1.1, 0.2), (0.25, 0.8))
         (PARTS, [38.658, 70.578, 95.890, 131.114], 3e-4),
         # elements of 3 cm; red: `points` or `attached` left out (0.01 and 0.03 %)
         (held(*({"at_m": at, "kind": "hinge"} for at in FEET)), [27.461, 50.363, 92.546], 3e-5),
-        # elements of 3 cm, of 3 mm at the rims; red: radius of 0 in `fine_places` (0.2 %)
-        (held(*(foot(*at, 0.03) for at in FEET)), [48.439, 98.414, 142.101], 4e-4),
     ],
-    ids=["parts clamped", "hinges", "hold-downs"],
+    ids=["parts clamped", "hinges"],
 )
 def test_modes_of_a_thin_plate_do_not_hang_on_elements_beside_its_supports(
     tmp_path, supports, frequencies, tolerance
@@ -299,12 +297,11 @@ def test_the_stated_shift_of_a_file_contains_that_at_the_ends_of_clamped_parts(
 
 
 INSIDE, EDGES = ((0.1, 0.1), (1.1, 0.2), (0.3, 0.8)), ((0.6, 0), (1.2, 0.5), (0.3, 0.9))
-CORNERS = ((0, 0), (1.2, 0), (1.2, 0.9), (0, 0.9))
 AT_POINTS = {
-    "thin, hold-downs at edges": (THIN, held(*(foot(*at, 0) for at in EDGES)), {}, 0.7),
-    "sandwich, hinges at edges": (SANDWICH, held(*(foot(*at, 0, "hinge") for at in EDGES)), {}, 0.9),
-    "sandwich, springs": (SANDWICH, held(*(spring(*at, 1e6) for at in INSIDE)), {}, 0.9),
-    "sandwich, masses": (SANDWICH, "simply_supported", {str(at): at for at in INSIDE}, 0.9),
+    "thin, hold-downs at edges": (THIN, held(*(foot(*at, 0) for at in EDGES)), {}, 0.7, 1),
+    "sandwich, hinges at edges": (SANDWICH, held(*(foot(*at, 0, "hinge") for at in EDGES)), {}, 0.9, 2),
+    "sandwich, springs": (SANDWICH, held(*(spring(*at, 1e6) for at in INSIDE)), {}, 0.9, 2),
+    "sandwich, masses": (SANDWICH, "simply_supported", {str(at): at for at in INSIDE}, 0.9, 1),
 }  # fmt: skip
 
 
@@ -312,10 +309,10 @@ AT_POINTS = {
 def test_elements_of_half_the_size_lower_modes_as_stated_for_single_points(tmp_path, name):
     # red: no √ of the compliance, or no half; the turn left out; S of one axis; the mass without
     # ω²; 1/D₆₆ left out; a thin edge as within the panel
-    section, supports, at, least = AT_POINTS[name]
+    section, supports, at, least, coarsest = AT_POINTS[name]
     masses = {f"m{k}": {"at_m": place, "mass_kg": 2.0} for k, place in enumerate(at.values())}
     found = []
-    for count in (2, 4):
+    for count in (coarsest, 2 * coarsest):
         panel = of_file(tmp_path / f"{count}.bdf", section, count, supports, masses=masses)
         studied = StudiedPanel(Panel(**panel))
         studied.check(20.0)
@@ -383,7 +380,7 @@ def test_shorter_elements_at_the_rims_of_feet_lower_modes_as_stated(tmp_path):
     shifts, found = [], []
     for corner in ({}, {"corner_size_m": 1.5e-3}):
         mesh = {**triangles(0.14), **corner}
-        panel, _ = of([1.2, 0.9], THIN, mesh, 500, held(foot(0.55, 0.7, 0.03)), patches={})
+        panel, _ = of([0.7, 0.5], THIN, mesh, 500, held(foot(0.3, 0.35, 0.03)), patches={})
         studied = StudiedPanel(Panel(**panel))
         basis = basis_for(studied, 120.0, tmp_path)
         few = np.flatnonzero(~basis.is_residual & (basis.natural_frequency > 1))[:5]
