@@ -45,7 +45,7 @@ def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
     ]
     # red: spectrum_of → read_spectrum
     assert found["sound"][0].startswith(
-        "OASPL 162.0 dB, 161.9 dB in 30 to 2000 Hz; as tabulated 136.7"
+        "OASPL 162.0 dB, 161.9 dB in 30 to 2000 Hz; as tabulated 26 third octaves"
     )
     assert found["sound"][0].endswith("; scenarios at 142, 152 dB")
     # red: PLAN left out; / 60
@@ -204,7 +204,7 @@ def test_the_motions_of_the_supports_are_summed_up(tmp_path):
     # red: the overall value that the study states
     (line,) = lines_of(STUDIES / "shaker.yaml", tmp_path)["base"]
     assert line == (
-        "random 10 g rms as tabulated (gevs_acceptance.csv); sine 2 g from 20 to 200 Hz, up and "
+        "random, as tabulated 4 break points 20 to 2000 Hz, 10 g rms, from gevs_acceptance.csv; sine 2 g from 20 to 200 Hz, up and "
         "down"
     )
 

@@ -30,8 +30,7 @@ QUIETEST, LOUDEST = 100.0, 170.0
 # Bands of levels [dB] that may be pressures [Pa]: the lowest is below, their range above
 LOWEST_BAND, WIDEST_RANGE = 60.0, 50.0
 MOST_SHIFT = 20.0  # of a table by oaspl_db [dB]
-# Difference of a stated overall value and that of its table: levels have two digits.
-OVERALL_TOLERANCE = 0.03
+LOUDEST_SHAKER = 50.0  # overall value of a table [g rms], likewise
 
 # Limit over the PSD of all of the input below which it is no notch: a lower input is meant.
 DEEPEST = 1e-3
@@ -314,7 +313,7 @@ def _check_limit(point: str, path: Path, response: Response) -> Iterator[Mistake
 
 def _check_base(study: Study, motion: BaseMotion, random: RandomMotion) -> Iterator[Mistake]:
     """Yield what is wrong with the table of base motion, and an overall value it does not have."""
-    from pidpanel.spectra.acceleration_table import read_base_table
+    from pidpanel.spectra.acceleration_table import OVERALL_TOLERANCE, read_base_table
 
     response = study.response
     keys = ("base", "random")
@@ -325,6 +324,10 @@ def _check_base(study: Study, motion: BaseMotion, random: RandomMotion) -> Itera
     if stated is not None and abs(spectrum.rms / stated - 1) > OVERALL_TOLERANCE:
         message = f"the table integrates to {spectrum.rms:.3g} g rms; must agree within "
         yield Mistake((*keys, "overall_g"), f"{message}{100 * OVERALL_TOLERANCE:.0f} %")
+    if stated is None and spectrum.rms > LOUDEST_SHAKER:
+        message = f"its break points have {spectrum.rms:.3g} g rms; in (m/s²)²/Hz? "
+        message += f"base.random.overall_g = {spectrum.rms:.3g} states it if it is meant"
+        yield Mistake((*keys, "spectrum"), message)
     low, high = spectrum.frequency[[0, -1]]
     if max(low, response.frequency_hz[0]) * LEAST_SPAN > min(high, response.frequency_hz[1]):
         message = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.tabular.cells import NUMBER, Quantity, value_of
+from pidpanel.tabular.cells import NUMBER, Label, value_of
 from pidpanel.tabular.rows import TableRows, rows_of
 from pidpanel.text_files import TextFileError, one_line, read_table_text
 
@@ -43,7 +43,7 @@ class Allowed(NamedTuple):
     hint: str = ""  # hint for values above ``high``
     may_be_missing: bool = False  # of the whole column
     may_be_empty: bool = False  # of cells, which are NaN then
-    quantity: Quantity = Quantity()  # of a column that may have other names and units
+    label: Label = Label()  # of a column that may have other names and units
 
     def refuses(self, value: float) -> str:
         """Return what is allowed in place of a value; empty if it is."""
@@ -94,7 +94,7 @@ def read_rows(
     Parameters
     ----------
     columns
-        Columns, those with a `Quantity` by any of its usual names and units. Without any the first
+        Columns, those with a `Label` by any of its usual names and units. Without any the first
         line names the columns.
     has_overall
         Whether a row may state a level of the whole table.
@@ -106,8 +106,8 @@ def read_rows(
     """
     try:
         text, encoding = read_table_text(path, LARGEST)
-        quantities = {name: column.quantity for name, column in (columns or {}).items()}
-        rows = rows_of(path, text, quantities, has_overall=has_overall)
+        labels = {name: column.label for name, column in (columns or {}).items()}
+        rows = rows_of(path, text, labels, has_overall=has_overall)
     except TextFileError as error:
         place = path if error.line is None else f"{path}, line {error.line}"
         raise ColumnsError([f"{place}: {error.message}"]) from None
@@ -239,7 +239,7 @@ def numbers(
         lines.append(line)
         values = zip(header, cells, text.factor or [1.0] * len(cells), strict=True)
         rows.append([
-            value_of(cell, columns.get(name, Allowed()).quantity, factor)
+            value_of(cell, columns.get(name, Allowed()).label, factor)
             for name, cell, factor in values
         ])  # fmt: skip
         for name, cell, value in zip(header, cells, rows[-1], strict=True):

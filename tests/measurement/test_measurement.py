@@ -51,7 +51,7 @@ def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.csv", "frequency_hz,psd\n20,1\n", "column 'psd': unknown"),
+        ("a.csv", "frequency_hz,phase\n20,1\n", "column 'phase': unknown"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n", "at least two lines"),
         ("a.csv", "frequency_hz,transmissibility\n20,0\n30,0\n", "the transmissibility must be"),
         (

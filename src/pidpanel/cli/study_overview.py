@@ -26,7 +26,7 @@ MODES = 6  # number of natural frequencies listed
 # Elements that are solved in about four seconds, by section and kind.
 MOST_CELLS: Mapping[str, int] = {"thin triangles": 1100}
 MOST_OF_OTHERS = 8000
-LEAST_ACCELERATION = 0.01  # of tests and limits [g]
+USUAL_ACCELERATION = 0.01, 100.0  # of tests and limits [g]
 COARSE = 1.05  # largest frequency of a coarser mesh over that of the study's
 COARSER = 2.0  # edge length of a coarser mesh over that of the one before
 # Damping ratios of bare panels with their attachments [1], and C_e below which nothing is damped
@@ -257,8 +257,9 @@ def _unusual(study: Study) -> Iterator[str]:
             yield (f"dampers.{name}.equivalent_damping_n_s_m3 = {damping:g} does nothing; it is per"
                    " area, usually 10 to 100000: N s/m of a cell over its area")  # fmt: skip
     for key, acceleration in _accelerations(study):
-        if acceleration < LEAST_ACCELERATION:
-            usual = f"tests and limits have {LEAST_ACCELERATION:g} to 100"
+        low, high = USUAL_ACCELERATION
+        if not low <= acceleration <= high:
+            usual = f"tests and limits have {low:g} to {high:g}"
             yield f"{key} has {acceleration:.2g} g; {usual}"
 
 
@@ -347,7 +348,7 @@ def _of_sound(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     """Yield the levels overall, in the range and as tabulated; the surroundings, and others."""
     from pidpanel.sound.from_study import spectrum_of, surroundings_text
     from pidpanel.sound.spectrum import REFERENCE_PRESSURE
-    from pidpanel.sound.table import read_spectrum
+    from pidpanel.sound.table import read_pressure
 
     sound, (low, high) = study.acoustics, study.response.frequency_hz
     spectrum = spectrum_of(sound)
@@ -357,7 +358,7 @@ def _of_sound(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     scenarios = f"; scenarios at {', '.join(f'{level:g}' for level in extra)} dB" if extra else ""
     yield (
         f"OASPL {spectrum.oaspl:.1f} dB, {in_range:.1f} dB in {low:g} to {high:g} Hz; as tabulated "
-        f"{read_spectrum(sound.spectrum).oaspl:.1f} dB ({sound.spectrum.name}){scenarios}"
+        f"{read_pressure(sound.spectrum)[1]}{scenarios}"
     )
     yield study.setting
     if estimate.frequency is not None and estimate.mass is not None and estimate.face is not None:
@@ -365,11 +366,10 @@ def _of_sound(study: Study, estimate: PanelEstimate) -> Iterator[str]:
 
 
 def _of_base(base: BaseMotion) -> Iterator[str]:
-    from pidpanel.spectra.acceleration_table import read_base_table
+    from pidpanel.spectra.acceleration_table import read_acceleration
 
     if base.random is not None:
-        level = read_base_table(base.random.spectrum).rms
-        yield f"random {level:.3g} g rms as tabulated ({base.random.spectrum.name})"
+        yield f"random, as tabulated {read_acceleration(base.random.spectrum)[1]}"
     if base.sine is not None:
         low, high = base.sine.frequency_hz
         yield f"sine {base.sine.acceleration_g:g} g from {low:g} to {high:g} Hz, up and down"

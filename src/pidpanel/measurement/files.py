@@ -21,14 +21,14 @@ from pidpanel.measurement.universal import (
 )
 from pidpanel.spectra.acceleration_table import ACCELERATION as ACCELERATION_DENSITY
 from pidpanel.tabular import cells
-from pidpanel.tabular.cells import Quantity
+from pidpanel.tabular.cells import Label
 from pidpanel.tabular.units import DIMENSIONLESS, GRAVITY, HERTZ
 
 COLUMNS = {
-    "frequency_hz": Allowed(0.0, low_itself=False, quantity=cells.HERTZ),
-    "acceleration_psd_g2_hz": Allowed(0.0, high=1e6, quantity=ACCELERATION_DENSITY),
+    "frequency_hz": Allowed(0.0, low_itself=False, label=cells.HERTZ),
+    "acceleration_psd_g2_hz": Allowed(0.0, high=1e6, label=ACCELERATION_DENSITY),
     "transmissibility": Allowed(
-        0.0, high=1e6, quantity=Quantity.named("1", "transmissibility q gain frf", "magnitude")
+        0.0, high=1e6, label=Label.named("1", "transmissibility q gain frf", "magnitude")
     ),
 }
 FREQUENCY_COLUMN, PSD_COLUMN, RATIO_COLUMN = COLUMNS
