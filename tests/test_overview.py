@@ -205,7 +205,7 @@ def test_the_motions_of_the_supports_are_summed_up(tmp_path):
     (line,) = lines_of(STUDIES / "shaker.yaml", tmp_path)["base"]
     assert line == (
         "random 10 g rms as tabulated (gevs_acceptance.csv); sine 2 g from 20 to 200 Hz, up and "
-        "down"
+        "down; the panel in vacuum: without mass and damping of the air"
     )
 
 

@@ -173,6 +173,7 @@ def test_the_page_has_tables_and_curves_of_all_parts(shaken):
     scenarios = [row[0].rstrip(" ‡") for row in summary.rows]
     assert scenarios == 2 * ["bare panel"] + 2 * ["PID-1, r = 0.5"] + 2 * ["bare panel"]
     assert [row[2].split(",")[0] for row in summary.rows] == 3 * ["stated", "notched"]
+    assert any("The panel is in vacuum here" in getattr(b, "text", "") for b in blocks)
     (caution,) = [b.text for b in blocks if getattr(b, "text", "").startswith("Caution")]
     assert "in the sine sweep. Linear plate theory holds to about 2.50 mm" in caution
     assert {row[-1] for row in notches.rows} <= {

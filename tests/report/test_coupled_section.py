@@ -90,3 +90,6 @@ def test_the_section_explains_the_split_and_has_its_figure(coupled):
     # red: the picture left out
     section = coupled_section(coupled.coupled, coupled.names, POINTS)
     assert [block.kind for block in blocks_of(section)] == ["paragraph", "table", "picture"]
+    # the error by the air where there is some; red: `in_air` left out
+    wet = coupled_section(coupled.coupled, coupled.names, POINTS, in_air=True)
+    assert ["at most 1.2 %" in blocks_of(s)[0].text for s in (section, wet)] == [False, True]
