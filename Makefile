@@ -48,7 +48,7 @@ bench: ready
 mutants: ready
 	python tests/mutation --jobs $(CORES)
 
-# what can go wrong, at random moments, with real LIGGGHTS: forty minutes on two cores, writes docs/drills.md
+# what can go wrong, at random moments, with real LIGGGHTS: forty minutes on two cores, writes benchmarks/drills.md
 REPEATS ?= 20
 drills: ready
 	python tests/drills --repeats $(REPEATS) --write

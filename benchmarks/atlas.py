@@ -17,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from atlas_fit import WIDTH, Predicted, fit_constants, packings_of, predict
 from matplotlib.figure import Figure
 
 from pidpanel.damping.atlas import REGIMES
 from pidpanel.damping.atlas_files import atlas_data, by_state, read_rows, stored_sides
-from pidpanel.damping.atlas_fit import WIDTH, Predicted, fit_constants, packings_of, predict
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS
 
 DESIGN, FOLDS = "Atlas of particle beds", 4  # source of the cases held out; parts of them

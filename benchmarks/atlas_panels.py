@@ -3,11 +3,10 @@
     python benchmarks/atlas_panels.py [scenarios] [panels]
 
 The atlas has none of the rows of the coupons that it is compared with, and its constants are those
-of the other rows. `scenarios`: the 22 scenarios of docs/coupled.md with one damper and the six
-levels of docs/theory/coupled.md, under sound. `panels`: ten random panels under spectra of
-launchers, against the same panels with surfaces of the rows that the atlas does not have, both of
-tones. Panels on which these surfaces are extrapolated are left out. Minutes on a core. Tables of
-docs/theory/damping.md are printed.
+of the other rows. `scenarios`: the 22 scenarios of coupled.md with one damper and its six levels,
+under sound. `panels`: ten random panels under spectra of launchers, against the same panels with
+surfaces of the rows that the atlas does not have, both of tones. Panels on which these surfaces
+are extrapolated are left out. Minutes on a core. The numbers of atlas.md are printed.
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
+from atlas_fit import fit_constants
 from coupled_scenarios import ACRYLIC, STEEL
 
 from pidpanel import Model
@@ -31,7 +31,6 @@ from pidpanel.atlas.table import read_atlas as read_table
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.atlas import Atlas, AtlasDamping, atlas_bed
 from pidpanel.damping.atlas_files import read_atlas, read_rows
-from pidpanel.damping.atlas_fit import fit_constants
 from pidpanel.damping.models import DampingModel
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.panel.files import read_plate
@@ -50,7 +49,7 @@ from pidpanel.sound.from_study import spectrum_of
 COUPONS = ("level.yaml", "single_tones.py")  # in the sources of rows of the two coupons
 DENSITY = {"acrylic": 1190.0, "steel": 7850.0}  # [kg/m³]
 FRICTION = {"acrylic": 0.3, "steel": 0.2}
-DOCS = Path(__file__).parents[1] / "docs"
+TABLES = Path(__file__).with_name("coupled.md")
 PANELS, ELEMENTS = 10, np.array([24, 18])  # random panels, and their elements by side
 
 
@@ -152,7 +151,7 @@ def _rms(case: Any, frequency: np.ndarray) -> Rms:
 
 def coupled_scenarios() -> list[tuple[Case, list[float]]]:
     """Return the scenarios with the g rms of their coupled runs, as the docs list them."""
-    text = (DOCS / "coupled.md").read_text(encoding="utf-8")
+    text = TABLES.read_text(encoding="utf-8")
     found = []
     for damper, cases in (("acrylic", ACRYLIC), ("steel", STEEL)):
         for patch, fill, level in cases:
@@ -160,7 +159,6 @@ def coupled_scenarios() -> list[tuple[Case, list[float]]]:
             (row,) = re.findall(rf"{label} \d+ \| ([\d. /]+) \|", text)
             values = [float(value) for value in row.split("/")]
             found.append((Case(damper, f"PID-{patch}", fill, level), values))
-    text = (DOCS / "theory" / "coupled.md").read_text(encoding="utf-8")
     levels, values = (
         [
             float(value.split()[0])

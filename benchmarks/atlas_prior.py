@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+from atlas_fit import constants_of, predict, trend_of
 from atlas_panels import COUPONS, DENSITY
 
 from pidpanel.damping.atlas import REGIMES
 from pidpanel.damping.atlas_files import atlas_data, by_state, read_atlas, read_rows
-from pidpanel.damping.atlas_fit import constants_of, predict, trend_of
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import training_data
 from pidpanel.paths import ATLAS_CASES

@@ -5,7 +5,7 @@ others. g rms at the point 326 as one run tells it, with its error.
 
     python benchmarks/convergence.py modulus|step|stations [folder] [level_db] [fill]
 
-Ten CPU-minutes for a level and a fill. docs/coupled.md has the tables.
+Ten CPU-minutes for a level and a fill. coupled.md has the tables.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ with the mean of the other runs of its scenario: z is the difference over both e
     python benchmarks/coupled_scenarios.py [folder] [runs]
 
 About forty minutes on two cores for two runs. Records are kept in the folder and not made
-again. The table of docs/coupled.md is printed.
+again. The table of coupled.md is printed.
 """
 
 from __future__ import annotations

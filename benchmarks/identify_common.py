@@ -24,12 +24,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from atlas_fit import fit_student_scale, packings_of
 from identify import BED, CELL, DESIGN, NOISE, TRUTH
 
 from pidpanel.arrays import Array
 from pidpanel.damping.atlas import REGIMES, Atlas
 from pidpanel.damping.atlas_files import read_atlas, read_rows
-from pidpanel.damping.atlas_fit import fit_student_scale, packings_of
 from pidpanel.damping.sides import Mixture
 from pidpanel.identify.prediction import Specimen
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS

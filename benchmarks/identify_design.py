@@ -12,10 +12,10 @@ import csv
 import sys
 
 import numpy as np
+from atlas_design import Groups, cell_count, exclusion, full_cell, row_of, steps_per_cycle
 from scipy.stats import qmc
 
-from pidpanel.atlas.groups import Bead, Groups
-from pidpanel.coupon.design import cell_count, exclusion, full_cell, row_of, steps_per_cycle
+from pidpanel.atlas.groups import USUAL, ElasticSphere
 
 LABORATORIES, OF_FOUR_TONES = 100, 50  # all, and the first ones, which have no further rounds
 ROUNDS = 3
@@ -49,39 +49,41 @@ def laboratory(point: np.ndarray) -> list[Groups]:
     return tones
 
 
-def is_quick(groups: Groups, bead: Bead) -> bool:
+def is_quick(groups: Groups, sphere: ElasticSphere) -> bool:
     """Whether a tone can be simulated, in a few seconds."""
     full = full_cell(groups.width, groups.depth)
     spheres = groups.fill_fraction * full * cell_count(groups)
-    work = 12 * steps_per_cycle(groups, bead) * spheres
-    return full <= LARGEST_CELL and work <= MOST_WORK and not exclusion(groups, bead)
+    work = 12 * steps_per_cycle(groups, sphere) * spheres
+    return full <= LARGEST_CELL and work <= MOST_WORK and not exclusion(groups, sphere)
 
 
-def further_tones(point: np.ndarray, bead: Bead, rng: np.random.Generator) -> list[Groups]:
+def further_tones(
+    point: np.ndarray, sphere: ElasticSphere, rng: np.random.Generator
+) -> list[Groups]:
     """Return the further rounds of the laboratory of a point."""
     tones: list[Groups] = []
     while len(tones) < (ROUNDS - 1) * len(STROKES):
         drawn = np.concatenate([point[:6], rng.random(2 * len(STROKES))])
         further = laboratory(drawn)
-        tones += further if all(is_quick(groups, bead) for groups in further) else []
+        tones += further if all(is_quick(groups, sphere) for groups in further) else []
     return tones
 
 
 def main() -> None:
     """Write the table of cases."""
-    bead, rows, count = Bead(), [], 0
+    sphere, rows, count = USUAL, [], 0
     further: dict[str, list[Groups]] = {"flat": [], "upright": []}
     draws = {"flat": np.random.default_rng(8), "upright": np.random.default_rng(9)}
     sequence = qmc.Sobol(d=6 + 2 * len(STROKES), scramble=True, rng=7)
     for point in sequence.random(1024):
         tones = laboratory(point)
-        if count < LABORATORIES and all(is_quick(groups, bead) for groups in tones):
-            rows += [row_of(groups, bead) for groups in tones]
+        if count < LABORATORIES and all(is_quick(groups, sphere) for groups in tones):
+            rows += [row_of(groups, sphere) for groups in tones]
             count += 1
             if count > OF_FOUR_TONES:
                 direction = tones[0].direction
-                further[direction] += further_tones(point, bead, draws[direction])
-    rows += [row_of(groups, bead) for tones in further.values() for groups in tones]
+                further[direction] += further_tones(point, sphere, draws[direction])
+    rows += [row_of(groups, sphere) for tones in further.values() for groups in tones]
     writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)

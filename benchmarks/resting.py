@@ -4,7 +4,7 @@
 
 A bed at rest under gravity, with the material's own modulus, moved below Γ = 1, where no particle
 leaves its neighbours; then g rms of the panel of launch.yaml with this mass in place of a rigid
-one. Ten to thirty CPU-seconds a case. docs/theory/coupon.md has the table.
+one. Ten to thirty CPU-seconds a case. resting.md has the table.
 """
 
 from __future__ import annotations

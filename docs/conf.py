@@ -1,5 +1,6 @@
 """The documents as pages: `make docs`. Nothing is fetched, neither here nor by the pages."""
 
+import re
 import sys
 from pathlib import Path
 
@@ -20,3 +21,13 @@ html_show_sourcelink = False
 exclude_patterns = ["_ext", "_static"]
 nitpicky = True
 pygments_style = "default"
+
+
+def setup(app):
+    """Make notes outside of this folder files to open: MyST takes a Markdown file for a page."""
+    notes = re.compile(r"\]\(((?:\.\./)+benchmarks/\w+\.md)(?:#[^)]*)?\)")
+
+    def link(_app, _name, source):
+        source[0] = notes.sub(r"](path:\1)", source[0])
+
+    app.connect("source-read", link)

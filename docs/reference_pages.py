@@ -1,22 +1,23 @@
 """Pages and the JSON schema that are made from the code and checked in; `make reference`.
 
 `study.md` comes from the models of a study, `files.md` from `files.yaml`, `commands.md` from the
-parser of the command line.
+commands.
 """
 
 from __future__ import annotations
 
-import argparse
+import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import click
 import pandas as pd
 import xarray as xr
 import yaml
 
-from pidpanel.cli.parser import parser
+from pidpanel.cli.commands import EPILOG, pidpanel
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.json_schema import schema_text, study_schema
 
@@ -269,9 +270,7 @@ def _plain(unit: str) -> str:
 
 
 def commands_page() -> str:
-    """Return the page of the commands, from their parser."""
-    whole = parser()
-    (commands,) = (one for one in whole._actions if isinstance(one, argparse._SubParsersAction))
+    """Return the page of the commands."""
     lines = [
         "<!-- made by `make reference` from src/pidpanel/cli: change it there -->",
         "",
@@ -280,24 +279,20 @@ def commands_page() -> str:
         "Commands in the order of use; `pidpanel <command> --help` prints the same text.",
         "",
         "```text",
-        str(whole.epilog).strip(),
+        EPILOG,
         "```",
         "",
     ]
-    for name, one in commands.choices.items():
-        lines += [f"## `pidpanel {name}`", "", str(one.description).strip().replace("$", "\\$"), ""]
-        lines += ["| argument | meaning |", "|---|---|"]
-        for action in one._actions:
-            if action.dest == "help":
-                continue
-            shown = ", ".join(action.option_strings) or action.metavar or action.dest
-            if action.option_strings and action.nargs != 0:
-                value = action.metavar or action.dest.upper()
-                shown += f" {' '.join(value) if isinstance(value, tuple) else value}"
-            words = str(action.help).replace("%(default)s", str(action.default))
-            if action.choices:
-                words += "; one of " + ", ".join(f"`{choice}`" for choice in action.choices)
-            lines.append(f"| `{shown}` | {words.replace('|', chr(92) + '|')} |")
+    for name, command in pidpanel.commands.items():
+        if command.hidden:
+            continue
+        text = inspect.cleandoc(command.help or "").replace("$", "\\$")
+        lines += [f"## `pidpanel {name}`", "", text, "", "| argument | meaning |", "|---|---|"]
+        context = click.Context(command, info_name=name)
+        for parameter in command.params:
+            if record := parameter.get_help_record(context):
+                shown, words = (" ".join(part.split()).replace("|", "\\|") for part in record)
+                lines += [f"| `{shown}` | {words} |"] if shown else []
         lines.append("")
     return "\n".join(lines).rstrip() + "\n"
 

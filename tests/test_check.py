@@ -136,7 +136,7 @@ def test_held_edges_need_a_symmetric_section(tmp_path):
 
 
 def test_a_table_that_cannot_be_read_is_told_at_its_key(tmp_path):
-    # red: no try round read_spl_table, read_table; error.faults[:1]
+    # red: no try round read_spectrum, read_table; error.faults[:1]
     (tmp_path / "mine.csv").write_text("center_hz,spl_db\n100,120\n160,121\n125,122\n")
     values = changed("smoke", ("sound", "spectrum"), "mine.csv")
     values["damping"] = {"readings": ["table"], "table": "lab.csv"}

@@ -8,7 +8,7 @@ from pidpanel.columns import ColumnsError
 from pidpanel.damping_ratio import DampingRatio, read_damping_ratio
 from pidpanel.paths import DATA
 from pidpanel.sound.spectrum import pressure_psd
-from pidpanel.sound.table import read_spl_table
+from pidpanel.sound.table import read_spectrum
 
 SIZE, D, MASS, AT = (1.5, 1.0), 3273.07, 4.0, (0.55, 0.35)
 SPECTRUM = DATA / "spl" / "smc_s_016_2014_min_third.csv"
@@ -59,7 +59,7 @@ def test_a_table_over_frequency_is_that_of_the_closed_form(with_table):
     # red: ζ(f_c) for all modes; interpolation over f in place of ln f; axes exchanged
     psd, sharper = psd_of(with_table), psd_of(model(0.01))
     f = psd["frequency"].to_numpy()
-    pressure = pressure_psd(read_spl_table(SPECTRUM), f)
+    pressure = pressure_psd(read_spectrum(SPECTRUM), f)
 
     def ratio(natural):
         return np.interp(np.log(natural), np.log([50.0, 200.0]), [0.04, 0.01])

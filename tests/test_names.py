@@ -60,9 +60,3 @@ def test_names_are_nouns_of_the_field():
 
 def test_no_class_name_occurs_twice():
     assert repeated_classes(parsed(*(PACKAGE / place for place in DONE))) == []
-
-
-def test_an_odd_name_and_a_repeated_class_are_seen():
-    tree = ast.parse("class Row: ...\ndef told(one, *, mass): of_all = mass")
-    assert odd_share([tree]) == (3 / 5, Counter(told=1, one=1, of_all=1))
-    assert repeated_classes([tree, tree]) == ["Row"]

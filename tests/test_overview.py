@@ -43,7 +43,7 @@ def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
         "PID-2 coupon, r = 0.5: about 0.27 kg (4.5 % of the panel)",
         "PID-3 coupon, r = 0.5: about 0.27 kg (4.5 % of the panel)",
     ]
-    # red: spectrum_of → read_spl_table
+    # red: spectrum_of → read_spectrum
     assert found["sound"][0].startswith(
         "OASPL 162.0 dB, 161.9 dB in 30 to 2000 Hz; as tabulated 136.7"
     )

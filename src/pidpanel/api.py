@@ -147,7 +147,7 @@ class Model:
         if file is None:
             file = self.results / "study.yaml"
             file.parent.mkdir(parents=True, exist_ok=True)
-            durable.write_text(file, text_of(self._values, self.study.name))
+            durable.write_text(file, text_of({"name": self.study.name, **self._values}))
         names = [f"results/{self.study.name}/{name}" for name in targets]
         self.folder.mkdir(parents=True, exist_ok=True)
         from pidpanel.cli.snakemake import command, release

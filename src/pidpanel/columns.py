@@ -1,10 +1,5 @@
-"""CSV tables of a user, with units in the names of the columns: read, or refused line by line.
+"""Tables of a user, with units in the names of the columns: read, or refused line by line."""
 
-The first line names the columns, separated by commas; ``#`` starts a comment. A text in UTF-8, with
-or without its mark.
-"""
-
-import csv
 import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,13 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.text_files import TextFileError, lines_of, one_line, read_text
+from pidpanel.tabular.cells import NUMBER, Quantity, value_of
+from pidpanel.tabular.rows import TableRows, rows_of
+from pidpanel.text_files import TextFileError, one_line, read_table_text
+
+__all__ = ["NUMBER", "TableRows"]
 
 MOST_FAULTS = 20  # most mistakes reported per file
 MOST_ALIKE = 3  # most mistakes of one kind reported on a line each
 LARGEST = 20_000_000  # most bytes of a table
-
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 class ColumnsError(ValueError):
@@ -46,6 +43,7 @@ class Allowed(NamedTuple):
     hint: str = ""  # hint for values above ``high``
     may_be_missing: bool = False  # of the whole column
     may_be_empty: bool = False  # of cells, which are NaN then
+    quantity: Quantity = Quantity()  # of a column that may have other names and units
 
     def refuses(self, value: float) -> str:
         """Return what is allowed in place of a value; empty if it is."""
@@ -88,56 +86,32 @@ class LineFaults:
         ]
 
 
-class TableRows(NamedTuple):
-    """A table as text."""
-
-    path: Path
-    comments: list[tuple[int, str]]  # number and text of lines that begin with ``#``
-    header: list[str]  # names of the columns
-    line: int  # of the header
-    rows: list[tuple[int, list[str]]]  # number and cells of each line with values
-
-    @property
-    def source(self) -> str:
-        """The comments."""
-        return "\n".join(comment for _, comment in self.comments)
-
-
-def read_rows(path: Path) -> TableRows:
+def read_rows(
+    path: Path, columns: Mapping[str, Allowed] | None = None, *, has_overall: bool = False
+) -> TableRows:
     """Read the cells of a table.
+
+    Parameters
+    ----------
+    columns
+        Columns, those with a `Quantity` by any of its usual names and units. Without any the first
+        line names the columns.
+    has_overall
+        Whether a row may state a level of the whole table.
 
     Raises
     ------
     ColumnsError
-        If the file cannot be read, is no text, has no header, or other separators than commas.
+        If the file cannot be read, is no text, or `rows_of` refuses it.
     """
     try:
-        text = read_text(path, LARGEST)
+        text, encoding = read_table_text(path, LARGEST)
+        quantities = {name: column.quantity for name, column in (columns or {}).items()}
+        rows = rows_of(path, text, quantities, has_overall=has_overall)
     except TextFileError as error:
         place = path if error.line is None else f"{path}, line {error.line}"
         raise ColumnsError([f"{place}: {error.message}"]) from None
-    comments, rows = [], []
-    for number, content in enumerate(lines_of(text), start=1):
-        values, mark, comment = content.partition("#")
-        if mark and not values.strip():
-            comments.append((number, comment.strip()))
-        try:
-            cells = next(csv.reader([values], skipinitialspace=True), [])
-        except csv.Error as error:
-            raise ColumnsError([f"{path}, line {number}: {error}"]) from None
-        cells = [cell.strip() for cell in cells]
-        if any(cells):
-            rows.append((number, cells))
-    if not rows:
-        raise ColumnsError([f"{path}: empty; the first line must name the columns"])
-    (line, header), *rows = rows
-    separator = next((mark for mark in ";\t|" if mark in "".join(header)), None)
-    message = f"{path}, line {line}: columns must be separated by ','"
-    if separator is not None:
-        raise ColumnsError([f"{message} with '.' in numbers, not by {separator!r}"])
-    if len(header) == 1 and len(header[0].split()) > 1 and "#" not in header[0]:
-        raise ColumnsError([f"{message}, not by blanks"])
-    return TableRows(path, comments, header, line, rows)
+    return rows._replace(remarks=(*([encoding] if encoding else []), *rows.remarks))
 
 
 def faults_of_names(
@@ -263,7 +237,11 @@ def numbers(
             faults.add(line, message, message)
             continue
         lines.append(line)
-        rows.append([float(cell) if NUMBER.fullmatch(cell) else np.nan for cell in cells])
+        values = zip(header, cells, text.factor or [1.0] * len(cells), strict=True)
+        rows.append([
+            value_of(cell, columns.get(name, Allowed()).quantity, factor)
+            for name, cell, factor in values
+        ])  # fmt: skip
         for name, cell, value in zip(header, cells, rows[-1], strict=True):
             if name in columns and (message := _fault_of_cell(cell, value, columns[name])):
                 # one line represents all mistakes of a kind

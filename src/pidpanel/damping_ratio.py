@@ -9,11 +9,15 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.columns import Allowed, numbers, read_rows
+from pidpanel.tabular.cells import HERTZ, Quantity
 
 COLUMNS = {
-    "frequency_hz": Allowed(0.0, low_itself=False),
-    "damping_ratio": Allowed(0.0, low_itself=False, high=0.5, hint="in %?"),
-}
+    "frequency_hz": Allowed(0.0, low_itself=False, quantity=HERTZ),
+    "damping_ratio": Allowed(
+        0.0, low_itself=False, high=0.5, hint="in %?",
+        quantity=Quantity.named("1", "zeta ζ ratio", "damping critical modal"),
+    ),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,7 @@ def read_damping_ratio(path: Path) -> DampingRatio:
     ColumnsError
         If the file has faults; all are listed.
     """
-    table = numbers(read_rows(path), COLUMNS)
+    table = numbers(read_rows(path, COLUMNS), COLUMNS)
     table.refuse(fewest=1, too_few="no rows; at least one is needed")
     falls = np.diff(table["frequency_hz"], prepend=-np.inf) <= 0
     table.note(falls, "frequency_hz = {frequency_hz:g} must be above that of the row before")

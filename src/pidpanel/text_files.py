@@ -1,4 +1,4 @@
-"""Text files of a user: read as UTF-8, or refused in a line."""
+"""Text files of a user: read, or refused in a line."""
 
 import re
 import stat
@@ -33,6 +33,29 @@ def read_text(path: Path, limit: int = LARGEST) -> str:
         If there is no such file, it is no file, cannot be read, is too large or is no such text.
     """
     return decoded(read_bytes(path, limit))
+
+
+def read_table_text(path: Path, limit: int = LARGEST) -> tuple[str, str]:
+    """Read a text of a spreadsheet or an old program: UTF-8, UTF-16 with its mark, or Windows-1252.
+
+    Returns
+    -------
+    The text, and its encoding where it is not UTF-8.
+
+    Raises
+    ------
+    TextFileError
+        As `read_text`.
+    """
+    data = read_bytes(path, limit)
+    for encoding in ("UTF-16",) if data.startswith(UTF_16) else ("UTF-8", "Windows-1252"):
+        try:
+            text = data.decode({"UTF-8": "utf-8-sig"}.get(encoding, encoding))
+        except UnicodeError:
+            continue
+        if "\0" not in text:
+            return text, encoding.removeprefix("UTF-8")
+    return decoded(data), ""  # which refuses it
 
 
 def read_bytes(path: Path, limit: int = LARGEST) -> bytes:

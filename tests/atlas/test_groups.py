@@ -1,23 +1,15 @@
 """The drive that gives a bed its groups."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
+from atlas_design import GRAVITY, Groups, frequency, speed, stroke
 from scipy.special import beta
 
-from pidpanel.atlas.groups import (
-    GRAVITY,
-    HERTZ_DURATION,
-    Bead,
-    Groups,
-    frequency,
-    is_hard,
-    speed,
-    stroke,
-)
-from pidpanel.coupon.design import sphere
+from pidpanel.atlas.groups import HERTZ_DURATION, USUAL, is_hard
 from pidpanel.paths import PROJECT
 
 GROUPS = Groups(0.6, 30.0, 0.2, 0.8, 0.3, 3.0, 10.0, "flat")
@@ -25,27 +17,27 @@ GROUPS = Groups(0.6, 30.0, 0.2, 0.8, 0.3, 3.0, 10.0, "flat")
 
 def test_the_drive_has_the_acceleration_and_the_stroke_of_the_groups():
     # red: the depth in place of the clear gap; Γ without g
-    bead = Bead(diameter=1e-3)
-    assert stroke(GROUPS, bead) == pytest.approx(0.2 * 0.4 * 10e-3, rel=1e-12)
-    omega = 2 * math.pi * frequency(GROUPS, bead)
-    assert omega**2 * stroke(GROUPS, bead) == pytest.approx(30 * 9.80665, rel=1e-12)
-    assert speed(GROUPS, bead) == pytest.approx(omega * stroke(GROUPS, bead), rel=1e-12)
+    small = replace(USUAL, radius=0.5e-3)
+    assert stroke(GROUPS, small) == pytest.approx(0.2 * 0.4 * 10e-3, rel=1e-12)
+    omega = 2 * math.pi * frequency(GROUPS, small)
+    assert omega**2 * stroke(GROUPS, small) == pytest.approx(30 * 9.80665, rel=1e-12)
+    assert speed(GROUPS, small) == pytest.approx(omega * stroke(GROUPS, small), rel=1e-12)
 
 
 def test_a_particle_four_times_as_large_has_half_the_frequency():
     # √(g/d) is the only frequency of hard particles under gravity
-    small, large = (frequency(GROUPS, Bead(diameter=d)) for d in (1e-3, 4e-3))
+    small, large = (frequency(GROUPS, replace(USUAL, radius=r)) for r in (1e-3, 4e-3))
     assert large == pytest.approx(small / 2, rel=1e-12)
 
 
 def test_the_particles_that_give_a_scale_are_those_of_the_study_of_the_atlas():
     # red: another modulus: a row of the design would not be the case that runs
     study = yaml.safe_load((PROJECT / "workflow" / "studies" / "atlas.yaml").read_text())
-    bead, particles = Bead(), study["coupon"]["particles"]
-    assert bead.diameter == pytest.approx(1e-3 * particles["diameter_mm"], rel=1e-12)
-    assert bead.density == particles["density_kg_m3"]
-    assert bead.youngs_modulus == pytest.approx(1e6 * particles["youngs_modulus_mpa"], rel=1e-12)
-    assert bead.poissons_ratio == particles["poissons_ratio"]
+    particles = study["coupon"]["particles"]
+    assert 2 * USUAL.radius == pytest.approx(1e-3 * particles["diameter_mm"], rel=1e-12)
+    assert USUAL.density == particles["density_kg_m3"]
+    assert USUAL.youngs_modulus == pytest.approx(1e6 * particles["youngs_modulus_mpa"], rel=1e-12)
+    assert USUAL.poissons_ratio == particles["poissons_ratio"]
 
 
 def test_gravity_lies_along_the_motion_across_it_or_is_none():
@@ -59,27 +51,14 @@ def test_gravity_lies_along_the_motion_across_it_or_is_none():
 @pytest.mark.parametrize(("modulus", "gamma"), [(5e8, 20.0), (5e8, 300.0), (1e8, 2.0)])
 def test_soft_particles_are_hard_where_their_impacts_are_short_and_shallow(modulus, gamma):
     # as `ElasticSphere` has them; red: R for d; only one of the two limits
-    bead = Bead(youngs_modulus=modulus)
-    impact = sphere(bead)
+    impact = replace(USUAL, youngs_modulus=modulus)
     f = np.geomspace(5, 3000, 200)
     v = gamma * 9.80665 / (2 * np.pi * f)
     lasts = np.array([impact.wall_contact_time(x) for x in v.tolist()]) * f
-    deep = np.array([impact.wall_overlap(x) for x in v.tolist()]) / (bead.diameter / 2)
-    found = is_hard(bead, f, gamma)
+    deep = np.array([impact.wall_overlap(x) for x in v.tolist()]) / impact.radius
+    found = is_hard(impact, f, gamma)
     assert found.tolist() == ((lasts <= 0.02) & (deep <= 0.05)).tolist()
     assert 0 < found.sum() < len(f)
-
-
-@pytest.mark.parametrize("bead", [Bead(), Bead(3e-3), Bead(5e-4, 7850, 2e11, 0.3)])
-def test_particles_like_those_of_the_atlas_are_hard_everywhere(bead):
-    # red: SOFTEST = 1, with which 3 mm acrylic, a case of the atlas, was soft from 500 Hz
-    assert is_hard(bead, np.geomspace(3, 1e4, 50), 1.5).all()
-
-
-@pytest.mark.parametrize(("ratio", "is_as_hard"), [(2.9, True), (3.1, False)])
-def test_up_to_three_times_the_contact_time_group_of_the_atlas_is_hard(ratio, is_as_hard):
-    # docs/atlas.md; at 20 kHz the contacts of none of them are short
-    assert is_hard(Bead(diameter=ratio * 2e-3), np.array([2e4]), 1.5).item() is is_as_hard
 
 
 def test_a_hertz_contact_lasts_as_long_as_its_integral_in_closed_form():

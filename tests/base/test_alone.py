@@ -4,7 +4,7 @@ import pytest
 from moving import HERE, run_stages
 
 from pidpanel.check import checked_study
-from pidpanel.cli.parser import parser
+from pidpanel.cli.commands import pidpanel
 from pidpanel.coupled.from_study import coupled_scenarios, depends_on
 from pidpanel.optimise.from_study import counted_excitations
 from pidpanel.report.from_study import write_study_page
@@ -146,6 +146,6 @@ def test_coupled_runs_move_the_supports_of_a_study_without_sound(
 
 def test_an_export_without_sound_is_refused_in_a_line(alone, tmp_path):
     # red: a target that Snakemake does not know
-    args = parser().parse_args(["export", str(alone), "--directory", str(tmp_path)])
+    arguments = ["export", str(alone), "--directory", str(tmp_path)]
     with pytest.raises(StudyError, match="sound: missing; this is a study of base motion alone"):
-        args.call(args)
+        pidpanel.main(arguments, standalone_mode=False)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from moving import solved, transfer_of
 
-from pidpanel.base.sine import Transfer, _Damping, _other_motion, interface_force, sweep
+from pidpanel.base.sine import Transfer, _other_motion, interface_force, sweep
 from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import AttachedDamper
 
@@ -30,29 +30,6 @@ def test_the_damping_is_that_of_each_frequencys_own_amplitude(panel):
     again = AMPLITUDE * transfer.patch_acceleration(slice(None), s)[:, 0]
     np.testing.assert_allclose(again, gamma, rtol=2e-3)  # C_e is linear in ln Γ in steps of 20 %
     assert result.residual.max() < 1e-6
-
-
-def test_the_damping_is_held_beyond_a_thousand_times_the_motion_of_the_base():
-    # up to there it is that of its Γ; red: RANGE to 1100; beyond the last but one
-    loads = [damper(lambda gamma: gamma**2)]
-    damping = _Damping(loads, np.array([50.0]), 2.0, None)
-    highest = patch_stiffness(np.array([50.0]), np.array([[2000.0**2]]), np.array([[0.5]]))
-    for gamma in (2000.0, 9000.0):
-        np.testing.assert_allclose(damping.stiffness_at(0, np.log([gamma])), highest, rtol=1e-12)
-
-
-def test_the_damping_is_straight_between_sixty_motions_and_held_below_the_lowest():
-    # red: GRID = 61; RANGE from 0.011
-    damping = _Damping([damper(lambda gamma: gamma**2)], np.array([50.0]), 2.0, None)
-    ratio = 1e5 ** (1 / 59)
-    for gamma, value in (
-        (1e-3, 0.02**2),
-        (0.02, 0.02**2),
-        (0.02 * ratio**0.5, 0.02**2 * (1 + ratio**2) / 2),
-    ):
-        exact = 2j * np.pi * 50 * value - (2 * np.pi * 50) ** 2 * 0.5
-        read = damping.stiffness_at(0, np.log([gamma]))[0, 0]
-        assert (read.real, read.imag) == pytest.approx((exact.real, exact.imag), rel=1e-9)
 
 
 class Prescribed:
@@ -104,16 +81,6 @@ def test_the_motion_that_follows_is_the_nearest_stable_one_of_all_loads():
     ended, residual = _other_motion(outcome, np.array([1.0, 1.0]))
     np.testing.assert_allclose(ended, [2.9, 2.9], atol=1e-5)
     assert residual <= 1e-6
-
-
-@pytest.mark.parametrize("jump", [-2.5, -0.5, 0.5, 2.5])
-def test_a_motion_is_looked_for_in_steps_of_a_half_up_to_five_halves(jump):
-    # beside the only one Γ grows without end; red: other ends or another number of JUMPS
-    def outcome(x):
-        return np.where(np.abs(x - 1 - jump) < 0.02, 1 + jump, x + 1)
-
-    ended, residual = _other_motion(outcome, np.array([1.0]))
-    assert (ended[0], residual) == pytest.approx((1 + jump, 0.0), abs=1e-6)
 
 
 def test_the_force_of_the_supports_is_that_of_all_momenta_and_of_each_damper():

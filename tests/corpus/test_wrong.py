@@ -6,12 +6,6 @@ import pytest
 import yaml
 
 STUDIES = yaml.safe_load((Path(__file__).parent / "wrong.yaml").read_text("utf-8"))["studies"]
-LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
-    f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 12)
-)
-MERGED_LAUGHS = "a0: &a0 {x: 1}\n" + "".join(
-    f"a{k}: &a{k} {{<<: [{', '.join([f'*a{k - 1}'] * 9)}]}}\n" for k in range(1, 12)
-)
 
 
 def listed(values):
@@ -25,10 +19,6 @@ TOO_MUCH = [
     ("[100, 400]\n    acceleration_g: [10, 100]", f"{{from: 1, to: 2000, step: 1}}\n    acceleration_g: {listed(range(1, 1001))}", "@sweep:| coupon.sweep: too many"),
     ("[0.4, 0.8]", listed(f"{0.02 + k * 1e-6:.6f}" for k in range(60000)), "@sweep:| coupon.sweep: too many"),
     ("accuracy:", f"vary: {{particles.friction: {FRICTIONS}, particles.restitution: {RESTITUTIONS}}}\n  accuracy:", "@vary| coupon.vary: too many"),
-    ("depth_mm: 10", "depth_mm: 9" + "9" * 5000, "coupon.cell.depth_mm: not finite"),
-    ("count: 2", "count: 9" + "9" * 400, "coupon.cell.count: not finite"),
-    ("", LAUGHS, "@| too many (has 3.57e+11 values with its aliases written out)"),
-    ("", MERGED_LAUGHS, "@| too many (has 1.19e+11 values with its aliases written out)"),
     ("depth_mm: 10", "depth_mm: " + "[" * 2000 + "]" * 2000, "@| too many"),
     ("", "# " + "x" * 1_100_000 + "\n", "@| too many"),
 ]  # fmt: skip
@@ -55,5 +45,5 @@ def test_more_fills_than_a_search_ends_with_are_refused(wrong):
 
 @pytest.mark.parametrize("case", TOO_MUCH, ids=lambda case: case[1][:30])
 def test_what_is_too_much_is_refused(wrong, case):
-    # red: no `_count`, no `MOST_RUNS`, no `LARGEST`
+    # red: no `MOST_RUNS`, no `LARGEST`
     wrong("coupon", *case)

@@ -1,10 +1,9 @@
 """What YAML allows beside plain keys and values: refused or read as it is meant, with its line."""
 
 import pytest
-import yaml
 
-from pidpanel.study import document, load_any_study
-from pidpanel.study.document import Document
+from pidpanel.study import load_any_study
+from pidpanel.study.loader import Content
 
 KEYS = "must be a mapping with keys such as name, coupon, panel"
 
@@ -80,7 +79,7 @@ ACCEPTED = [
 
 @pytest.mark.parametrize("case", ACCEPTED, ids=lambda case: f"{case[0]}: {case[2][:50]!r}")
 def test_what_is_odd_and_right_is_read_as_it_is_meant(written, bases, change, case):
-    # red: yaml.SafeLoader's resolvers; keys constructed; no `written` in base._as_written
+    # red: `scalar_of` of quoted text; keys by `scalar_of`; no `written` in base._as_written
     base, old, new, way, value = case
     place = written(change(bases[base], old, new))
     assert place.told() == []
@@ -125,15 +124,8 @@ def test_a_file_whose_name_cannot_be_that_of_the_study_is_told_what_to_do(
 
 
 def test_every_number_is_read_as_yaml_1_2_has_it():
-    # red: a resolver of YAML 1.1
+    # red: 031 as 31, `on` as true
     text = "a: [1, -1, +1, 0, 1.5, 1e3, 1.e-3, .5, -.inf, 010, 0x1, 1_0, 1:2, on, y, 2024-01-01]"
-    found = yaml.load(text, document.Loader)["a"]
+    found = Content(text).data["a"]
     assert found == [1, -1, 1, 0, 1.5, 1000.0, 1e-3, 0.5, float("-inf"), "010", "0x1", "1_0",
                      "1:2", "on", "y", "2024-01-01"]  # fmt: skip
-
-
-def test_a_merged_list_of_mappings_has_the_line_of_the_one_that_counts(written, bases, change):
-    # red: `node.value` without reversed in document._entry
-    text = "x: &a\n  patch: 1\ny: &b\n  patch: 2\nz:\n  <<: [*a, *b]\n"
-    document = Document(written(text).study)
-    assert document.data["z"] == {"patch": 1}

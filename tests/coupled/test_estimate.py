@@ -214,12 +214,12 @@ def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
 @pytest.mark.slow
 @pytest.mark.parametrize(("own", "size"), [(0.0, (0.6, 1.4)), (OWN, (0.4, 1.3))])
 def test_stated_errors_are_those_of_many_records(coupled, own, size):
-    # 10 records know the ratio of scatter to error to 22 %
+    # 6 records know the ratio of scatter to error to 29 %
     # red: LINES_PER_FREEDOM = 0.3; `z.deviated()` left out; `- by_cell` left out of impedance
     load = own * CELL_AREA * coupled.panel.patches[0].overlap
     wanted = np.log(mean_square(closed_form(coupled, coupled.panel.points, load)))
     scores = []
-    for seed in range(10):
+    for seed in range(6):
         found = estimated(coupled, drawn(coupled, 50 + seed, own=own, seconds=1.5))
         scores.append((np.log(mean_square(found.psd)) - wanted) / found.log_error)
     assert size[0] < np.sqrt(np.mean(np.square(scores))) < size[1]
@@ -256,11 +256,10 @@ def test_own_force_that_cells_share_moves_the_whole_patch(coupled, plate):
     assert np.abs(found.residual).max() < 3 * found.log_error.max()
 
 
-@pytest.mark.parametrize("louder", [0.7, 1.6])
-def test_damping_is_that_of_the_motion_that_the_panel_has(coupled, quiet, louder):
+def test_damping_is_that_of_the_motion_that_the_panel_has(coupled, quiet):
     # C_e ∝ v^−0.75 through the records' motion, which the sound makes larger or smaller
     # red: EXPONENT = 0.825 in at_motion; `+ EXPONENT * by_damping` → `- EXPONENT * by_damping`
-    records = [drawn(coupled, seed, own=0.0, louder=louder) for seed in (1, 2)]
+    records = [drawn(coupled, seed, own=0.0, louder=1.6) for seed in (1, 2)]
     found = estimated(coupled, *records)
     squares = []
     for record in records:

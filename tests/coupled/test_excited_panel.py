@@ -102,19 +102,6 @@ def test_cells_stand_at_their_stations_and_stand_for_their_area(excited):
     assert patch.overlap[0, 0] == pytest.approx(of_x * of_y, rel=1e-3)
 
 
-def test_a_patch_is_made_up_of_parts_that_are_alike(excited):
-    # those of a patch of 8 × 8 elements are its elements; one of 2 × 8 has 144 points for them
-    # red: PARTS = 65; min → max
-    patch = excited.with_patches(scenario()).patches[0]
-    assert patch.parts.area == pytest.approx(np.full(64, 0.8 / 64), rel=1e-6)
-    middles = [
-        (0.25 + 0.125 * (i + 0.5), 0.1 + 0.1 * (j + 0.5)) for i in range(8) for j in range(8)
-    ]
-    found = sorted(map(tuple, patch.parts.position.round(6).tolist()))
-    assert np.array(found) == pytest.approx(np.array(middles))
-    assert patch.parts.shape[:, 0] == pytest.approx(sine(patch.parts.position), abs=1e-3)
-
-
 def test_the_level_of_a_scenario_multiplies_the_excitation(excited):
     # red: `factor *` → `/`
     panel = excited.with_patches(scenario(factor=4.0))

@@ -92,20 +92,6 @@ def test_a_field_with_few_columns_is_drawn_from_them(columns):
     assert np.abs(drawn.mean(axis=0)).max() < 4 / 200 * 3
 
 
-def test_a_field_that_is_not_of_full_rank_gains_a_millionth():
-    # G = v vᵀ with v = (2, 1, 0): a millionth of each diagonal value, and of that of a shape which
-    # has a thousandth of the largest force where it feels none
-    # red: FLOOR = 0.0011; RIDGE = 1.1e-6; `+ RIDGE` → `-`; maximum → minimum of size
-    v = np.array([2.0, 1.0, 0.0])
-    frequency = np.linspace(100.0, 110.0, 11)
-    found, drawn = squares(np.outer(v, v), frequency, np.array([90.0, 120.0]))
-    assert found[:, 0] - 4.0 == pytest.approx(np.full(11, 4e-6), rel=1e-3)
-    assert 1e12 * found[:, 2] == pytest.approx(np.full(11, 4.0), rel=1e-3)
-    # the second follows the first but for √(2e-6) of it
-    rest = np.abs(drawn[:, 1] / drawn[:, 0] - 0.5) ** 2
-    assert rest == pytest.approx(np.full(11, 2e-6 / 4), rel=5e-3)
-
-
 def test_what_is_below_zero_in_a_table_counts_as_none():
     # correlation 1.01 of two shapes: what is left is that along (1, 1), of half of 2.01 each
     # red: maximum(value, 0) → minimum; sqrt left out; `size[:, None] *` → `/`

@@ -108,27 +108,6 @@ def test_bands_that_are_known_stay_and_others_follow_their_neighbours():
     assert np.sqrt(covariance[3, 3]) == pytest.approx(0.3 * 445 / np.sqrt(2), rel=0.05)
 
 
-@pytest.mark.parametrize(
-    ("variance", "left"),
-    [
-        # (Z − 440)²/v and twice Z²/(0.3·440)² for two bands that are off to either side
-        (0.5 * 0.3**2, 0.5),
-        (0.3**2, 1 / 3),
-        # none is taken for better known than to a thousandth
-        (0.0, 1 / (1 + 2e-6 / 0.3**2)),
-    ],
-)
-@pytest.mark.parametrize("turned", [1.0, 1j])
-def test_two_bands_meet_as_far_as_their_variance_says(variance, left, turned):
-    # red: BAND_STEP = 0.33; 1 / → 2 / in the weight; 1e-6 → 1.1e-6; np.abs(ratio) → ratio
-    ratio = 440.0 + 4j * np.array([1.0, -1.0])
-    found, _ = smoothed(turned * ratio, np.full(2, variance * 440**2), np.zeros(2))
-    found = found / turned
-    assert found.real == pytest.approx([440.0, 440.0], rel=1e-4)
-    parts = 1 - found.imag / (4.0 * np.array([1.0, -1.0]))
-    assert parts == pytest.approx([1 - left] * 2, rel=2e-3)
-
-
 def test_cells_count_with_their_area_and_their_motion():
     # Z = Σ a |v|² Z_c / Σ a |v|²; red: `* area` → `/ area`
     rng = np.random.default_rng(1)

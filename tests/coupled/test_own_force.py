@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import scipy.optimize
 
 from pidpanel.coupled.own_force import USUAL_LENGTH, fitted_own_force, own_force_sums
 
@@ -71,51 +70,6 @@ def test_a_single_cell_has_a_psd_and_no_coherence():
     assert found.psd == pytest.approx([2.0, 5.0, 0.5], rel=0.1)
     assert found.coherence.tolist() == [0.0, 0.0, 0.0]
     assert found.length == USUAL_LENGTH == 30.0
-
-
-def expected(place, coherence, length, centre=CENTRE):
-    """Sums over a single line of cells that have exactly this coherence."""
-    decay = np.exp(-apart(place) * centre[:, None, None] / length)
-    c = np.reshape(coherence, (-1, 1, 1))
-    return c * decay + (1 - c) * np.eye(len(place))
-
-
-@pytest.mark.parametrize(("length", "limit"), [(0.5, 3.0), (2000.0, 300.0)])
-def test_lengths_are_looked_for_between_limits(length, limit):
-    # red: 3.0 → 3.3; 300.0 → 330.0
-    place = PLACE * 0.05 if length < 1 else PLACE
-    lines = np.full(3, 10**9)
-    sums = expected(place, np.array([0.9, 0.6, 0.3]), length) * lines[:, None, None]
-    found = fitted_own_force(sums, lines, CENTRE, apart(place))
-    assert found.length == pytest.approx(limit, rel=1e-9)
-
-
-@pytest.mark.parametrize("lines", [1, 5, 30, 3000])
-def test_few_lines_leave_the_length_where_it_usually_is(lines):
-    # where a general solver has it: a correlation of n lines is known to 1/√(2n), ln λ to 0.7
-    # before it is seen, and n cells are as good as n independent correlations each
-    # red: `error * 2` → `* 3` or `/ 2`; `/ cells` left out; `/ LENGTH_SPREAD` → `*`;
-    # triu_indices(cells, 2)
-    place = PLACE[[0, 1, 2, 5, 7, 11, 14]]
-    count, c = len(place), np.array([0.95, 0.7, 0.4])
-    first, second = np.triu_indices(count, 1)
-    distance = apart(place)
-    for length in (8.0, 15.0, 60.0, 120.0):
-        sums = lines * expected(place, c, length)
-        found = fitted_own_force(sums, np.full(3, lines), CENTRE, distance)
-        correlation = sums[:, first, second] / lines
-
-        def apart_by(values, correlation=correlation):
-            decay = np.exp(-distance[first, second] * CENTRE[:, None] * np.exp(-values[3]))
-            parts = (values[:3, None] * decay - correlation) * np.sqrt(2 * lines / count)
-            return np.append(parts.ravel(), (values[3] - np.log(30.0)) / 0.7)
-
-        wanted = scipy.optimize.least_squares(
-            apart_by, [0.5, 0.5, 0.5, np.log(30.0)], bounds=([0, 0, 0, -np.inf], [1, 1, 1, np.inf])
-        )
-        # steps of λ are 8 %
-        assert found.length == pytest.approx(np.exp(wanted.x[3]), rel=0.045)
-        assert found.coherence == pytest.approx(wanted.x[:3], abs=0.06)
 
 
 def test_two_cells_that_feel_one_force_have_the_coherence_one():

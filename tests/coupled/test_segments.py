@@ -20,19 +20,6 @@ def record(lowest, interval, rows, settled=0, spacing=1.0):
     )
 
 
-def test_lines_of_a_long_record_are_two_hertz_apart():
-    # red: SEGMENT_S = 0.55; min → max
-    assert record(40.0, 1 / 8000, 80001).segment == 4000
-
-
-def test_a_segment_has_five_periods_of_the_lowest_tone():
-    # 5/4 Hz, whose lines are nearer than a third octave at 4 Hz is wide
-    # red: PERIODS * → PERIODS / ; frequency[0] → frequency[1]
-    found = record(4.0, 1e-3, 80001)
-    assert found.segment == 1250
-    assert 1 / (1e-3 * found.segment) < 4.0 * (10**0.05 - 10**-0.05)
-
-
 @pytest.mark.parametrize("settled", [0, 150])
 def test_a_short_record_has_two_segments_side_by_side(settled):
     # of the differences of its rows, one fewer; red: `- settled` → `+`; `- 1` → `- 2`, `+ 1`

@@ -150,13 +150,6 @@ def test_work_and_weight_are_what_a_free_sphere_gains():
     assert found.dissipated == 0
 
 
-def test_the_effective_modulus_of_two_materials_is_that_of_springs_in_series():
-    alike = contact.contact_material((2e9, 0.0), (2e9, 0.0), 0.3, 0.5)
-    assert alike.effective_modulus == pytest.approx(1e9)
-    unlike = contact.contact_material((2e9, 0.5), (1e20, 0.3), 0.3, 0.5)
-    assert unlike.effective_modulus == pytest.approx(2e9 / 0.75)
-
-
 @pytest.mark.parametrize("shape", SHAPES)
 def test_wall_planes_face_the_inside_of_their_own_cell(shape):
     sweep = {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [5]}
@@ -345,15 +338,6 @@ def test_two_unlike_materials_are_springs_in_series():
     assert 1 / found.effective_modulus == pytest.approx(0.91 / 3e9 + 0.84 / 5e7)
 
 
-def test_a_listed_force_beyond_coulomb_is_cut_back_to_it():
-    # μ |F_n| = 0.3 F_n of any direction; red: limit / np.maximum(size, …) → * in `contact_losses`
-    normal = hertz(1e-3 * 2e-3 / 3e-3, 2e-6)
-    force = np.array([0, 0.8, -0.6]) * 0.5 * normal  # listed: half of F_n
-    moving = [[0, -0.8 * 0.2, 0.6 * 0.2], [0, 0, 0]]
-    found, _ = pair_in_touch([0, 0, 0], [0, 0, 0], moving, force)
-    assert found.sphere_tangential == pytest.approx(0.3 * normal * 0.2 * 2 * STEP)
-
-
 def test_gravity_works_on_what_falls_and_losses_and_work_close():
     # two spheres of two masses, one moved along gravity: m g h; all parts of the sum
     # red: self.work + self.gravity_work → -; spheres.position[-1] - spheres.position[0] → +
@@ -364,75 +348,6 @@ def test_gravity_works_on_what_falls_and_losses_and_work_close():
     parts = balance.EnergyBalance(1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0)
     assert parts.dissipated == 16 + 32 + 64 + 128 + 256
     assert parts.residual == parts.dissipated - (1 + 2 - 4 - 8)
-
-
-def test_an_oblique_impact_loses_what_its_energy_says_whether_it_sticks_or_slides():
-    # a sphere on a floor by the scheme of LIGGGHTS: forces with the velocity half a step before;
-    # listed again with that at the end. At 45° it first sticks and its viscous force exceeds
-    # μ|F_n|, then slides.
-    # red: `slides` all True or all False; `earlier_viscous` → `viscous` in `_acting`
-    radius, mass, step = 1e-3, 5e-6, 2e-7
-    material = contact.ContactMaterial(2 * MODULUS, MODULUS, 0.7, 0.3)
-    place, velocity, spin = np.array([0, 0, radius + 1e-9]), np.array([0.2, 0, -0.2]), np.zeros(3)
-    up, stretch = np.array([0.0, 0, 1]), np.zeros(3)
-    force, torque = np.zeros(3), np.zeros(3)
-    frames, listed, beyond = [], [], 0
-    for _ in range(4000):
-        velocity, spin = (
-            velocity + step / 2 * force / mass,
-            spin + step / 2 * torque / (0.4 * mass * radius**2),
-        )
-        place = place + step * velocity
-        depth, earlier = radius - place[2], (velocity, spin)
-        force, torque = np.zeros(3), np.zeros(3)
-        if depth > 0:
-            side = np.sqrt(radius * depth)
-            spring = 8 * material.effective_shear_modulus * side
-            viscous, sideways = (
-                2 * np.sqrt(5 / 6) * material.damping * np.sqrt(stiffness * mass)
-                for stiffness in (2 * material.effective_modulus * side, spring)
-            )
-            arm = -(radius - depth / 2) * up
-
-            def pushes(velocity, spin, stretch):
-                slip = (velocity + np.cross(spin, arm)) * [1, 1, 0]  # noqa: B023
-                normal = (
-                    4 / 3 * material.effective_modulus * side * depth - viscous * velocity[2]  # noqa: B023
-                )
-                tangential, limit = -spring * stretch, 0.7 * abs(normal)  # noqa: B023
-                size = np.linalg.norm(tangential)
-                if size > limit:
-                    return normal, tangential * limit / size, True
-                return normal, tangential - sideways * slip, False  # noqa: B023
-
-            stretch = stretch + step * (velocity + np.cross(spin, arm)) * [1, 1, 0]
-            normal, tangential, slides = pushes(velocity, spin, stretch)
-            if slides:
-                stretch = -tangential / spring
-            beyond += np.linalg.norm(tangential) > 1.01 * 0.7 * abs(normal)
-            force = normal * up + tangential
-            torque = np.cross(arm, tangential)
-        velocity, spin = (
-            velocity + step / 2 * force / mass,
-            spin + step / 2 * torque / (0.4 * mass * radius**2),
-        )
-        if depth > 0:
-            normal, tangential, _ = pushes(velocity, spin, stretch)
-            listed.append((len(frames), *(normal * up + tangential)))
-        frames.append((place, velocity, spin, *earlier))
-        if listed and depth <= 0:
-            break
-    assert beyond > 10
-    place, *motion = (np.array(values)[:, None] for values in zip(*frames, strict=True))
-    rows = np.array(listed)
-    moving = balance.SphereFrames(np.array([radius]), np.array([mass]), place, *motion)
-    nothing = np.zeros(len(rows), int)
-    found = balance.energy_balance(
-        moving, contacts(), contacts(rows[:, 0], nothing, nothing, rows[:, 1:]), PLANE_FLOOR,
-        (SOFT, material), np.zeros(len(frames)), np.zeros(3), step,
-    )  # fmt: skip
-    gone = -found.kinetic_change
-    assert found.dissipated == pytest.approx(gone, rel=1e-3)
 
 
 def test_the_effective_shear_modulus_is_that_of_mindlin():

@@ -70,14 +70,6 @@ def test_the_block_error_covers_the_error_of_a_correlated_mean(memory):
     assert 0.95 < np.mean(errors) / truth < 1.5
 
 
-def test_a_plain_standard_error_would_be_too_small_for_a_correlated_series():
-    rng = np.random.default_rng(8)
-    series = correlated(rng, 400, 0.8)
-    plain = np.std(series, ddof=1) / np.sqrt(len(series))
-    # (1 + φ)/(1 − φ) = 9: three times; half of that is far from what one draw scatters by
-    assert cycles.block_error(series) > 1.5 * plain
-
-
 def test_the_transient_is_found_where_it_ends():
     rng = np.random.default_rng(3)
     found = []
@@ -87,10 +79,6 @@ def test_the_transient_is_found_where_it_ends():
         found.append(cycles.transient_end(series))
     # at 30 the surplus is 0.16, three times the noise; at 60 it is 0.01, a fifth of it
     assert 30 <= np.median(found) <= 60
-
-
-def test_a_series_that_never_settles_is_cut_at_half():
-    assert cycles.transient_end(np.linspace(2, 1, 200)) >= 90
 
 
 def test_drift_is_flagged_and_steadiness_is_not():
@@ -121,26 +109,6 @@ def test_what_a_bed_only_stores_takes_no_part_in_the_error():
     assert 0.8 < errors.mean() / means.std() < 2
 
 
-def test_storage_leaves_short_and_still_runs_alone():
-    rng = np.random.default_rng(12)
-    series, stored = locked(rng, 40)
-    assert cycles.estimate(series, stored=stored) == cycles.estimate(series)
-    series = 1 + 0.05 * rng.standard_normal(200)
-    alone, still = cycles.estimate(series), cycles.estimate(series, stored=np.ones(200))
-    assert still.mean == pytest.approx(alone.mean, abs=0.2 * alone.error)
-
-
-def test_seeds_that_disagree_widen_the_error():
-    mean, error = cycles.combine(np.array([10.0, 12.0]), np.array([0.1, 0.1]))
-    assert mean == 11.0
-    assert error == pytest.approx(1.0)  # s/√n = √2/√2
-
-
-def test_seeds_that_agree_keep_their_own_error():
-    _, error = cycles.combine(np.array([10.0, 10.0]), np.array([0.3, 0.4]))
-    assert error == pytest.approx(0.25)  # √(0.3² + 0.4²)/2
-
-
 @pytest.mark.parametrize("count", [3, 9, 20, 37, 49, 50, 64, 203])
 def test_the_transient_ends_where_the_marginal_standard_error_is_least(count):
     # White (1997) as it stands: Σ_{i≥d}(x_i − x̄_d)²/(n − d)² of each d up to half the series,
@@ -154,20 +122,6 @@ def test_the_transient_ends_where_the_marginal_standard_error_is_least(count):
         n = len(batches)
         marginal = [np.var(batches[d:]) / (n - d) for d in range(n // 2 + 1)]
         assert cycles.transient_end(series) == size * int(np.argmin(marginal))
-
-
-def test_the_block_error_is_the_largest_of_the_levels():
-    # 17 values: 17 single ones, then 8 means of pairs from the end, and no fewer than 8
-    # red: MIN_BLOCKS = 9; ddof=1 → 2; blocks[len(blocks) - 2 * half :] → blocks[: 2 * half]
-    series = np.array([9.0, 1, 2, 1, 2, 5, 6, 5, 6, 1, 2, 1, 2, 5, 6, 5, 6])
-    pairs = series[1:].reshape(8, 2).mean(axis=1)
-    levels = [np.std(series, ddof=1) / np.sqrt(17), np.std(pairs, ddof=1) / np.sqrt(8)]
-    assert levels[1] > levels[0]
-    assert cycles.block_error(series) == pytest.approx(levels[1])
-    few = np.arange(8.0)
-    assert cycles.block_error(few) == pytest.approx(np.std(few, ddof=1) / np.sqrt(8))
-    assert cycles.block_error(few[:7]) == np.inf
-    assert cycles.block_error(np.ones(20)) == np.inf
 
 
 def test_a_drift_is_the_difference_of_the_halves_over_its_error():
@@ -231,20 +185,6 @@ def test_sixty_rows_are_enough_for_the_stored_energy_and_fifty_nine_are_not():
     assert cycles.estimate(series, start=0, stored=stored).error < 0.5 * alone.error
     short = cycles.estimate(series[1:], start=0, stored=stored[1:])
     assert short == cycles.estimate(series[1:], start=0)
-
-
-def test_where_the_transient_leaves_too_few_rows_the_series_stands_as_it_is():
-    # a transient of 21 rows that only shows once the stored energy is taken off: 59 of 80 remain
-    # red: len(series) - first < ROWS_FOR_STORAGE → >=; 1 + transient_end → 2 +
-    series, stored = stored_series(80)
-    series[:21] += 1.0
-    found = cycles.estimate(series, stored=stored)
-    quiet = cycles.without_storage(series, stored, cycles.transient_end(series))
-    first = 1 + cycles.transient_end(quiet[1:-1])
-    assert 80 - cycles.transient_end(series) >= 60 > 80 - first
-    assert found.start == first
-    assert found.mean == pytest.approx(series[first:].mean())
-    assert found.used == 80 - first
 
 
 def test_seeds_are_combined_by_the_larger_of_within_and_between():

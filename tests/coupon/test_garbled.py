@@ -2,7 +2,6 @@
 
 import math
 import random
-import re
 import shutil
 
 import numpy as np
@@ -16,15 +15,6 @@ from pidpanel.study.coupon import Coupon
 pytestmark = pytest.mark.liggghts
 
 # ------------------------------------------------------------------ what can happen to a file
-
-DIGIT = re.compile(rb"[0-9]")
-
-
-def flipped_digit(data, rng):
-    """One digit is another."""
-    at = rng.choice([m.start() for m in DIGIT.finditer(data)])
-    other = rng.choice([d for d in b"0123456789" if d != data[at]])
-    return data[:at] + bytes([other]) + data[at + 1 :]
 
 
 def noise(data, rng):
@@ -116,15 +106,9 @@ def summary_at(folder, cycles):
 
 
 HEALED = [
-    ("run", "at_18.restart", missing),
     ("run", "at_18.restart", flipped_bit),
-    ("run", "start.data", flipped_digit),
     ("run", "start.data", missing),
-    ("run", "walls.stl", flipped_digit),
-    ("run", "walls.stl", missing),
     ("run", "cycles_2.txt", noise),
-    ("run", "state.json", noise),
-    ("run", "state.json", missing),
     ("bed", "bed.json", missing),
 ]
 

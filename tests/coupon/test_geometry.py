@@ -119,43 +119,13 @@ def test_too_many_spheres_are_refused_by_number():
         geometry.scatter(HEXAGON, 0.006, np.full(40, 2e-3), np.random.default_rng(1))
 
 
-def test_the_full_count_is_that_of_the_emptiest_cell():
-    cell = np.array([0, 0, 0, 1, 1, 1])
-    z = np.array([1, 3, 5, 1, 3, 9.5]) * 1e-3
-    # depth 10 mm, diameter 2 mm: centres up to 9 mm lie below the lid
-    assert geometry.full_count(cell, z, 10e-3, np.full(6, 2e-3)) == 2
-    # the last is small enough to stand below it, 9.5 + 0.4 mm
-    assert geometry.full_count(cell, z, 10e-3, np.array([2, 2, 2, 2, 2, 0.8]) * 1e-3) == 3
-
-
 def test_the_lowest_spheres_of_every_cell_stay():
     cell = np.array([0, 1, 0, 1, 0, 1])
     z = np.array([3.0, 2.0, 1.0, 4.0, 2.0, 1.0])
     assert geometry.lowest(cell, z, 2).tolist() == [2, 4, 5, 1]
 
 
-def test_the_deepest_overlap_is_that_of_the_pair_that_overlaps_most():
-    places = np.array([[0, 0, 0], [1.9e-3, 0, 0], [3.3e-3, 0, 0]])
-    # 2 + 2 mm: 0.1 mm; 2 + 1 mm: 0.1 mm; then a larger third: 0.35 mm
-    assert geometry.deepest_overlap(places, np.array([2, 2, 1.0]) * 1e-3) == pytest.approx(1e-4)
-    assert geometry.deepest_overlap(places, np.array([2, 2, 1.5]) * 1e-3) == pytest.approx(3.5e-4)
-    assert geometry.deepest_overlap(2 * places, np.array([2, 2, 1.0]) * 1e-3) == 0.0
-
-
 PAPER_HEXAGON = SHAPES["hexagon"].outline(6.35e-3)
-
-
-def test_the_corners_of_a_round_cell_stand_out_by_0_6_percent_of_its_radius():
-    # a polygon of the circle's area; red: 24 → 25 in `SHAPES`
-    outline = SHAPES["circle"].outline(2.0)
-    assert np.hypot(*outline.T).max() == pytest.approx(1.00574, abs=1e-5)
-
-
-def test_cells_stand_in_a_square_three_widths_apart():
-    # red: index // columns → index * columns in `cell_centres`; CELL_SPACING = 3.3
-    centres = geometry.cell_centres(2.0, 5)
-    expected = [[0, 0], [6, 0], [12, 0], [0, 6], [6, 6]]
-    np.testing.assert_allclose(centres, expected)
 
 
 def test_a_chimney_holds_the_spheres_at_the_loose_fraction_where_centres_can_reach():
@@ -177,59 +147,6 @@ def test_a_chimney_of_an_uneven_cell_is_as_narrow_as_its_narrow_side_and_turns_e
     expected = 7 * np.pi / 6 * 8e-9 / (0.18 * 2e-4 * 0.64) + 4e-3
     assert geometry.chimney_height(box, diameters) == pytest.approx(expected)
     assert geometry.polygon_area(box[::-1]) == pytest.approx(2e-4)
-
-
-def test_of_two_sizes_none_is_drawn_large_unless_a_share_is_stated():
-    # red: large_share: float = 0.0 → 1.0
-    drawn = Sizes("binary", 1e-3, 2e-3).draw(50, np.random.default_rng(0))
-    assert (drawn == 1e-3).all()
-
-
-def test_what_is_poured_would_fill_the_cell_at_random_close_packing_and_one_more():
-    # 0.64 of the volume by equal spheres, then one; red: + 1 left out in `poured_sizes`
-    sizes = Sizes("mono", 2e-3, 2e-3)
-    poured = geometry.poured_sizes(sizes, 35e-6, 25e-3, np.random.default_rng(0))
-    enough = int(np.ceil(0.64 * 35e-6 * 25e-3 / (np.pi / 6 * 8e-9)))
-    assert len(poured) == enough + 1
-    mixed = Sizes("uniform", 1e-3, 2e-3)
-    poured = geometry.poured_sizes(mixed, 35e-6, 25e-3, np.random.default_rng(0))
-    volume = np.cumsum(np.pi / 6 * poured**3)
-    assert volume[-2] >= 0.64 * 35e-6 * 25e-3 > volume[-3]
-
-
-def test_as_many_spheres_are_drawn_as_the_smallest_would_need():
-    # and one; the beds behind the labels depend on what is left in the generator
-    # red: + 1 → + 2; math.pi / 6 → / 7; smallest ** 3 → ** 4; DENSEST_FRACTION = 0.704
-    one, other = np.random.default_rng(5), np.random.default_rng(5)
-    geometry.poured_sizes(Sizes("uniform", 1e-3, 2e-3), 35e-6, 25e-3, one)
-    other.uniform(1e-3, 2e-3, int(np.ceil(0.64 * 35e-6 * 25e-3 / (np.pi / 6 * 1e-9))) + 1)
-    assert one.random() == other.random()
-
-
-def test_a_side_wall_is_twice_as_wide_as_its_side_and_twice_as_high():
-    # evenly past both ends, its top above the middle
-    # red: side / 2 → side * 2; 1.5 * side → 1.65 * side; 2 * height → 3 * height, 2 / height
-    square = SHAPES["square"].outline(10e-3)
-    centres = np.array([[0.0, 0.0], [30e-3, 0.0]])
-    triangles = geometry.side_walls(square, centres, 25e-3)
-    starts = (square + centres[:, None]).reshape(-1, 2)
-    ends = (np.roll(square, -1, axis=0) + centres[:, None]).reshape(-1, 2)
-    for triangle, start, end in zip(triangles, starts, ends, strict=True):
-        expected = [[*(1.5 * start - 0.5 * end), 0], [*(1.5 * end - 0.5 * start), 0],
-                    [*(start + end) / 2, 50e-3]]  # fmt: skip
-        np.testing.assert_allclose(triangle, expected, atol=1e-15)
-
-
-def test_a_cap_holds_the_circle_round_the_corners_with_a_hundredth_to_spare():
-    # red: 2.02 * → 2.222 *, 2.02 /
-    radius = np.linalg.norm(PAPER_HEXAGON[0])
-    centre = np.array([3e-3, 4e-3])
-    floor, lid = geometry.caps(PAPER_HEXAGON, centre[None], 25e-3)
-    for triangle, z in ((floor, 0.0), (lid, 25e-3)):
-        np.testing.assert_array_equal(triangle[:, 2], z)
-        middles = (triangle[:, :2] + np.roll(triangle[:, :2], 1, axis=0)) / 2
-        away = np.linalg.norm(middles - centre, axis=1)
-        np.testing.assert_allclose(away, 1.01 * radius, rtol=1e-12)
 
 
 def test_a_sphere_counts_where_its_top_is_below_the_lid_and_an_empty_cell_counts_too():
@@ -294,27 +211,3 @@ def test_the_deepest_overlap_is_found_whatever_lies_between_in_height():
         assert geometry.deepest_overlap(3 * places, d) == pytest.approx(
             max(((d[:, None] + d) / 2 - 3 * (apart - np.eye(100)) - np.eye(100)).max(), 0.0)
         )
-
-
-def test_the_box_holds_all_cells_with_half_the_space_between_them_and_the_tops_of_the_walls():
-    # two and a half hundredths above the walls' triangles, which are twice as high
-    # red: any one operator, index or number of `simulation_box`
-    centres = np.array([[0.0, 1.0], [6.0, 1.0], [0.0, 9.0]])
-    box = geometry.simulation_box(2.0, centres, 10.0, 0.5)
-    np.testing.assert_allclose(box, [[-3, 9], [-2, 12], [-0.5, 21]], rtol=1e-14)
-
-
-def test_a_wider_sphere_does_not_count_where_its_top_is_above_the_lid():
-    # tops at 10.5 and 9.9 mm under a lid of 10 mm; red: diameters / 2 → diameters / 3
-    cell, d = np.array([0, 0]), np.array([3e-3, 1.8e-3])
-    assert geometry.full_count(cell, np.array([9e-3, 9e-3]), 10e-3, d) == 1
-    assert geometry.full_count(cell, np.array([8.4e-3, 9e-3]), 10e-3, d) == 2
-
-
-def test_the_inradius_of_a_cell_that_is_no_regular_polygon():
-    # a triangle with sides 6, 8, 10 mm round the middle of its incircle of 2 mm, by its chimney
-    # red: np.roll(outline, -1, axis=0) - outline → + outline in `_inradius`
-    triangle = np.array([[-2, -2], [6, -2], [-2, 4]]) * 1e-3
-    d = np.full(4, 1e-3)
-    expected = 4 * np.pi / 6 * 1e-9 / (0.18 * 24e-6 * (1 - 0.5 / 2) ** 2) + 2e-3
-    assert geometry.chimney_height(triangle, d) == pytest.approx(expected)

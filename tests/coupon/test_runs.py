@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import pickle
 import shutil
 import signal
 import subprocess
@@ -13,7 +14,6 @@ import pytest
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import (
     attempts,
-    coding,
     cycles,
     geometry,
     preparation,
@@ -66,7 +66,7 @@ def shaken(folder, bed_file, **changes):
     (case,) = cases_of(coupon(**changes))
     outcome = attempts.shake_run(case.runs[0], case.target, bed_file, case.folders(folder)[0])
     assert outcome.status == "ok", outcome.message
-    coding.write(case.outcome_file(folder), records.CaseOutcome((outcome,)))
+    records.write(case.outcome_file(folder), records.CaseOutcome((outcome,)))
     return summary.summarise(case, *summary.read_seeds(case, folder)), case.runs[0]
 
 
@@ -163,7 +163,7 @@ def test_a_bed_below_onset_dissipates_next_to_nothing(tmp_path, bed_file):
     for level in (0.5, 5.0):
         (case,) = cases_of(coupon(sweep={"acceleration_g": [level]}, accuracy=longer))
         run = case.runs[0]
-        found = attempts.shake_run(run, case.target, bed_file, tmp_path / f"{level}").shaken
+        found = attempts.shake_run(run, case.target, bed_file, tmp_path / f"{level}").product
         read = rows.read_rows(run, tmp_path / f"{level}", found.legs, found.cycles)
         damping, _ = rows.harmonic(run, read, found.mass_kg)
         drive = run.drive
@@ -194,8 +194,7 @@ def test_seeds_that_are_apart_go_on_until_they_agree_or_to_the_end(tmp_path, mon
         monkeypatch.setattr(attempts, "seeds_disagree", lambda found: asked.append(found) or apart)
         outcomes = attempts.shake_seeds(case, case.target, tmp_path / name)
         assert {o.status for o in outcomes} == {"ok"}
-        assert {o.target.min_cycles for o in outcomes} == {10}
-        return [o.shaken.cycles for o in outcomes]
+        return [o.product.cycles for o in outcomes]
 
     assert cycles_of("agree", apart=False) == [10, 10]
     assert cycles_of("apart", apart=True) == [30, 30]
@@ -217,23 +216,15 @@ def test_seeds_are_apart_beyond_a_quarter_of_their_mean_and_four_errors():
 def test_a_failed_packing_is_handed_on_by_name(tmp_path):
     (case,) = cases_of(coupon())
     run = case.runs[0]
-    failed = records.PourOutcome("UnderFilled", "m", 2, "3.8.0", 1.5, run.packing, None)
-    coding.write(tmp_path / "packing.json", failed)
+    failed = records.Outcome("UnderFilled", "m", None)
+    records.write(tmp_path / "packing.json", failed)
     attempts.loosen_bed(run.bed, tmp_path / "packing.json", tmp_path / "bed.json")
     outcome = attempts.shake_run(run, case.target, tmp_path / "bed.json", tmp_path / "s1")
-    assert (outcome.status, outcome.message, outcome.solver_cpu_s) == ("UnderFilled", "m", 0.0)
-    coding.write(case.outcome_file(tmp_path), records.CaseOutcome((outcome,)))
+    assert (outcome.status, outcome.message) == ("UnderFilled", "m")
+    records.write(case.outcome_file(tmp_path), records.CaseOutcome((outcome,)))
     row = summary.summarise(case, *summary.read_seeds(case, tmp_path))
     assert row["status"] == "UnderFilled"
     assert np.isnan(row["equivalent_damping_n_s_m3"])
-
-
-def test_a_fill_of_less_than_a_sphere_is_named(tmp_path, bed_file):
-    packing = bed_file.parent.parent / "packing" / "packing.json"
-    run = cases_of(coupon(sweep={"fill_fraction": [0.02]}))[0].runs[0]
-    loosened = attempts.loosen_bed(run.bed, packing, tmp_path / "bed" / "bed.json")
-    assert loosened.status == "UnderFilled"
-    assert "less than one of" in loosened.message
 
 
 # ------------------------------------------------------------------ going on from a restart
@@ -272,9 +263,8 @@ def test_a_run_killed_on_its_way_is_tried_again_from_its_restart_to_the_same_bit
     run, folder = case.runs[0], tmp_path / "killed"
     # LIGGGHTS is killed once, when it has left its first restart
     script = (
-        "import json, os, sys; from pathlib import Path\n"
-        "from pidpanel.coupon import attempts, coding, records\n"
-        "from pidpanel.coupon.cases import Case\n"
+        "import os, pickle, sys; from pathlib import Path\n"
+        "from pidpanel.coupon import attempts, records\n"
         "case, bed, folder, sig = sys.argv[1:]\n"
         "write = records.RunState.write\n"
         "def write_and_kill(state, folder):\n"
@@ -284,23 +274,22 @@ def test_a_run_killed_on_its_way_is_tried_again_from_its_restart_to_the_same_bit
         "    (solver,) = Path(f'/proc/{pid}/task/{pid}/children').read_text().split()\n"
         "    os.kill(int(solver), int(sig))\n"
         "records.RunState.write = write_and_kill\n"
-        "case = coding.decode(Case, json.loads(case))\n"
+        "case = pickle.loads(bytes.fromhex(case))\n"
         "outcome = attempts.shake_run(case.point, case.target, Path(bed), Path(folder))\n"
-        "print(json.dumps(coding.encode(outcome)))\n"
+        "records.write(Path(folder, 'outcome.json'), outcome)\n"
     )
     child = subprocess.run(
-        [sys.executable, "-c", script, json.dumps(coding.encode(case)), bed_file, folder, str(int(sig))],
-        stdout=subprocess.PIPE, text=True, check=True,
+        [sys.executable, "-c", script, pickle.dumps(case).hex(), bed_file, folder, str(int(sig))],
+        stderr=subprocess.PIPE, text=True, check=True,
     )  # fmt: skip
-    outcome = coding.decode(records.ShakeOutcome, json.loads(child.stdout))
-    assert (outcome.status, outcome.attempts) == ("ok", 2)
-    assert outcome.shaken.cycles == 40
-    assert outcome.shaken.legs == (10, 30)
+    outcome = records.read(records.Outcome[records.Shaken], folder / "outcome.json")
+    assert (outcome.status, child.stderr.count("tried again")) == ("ok", 1)
+    assert outcome.product.cycles == 40
+    assert outcome.product.legs == (10, 30)
     whole = attempts.shake_run(run, case.target, bed_file, tmp_path / "whole")
-    assert whole.attempts == 1
     np.testing.assert_array_equal(
-        rows.read_rows(run, folder, outcome.shaken.legs, 40),
-        rows.read_rows(run, tmp_path / "whole", whole.shaken.legs, 40),
+        rows.read_rows(run, folder, outcome.product.legs, 40),
+        rows.read_rows(run, tmp_path / "whole", whole.product.legs, 40),
     )
 
 
@@ -313,7 +302,7 @@ def test_a_failure_that_stays_is_reported_after_the_second_attempt(tmp_path, bed
     except failures.RunStopped as failure:  # LIGGGHTS ends itself: the job fails
         assert "shake_1" in str(failure)
     else:
-        assert outcome.status in ("ParticlesLost", "NotFinite") and outcome.attempts == 2
+        assert outcome.status in ("ParticlesLost", "NotFinite")
         assert "shake_1" in outcome.message or "cycles_1" in outcome.message
 
 
@@ -383,20 +372,6 @@ def test_the_energy_closes_at_low_restitution_and_high_friction(
     run = dataclasses.replace(case.runs[0], constants=lossy)
     found = runs.shake(run, case.target, bed_file.parent, tmp_path / "lossy").balance
     assert abs(found.closure) < 0.005
-
-
-def test_an_energy_that_does_not_close_is_named(tmp_path, bed_file):
-    shaken(tmp_path, bed_file)
-    (case,) = cases_of(coupon())
-    file = case.outcome_file(tmp_path)
-    (outcome,) = coding.read(records.CaseOutcome, file).runs
-    balance = dataclasses.replace(outcome.shaken.balance, closure=-0.021)
-    found = dataclasses.replace(outcome.shaken, balance=balance)
-    coding.write(file, records.CaseOutcome((dataclasses.replace(outcome, found=found),)))
-    row = summary.summarise(case, *summary.read_seeds(case, tmp_path))
-    assert row["status"] == "EnergyNotClosed"
-    assert "-2.10% of the work is missing" in row["message"]
-    assert row["equivalent_damping_n_s_m3"] > 0  # the value stays to be looked at
 
 
 # ------------------------------------------------------------------ judged anew

@@ -56,14 +56,6 @@ def test_a_single_pair_has_the_scatter_that_its_deviation_leaves(deviation, erro
     assert found == pytest.approx(scatter, rel=1e-6)
 
 
-def test_six_degrees_of_freedom_are_enough_and_five_too_few():
-    # red: FEWEST_FREEDOM = 7
-    means, errors = drawn(0.05, 0.001, cases=11)
-    by_group = cycles.scatter_by_group(["a"] * 6 + ["b"] * 5, means, errors, np.ones(11, bool))
-    assert by_group["a"] == cycles.scatter_of_packings(means[:6], errors[:6])
-    assert by_group["b"] == cycles.scatter_of_packings(means, errors)
-
-
 def test_a_bed_with_few_cases_is_judged_by_all_and_states_apart_by_none():
     # red: FEWEST_FREEDOM = 0; `alike` left out
     means, errors = drawn(0.05, 0.001, cases=60)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.coupon import attempts, coding, cycles, rows, states, summary
+from pidpanel.coupon import attempts, cycles, records, rows, states, summary
 from pidpanel.coupon.bed import HARD_CYCLES
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import failures
@@ -142,7 +142,7 @@ def test_a_run_shaken_hard_has_its_rows_after_that(shaken):
     run, home = case.runs[1], case.folders(folder)[1]
     steps = np.loadtxt(home / "cycles_1.txt")[:, 0]
     assert steps[0] == (HARD_CYCLES + 1) * run.steps_per_cycle
-    found = coding.read(CaseOutcome, case.outcome_file(folder)).runs[1].shaken
+    found = records.read(CaseOutcome, case.outcome_file(folder)).runs[1].product
     assert len(rows.read_shaken(run, home, found)) == found.cycles == 48
     assert abs(found.balance.closure) < 0.02  # of the drive, not of what came before
 
@@ -191,7 +191,7 @@ def test_the_cells_together_are_the_run_and_a_restart_goes_on_with_both(celled):
     # starts from a restart; `unfix cycle_cells` left out (a row of the window follows)
     folder, case = celled
     run, home = case.runs[1], case.folders(folder)[1]
-    found = coding.read(CaseOutcome, case.outcome_file(folder)).runs[1].shaken
+    found = records.read(CaseOutcome, case.outcome_file(folder)).runs[1].product
     assert found.legs == (8, 6)
     cells = rows.read_cells(run, home, found)
     assert cells.shape == (14, 2, 2)
@@ -213,7 +213,7 @@ def test_rows_that_are_not_those_of_the_cells_together_are_named(celled):
     # red: the tolerance of `check_cells` times a hundred; the row of the cosine left out
     folder, case = celled
     run, home = case.runs[1], case.folders(folder)[1]
-    found = coding.read(CaseOutcome, case.outcome_file(folder)).runs[1].shaken
+    found = records.read(CaseOutcome, case.outcome_file(folder)).runs[1].product
     read, cells = rows.read_shaken(run, home, found), rows.read_cells(run, home, found)
     rows.check_cells(read, cells, home)
     for column in (1, 2):

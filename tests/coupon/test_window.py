@@ -32,4 +32,4 @@ def test_files_that_end_at_the_same_frame_are_told(monkeypatch, tmp_path):
 
     solver = SimpleNamespace(list_contacts=list_contacts)
     with pytest.raises(LogTruncated, match=r"spheres.bin: (\d+) of (?!\1 )\d+ frames"):
-        window._window(solver, run, RunState("", 8, 1e-4), tmp_path, 6)
+        window._window(solver, run, RunState("", 8, 1e-4, (), (), 0, {}), tmp_path, 6)

@@ -183,19 +183,6 @@ def test_a_row_is_found_though_the_question_is_rounded(rounding):
         assert inside and found == {3: 6.0, 9: 9.0}[round(amplitude)]
 
 
-def test_one_question_after_another_is_answered_anew():
-    # red: without .copy(), where the frequencies of the question are changed in place
-    points = grid()[:, grid()[1] <= 1]  # fewer amplitudes than frequencies
-    for kind in KINDS:
-        rows = Interpolator(*points, points[2][:, None], kind)
-        frequency, one = np.array([30.0, 700.0]), np.ones(2)
-        first, _ = rows(0.2 * one, 0.4 * one, frequency)
-        frequency *= 2
-        second, _ = rows(0.2 * one, 0.5 * one, frequency)
-        np.testing.assert_allclose(first[:, 0], [30.0, 700.0])
-        np.testing.assert_allclose(second[:, 0], [60.0, 1400.0])
-
-
 def test_points_asked_together_are_answered_as_one_by_one():
     # with every amplitude of its own, of one pair of lines, or of one line
     # red: `low == low[0]` → `low >= low[0]`; (weight == 1) left out
@@ -236,21 +223,3 @@ def test_zeros_are_left_along_straight_lines():
     values = np.array([[0.0], [10.0], [10.0], *[[40.0]] * 3, *[[90.0]] * 3])
     found, _ = ask(Interpolator(*lines.T, values, "log"), [(1.0, 2.0, 400.0), (1.0, 8.0, 400.0)])
     np.testing.assert_allclose(found, [25.0, 60.0])
-
-
-@pytest.mark.parametrize(
-    ("points", "alone"),
-    [
-        ([(1, 1, 50)], []),
-        ([(1, 1, 50), (1, 1, 60)], []),
-        ([(1, 1, 50), (1, 2, 50)], []),
-        ([(0.1, 1, 50), (0.2, 1, 50)], []),
-        ([(0.1, 1, 50), (0.2, 1, 60)], [0, 1]),
-        ([(1, 1, 50), (1, 2, 60)], [0, 1]),
-        ([(1, 1, 50), (1, 1, 60), (1, 2, 60)], [2]),
-        ([(1, 1, 50), (1, 2, 50), (1, 2, 60)], [0]),
-    ],
-)
-def test_rows_alone_in_their_line_are_found(points, alone):
-    # red: count == 1 → count > 0; without the branch of one value along
-    assert lone_rows(*np.array(points, float).T).tolist() == alone

@@ -88,20 +88,6 @@ def test_the_case_at_a_measured_point_is_the_one_that_counts_within_one_per_cent
     assert found[f"atlas_{C}"].isna().all()
 
 
-@pytest.mark.parametrize("axis", ["fill_fraction", "frequency_hz", "acceleration_g"])
-@pytest.mark.parametrize("side", [1, -1])
-def test_a_case_counts_within_one_per_cent_on_either_side(tmp_path, axis, side):
-    # red: differences with their sign; 2 %
-    points = points_of(tmp_path, POINTS).head(1)
-    at_point = case(0.5, 100, 5, 1000)
-    for away, expected in ((0.0095, 1000), (0.0105, np.nan)):
-        moved = at_point[axis] * math.exp(side * away)
-        if axis == "fill_fraction":
-            moved = at_point[axis] + side * away
-        found = compare(points, pd.DataFrame([at_point | {axis: moved}]), None)
-        np.testing.assert_array_equal(found[f"simulated_{C}"], [expected])
-
-
 def test_the_atlas_is_read_under_a_tone_where_it_holds(tmp_path):
     # red: C_e under sound; values outside the atlas
     (tmp_path / "lab.csv").write_text(f"{POINTS}0.5,100,1900,1,0.1\n")

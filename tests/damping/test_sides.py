@@ -1,12 +1,10 @@
 """A function with a jump: mean and covariance are those of the mixture, by drawing it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from pidpanel.damping.gaussian_process import GaussianProcess
-from pidpanel.damping.sides import GRAIN, Mixture, Sides, common, even_steps
+from pidpanel.damping.sides import GRAIN, Sides, common, even_steps
 
 POINTS = np.array([[0.2, 3.0, -3.0], [0.3, 3.4, -2.0], [0.5, 4.0, -1.0], [0.9, 5.0, 0.5]])
 ASKED = np.array([[0.25, 3.2, -2.4], [0.3, 3.2, -2.3], [0.5, 3.2, -1.4], [0.5, 3.2, -1.2]])
@@ -45,17 +43,6 @@ def drawn(sides):
     crossing = draw(sides.crossing, RESTLESS[1]) + EXPECTED
     crosses = rng.uniform(size=(count, 1)) < CROSSING
     return np.where(crosses, crossing, riding), crosses, riding, crossing
-
-
-@pytest.mark.parametrize("step", [(0.2, 0, 0), (0, 0.34, 0), (0, 0, 0.34)])
-def test_noise_is_common_over_a_fifth_of_a_cell_and_half_an_octave(sides, step):
-    # red: 2 * NODE_STEP → 3 *, 2 /; 0.22
-    points = np.add([9.0, 90.0, 90.0], np.outer([0.0, 0.5, 1.0, 2.0], step))  # far from all cases
-    of = Mixture(points, *np.zeros((3, 4)), np.zeros((2, 4)))
-    smooth = replace(sides, riding=replace(sides.riding, scatter=0.0))
-    noise = sides.covariance(of, of) - smooth.covariance(of, of)
-    noise = noise[0] - noise[0, -1]  # what the mean of the cases is uncertain by
-    np.testing.assert_allclose(noise, 0.1**2 * np.array([1, 0.5, 0, 0]), atol=1e-9)
 
 
 @pytest.mark.parametrize(

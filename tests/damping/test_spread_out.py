@@ -2,7 +2,6 @@
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from pidpanel.damping import surface_cases
 from pidpanel.damping.surface import DampingSurface
@@ -19,12 +18,6 @@ def test_the_first_that_is_taken_is_farthest_from_the_middle():
     assert surface_cases.spread_out(np.array([[0.0], [1.0], [2.1], [3.0], [4.5]]), 1).tolist() == [
         4
     ]
-
-
-@pytest.mark.parametrize(("cases", "count"), [(700, 600), (600, 600), (80, 80)])
-def test_a_surface_has_at_most_six_hundred_cases(cases, count):
-    # red: MOST_CASES = 601
-    assert len(surface_cases.counted(frame(cases), 1.0)[0]) == count
 
 
 def test_points_that_are_taken_leave_none_far_away():

@@ -404,12 +404,6 @@ def test_the_table_of_a_surface_has_its_columns_and_the_mass_of_its_particles(la
     np.testing.assert_allclose(frame[MASS], values.apparent_mass)
 
 
-def test_a_table_has_five_fills_nine_frequencies_and_seven_accelerations(lab_surface):
-    # red: fills = 5 → 6; frequencies = 9 → 10; accelerations = 7 → 8
-    frame = to_frame(lab_surface)
-    assert [frame[axis].round(9).nunique() for axis in AXES] == [5, 9, 7]
-
-
 def test_a_surface_of_one_acceleration_has_its_covariance_whatever_is_asked():
     # red: self.low[2] → self.low[3] in `_clip`
     one = DampingSurface.from_frame(cases(levels=(30.0,)))

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.damping.models import NODE_STEP
-from pidpanel.damping.surface import ACCELERATION_STEP, FREQUENCY_STEP, DampingSurface
+from pidpanel.damping.surface import ACCELERATION_STEP, DampingSurface
 from pidpanel.damping.surface_cases import (
     AXES,
     ERROR,
@@ -16,7 +16,6 @@ from pidpanel.damping.surface_cases import (
     VALUE,
     SurfaceBed,
     counted,
-    groups,
     training_data,
 )
 
@@ -46,27 +45,6 @@ def made_of(fills=FILLS, frequencies=FREQUENCIES, accelerations=ACCELERATIONS):
 @pytest.fixture(scope="module")
 def surface():
     return made_of()
-
-
-def is_even_and_no_finer(values, low, high, step):
-    """Even from ``low`` to ``high``, at most ``step`` apart, with one fewer further apart."""
-    apart = np.diff(values)
-    np.testing.assert_allclose(apart, apart[0], rtol=1e-9)
-    np.testing.assert_allclose([values[0], values[-1]], [low, high], rtol=1e-12)
-    assert apart[0] <= step * (1 + 1e-9)
-    assert len(values) == 2 or (high - low) / (len(values) - 2) > step
-
-
-def test_nodes_are_even_in_the_logarithm_from_the_lowest_to_the_highest_frequency(surface):
-    # red: `+ 1` of even_steps left out or doubled; low and high exchanged; another axis
-    nodes = np.log(surface.nodes)
-    is_even_and_no_finer(nodes, np.log(35.0), np.log(900.0), NODE_STEP)
-
-
-def test_the_values_computed_once_are_on_such_grids_too(surface):
-    # red: FREQUENCY_STEP for both; the axis of Γ for that of f
-    is_even_and_no_finer(surface.log_frequency, np.log(35.0), np.log(900.0), FREQUENCY_STEP)
-    is_even_and_no_finer(surface.log_acceleration, np.log(4.0), np.log(160.0), ACCELERATION_STEP)
 
 
 def test_one_frequency_and_one_acceleration_still_have_two_nodes():
@@ -106,20 +84,6 @@ def test_at_the_values_computed_once_nothing_is_interpolated(surface):
         read = surface(frequency, 0.45, np.exp(log_gamma))
         said = surface.evaluate(0.45, frequency, np.exp(log_gamma))
         np.testing.assert_allclose(read.equivalent_damping, said.equivalent_damping, rtol=1e-9)
-
-
-def test_a_narrow_range_has_two_nodes():
-    # red: max(3, …) for max(2, …) in even_steps
-    surface = made_of(frequencies=(100.0, 101.0), accelerations=(4.0, 4.1))
-    assert len(surface.nodes) == 2
-
-
-def test_a_full_cell_has_a_gap_of_six_percent():
-    # red: another PRESSED
-    fill = np.array([0.5, 0.98, 1.0])
-    *_, stroke = groups(fill, np.full(3, 100.0), np.full(3, 20.0)).T
-    gap = np.array([0.53, 0.0788, 0.06])
-    np.testing.assert_allclose(stroke[2] - stroke, np.log(gap / 0.06), rtol=1e-9)
 
 
 def test_one_case_without_mass_leaves_the_mass_of_the_others():

@@ -203,15 +203,6 @@ def test_of_many_faults_the_first_are_told_and_the_others_counted(tmp_path):
     assert told[-1] == f"{51 - MOST_FAULTS} further mistakes"
 
 
-def test_of_many_faults_of_one_kind_the_first_is_told_with_the_lines_of_the_others(tmp_path):
-    # red: MOST_ALIKE = 100
-    told = faults(tmp_path, f"{F},{C}\n" + "".join(f"{i},-1\n" for i in range(1, 51)))
-    assert told == [f"line 2: {C} = -1: must be at least 0; likewise in lines 3 to 51"]
-    told = faults(tmp_path, f"{F},{C}\n" + "1,-1\n2,1\n3,-2\n4,1\n5,-1\n6,-1\n7,-1\n")
-    message = f"line 2: {C} = -1: must be at least 0; likewise in lines 4, 6, 7 and 1 more"
-    assert told == [message]
-
-
 def test_a_file_that_is_not_there_is_told(tmp_path):
     # red: no try round read_bytes
     with pytest.raises(ColumnsError, match=r"none\.csv: cannot be read: No such file"):

@@ -238,19 +238,6 @@ def test_a_table_without_errors_has_none():
     assert (reading(**{F: [1, 2], C: 5.0}).covariance(np.ones(1), 1.0, 1.0) == 0).all()
 
 
-def test_errors_of_many_frequencies_have_even_nodes():
-    # red: `<= MOST_NODES` → `> MOST_NODES`
-    f = np.arange(20.0, 2001.0, 5.0)
-    nodes = reading(**{F: f, C: 5.0, C_ERROR: 1.0}).nodes
-    assert nodes[0] == pytest.approx(20) and nodes[-1] == pytest.approx(2000)
-    # a quarter octave, ln 2/4 = 0.173
-    assert np.diff(np.log(nodes)).max() <= 0.17
-    np.testing.assert_allclose(np.diff(np.log(nodes)), np.diff(np.log(nodes))[0])
-    for count, expected in ((40, 40), (41, 29)):  # ln 100 / 0.17 = 27.1: 28 steps
-        few = np.geomspace(20, 2000, count)
-        assert len(reading(**{F: few, C: 5.0, C_ERROR: 1.0}).nodes) == expected
-
-
 # ------------------------------------------------------------------------ our own
 
 

@@ -24,7 +24,10 @@ def test_the_pages_are_built_without_a_warning(built):
     assert {path.stem for path in SOURCES} <= {path.stem for path in folder.rglob("*.html")}
 
 
-ROOT_PAGES = [PROJECT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
+ROOT_PAGES = [
+    *(PROJECT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
+    *sorted((PROJECT / "benchmarks").glob("*.md")),
+]
 
 
 def anchors_of(page):
@@ -36,14 +39,13 @@ def anchors_of(page):
 @pytest.mark.parametrize("page", ROOT_PAGES, ids=lambda page: page.name)
 def test_links_of_the_pages_outside_of_docs_lead_somewhere(page):
     # red: docs/start.md renamed in README.md; #dead-weight misspelt there
-    links = re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8"))
-    assert links
-    for link in links:
+    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
         if "://" in link:
             continue
         path, _, anchor = link.partition("#")
-        assert (PROJECT / path).exists(), link
-        assert not anchor or anchor in anchors_of(PROJECT / path), link
+        target = page.parent / path if path else page
+        assert target.exists(), link
+        assert not anchor or anchor in anchors_of(target), link
 
 
 def test_every_shipped_study_has_its_row():

@@ -21,7 +21,7 @@ from drills import DRILLS, Ended, Stage, make_stage
 from world import ROOT
 
 ENDS = ("lost", "silent", "stuck", "identical")
-TABLE = ROOT / "docs" / "drills.md"
+TABLE = ROOT / "benchmarks" / "drills.md"
 HEAD = """\
 # Drills
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.geometry.plane_waves import PanelQuadrature, condensed, degree, gauss, lagrange
+from pidpanel.geometry.plane_waves import PanelQuadrature, condensed, degree, gauss
 
 KAPPA = 30.0
 
@@ -63,27 +63,3 @@ def test_the_boxes_in_which_points_are_gathered_change_nothing(monkeypatch):
         found.append(waves(few.position, few.weight, few.shape, KAPPA / 2))
     scale = np.max(weight @ np.abs(values))
     np.testing.assert_allclose(found[0], found[1], atol=1e-11 * scale)
-
-
-def test_polynomials_of_lagrange_pass_through_their_nodes():
-    # red: np.arange(top + 1) + 0.5 → np.arange(top + 1)
-    node, weight = gauss(9)
-    np.testing.assert_allclose(lagrange(node, node, weight), np.eye(9), atol=1e-13)
-    x = np.linspace(-1, 1, 7)
-    np.testing.assert_allclose(lagrange(x, node, weight) @ node**8, x**8, atol=1e-13)
-
-
-def test_the_degree_of_a_wave_is_where_its_series_ends():
-    # the next term of exp(iκx) at |x| ≤ 1 is below 1e-5, and below 1e-10 at half of κ, by the
-    # series' own coefficients
-    # red: (2 * order + 1) → 1 or 2 * order + 2; [-1]) + 1 → [-1]); no (reach / 2, HALF_TOLERANCE)
-    node, weight = gauss(200)
-    for reach in (0.5, 7.0, 60.0, *np.arange(1.0, 40.0, 1.3)):
-        count = degree(reach)
-        for order, small in ((count - 1, False), (count, True)):
-            legendre = np.polynomial.legendre.Legendre.basis(order)(node)
-            at, half = (
-                (order + 0.5) * abs(np.sum(weight * legendre * np.exp(1j * k * node)))
-                for k in (reach, reach / 2)
-            )
-            assert (at < 1e-5 and half < 1e-10) == small

@@ -103,16 +103,6 @@ def test_an_area_keeps_its_digits_far_from_the_origin():
     assert signed_area(far[::-1]) == -0.75
 
 
-@pytest.mark.parametrize("circle", [Circle((1, 2), 0.3), Circle.of_equal_area((1, 2), 0.3)])
-def test_a_disc_begins_on_the_x_axis_and_has_a_corner_on_each_half_axis(circle):
-    # red: pieces 48 → 49, 24 → 25; self.centre + → self.centre -
-    around = circle.corners - (1, 2)
-    quarters = around[:: len(around) // 4]
-    np.testing.assert_allclose(
-        quarters, circle.radius * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)]), atol=1e-14
-    )
-
-
 def test_an_equilateral_triangle_loses_what_the_chords_of_its_arcs_leave():
     # red: radius * np.tan → radius / np.tan. A corner of 60° loses the kite r² √3 without 16 sectors
     # of 7.5° each, r²/2 sin 7.5°
@@ -133,12 +123,6 @@ def test_arcs_scale_with_their_polygon_and_a_circle_remains_of_a_square(scale):
     circle = rounded(square, 0.5 * scale)
     assert len(circle) == 48  # nothing is left of the edges, and no corner is there twice
     np.testing.assert_allclose(np.linalg.norm(circle - scale / 2, axis=1), scale / 2)
-
-
-def test_a_corner_that_turns_by_less_than_a_piece_is_cut_once():
-    # red: max(1, …) → max(2, …)
-    corners = Circle((0, 0), 1.0, pieces=72).corners
-    assert len(rounded(corners, 0.1)) == 144
 
 
 def test_the_edge_that_its_two_arcs_fill_first_is_named():

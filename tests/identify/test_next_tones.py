@@ -139,10 +139,3 @@ def test_errors_left_are_those_of_the_joint_normal_distribution(mass):
             assert errors[number] == pytest.approx(
                 narrowed * posterior.estimate(axis).error, rel=1e-6
             )
-
-
-def test_particles_are_drawn_as_often_as_their_weights_say():
-    # red: places from 0 in place of the middle
-    assert _drawn(np.array([0.5, 0.0, 0.25, 0.25]), 4).tolist() == [0, 0, 2, 3]
-    assert _drawn(np.array([0.52, 0.48]), 1).tolist() == [0]
-    assert _drawn(np.array([0.4, 0.3]), 2).tolist() == [0, 1]  # a sum below 1 by rounding

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pidpanel.damping.atlas import REGIMES, atlas_bed
+from pidpanel.damping.atlas import atlas_bed
 from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.damping.broadband import CORRECTED_TONES
 from pidpanel.identify.prediction import Specimen, Tones, predict
@@ -51,16 +51,6 @@ def test_particles_have_the_damping_of_the_atlas(specimen, is_broadband):
             both = predicted.covariance[row][np.ix_([tone, 4 + tone], [tone, 4 + tone])]
             np.testing.assert_allclose(np.diag(both), expected, rtol=1e-9)
             assert both[0, 1] == pytest.approx(covariance[0, 1], rel=1e-9, abs=1e-15)
-
-
-def test_as_student_errors_of_several_values_are_a_fifth_larger_than_of_each():
-    # red: JOINT_SCALE left out, or of covariances
-    predicted = predict(ATLAS, STEEL, PARTICLES[:1], TONES)
-    ratio = np.diag(predicted.student_covariance[0]) / np.diag(predicted.covariance[0])
-    bed = atlas_bed(0.8, 0.3, STEEL.width, STEEL.depth, STEEL.diameter, ["flat"])
-    stroke = np.exp(bed.log_stroke(bed.points(np.full(4, 0.4), F, GAMMA)))
-    regime = np.digitize(stroke, REGIMES)
-    np.testing.assert_allclose(np.sqrt(ratio), 1.2 * ATLAS.student_scale[:, regime].ravel())
 
 
 def test_errors_between_tones_of_one_amplitude_are_those_of_the_atlas():

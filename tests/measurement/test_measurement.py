@@ -7,7 +7,7 @@ import pyuff
 
 from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.measurement.differences import band_differences, common_range
+from pidpanel.measurement.differences import band_differences
 from pidpanel.measurement.files import PSD_COLUMN, RATIO_COLUMN, MeasuredPsd, read_measured
 from pidpanel.response.exports import Curve, write_uff58
 from pidpanel.solve.bands import band_rms
@@ -176,14 +176,6 @@ def test_differences_are_those_of_the_bands_that_both_have():
         assert band.difference_db == pytest.approx(10 * np.log10(2), abs=0.05)
         assert band.difference_error_db == pytest.approx(1 / np.log(10), rel=1e-6)
     assert band_differences(MeasuredPsd(FREQUENCY / 100, PSD), frequency, computed).empty
-
-
-def test_a_range_in_common_holds_a_third_octave_or_is_none():
-    # red: another LEAST_SPAN; the second frequency of the measurement
-    measured = MeasuredPsd(np.array([100.0, 110.0, 900.0, 1000.0]), np.ones(4))
-    assert common_range(measured, 50.0, 125.9) == (100.0, 125.9)
-    assert common_range(measured, 50.0, 125.88) is None
-    assert common_range(measured, 120.0, 2000.0) == (120.0, 1000.0)
 
 
 def test_all_frequencies_of_a_computation_within_a_measurement_are_compared():

@@ -48,8 +48,8 @@ FORMULAS = {
     "spectra": "acceleration_table break_points third_octaves",
     "geometry": "cells plane_mesh plane_waves polygon sizes",
     "atlas": "groups",
-    "coupon": "balance contact cycles design drive geometry rows states",
-    "damping": "atlas atlas_fit broadband coupled fit gaussian_process inelastic interpolation jump laws measured models sides "
+    "coupon": "balance contact cycles drive geometry rows states",
+    "damping": "atlas broadband coupled fit gaussian_process inelastic interpolation jump laws measured models sides "
     "surface surface_cases tables",
     "panel": "attachments basis checks connectivity eigen grid mindlin modes navier plate point_supports resolution section shapes "
     "stretching supports thin triangles",

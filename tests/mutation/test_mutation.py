@@ -81,7 +81,7 @@ OTHERS = {
     "geometry": "",
     "solve": "",
     "atlas": "table",
-    "coupon": "attempts bed cases coding estimate film from_study packing preparation records runs summary window",
+    "coupon": "attempts bed cases estimate film from_study packing preparation records runs summary window",
     "damping": "atlas_files from_study surface_files table_files",
     "panel": "files flat_mesh gmsh_files gmsh_reader from_study matrices mesh nastran tables",
     "sound": "field_files from_study",

@@ -10,7 +10,6 @@ import pytest
 from random_panels import RandomPanel
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.optimise import proposal
 from pidpanel.optimise.excitations import Finalist
 from pidpanel.optimise.options import FilledDamper, Options
 from pidpanel.optimise.proposal import Proposals, damper_rows, search_table
@@ -170,20 +169,6 @@ def test_tables_of_patches_points_and_psds_are_those_of_each_layout():
         at = psds.loc[(layout, "q"), "acceleration_psd_g2_hz"]
         np.testing.assert_allclose(at, [3 * square, 4 * square])
     assert len(psds) == 5 * 2 * 2
-
-
-def test_what_is_confirmed_are_the_best_five_and_the_lightest_of_each_fifth(monkeypatch):
-    # red: the budget of the study in all searches; the heaviest; four of the best
-    problem = proposals().problem
-    budget, budgets = 10.0, []
-    monkeypatch.setattr(proposal, "greedy", lambda problem: budgets.append(problem.budget))
-    problem.options = replace(problem.options, mass=np.array([7.9, 9, 9.5, 9.8, 9.9, 4, 2, 1.5, 6]))
-    problem.budget = budget
-    values = [3.0, 1.0, 2.0, 2.5, 2.6, 5.0, 8.0, 7.0, 4.0]
-    problem.evaluated = {(option,): value for option, value in enumerate(values)}
-    chosen = proposal.layouts_to_confirm(problem, (1,))
-    assert budgets == pytest.approx([2.0, 4.0, 6.0, 8.0]) and problem.budget == budget
-    assert chosen == [(1,), (2,), (3,), (4,), (0,), (7,), (5,), (8,)]
 
 
 def test_the_table_of_the_search_counts_layouts_as_good_as_the_best_within_its_error():

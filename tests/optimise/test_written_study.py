@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from pidpanel.check import checked_study
-from pidpanel.cli.optimise import check_target, write_study
+from pidpanel.cli.layouts import check_target, write_study
 from pidpanel.paths import STUDIES
 from pidpanel.study import StudyError
 

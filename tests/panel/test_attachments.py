@@ -65,18 +65,3 @@ def test_a_line_mass_integrates_the_products_of_the_deflection_along_it(reach):
     shapes = [np.polynomial.Polynomial([1.0]), x, y**2]
     expected = [[5.0 * (a * b).integ()(1.0) for b in shapes] for a in shapes]
     np.testing.assert_allclose(added, expected, rtol=1e-12, atol=1e-13)
-
-
-@pytest.mark.parametrize(("length", "pieces"), [(0.05, 1), (0.15, 2), (1.0, 10), (1.05, 11)])
-def test_pieces_of_a_line_are_at_most_a_quarter_of_an_element_long(length, pieces):
-    # red: 4 * → 5 *; end - start → end + start; np.ceil → np.floor; max(1, … → max(2, …; leggauss(3) → leggauss(4)
-    asked = []
-    with_attachments(monomials(asked), [Attachment([(0.5, 0.2), (0.5 + length, 0.2)], 1.0)], MESH)
-    assert len(asked[0]) == 3 * pieces
-    inside = (asked[0][:, 0] - 0.5) / length
-    # each piece has its middle and, symmetric about it, two points sqrt(3/5) of its half away
-    middle = (np.arange(pieces) + 0.5) / pieces
-    away = np.sqrt(0.6) / 2 / pieces
-    np.testing.assert_allclose(
-        inside, np.column_stack([middle - away, middle, middle + away]).ravel(), rtol=1e-11
-    )

@@ -119,14 +119,6 @@ def test_a_card_that_places_nodes_or_elements_cannot_be_ignored(tmp_path, card):
         read_nastran(path, (card.partition(",")[0],))
 
 
-@pytest.mark.parametrize("unit", [1.0, 1e-3])
-def test_places_in_messages_are_in_metres(tmp_path, unit):
-    nodes, elements = slit(1e-5)
-    nodes = {number: (x / unit, y / unit) for number, (x, y) in nodes.items()}
-    with pytest.raises(ValueError, match=r"1e-05 m apart at \(0.1, 0.10001\) m"):
-        read_nastran(deck(tmp_path / "panel.bdf", nodes, elements), unit=unit)
-
-
 @pytest.fixture(scope="module")
 def two_groups(tmp_path_factory):
     """The same plate with a patch that is in two groups, by format of its file."""

@@ -44,12 +44,3 @@ def test_the_modes_alone_count_in_the_waves_of_a_face():
         is_residual=np.arange(11) >= 4, quadrature_weight=np.full(10, np.pi / 10)
     )
     assert face_wavenumber(basis, 1.0) == pytest.approx(8.0)
-
-
-@pytest.mark.parametrize("sound", [1.0, 100.0])
-def test_the_face_is_known_to_twice_the_waves_of_the_sound_or_of_the_modes(paper_basis, sound):
-    # 3 kHz of bending: κ⁴ = ω² m″/D; Weyl's law counts modes of the supported edges too, 12 %
-    # red: REACH = 1; 4 * np.pi → 2 * np.pi; max → min
-    bending = np.sqrt(2 * np.pi * 3000) * (4.0 / 3273.07) ** 0.25
-    expected = 2 * max(sound, bending)
-    assert face_wavenumber(paper_basis, sound) == pytest.approx(expected, rel=0.12)

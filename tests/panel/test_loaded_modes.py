@@ -6,7 +6,6 @@ import scipy.linalg as la
 import xarray as xr
 
 from pidpanel.geometry.polygon import Rectangle
-from pidpanel.panel import shapes as shapes_module
 from pidpanel.panel.files import read_plate, write_plate
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.modes import loaded_modes
@@ -68,28 +67,6 @@ def test_the_basis_carries_every_mass_up_to_the_heaviest(plate, share):
     found = frequencies_in(plate, shapes.vectors, mass)[: len(expected)]
     # a PSD within 0.5 % asks for frequencies within a tenth of the bandwidth, 2ζ = 2 %
     np.testing.assert_allclose(found, expected, rtol=1e-4)
-
-
-def test_loaded_shapes_reach_to_one_and_a_half_times_the_highest_frequency(monkeypatch, plate):
-    # and have the frequencies of their energies; red: √ or 2π left out; twice the highest
-    limits = []
-
-    def joining(plate, mass, limit):
-        limits.append(limit)
-        return loaded_modes(plate, mass, 200.0)
-
-    monkeypatch.setattr(shapes_module, "loaded_modes", joining)
-    shapes = panel_shapes(plate, 400.0, damper_mass={"part": 80.0})
-    assert limits == [300.0]
-    bare = panel_shapes(plate, 10.0)
-    assert len(bare.frequency) == 12  # though none is below 10 Hz
-    for each in (shapes, bare):
-        energy = [
-            np.einsum("ki,ki->i", each.residuals, matrix @ each.residuals)
-            for matrix in (plate.stiffness, plate.mass)
-        ]
-        omega = 2 * np.pi * each.residual_frequency
-        np.testing.assert_allclose(omega**2, energy[0] / energy[1], rtol=1e-6)
 
 
 def test_shapes_are_the_same_bits_on_two_cores(monkeypatch, plate):

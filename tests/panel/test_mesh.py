@@ -12,7 +12,7 @@ import pytest
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import gmsh_session, read_mesh
-from pidpanel.panel.triangles import mesh_triangles, reentrant_corners, rim_size
+from pidpanel.panel.triangles import mesh_triangles, reentrant_corners
 
 SIZE = (1.5, 1.0)
 ELEMENTS = (30, 20)
@@ -171,24 +171,6 @@ def test_a_smooth_hole_has_no_reentrant_corners(pieces, count):
     outline = Rectangle((0.0, 0.0), (9.0, 9.0))
     assert len(reentrant_corners([outline, Circle((0, 0), 1.0, pieces)])) == count
     assert len(reentrant_corners([outline])) == 0
-
-
-def test_the_size_asked_of_gmsh_grows_by_half_the_distance_from_the_corner(tmp_path, monkeypatch):
-    # from 2e-3 of the element size; red: GROWTH = 0.55; CORNER_SHARE = 2.2e-3
-    told = []
-    field = gmsh.model.mesh.field
-    tell = field.setString
-    monkeypatch.setattr(field, "setString", lambda *what: (told.append(what[2]), tell(*what)))
-    mesh_triangles(tmp_path / "l.msh", L_SHAPE, 0.25, {}, {})
-    (size,) = (text.replace("^", "**").replace("Sqrt", "np.sqrt") for text in told)
-    for x, y, distance in [(0.75, 0.5, 0.0), (0.75, 0.7, 0.2), (0.45, 0.1, 0.5)]:
-        found = eval(size, {"np": np, "x": x, "y": y})
-        assert found == pytest.approx(2e-3 * 0.25 + 0.5 * distance, rel=1e-9)
-
-
-def test_elements_at_the_rim_of_a_foot_measure_a_tenth_of_its_radius_if_nothing_is_asked():
-    assert rim_size(0.03, None) == pytest.approx(0.003)
-    assert rim_size(0.03, 1e-3) == 1e-3
 
 
 @pytest.mark.parametrize(("asked", "smallest"), [(None, 2e-3 * 0.25), (0.01, 0.01)])

@@ -231,7 +231,7 @@ def diffuse_waves(angular_frequency, position):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("patch", ["PID-1", "PID-2", "PID-3"])
+@pytest.mark.parametrize("patch", ["PID-2"])
 def test_a_strong_patch_moves_as_in_a_direct_solve_of_the_whole_plate(
     paper_plate, paper_mesh, paper_basis, patch
 ):
@@ -264,14 +264,6 @@ def test_a_strong_patch_moves_as_in_a_direct_solve_of_the_whole_plate(
         np.testing.assert_allclose(w[:, 0], expected[:, 0], rtol=5e-3)
         psd, expected_psd = (np.sum(np.abs(d[:, 1:]) ** 2, axis=1) for d in (w, expected))
         np.testing.assert_allclose(psd, expected_psd, rtol=5e-3)
-
-
-def test_each_patch_brings_about_twenty_residual_vectors(paper_basis):
-    assert 45 <= paper_basis.is_residual.sum() <= 75
-    # sorted: modes, then residual vectors above the limit of the modes
-    n_modes = np.sum(~paper_basis.is_residual)
-    assert not paper_basis.is_residual[:n_modes].any()
-    assert paper_basis.natural_frequency[n_modes:].min() > 3000.0
 
 
 @pytest.mark.parametrize("tolerance", [0.0, 1e-4, 1.0])
@@ -350,37 +342,6 @@ def patch(first, last):
     return weight
 
 
-@pytest.mark.parametrize("ends_held", [True, False])
-@pytest.mark.parametrize("below", [1, 2, 5, 12])
-def test_all_modes_of_a_chain_below_a_limit_are_found(ends_held, below):
-    # red: (2 * np.pi * f) ** 2 → * 2, 3 * np.pi; / np.sqrt(stiffness) → *; U.diagonal() < 0 → >= 0;
-    # energy < RIGID → >=
-    exact = frequencies(ends_held, below + 1)
-    limit = exact[-2:].mean()
-    plate = chain(ends_held)
-    assert count_modes_below(plate, limit) == below
-    frequency, modes = normal_modes(plate, limit)
-    np.testing.assert_allclose(frequency, exact[:-1], rtol=1e-9)
-    assert (frequency[0] == 0) == (not ends_held)
-    np.testing.assert_allclose(np.abs(modes).max(axis=0), 1, rtol=1e-12)
-    # of several largest deflections the first is positive
-    for mode in modes.T:
-        assert mode[np.flatnonzero(np.abs(mode) > 1 - 0.5e-6)[0]] > 0
-
-
-@pytest.mark.parametrize(("share", "first"), [(0.95e-6, 1), (1.05e-6, -1)])
-def test_the_first_of_the_largest_deflections_to_a_millionth_is_positive(share, first):
-    # of the second mode, with a peak on either side, the first made smaller by a share
-    # red: 1 - 1e-6 → 1 - 1.1e-6 in `_normalise`
-    plate = chain(True)
-    (_, second) = normal_modes(plate, frequencies(True, 3)[-2:].mean())[1].T
-    seen = np.ones(COUNT)
-    seen[: COUNT // 2] = 1 - share
-    plate = dataclasses.replace(plate, at_vertices=sp.csr_array(np.diag(seen)))
-    _, modes = normal_modes(plate, frequencies(True, 3)[-2:].mean())
-    np.testing.assert_allclose(modes[:, 1], first * second, rtol=1e-5, atol=1e-9)
-
-
 @pytest.mark.parametrize("below", [50, 120, 199])
 def test_a_chain_has_as_many_modes_as_it_carries(below):
     # red: WHOLE = 1: Lanczos finds no more than it has coordinates for
@@ -388,13 +349,6 @@ def test_a_chain_has_as_many_modes_as_it_carries(below):
     frequency, modes = normal_modes(chain(True), exact[-2:].mean(), 10)
     np.testing.assert_allclose(frequency, exact[:-1], rtol=1e-9)
     assert modes.shape == (COUNT, below)
-
-
-def test_modes_above_the_limit_are_kept_up_to_a_number():
-    # red: kept = slice(count)
-    frequency, modes = normal_modes(chain(True), 1e-3 * frequencies(True, 1)[0], 15)
-    np.testing.assert_allclose(frequency, frequencies(True, 15), rtol=1e-9)
-    assert modes.shape == (COUNT, 15)
 
 
 @pytest.mark.parametrize("ends_held", [True, False])

@@ -21,13 +21,6 @@ def test_closed_form_of_the_thin_plate_is_table_1():
     )
 
 
-def test_sines_vanish_on_the_edges_and_have_their_half_waves():
-    position = np.array([[0.0, 0.3], [1.5, 0.3], [0.2, 0.0], [0.2, 1.0], [0.25, 0.5], [0.75, 0.5]])
-    shapes = sine_shapes([3, 2], [1, 1], SIZE, position)
-    expected = [[0, 0], [0, 0], [0, 0], [0, 0], [1, np.sqrt(0.75)], [-1, 0]]
-    np.testing.assert_allclose(shapes, expected, atol=1e-12)
-
-
 def test_orders_are_right_for_all_modes_below_3_khz(paper_basis):
     orders, share = mode_orders(paper_basis, SIZE)
     exact = thin_plate_frequency(orders[:, 0], orders[:, 1], SIZE, ThinSection(3273.07, 4.0))
@@ -99,19 +92,6 @@ def test_a_share_is_the_energy_of_the_sine_in_the_mode():
     orders, share = mode_orders(mixed, SIZE)
     assert orders.tolist() == [[1, 1], [2, 1]]
     np.testing.assert_allclose(share, [0.8, 1.0], rtol=1e-10)
-
-
-@pytest.mark.parametrize(("apart", "expected"), [(1.9e-3, 1.0), (2.1e-3, 0.5)])
-def test_frequencies_within_two_thousandths_are_one_subspace(apart, expected):
-    # turned by 45°, each mode holds half of either sine, both together hold all
-    # red: 2e-3 → 2.2e-3; pair_tolerance * frequency → pair_tolerance / frequency
-    frequency = [300, 500, 500 / (1 - apart), 700]
-    turn = np.eye(4)
-    turn[1:3, 1:3] = [[1, 1], [1, -1]]
-    found = made_of_sines(SIZE, [(1, 1), (2, 1), (1, 2), (2, 2)], frequency, turn)
-    orders, share = mode_orders(found, SIZE)
-    np.testing.assert_allclose(share, [1, expected, expected, 1], rtol=1e-10)
-    assert {tuple(order) for order in orders[[0, 3]]} == {(1, 1), (2, 2)}
 
 
 @pytest.mark.parametrize("size", [100, 0.01])

@@ -73,48 +73,26 @@ UNIT = (1, 1)
 TOUCHING = 0.1 * np.sqrt(np.sin(np.pi / 12) / (np.pi / 12))
 ACCEPTED = {
     "slender, thin, quadrilaterals": of([3, 0.05], THIN, quadrilaterals(60, 2), 2000),
-    "slender, thin, triangles": of([0.5, 0.05], THIN, triangles(0.05), 5000),
-    "slender, solid": of([1.5, 0.1], SOLID, triangles(0.2), 300, patches=patch(0.7, 0.05, 0.2, 0.1)),
-    "slender, sandwich, clamped": of([1.5, 0.1], SANDWICH, triangles(0.1), 2000, "clamped"),
     "slender, sandwich, free": of([3, 0.05], SANDWICH, triangles(0.1), 500, "free"),
-    "slender, turned": of([[0, 0], [1, 1], [0.97, 1.03], [-0.03, 0.03]], SANDWICH, triangles(0.1), 500),
-    "slender triangle, solid": of([[0, 0], [1, 0], [1, 0.03]], SOLID, triangles(0.1), 500),
     "needle, solid, clamped": of([[0, 0], [0.5, 0], [0.5, 0.01]], SOLID, triangles(0.1), 500, "clamped"),
-    "5 kHz, thin, triangles": of([0.6, 0.4], THIN, triangles(0.1), 5000),
     "5 kHz, thin, quadrilaterals": of([0.6, 0.4], THIN, quadrilaterals(10, 7), 5000),
-    "10 kHz, sandwich": of([0.3, 0.2], SANDWICH, triangles(0.03), 10000),
-    "stiff, sandwich": of([0.3, 0.2], SANDWICH, triangles(0.1), 200, "clamped", patches=patch(0.15, 0.1, 0.1, 0.1)),
     "stiff, thin, 2 × 2": of([0.3, 0.2], THIN, quadrilaterals(2, 2), 200, patches=patch(0.15, 0.1, 0.3, 0.2)),
-    "stiff, free": of([0.3, 0.2], SANDWICH, triangles(0.1), 200, "free", patches=patch(0.15, 0.1, 0.1, 0.1)),
     "stiff, solid, element longer than the panel": of([0.3, 0.2], {**SOLID, "thickness_mm": 20}, triangles(0.4), 200, "clamped"),
-    "triangle, clamped": of([[0, 0], [0.3, 0], [0, 0.2]], THIN, triangles(0.5), 200, "clamped"),
     "millimetres": of([0.03, 0.02], SOLID, triangles(0.005), 5000),
     "far from the origin": of([[98, 98], [99, 98], [99, 99], [98, 99]], SANDWICH, triangles(0.1), 500, at=(98, 98), patches=patch(98.5, 98.5, 0.2, 0.2)),
-    "clockwise": of([[0, 0], [0, 1], [1, 1], [1, 0]], SANDWICH, triangles(0.1), 500),
     "star, free": of(STAR, SANDWICH, triangles(0.1, corner_size_m=0.02), 500, "free"),
     "hardly more coordinates than modes, free": of(UNIT, THIN, quadrilaterals(8, 8), 500, "free", patches=patch(0.5, 0.5, 0.25, 0.25)),
-    "two hinges": of(UNIT, THIN, quadrilaterals(8, 8), 500, held({"at_m": [0, 0], "kind": "hinge"}, {"at_m": [1, 0], "kind": "hinge"})),
-    "soft edges, solid": of(UNIT, {**SOLID, "thickness_mm": 20}, triangles(0.1), 1000, "simply_supported_soft"),
     "thick": of(UNIT, {**SOLID, "thickness_mm": 500}, triangles(0.2), 2000),
     "round hole, clamped": of(UNIT, SANDWICH, triangles(0.1), 1000, {"outline": "free", "holes": "clamped"}, holes={"h": {"centre_m": [0.5, 0.5], "diameter_m": 0.3}}),
-    "hole all but the panel": of(UNIT, THIN, triangles(0.2), 500, holes={"h": {"centre_m": [0.5, 0.5], "diameter_m": 0.98}}),
-    "disc": of(UNIT, SANDWICH, triangles(0.1), 1000, at=(0.5, 0.5), corner_radius_m=0.5),
-    "spring": of(UNIT, THIN, triangles(0.4), 200, held(spring(0.5, 0.5, 1e5))),
-    "weak spring": of(UNIT, THIN, triangles(0.4), 200, held(spring(0.5, 0.5, 1e-3))),
     "rigid spring": of(UNIT, THIN, triangles(0.4), 200, held(spring(0.5, 0.5, 1e12))),
     "heavy mass": of(UNIT, THIN, triangles(0.4), 200, masses={"m": {"at_m": [0.5, 0.5], "mass_kg": 2000}}),
-    "mass on an oblique edge": of(SKEW, SANDWICH, triangles(0.2), 100, at=SKEW[0], masses={"m": {"at_m": [1.450665012406948, 0.6909975186104219], "mass_kg": 1}}),
     "line of mass along an oblique edge": of(SKEW, SANDWICH, triangles(0.2), 100, at=SKEW[0], masses={"m": {"from_m": SKEW[1], "to_m": SKEW[2], "mass_kg": 1}}),
     "line of mass without length": of(UNIT, SANDWICH, triangles(0.2), 200, masses={"m": {"from_m": [0.5, 0.5], "to_m": [0.5, 0.5], "mass_kg": 1}}),
-    "mass on a support": of(UNIT, SANDWICH, triangles(0.2), 200, held({"at_m": [0.5, 0.5], "kind": "hold_down"}), masses={"m": {"at_m": [0.5, 0.5], "mass_kg": 1}}),
     "foot near a clamped edge": of(UNIT, SANDWICH, triangles(0.2), 200, held(foot(0.5, 0.06, 0.05), outline="clamped")),
-    "foot near a foot": of(UNIT, SANDWICH, triangles(0.2), 200, held(foot(0.4, 0.5, 0.05), foot(0.61, 0.5, 0.05, "hinge"))),
     "hold-down on a clamped edge": of(UNIT, SANDWICH, triangles(0.2), 200, held({"at_m": [0.5, 0], "kind": "hold_down"}, outline="clamped")),
     "two supports at one place": of(UNIT, SANDWICH, triangles(0.2), 200, held({"at_m": [0.5, 0.5], "kind": "hold_down"}, {"at_m": [0.5, 0.5], "kind": "hinge"})),
     "edge of a hole": of(UNIT, SANDWICH, triangles(0.1, corner_size_m=0.02), 300, edge([0.4, 0.4], [0.6, 0.4]), holes=SQUARE),
-    "patch on the whole panel": of(UNIT, SANDWICH, triangles(0.1), 500, patches=patch(0.5, 0.5, 1, 1)),
     "patch of a millimetre": of(UNIT, SANDWICH, triangles(0.1), 500, patches=patch(0.5, 0.5, 1e-3, 1e-3)),
-    "two patches in one place": of(UNIT, SANDWICH, triangles(0.1), 500, patches={"P": {"centre_m": [0.5, 0.5], "size_m": [0.2, 0.2]}, "Q": {"centre_m": [0.5, 0.5], "size_m": [0.2, 0.2]}}),
     "points all but in one place": of(UNIT, SANDWICH, triangles(0.1), 500, points={"c": [0.3, 0.3], "d": [0.30000001, 0.3], "e": [0.3, 0.3]}),
 }  # fmt: skip
 
@@ -191,12 +169,10 @@ FEET = ((0.1, 0.1), (1.1, 0.2), (0.25, 0.8))
         (PARTS, [38.658, 70.578, 95.890, 131.114], 3e-4),
         # elements of 3 cm; red: `points` or `attached` left out (0.01 and 0.03 %)
         (held(*({"at_m": at, "kind": "hinge"} for at in FEET)), [27.461, 50.363, 92.546], 3e-5),
-        (held(*(spring(*at, 1e6) for at in FEET)), [26.843, 49.074, 86.957], 3e-5),
         # elements of 3 cm, of 3 mm at the rims; red: radius of 0 in `fine_places` (0.2 %)
         (held(*(foot(*at, 0.03) for at in FEET)), [48.439, 98.414, 142.101], 4e-4),
-        (held(*(foot(*at, 0.03, "hinge") for at in FEET)), [27.912, 50.692, 94.105], 4e-4),
     ],
-    ids=["parts clamped", "hinges", "springs", "hold-downs", "feet that turn"],
+    ids=["parts clamped", "hinges", "hold-downs"],
 )
 def test_modes_of_a_thin_plate_do_not_hang_on_elements_beside_its_supports(
     tmp_path, supports, frequencies, tolerance
@@ -216,7 +192,7 @@ def test_the_stated_shift_of_a_thin_plate_contains_that_of_feet():
     assert shift == pytest.approx(0.1 * FOOT_SHIFT_OF_ANY, abs=1e-6)
 
 
-@pytest.mark.parametrize(("count", "first"), [(1, 41.268), (2, 40.019), (4, 39.345)])
+@pytest.mark.parametrize(("count", "first"), [(1, 41.268), (4, 39.345)])
 def test_the_stated_shift_of_rectangles_contains_that_at_the_ends_of_clamped_parts(count, first):
     # 38.658 Hz as above; red: `ends` left out, or those at corners counted
     grid = quadrilaterals(12 * count, 9 * count)
@@ -266,11 +242,9 @@ def given(section, supports="simply_supported", **more):
 ONE, STRIP, PLATE = (1, 1, 0.3, 0.2), (20, 1, 2, 0.05), (12, 8, 0.6, 0.4)
 GIVEN = {
     "two elements, thin": (ONE, given(THIN, "free"), ""),
-    "two elements, supported": (ONE, given(THIN), "every vertex is on a support"),
     "two elements, sandwich, clamped": (ONE, given(SANDWICH, "clamped"), "every vertex is on a support"),
     "a strip, free": (STRIP, given(SANDWICH, "free", patches={"P": {"group": 1}}), ""),
     "a strip, supported": (STRIP, given(SOLID), "every vertex is on a support"),
-    "a foot": (PLATE, given(SANDWICH, held(foot(0.3, 0.2, 0.06))), ""),
     "a foot smaller than its elements": (PLATE, given(SANDWICH, held(foot(0.3, 0.2, 0.01))), "'foot of h' of radius 0.01 m about (0.3, 0.2) m: no element"),
     "a foot at a clamped edge": (PLATE, given(SANDWICH, held(foot(0.05, 0.2, 0.06), outline="clamped")), "'foot of h' meets a supported edge"),
     "feet that meet": (PLATE, given(SANDWICH, held(foot(0.3, 0.2, 0.06), foot(0.4, 0.2, 0.06))), "'foot of h' meets the support 'i'"),
@@ -309,9 +283,9 @@ def of_file(path, section, count, supports, **more):
     return given(section, supports, mesh={"kind": "file", "file": path}, **more)
 
 
-@pytest.mark.parametrize("count", [1, 2])
 @pytest.mark.parametrize(
-    ("section", "converged"), [(THIN, [38.66, 70.58, 95.89]), (SANDWICH, [91.99, 164.29, 218.06])]
+    ("count", "section", "converged"),
+    [(1, THIN, [38.66, 70.58, 95.89]), (2, SANDWICH, [91.99, 164.29, 218.06])],
 )
 def test_the_stated_shift_of_a_file_contains_that_at_the_ends_of_clamped_parts(
     tmp_path, section, converged, count
@@ -327,10 +301,7 @@ def test_the_stated_shift_of_a_file_contains_that_at_the_ends_of_clamped_parts(
 INSIDE, EDGES = ((0.1, 0.1), (1.1, 0.2), (0.3, 0.8)), ((0.6, 0), (1.2, 0.5), (0.3, 0.9))
 CORNERS = ((0, 0), (1.2, 0), (1.2, 0.9), (0, 0.9))
 AT_POINTS = {
-    "thin, hold-downs": (THIN, held(*(foot(*at, 0) for at in INSIDE)), {}, 0.8),
     "thin, hold-downs at edges": (THIN, held(*(foot(*at, 0) for at in EDGES)), {}, 0.7),
-    "sandwich, hold-downs": (SANDWICH, held(*(foot(*at, 0) for at in INSIDE)), {}, 0.8),
-    "sandwich, hold-downs at corners": (SANDWICH, held(*(foot(*at, 0) for at in CORNERS)), {}, 0.5),
     "sandwich, hinges at edges": (SANDWICH, held(*(foot(*at, 0, "hinge") for at in EDGES)), {}, 0.9),
     "sandwich, springs": (SANDWICH, held(*(spring(*at, 1e6) for at in INSIDE)), {}, 0.9),
     "sandwich, masses": (SANDWICH, "simply_supported", {str(at): at for at in INSIDE}, 0.9),
@@ -389,9 +360,7 @@ def test_a_force_on_a_thin_plate_needs_no_foot():
     assert added_compliance(ThinSection(3273.07, 4.0), 1.0)[0] == 0.0
 
 
-@pytest.mark.parametrize(
-    ("section", "kind"), [(SANDWICH, "hold_down"), (THIN, "hold_down"), (SOLID, "hinge")]
-)
+@pytest.mark.parametrize(("section", "kind"), [(SANDWICH, "hold_down"), (SOLID, "hinge")])
 def test_the_stated_shift_of_a_file_contains_that_of_feet_of_whole_elements(
     tmp_path, section, kind
 ):
@@ -408,14 +377,13 @@ def test_the_stated_shift_of_a_file_contains_that_of_feet_of_whole_elements(
     assert rounded.wave_shift(1e-3, 1.0, 0.0) <= 0.1 * FOOT_SHIFT_OF_ANY
 
 
-@pytest.mark.parametrize("kind", ["hold_down", "hinge"])
-def test_shorter_elements_at_the_rims_of_feet_lower_modes_as_stated(tmp_path, kind):
+def test_shorter_elements_at_the_rims_of_feet_lower_modes_as_stated(tmp_path):
     # 5·10⁻⁴ in the second mode; red: corner_size_m that does not count at rims; one shift for all
     # modes; elements at corners of the outline counted as feet
     shifts, found = [], []
     for corner in ({}, {"corner_size_m": 1.5e-3}):
         mesh = {**triangles(0.14), **corner}
-        panel, _ = of([1.2, 0.9], THIN, mesh, 500, held(foot(0.55, 0.7, 0.03, kind)), patches={})
+        panel, _ = of([1.2, 0.9], THIN, mesh, 500, held(foot(0.55, 0.7, 0.03)), patches={})
         studied = StudiedPanel(Panel(**panel))
         basis = basis_for(studied, 120.0, tmp_path)
         few = np.flatnonzero(~basis.is_residual & (basis.natural_frequency > 1))[:5]

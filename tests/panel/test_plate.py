@@ -6,7 +6,6 @@ import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from skfem import CellBasis, ElementQuad1, ElementQuadBFS, ElementTriP1, MeshQuad, MeshTri
-from skfem.mapping import MappingAffine
 
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
@@ -15,7 +14,7 @@ from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.plate import corner_basis, vertex_values
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.supports import PointSupport, Supports
-from pidpanel.panel.thin import _CentredArgyris, assemble_thin_plate, bending_form
+from pidpanel.panel.thin import assemble_thin_plate, bending_form
 from pidpanel.panel.triangles import mesh_triangles
 
 A, B = 1.5, 1.0
@@ -251,18 +250,6 @@ def test_the_plate_is_the_same_wherever_it_lies(shift):
 
 
 @pytest.mark.slow
-def test_the_load_has_nine_points_on_a_quadrilateral_and_seven_on_a_triangle(tmp_path):
-    # red: LOAD_ORDER = 5 → 6
-    section = ThinSection(3273.07, 4.0)
-    square = mesh_quadrilaterals(tmp_path / "q.msh", (1.0, 1.0), (3, 2), {}, {})
-    plate = assemble_thin_plate(square, section)
-    assert len(plate.quadrature_weight) == 9 * 6
-    triangles = mesh_triangles(tmp_path / "t.msh", Rectangle((0, 0), (1, 1)), 0.5, {}, {})
-    found = assemble_thin_plate(triangles, section).quadrature_weight
-    assert len(found) == 7 * len(triangles.cells)
-
-
-@pytest.mark.slow
 def test_a_hinge_takes_one_coordinate_and_a_hold_down_three(tmp_path):
     # w, and with it both slopes; red: 1 if point.kind == "hinge" else 3 → 4
     points = {"7": (0.5, 0.5)}
@@ -354,26 +341,3 @@ def test_a_value_at_a_vertex_is_the_mean_of_those_of_its_cells(mesh, element):
     scaled = vertex_values(basis, lambda function: np.asarray(function) * of_cells, free)
     expected = [np.mean(1 + np.flatnonzero((mesh.t == v).any(axis=0))) for v in range(4)]
     np.testing.assert_allclose(scaled.sum(axis=1), expected)
-
-
-def test_argyris_elements_evaluate_their_points_once_with_equal_values():
-    # red: one evaluation for each of the 21 functions
-    class Counted(MappingAffine):
-        calls = 0
-
-        def F(self, X, tind=None):
-            self.calls += 1
-            return super().F(X, tind=tind)
-
-    mesh = MeshTri().refined(1)
-    mapping, element = Counted(mesh), _CentredArgyris()
-    X = np.array([[0.2, 0.3, 0.6], [0.1, 0.5, 0.3]])
-    together = [element.gbasis(mapping, X, k)[0] for k in range(21)]
-    assert mapping.calls == 1
-    for k, function in enumerate(together):
-        (alone,) = element.gbasis(mapping, X.copy(), k)  # as other points: computed again
-        for values in ("value", "grad", "hess"):
-            np.testing.assert_array_equal(getattr(function, values), getattr(alone, values))
-    assert mapping.calls == 22
-    (other,) = element.gbasis(mapping, X[:, :2], 0)
-    np.testing.assert_array_equal(other.value, together[0].value[:, :2])

@@ -5,13 +5,11 @@ import pytest
 import scipy.sparse as sp
 import shapely
 
-from pidpanel.panel import checks
 from pidpanel.panel.checks import free_edges, jaggedness, point_refinement_error, roughness
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.point_supports import (
     added_compliance,
     angle_fraction,
-    foot_logarithm,
     refinement_change,
     support_reactions,
 )
@@ -63,23 +61,6 @@ def test_halving_a_foot_adds_the_logarithm_of_two_to_what_yields_there():
 def test_a_panel_takes_all_half_or_a_quarter_of_a_turn_about_a_point(place, share):
     # red: steps of one sign; the cosine of edges that are not unit vectors
     assert angle_fraction(grid(4), np.array(place)) == pytest.approx(share)
-
-
-def test_a_vertex_is_found_within_a_millionth_of_the_longer_side():
-    # red: of the shorter side; over the side
-    long = grid(4)
-    long.vertices[:, 0] *= 1000.0
-    assert angle_fraction(long, np.array([500.0, -5e-4])) == pytest.approx(0.5, abs=1e-3)
-
-
-def test_the_foot_of_an_element_is_a_tenth_of_its_size():
-    # red: the foot of its whole size; no least distance; a change of points beyond the extent
-    assert foot_logarithm(0.3, np.array(0.06)) == pytest.approx(np.log(50))
-    assert foot_logarithm(0.0, np.array(0.06)) == 1.1
-    change = refinement_change(np.array([0.06, 0.3, 2.0]), np.full(3, 0.06), 0.6)
-    near = np.log(2) * (1 / np.log(10) - 1 / np.log(100))
-    assert change[:2] == pytest.approx([near, np.log(2) * (1 / np.log(50) - 1 / np.log(100))])
-    assert change[2] == 0
 
 
 def test_a_held_coordinate_pulls_with_its_row_of_the_stiffness():
@@ -151,8 +132,3 @@ def test_the_roughest_foot_and_all_ends_within_edges_count():
         shapely.box(0, 0, 2, 2), Supports("free", "free", edges, feet), lambda *_: 0.1
     )
     assert rough["feet"] == pytest.approx(0.5) and rough["ends"] == pytest.approx(0.1 / 2)
-
-
-def test_places_are_the_same_within_a_millionth_of_the_extent():
-    # red: of the shorter side; of coordinates in place of lengths
-    assert checks._slack(shapely.box(10, 20, 12, 23)) == pytest.approx(3e-6)

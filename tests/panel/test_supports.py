@@ -12,8 +12,6 @@ from pidpanel.panel.supports import (
     boundary_loops,
     free_coordinates,
     held_vertices,
-    null_space,
-    vertex_spacing,
 )
 
 
@@ -45,39 +43,6 @@ def test_loops_go_round_the_panel_and_its_hole():
     # red: following.pop(loop[-1]) != loop[0] → ==
     loops = sorted(map(len, boundary_loops(RING.vertices, RING.cells)))
     assert loops == [4, 12]
-
-
-def test_spacing_is_the_mean_of_the_edges_of_the_cells_at_a_vertex():
-    # cells of 1 m x 1 m and 3 m x 1 m; red: np.roll(…, -1 → 1; * 2 → * 3
-    np.testing.assert_allclose(
-        vertex_spacing(grid([0, 1, 4], [0, 1])), [1, 1.5, 2, 1, 1.5, 2], rtol=1e-15
-    )
-    triangle = PanelMesh(
-        np.array([[0.0, 0], [4, 0], [0, 3]]), np.array([[0, 1, 2]]), "triangles", {}, {}
-    )
-    np.testing.assert_allclose(vertex_spacing(triangle), [3.5, 4.5, 4], rtol=1e-15)
-
-
-@pytest.mark.parametrize(("count", "smooth"), [(13, True), (11, False)])
-def test_turns_below_30_degrees_are_a_curve(count, smooth):
-    # 360°/13 = 27.7°, 360°/11 = 32.7°; of a regular polygon on a circle of radius R,
-    # |t_k - t_k-1| over the length of a piece is 1/R towards the middle
-    # red: radians(30.0) → 33.0; and → or; cos(SMOOTH_TURN) → sin; 0.5 * → 0.55 *; + → - in mean
-    radius = 2.5
-    angle = 2 * np.pi * np.arange(count) / count
-    held, edges = held_vertices(fan(angle, radius), Supports())
-    assert len(edges) == len(held) == count
-    for one in held:
-        outward = np.array([np.cos(angle[one.vertex - 1]), np.sin(angle[one.vertex - 1])])
-        assert len(one.edges) == (1 if smooth else 2)
-        for kind, tangent, turn in one.edges:
-            assert kind == "simply_supported"
-            assert np.linalg.norm(tangent) == pytest.approx(1)
-            if smooth:
-                np.testing.assert_allclose(tangent, [-outward[1], outward[0]], atol=1e-12)
-                np.testing.assert_allclose(turn, -outward / radius, rtol=1e-12, atol=1e-14)
-            else:
-                assert turn.tolist() == [0, 0]
 
 
 def test_uneven_pieces_of_a_curve_share_its_turn():
@@ -175,27 +140,6 @@ def test_an_edge_that_the_boundary_does_not_cover_says_how_much_it_does(start, e
         held_vertices(RING, Supports(edges=[EdgeSupport(start, end, "clamped")]))
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
-def test_ends_within_a_millionth_of_the_extent_are_on_the_edge(scale):
-    # of an extent of 6 m x 2 m; red: 1e-6 * float → 1e-6 / float; ptp max → min; 1e-6 → 1.1e-6
-    mesh = grid(scale * np.array([0, 2, 6]), scale * np.array([0, 2]))
-    for share, fits in ((0.98e-6, True), (1.05e-6, False)):
-        aside = 6 * scale * share
-        edge = EdgeSupport((0, -aside), (2 * scale, -aside), "clamped")
-        if fits:
-            _, edges = held_vertices(mesh, Supports("free", edges=[edge]))
-            assert list(edges) == [(0, 1)]
-        else:
-            with pytest.raises(ValueError, match="cover 0 of"):
-                held_vertices(mesh, Supports("free", edges=[edge]))
-        point = (6 * scale + aside, 0.0)
-        if fits:
-            assert PointSupport(point, "hinge").vertex(mesh, "H") == 2
-        else:
-            with pytest.raises(ValueError, match=r"H at .* the nearest is"):
-                PointSupport(point, "hinge").vertex(mesh, "H")
-
-
 def test_a_foot_holds_the_cells_whose_centres_it_covers():
     # centres at (0.5, 0.5), (1.5, 0.5), …; red: < → >=; centre - position → centre + position
     mesh = grid([0, 1, 2, 3], [0, 1, 2, 3])
@@ -229,19 +173,3 @@ def test_two_blocks_with_one_coordinate_are_refused():
     blocks = [Block("A", np.array([3, 1]), np.eye(2)), Block("B", np.array([1]), np.eye(1))]
     with pytest.raises(ValueError, match="B and A hold the same coordinate"):
         free_coordinates(5, blocks)
-
-
-def test_a_point_is_a_mere_point_by_default():
-    # red: radius: float = 0.0 → 1.0
-    assert PointSupport((0, 0), "hinge").radius == 0
-
-
-def test_two_directions_within_a_millionth_are_one():
-    # red: 1e-6 → 1.1e-6; values > → values <=; right[rank:] → right[:rank]
-    assert null_space(np.diag([1.0, 1.05e-6])).shape == (2, 0)
-    np.testing.assert_allclose(np.abs(null_space(np.diag([1.0, 0.95e-6]))), [[0], [1]])
-    rows = np.array([[1.0, 2, 2], [2, 4, 4]])
-    free = null_space(rows)
-    assert free.shape == (3, 2)
-    np.testing.assert_allclose(rows @ free, 0, atol=1e-14)
-    np.testing.assert_allclose(free.T @ free, np.eye(2), atol=1e-14)

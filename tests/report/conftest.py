@@ -10,9 +10,9 @@ import pytest
 from coupled_study import coupled_results, coupled_text
 from made_up import responses, rows_of_patches, strains
 
-from pidpanel.coupon import coding
+from pidpanel.coupon import records
 from pidpanel.coupon.from_study import cases_of, write_table
-from pidpanel.coupon.records import CaseOutcome, Shaken, ShakeOutcome
+from pidpanel.coupon.records import CaseOutcome, Outcome, Shaken
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.navier import thin_plate_frequency
 from pidpanel.panel.section import ThinSection
@@ -316,8 +316,8 @@ def coupon(tmp_path_factory):
     (home / "cycles_1.txt").write_text("\n".join([*head, *text]) + "\n")
     mass = 8 * 1190 * np.pi / 6 * 2.5e-3**3
     found = Shaken(len(rows), (len(rows),), 8, mass, "accuracy", None)
-    outcome = ShakeOutcome("ok", "", 1, "3.8.0", 0.0, run, case.target, found)
-    coding.write(case.outcome_file(folder / "runs"), CaseOutcome((outcome,)))
+    outcome = Outcome("ok", "", found)
+    records.write(case.outcome_file(folder / "runs"), CaseOutcome((outcome,)))
     write_table(study, "coupon", folder / "runs", folder / "cases.csv")
     page = within(folder, {"page": "report.html", "figures": "report"})
     call("coupon_report", file, {"cases": folder / "cases.csv"}, page)

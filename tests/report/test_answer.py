@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from pidpanel.report import answer, answer_section, warnings
+from pidpanel.report import answer, answer_section
 from pidpanel.report.answer import PointResponse
 from pidpanel.report.html import Picture
 from pidpanel.report.names import main_level
@@ -50,34 +50,17 @@ def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
     assert len(answered(study, respond, 0.0708).best) == 2
 
 
-def test_the_sentence_has_place_mass_values_and_errors(study, respond):
-    # red: the mass left out; the sign of the change; the error of the first alone
-    weights = {"added_mass_kg": 0.3, "added_mass_percent": 5.0}
-    said = answer_section.headline(answered(study, respond, **weights))
-    assert said.startswith(
-        "A at r = 0.1 and 0.7, 0.30 kg, 5.0 % of the panel: 176.6 → 125.0–127.9 g rms"
-    )
-    assert (
-        "(−2.80 to −3.00 ± 0.20 dB); differences between them are within the uncertainty." in said
-    )
-    said = answer_section.headline(answered(study, respond, 0.01, **weights))
-    assert "A at r = 0.1, 0.30 kg" in said and "(−3.000 ± 0.010 dB). Next is A at r = 0.7" in said
-
-
 def test_without_errors_no_scenario_is_called_better(study, respond):
     # red: `has_errors` always true
     found = answered(study, respond, math.nan)
     assert len(found.best) == len(found.candidates) > 3
     said = answer_section.headline(found)
-    assert "The damping has no stated error, so scenarios are not ranked." in said
     assert "±" not in said and "nan" not in said
     assert all("no stated error" in one.doubts for one in found.candidates)
 
 
 def test_a_gain_within_its_error_is_none(study, respond, inputs):
     # red: is_gain without SIGNIFICANCE
-    said = answer_section.headline(answered(study, respond, 1.6))
-    assert said.endswith("no reduction beyond its error.")
     # red: 10 dB per kg of 3.0 ± 1.6 dB
     weights = {"added_mass_kg": 0.3, "added_mass_percent": 5.0}
     for error, text in ((1.6, "–"), (1.4, "10")):
@@ -143,24 +126,6 @@ def test_measured_damping_answers_before_a_law():
     assert answer.main_reading(("paper_printed", "paper_corrected")) == "paper_corrected"
 
 
-def test_the_first_table_has_six_rows_with_the_best_of_every_place(study, respond):
-    # red: the first five by reduction
-    found = answered(study, respond)
-    many = [
-        one._replace(
-            scenario=one.scenario.model_copy(update={"label": f"{one.scenario.label}_{i}"})
-        )
-        for i in range(3)
-        for one in found.candidates
-        if one.scenario.patch == "A"
-    ]
-    last = [one for one in found.candidates if one.scenario.patch == "B"]
-    crowded = dataclasses.replace(found, candidates=(*many, *last))
-    chosen = answer.select_candidates(crowded)
-    assert len(chosen) == answer.ROWS
-    assert chosen[-1] is last[0] and chosen[0] is many[0]
-
-
 def answer_table(inputs, found):
     """The table below the first sentence."""
     return blocks_of(answer_section.answer_fragment(inputs, found))[0]
@@ -215,68 +180,15 @@ def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study,
     assert best.log_error == pytest.approx(np.full(len(best.values), 0.2 * np.log(10) / 10))
 
 
-def test_a_result_of_which_nothing_is_trusted_says_so(study, respond):
-    # red: any(doubts) for all(doubts); _untrusted left out; NO_ERROR among its doubts
-    said = answer_section.headline(answered(study, respond, extrapolated_share=0.12))
-    assert said.endswith(" Caution: 12 % of the change extrapolated, extend dem to 61 g.")
-    found = answered(study, respond, extrapolated_share=0.12)
-    first, second, *rest = found.candidates
-    partly = dataclasses.replace(found, candidates=(first, second._replace(doubts=()), *rest))
-    assert "trusted" not in answer_section.headline(partly)
-    assert "trusted" not in answer_section.headline(answered(study, respond, math.nan))
-    # red: KNOWN_TO left out, while the table says no
-    known = first._replace(doubts=("known to ± 29 % only",))
-    said = answer_section.headline(dataclasses.replace(found, candidates=(known, *rest)))
-    assert said.endswith(" Caution: known to ± 29 % only.")
-
-
-def test_a_patch_has_one_colour_in_the_drawing_and_over_mass(study, respond, monkeypatch):
-    # red: colours in the order of the scenarios
-    drawn = {}
-    monkeypatch.setattr(
-        answer_section, "mass_figure", lambda answer, weighed, colours: drawn.update(colours)
-    )
-    monkeypatch.setattr(answer_section.style, "png", lambda figure: b"drawn")
-    found = answered(study, respond, added_mass_kg=0.3)
-    b_first = sorted(found.candidates, key=lambda one: one.scenario.patch, reverse=True)
-    assert answer_section.mass_picture(found, b_first, ["A", "B"]).image == b"drawn"
-    assert drawn == {
-        "A": answer_section.style.place_colour("A", ["A", "B"]),
-        "B": answer_section.style.place_colour("B", ["A", "B"]),
-    }
-
-
 def test_coupled_runs_answer_as_any_reading_does(coupled, coupled_study):
     # red: "coupled" not the first of DAMPING_MODELS; without " in one time integration"
     assert answer.main_reading(("paper_corrected", "dem", "coupled")) == "coupled"
     found = answer_of(coupled_study, coupled.summary)
     assert found.is_coupled and found.candidates[0].scenario.name == "A, r = 0.5"
     assert not any(one.doubts for one in found.candidates)
-    table = answer_table(coupled, found)
-    assert table.caption.startswith("Damping: Panel and particles together, in one time integr")
-    assert "one standard error, of the coupled runs" in table.caption
     curve = answer_section.psd_picture_of(coupled, found).charts[0].curves[1]
     psd = coupled.psd["acceleration_psd"].sel(scenario="A_r0.5_150dB", point=found.worst)
     assert curve.values[0] * 9.80665**2 == pytest.approx(psd.to_numpy().ravel()[0])
-
-
-def test_a_coupled_scenario_known_to_less_than_half_of_what_is_wanted_is_not_trusted(
-    coupled, coupled_study, respond_to
-):
-    # red: TOO_FAR = 1; the first point alone
-    # 2 % are wanted, so that 4 % are too much: 0.34 dB are 4.0 %
-    for error_db, known in ((0.34, True), (0.36, False)):
-        summary, _ = respond_to(coupled_study, {}, error_db=error_db)
-        of = summary["point"] == "middle"
-        summary.loc[of, "acceleration_rms_error_g"] /= 10
-        found = answer_of(coupled_study, summary)
-        doubts = {one.doubts for one in found.candidates}
-        expected = () if known else ("known to ± 4.1 % only (more damping.coupled.runs)",)
-        assert doubts == {expected}
-        told = dataclasses.replace(coupled, summary=doubted(coupled_study, summary))
-        said = warnings.study_warnings(told, found)
-        text = "g rms is known to ± 4.1 % only (more damping.coupled.runs)."
-        assert any(line.endswith(text) for line in said) != known
 
 
 def test_a_study_without_a_level_answers_at_that_of_its_spectrum(study):

@@ -156,41 +156,6 @@ def test_a_long_name_of_a_curve_makes_no_page_wider(table):
         assert browser.overflowing() == []
 
 
-def test_the_first_printed_page_is_full(table):
-    # red: `.first` not a grid in print
-    with Browser(703) as browser:
-        browser.open(table[1] / "report.html")
-        browser.say("Emulation.setEmulatedMedia", media="print")
-        tops = browser.run(
-            "[...document.querySelectorAll('.first figure:not(.broad)')].slice(0, 2)"
-            ".map(e => e.getBoundingClientRect().top)"
-        )
-    assert len(tops) == 2 and abs(tops[0] - tops[1]) < 2
-
-
-def test_a_printed_figure_of_curves_is_not_split(table):
-    # the legend of curves is a table; red: `figure:not(:has(table))`, a heading at the foot of a
-    # page and its curves on the next
-    with Browser(703) as browser:
-        browser.open(table[1] / "report.html")
-        browser.say("Emulation.setEmulatedMedia", media="print")
-        kept = browser.run(
-            "[...document.querySelectorAll('figure.charted')].map(e => getComputedStyle(e).breakInside)"
-        )
-    assert kept and set(kept) == {"avoid"}
-
-
-def test_the_heads_of_a_card_break_on_a_telephone(table):
-    # red: no `white-space` of ::before: a long head over its value
-    with Browser(390) as browser:
-        browser.open(table[1] / "report.html")
-        heads = browser.run(
-            "[...document.querySelectorAll('table.cards td.short')]"
-            ".map(e => getComputedStyle(e, '::before').whiteSpace)"
-        )
-    assert heads and set(heads) == {"normal"}
-
-
 def test_printed_curves_are_as_wide_as_their_column(table):
     # a window of 1280 pixels cut the end of every curve off; red: no `printedWidth`
     with Browser(1280) as browser:
@@ -204,18 +169,6 @@ def test_printed_curves_are_as_wide_as_their_column(table):
         )
     column = (703 - 24) / 2
     assert len(widths) > 1 and min(widths) > 0.9 * column and max(widths) <= column
-
-
-def test_the_legend_has_a_frequency_where_it_is_read(table):
-    # red: "frequency, Hz –" with nothing pointed at
-    row = "document.querySelector('#answer .u-legend tr.frequency')"
-    with Browser(1280) as browser:
-        browser.open(table[1] / "report.html")
-        assert browser.run(f"getComputedStyle({row}).visibility") == "hidden"
-        browser.run("document.querySelector('#answer div.chart').dispatchEvent("
-                    "new KeyboardEvent('keydown', {key: 'ArrowRight'}));"
-                    "new Promise(done => setTimeout(done, 100))")  # fmt: skip
-        assert browser.run(f"getComputedStyle({row}).visibility") == "visible"
 
 
 def test_a_printed_page_shows_its_sections_and_no_page_is_blank(tmp_path, page):

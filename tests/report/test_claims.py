@@ -5,8 +5,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.report import claims
-from pidpanel.report.claims import Finding, Verdict, verdict_table
-from pidpanel.report.text import READINGS
+from pidpanel.report.claims import verdict_table
 from tests.page_reader import blocks_of
 
 POINTS = ["middle", "corner"]
@@ -34,16 +33,6 @@ def test_a_fill_is_the_best_only_where_it_is_the_lowest_at_every_point():
     found = claims.fill_is_most_effective(in_part, certain(in_part), flat(in_part))
     assert not found.holds
     assert "point corner: r = 0.7, 0.695 ± 0.014 dB below r = 0.1" in found.evidence
-
-
-def test_the_best_fill_by_bands_is_named_beside_the_one_by_rms():
-    # red: `mean.argmin` for `mean.argmax`
-    rms = by_fill([1.0, 1.0], [1.1, 1.2], [1.3, 1.1])
-    gained = np.zeros((3, 2, 2))
-    gained[2] = 5.0
-    found = claims.fill_is_most_effective(rms, certain(rms), gained)
-    assert found.holds
-    assert "third octaves lowest at point middle: r = 0.9, 5.00 dB" in found.evidence
 
 
 def test_every_fill_must_lower_every_point():
@@ -197,23 +186,3 @@ def test_distances_are_from_the_centres_of_the_patches(basis):
     distance = claims.patch_distance(basis)
     assert distance.loc["A", "middle"] < 0.05 > distance.loc["B", "corner"]
     assert distance.loc["A", "corner"] == pytest.approx(np.hypot(0.55, 0.2), abs=0.05)
-
-
-def test_a_claim_is_shown_once_with_all_its_readings():
-    # red: rows in the order of the readings
-    yes, no = Finding(True, "by 3 dB"), Finding(False, "by 1 dB")
-    verdicts = [
-        Verdict("one", "dem", yes),
-        Verdict("two", "dem", no),
-        Verdict("one", "paper_corrected", no),
-        Verdict("two", "paper_corrected", None),
-    ]
-    (table,) = blocks_of(verdict_table(verdicts))
-    law = READINGS["paper_corrected"]
-    assert table.rows == [
-        ["one", "DEM", "holds", "by 3 dB"],
-        ["", law, "does not hold", "by 1 dB"],
-        ["two", "DEM", "does not hold", "by 1 dB"],
-        ["", law, "cannot be tested", "no steady response"],
-    ]
-    assert verdict_table([]) is None

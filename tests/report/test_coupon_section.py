@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from pidpanel.damping.laws import paper_corrected
 from pidpanel.paths import STUDIES
 from pidpanel.report import coupon_figures, coupon_section
-from pidpanel.report.from_study import coupon_words
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.study_page import coupon_page
 from pidpanel.study import load_any_study
@@ -24,17 +22,6 @@ def coupon(cases):
 
 def pictures(section):
     return section.pictures
-
-
-def test_a_coupon_brings_its_figures_and_its_table(coupon):
-    # red: the table of cases left out
-    section = coupon_section.coupon_section(coupon)
-    assert [picture.name for picture in pictures(section)] == [
-        "damping_over_frequency", "damping_over_acceleration", "apparent_mass",
-    ]  # fmt: skip
-    table = blocks_of(section)[-1]
-    assert table.rows[2][-1] == "NotSteady"
-    assert table.folded
 
 
 @pytest.mark.parametrize(
@@ -68,15 +55,6 @@ def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon)
     assert {len(text.lstrip("0.")) for text in cells} == {2}  # red: "0.1" beside "0.098"
     values = np.concatenate([np.ravel(axes.images[0].get_array().filled(np.nan)) for axes in maps])
     assert sorted(values[np.isfinite(values)]) == pytest.approx(sorted(good["loss_factor"]))
-
-
-def test_a_law_is_named_where_it_is_drawn(coupon):
-    # red: `law` not handed on to _sweeps
-    captions = [
-        [block.caption for block in blocks_of(coupon_section.coupon_section(coupon, law=law))]
-        for law in (None, paper_corrected)
-    ]
-    assert [sum("the paper's law" in one for one in of) for of in captions] == [0, 2]
 
 
 def test_where_more_is_varied_no_sweep_is_drawn_and_the_table_says_what(coupon):
@@ -116,18 +94,6 @@ def test_a_case_of_several_states_has_them_in_its_row_and_is_counted(cases):
     found = [row[column] for row in table.rows]
     assert found[2] == "217 (25 %); 671 (75 %)"
     assert set(found[:2] + found[3:]) == {""}
-
-
-def test_particles_and_cell_are_in_words_with_what_is_varied():
-    # red: the unvaried value; the unit after varied values
-    coupons = load_any_study(STUDIES / "coupon_friction.yaml").coupons
-    words = coupon_words(coupons["coupon"])
-    assert words.startswith(
-        "Particles of 2 mm, ρ = 1190 kg/m³, E = 3200 MPa, ν = 0.35, e = 0.8, "
-        "μ = 0.1, 0.3, 0.6 (varied); 3 hexagonal cells, 6.35 mm wide, 25 mm deep; "
-        "1 g along −z (the motion is along z). "
-        "2 packings per case, run until the standard error of C_e is 5 %"
-    )
 
 
 def test_a_table_of_cases_is_a_point_for_each_case_over_each_quantity(coupon):

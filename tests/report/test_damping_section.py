@@ -11,7 +11,7 @@ from pidpanel.damping.laws import equation_5
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import ERROR, VALUE
 from pidpanel.report import style
-from pidpanel.report.damping_section import damping_section, law_figure, map_figure
+from pidpanel.report.damping_section import damping_section
 from pidpanel.report.inputs import DampingResults
 from tests.page_reader import blocks_of
 
@@ -45,15 +45,6 @@ def section(results):
         return damping_section(results)
 
 
-def test_the_law_is_quoted_with_the_constants_that_made_the_cases(section):
-    (text,) = (b.text for b in blocks_of(section) if b.kind == "paragraph" and "a₂ =" in b.text)
-    assert "Γ = 5" in text or "Γ = 50" in text
-    value, slope = re.search(r"a₂ = ([\d.]+) ([−+] [\d.]+) r", text).groups()
-    # 2 % of noise on 12 cases
-    assert float(value) == pytest.approx(1.9, abs=0.1)
-    assert float(slope.replace("− ", "-").replace("+ ", "")) == pytest.approx(-0.2, abs=0.2)
-
-
 def test_every_level_has_its_constants_with_intervals_that_hold_them(section):
     (table,) = (
         b for b in blocks_of(section) if b.kind == "table" and "in the form of Eq. 6" in b.caption
@@ -61,32 +52,6 @@ def test_every_level_has_its_constants_with_intervals_that_hold_them(section):
     assert [row[0] for row in table.rows] == ["5", "50"]
     low, high = re.search(r"\[([\d.]+), ([\d.]+)\]", table.rows[0][4]).groups()
     assert float(low) < 1.9 < float(high)
-
-
-def test_the_pictures_are_there(section):
-    names = {picture.name for picture in section.pictures}
-    assert names == {"map_frequency_acceleration", "damping_law"}
-
-
-def test_lines_that_are_not_drawn_are_not_named(results):
-    # red: "Lines: …" below dots alone; a dashed entry of the legend without a curve
-    without = results._replace(law=results.law.iloc[:0])
-    with style.context():
-        section = damping_section(without)
-    captions = {b.name: b.caption for b in blocks_of(section) if b.kind == "picture"}
-    assert "Dashed" not in captions["damping_law"]
-    with style.context():
-        legend = law_figure(results.surface, None).legends[0]
-    assert not any("Eq. 5" in text.get_text() for text in legend.get_texts())
-
-
-def test_maps_of_few_octaves_have_several_frequencies_on_their_axis(results):
-    # red: the ticks of a logarithmic axis, which has one between 60 and 600 Hz
-    with style.context():
-        figure = map_figure(results.surface)
-    low, high = results.surface.low[1], results.surface.high[1]
-    ticks = figure.axes[0].get_xticks()
-    assert ((ticks >= low) & (ticks <= high)).sum() >= 3
 
 
 def test_a_level_with_cases_of_one_fill_has_no_law_over_fill(results):

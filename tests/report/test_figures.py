@@ -1,12 +1,10 @@
 """Figures carry their units, one line a scenario, and say where damping is a continuation."""
 
-import dataclasses
 import itertools
 import re
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from pidpanel.report import (
@@ -21,8 +19,8 @@ from pidpanel.report.coupon_figures import (
     EQUIVALENT_DAMPING,
     FREQUENCY,
 )
-from pidpanel.report.html import RESOLUTION, Chart, PageCurve
-from pidpanel.report.response_figures import PSD_UNIT, nested_width
+from pidpanel.report.html import Chart, PageCurve
+from pidpanel.report.response_figures import PSD_UNIT
 
 UNIT = re.compile(r"(, .*\S|\bcycle|\bpatch|\br)$")
 LINES = np.geomspace(30, 2000, 300)
@@ -58,17 +56,6 @@ def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
     assert_units(figure)
 
 
-@pytest.mark.parametrize("count", [1, 2, 5, 12])
-def test_no_curve_hides_those_below_it(count):
-    # red: nested_width that returns the same for all, or the widest last
-    widths = [nested_width(index, count) for index in range(count)]
-    # the uppermost has the width of a line alone, and all stay lines
-    assert widths[-1] == nested_width(0, 1) and widths[0] <= 3.3
-    # half the difference shows on either side: a quarter of a pixel of the PNG file at least
-    pixel = 72 / RESOLUTION
-    assert all(below - above > 0.5 * pixel for below, above in itertools.pairwise(widths))
-
-
 def test_a_psd_is_drawn_in_the_unit_of_its_axis():
     # red: another unit on the axis; a division by g²
     figure = response_figures.charts_figure([panel()])
@@ -98,24 +85,6 @@ def test_every_line_is_in_the_legend_once():
     figure = response_figures.charts_figure([panel(), more])
     said = [text.get_text() for text in figure.legends[0].get_texts()]
     assert said == ["bare panel", "r = 0.1", "r = 0.5", "r = 0.9", "PID-2"]
-
-
-def test_the_bare_panel_is_black_and_no_two_fills_look_alike():
-    # red: a constant colour in fill_colour
-    figure = response_figures.charts_figure([panel()])
-    colours = [to_hex(line.get_color()) for line in figure.axes[0].lines]
-    assert colours[0] == "#000000"
-    assert len(set(colours)) == 4
-
-
-def test_damping_and_mass_have_their_units():
-    damping = dataclasses.replace(panel(), unit="$C_e$, N s/m³")
-    mass = dataclasses.replace(panel(), unit="apparent mass $m_a$, kg/m²")
-    figure = response_figures.charts_figure([damping, mass, damping, mass])
-    # red: units exchanged
-    assert figure.axes[0].get_ylabel() == "$C_e$, N s/m³"
-    assert any("kg/m²" in axes.get_ylabel() for axes in figure.axes)
-    assert_units(figure)
 
 
 def test_a_table_of_reductions_has_each_number_in_its_cell():
@@ -201,48 +170,7 @@ def test_the_same_numbers_give_the_same_bytes_and_no_date():
     assert b"tEXt" not in first
 
 
-def test_figures_leave_the_settings_of_matplotlib_alone():
-    # red: rcParams.update at import of style
-    import matplotlib as mpl
-
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        before = dict(mpl.rcParams)
-        with style.context():
-            assert mpl.rcParams["font.size"] != before["font.size"]
-        assert dict(mpl.rcParams) == before
-
-
-def test_axes_of_a_sweep_name_what_is_constant_in_them(cases):
-    # red: the unit of Γ, which has none, written as its dash
-    over_frequency = coupon_figures.sweep_figure(cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION)
-    over_acceleration = coupon_figures.sweep_figure(
-        cases, ACCELERATION, EQUIVALENT_DAMPING, FREQUENCY
-    )
-    assert [a.get_title("left") for a in drawn_axes(over_frequency)] == [
-        "Γ = 3",
-        "Γ = 12",
-        "Γ = 50",
-    ]
-    assert [a.get_title("left") for a in drawn_axes(over_acceleration)] == [
-        "f = 100 Hz",
-        "f = 400 Hz",
-    ]
-
-
 def test_a_few_values_keep_both_ends():
     # red: values[:count]
     assert layout.pick(np.arange(11), 3).tolist() == [0, 5, 10]
     assert layout.pick(np.arange(2), 5).tolist() == [0, 1]
-
-
-def test_three_readings_stand_in_two_rows():
-    # red: ACROSS = 3
-    curve, frequency = PageCurve("one", np.ones(3), "#123456"), np.array([50.0, 100.0, 200.0])
-    charts = [Chart(f"reading {n}", frequency, PSD_UNIT, [curve]) for n in range(3)]
-    with style.context():
-        figure = response_figures.charts_figure(charts)
-    figure.draw_without_rendering()
-    left = [axes.get_position().x0 for axes in figure.axes]
-    low = [axes.get_position().y0 for axes in figure.axes]
-    assert len(figure.axes) == 3 and left[0] == left[2] < left[1] and low[0] == low[1] > low[2]

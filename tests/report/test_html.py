@@ -81,13 +81,6 @@ def test_all_that_the_page_is_given_is_on_it():
         assert words in text, words
 
 
-def test_a_page_without_claims_or_warnings_has_no_empty_boxes():
-    # red: `if page.warnings or page.assumptions` left out
-    text = html.render(page(claims=None, warnings=[], assumptions=[]))
-    assert 'class="warnings"' not in text
-    assert 'class="wide claims"' not in text
-
-
 def test_a_template_that_asks_for_what_is_not_there_is_refused(tmp_path):
     # red: jinja2's default undefined
     (tmp_path / "page.html").write_text("{{ page.nothing }}")

@@ -1,7 +1,6 @@
 """What the page says of layouts, of dead weight, and of points on a support."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pandas as pd
@@ -11,7 +10,6 @@ from pidpanel.report import (
     claims,
     response_figures,
     response_section,
-    style,
     summary_section,
 )
 from pidpanel.report.rms import moving_points
@@ -83,14 +81,6 @@ def test_a_layout_has_its_patches_mass_reduction_and_dead_weight_in_the_table(to
     assert first["dead weight: reduction, dB"] == second["dead weight: reduction, dB"] == "1.25"
 
 
-def test_a_mass_that_is_not_known_is_a_dash(told):
-    # red: f"{value:.2f}" of a NaN
-    for row in rows_of(told, "one"):
-        assert (
-            row["added, kg"] == row["of the panel, %"] == row["dead weight: reduction, dB"] == "–"
-        )
-
-
 def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
     # red: `dotted` left out of the dead weight's curve; `curve.line` left out of draw_curve
     psd = told.psd.copy()
@@ -109,18 +99,6 @@ def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
     assert drawn * 9.80665**2 == pytest.approx(weight.to_numpy().ravel())
     assert styles[labels.index("two: dead weight")] == ":"
     assert styles[labels.index("two")] == "-"
-
-
-def test_a_damper_beyond_its_data_and_dead_weight_do_not_look_alike_on_the_screen(told):
-    # red: one `dashed` for both
-    psd = told.psd.assign(dead_weight_acceleration_psd=told.psd["acceleration_psd"] / 2)
-    psd["inside"] = 0 * psd["inside"]
-    picture = response_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures[0]
-    curves = json.loads(picture.charts[0].json)["curves"]
-    lines = {curve["label"]: curve["line"] for curve in curves}
-    assert lines["two"] == "dashed" and lines["two: dead weight"] == "dotted"
-    colours = {curve["label"]: curve["colour"] for curve in curves}
-    assert colours["two: dead weight"] == style.pale(colours["two"]) != colours["two"]
 
 
 def test_of_a_point_on_a_support_nothing_is_claimed_and_nothing_drawn(told):

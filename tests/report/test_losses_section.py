@@ -14,15 +14,6 @@ def test_losses_are_shown_in_percent_of_what_they_are_a_share_of(cases):
     assert {y for line in right.lines for y in line.get_ydata()} == {-1.0, 0.0}
 
 
-def test_the_caption_names_the_largest_error_of_either_sign(cases):
-    # red: `.abs()` left out
-    cases.loc[3, "closure"] = -0.0196
-    cases.loc[4, "closure"] = 0.015
-    (picture,) = blocks_of(losses_section(cases))
-    assert "median 1.00 %, largest 1.96 %" in picture.caption
-    assert "the 2 % within which a run is accepted" in picture.caption
-
-
 def test_runs_that_list_no_contacts_have_no_figure(cases):
     # red: `closure.empty` never asked
     (block,) = blocks_of(losses_section(cases.assign(closure=np.nan)))

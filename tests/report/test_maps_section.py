@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from pidpanel.report.maps_section import _exceeded_by, map_figure, maps_section, patch_edges
+from pidpanel.report.maps_section import _exceeded_by, map_figure, patch_edges
 from pidpanel.response.mapping import UNITS, map_dataset
-from tests.page_reader import blocks_of
 
 
 @pytest.fixture
@@ -41,11 +40,3 @@ def test_one_singular_corner_does_not_take_the_colours():
     # red: 1 - BEYOND → 1
     values, area = np.append(np.linspace(0, 1, 999), 1e6)[None], np.ones(1000)
     assert _exceeded_by(values, area) == pytest.approx(0.99, abs=0.01)
-
-
-def test_the_section_names_its_cases(maps):
-    section = maps_section(
-        maps, np.array([[True, False]]), dict.fromkeys(maps["scenario"].to_numpy(), "one")
-    )
-    assert section.pictures[0].image.startswith(b"\x89PNG")
-    assert "t, b" in blocks_of(section)[0].caption

@@ -4,16 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.paths import STUDIES
-from pidpanel.report.html import render
-from pidpanel.report.inputs import CouponResults
 from pidpanel.report.measured_section import agreement, measured_figure, measured_section
-from pidpanel.report.study_page import coupon_page
-from pidpanel.study import load_any_study
 
 C, M = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
-STUDY = load_any_study(STUDIES / "coupon_friction.yaml")
-STAMP = {"pidpanel_version": "1", "liggghts_version": "3.8", "study": "s", "study_hash": "0"}
 
 
 @pytest.fixture
@@ -65,15 +58,3 @@ def test_the_figure_has_a_column_for_each_fill_and_what_is_measured(compared):
     assert [line.get_ydata().tolist() for line in lines] == [[165.0, 600.0]]
     with_mass = measured_figure(compared.assign(**{f"measured_{M}": 1.0}))
     assert len(with_mass.axes) == 4
-
-
-def test_a_page_shows_measured_points_unfolded_and_only_where_there_are_any(cases, compared):
-    coupon = CouponResults(cases)
-    names = [section.name for section in coupon_page(STUDY, STAMP, coupon, []).sections]
-    assert "measured" not in names
-    page = coupon_page(STUDY, STAMP, coupon._replace(measured=compared), [])
-    assert page.sections[0].name == "measured"
-    assert not page.sections[0].folded
-    text = render(page)
-    assert "1.10 times\nthe simulated in the geometric mean" in text
-    assert '<td class="short">15.0 ± 5.0</td>' in text

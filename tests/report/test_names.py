@@ -2,9 +2,7 @@
 
 from types import SimpleNamespace
 
-import pandas as pd
-
-from pidpanel.report.names import names_of, with_names
+from pidpanel.report.names import names_of
 from pidpanel.study import Filling, Scenario
 
 
@@ -33,10 +31,3 @@ def test_a_damper_alone_has_the_same_name_as_a_layout_and_in_a_family():
     both = Scenario(label="both", fillings=(filling, filling), oaspl_db=None)
     study = SimpleNamespace(all_scenarios=lambda: [bare, alone, both])
     assert list(names_of(study).values()) == ["bare panel", "A, r = 0.5", "both"]
-
-
-def test_labels_of_a_table_become_names():
-    # red: with_names that returns what it is given
-    frame = pd.DataFrame({"scenario": ["a", "b"], "value": [1, 2]})
-    assert with_names(frame, {"a": "bare panel"})["scenario"].tolist() == ["bare panel", "b"]
-    assert frame["scenario"].tolist() == ["a", "b"]

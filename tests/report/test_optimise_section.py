@@ -6,12 +6,9 @@ import pytest
 
 from pidpanel.report.inputs import ProposalResults
 from pidpanel.report.optimise_section import (
-    ALTERNATIVES,
     gap_text,
-    optimise_section,
     proposal_headline,
 )
-from tests.page_reader import blocks_of
 
 
 def proposal(gap, violations, names=("base",)):
@@ -80,33 +77,3 @@ def test_where_every_layout_was_evaluated_no_property_is_needed():
     message = "Every layout was evaluated: no layout here is better by more than 0.2 dB"
     assert message in proposal_headline(every)
     assert "Every layout" in gap_text(every) and "fails" not in gap_text(every)
-
-
-def test_columns_have_units_signs_and_decimals_of_their_own():
-    # "level -6 db", "damping ratio x0.5"; red: a column of yes alone; 1.38 ± 0.43 dB
-    found = proposal(0.31, 0.0)
-    front = found.front.assign(
-        is_equivalent=True, loses_to_dead_weight=False, largest_regret_db=0.2, basis_error=0.0,
-        **{name: 5.0 for name in ("level_-6_db_reduction_db", "damper_mass_x0.9_reduction_db")},
-        **{f"{name}_reduction_db": 1.0 for name in ALTERNATIVES},
-    )  # fmt: skip
-    search = pd.concat(
-        [found.search, pd.Series({"equivalent_layouts": 7.0, "equivalent_within_db": 2.2})]
-    )
-    summary = found.summary.assign(dead_weight_rms_g=100.0)
-    section = optimise_section(found._replace(front=front, search=search, summary=summary))
-    points, layouts, variants = (b for b in blocks_of(section) if b.kind == "table")
-    assert variants.columns[1:3] == ["level −6 dB", "C_e, m_a × 0.9"]
-    assert "counts" not in points.columns
-    assert layouts.rows[0][layouts.columns.index("reduction, dB")] == "9.7 ± 2.2"
-
-
-def test_of_two_excitations_the_headline_names_both_and_the_smaller_counts():
-    # red: the largest rms acceleration of any excitation
-    text = proposal_headline(proposal(0.31, 0.0, ("sound", "base")))
-    assert (
-        "The largest rms acceleration on the moving base falls from 130 (point tip) to 43 ± 11 g (point tip)."
-        in text
-    )
-    assert "(11.2 dB under sound and 9.7 dB on the moving base; the smaller counts)" in text
-    assert "under sound" not in proposal_headline(proposal(0.31, 0.0))

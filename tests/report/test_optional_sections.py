@@ -25,17 +25,11 @@ SHAKER = "base: {random: {spectrum: gevs_qualification.csv}}\n"
 
 WRITTEN = {
     "severity, empty": SOUND + "severity: {}",
-    "fatigue alone": SOUND + "severity: {fatigue: {stress_mpa: 100, exponent: 5}}",
     "strength of layers alone": SOUND + "severity: {strength: {layers: {tension_1_mpa: 300, "
     "compression_1_mpa: 300, tension_2_mpa: 300, compression_2_mpa: 300, shear_mpa: 170}}}",
     "limits alone": SOUND + "severity: {limits: {middle: limit.csv}}",
-    "measurements, empty": SOUND + "measurements: {}",
-    "damping, empty": SOUND + "damping: {}",
     "limits of base motion, empty": SHAKER.replace("}}", "}, limits: {}}"),
-    "limits of the force alone": SHAKER.replace("}}", "}, limits: {force: {rms_n: 100}}}"),
     "a sine sweep alone": "base: {sine: {frequency_hz: [60, 180], acceleration_g: 0.5}}",
-    "both motions": SHAKER.replace("}}", "}, sine: {frequency_hz: [60, 180], acceleration_g: 1}}"),
-    "sound and base motion": SOUND + SHAKER,
 }
 
 

@@ -10,13 +10,9 @@ from PIL import Image
 
 from pidpanel.coupon import geometry
 from pidpanel.geometry.cells import SHAPES
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import films, style
-from pidpanel.report.answer_figures import panel_figure
 from pidpanel.report.layout import draw_field
-from pidpanel.report.maps_section import map_figure
 from pidpanel.report.panel_section import shapes_figure
-from pidpanel.response.mapping import UNITS, map_dataset
 
 
 def saturated(image):
@@ -138,32 +134,3 @@ def test_a_map_has_the_colours_of_its_bar_and_no_others():
     assert share > 0.98  # the rest are grid lines
     drawn = figure.axes[0].collections[0].get_array()
     assert -1 <= drawn.min() < -0.95 and 0.95 < drawn.max() <= 1
-
-
-@pytest.fixture
-def maps():
-    """Fields of 20 × 10 cells that rise along both sides."""
-    x, y = (g.ravel() for g in np.meshgrid(np.linspace(0, 2, 21), np.linspace(0, 1, 11)))
-    corner = (np.arange(10)[:, None] * 21 + np.arange(20)).ravel()
-    cells = np.stack([corner, corner + 1, corner + 22, corner + 21], axis=1)
-    field = {name: np.tile(x * y, (1, 1)) for name in UNITS}
-    field |= {name: x * y for name in ("acceleration", "displacement")}
-    cases = {("dem", "bare"): field, ("dem", "A_r0.5"): field}
-    return map_dataset(cases, [0.1, 0.1], np.stack([x, y], axis=1), cells, ["t"])
-
-
-def test_the_maps_of_a_page_have_the_colours_of_their_bars(maps):
-    # red: edges of elements that blend with their neighbours; a palette in `style.png`
-    with style.context():
-        shares = list(shares_of_the_bar(map_figure(maps, np.zeros((1, 200), bool), ["A", "B"])))
-    assert shares and min(shares) > 0.98
-
-
-def test_the_shapes_and_the_answer_have_the_colours_of_their_bars(basis, study):
-    # red: shading="gouraud"
-    rms = np.linalg.norm(basis.shape_at_vertices, axis=1)
-    panel = StudiedPanel(study.panel)
-    with style.context():
-        shares = list(shares_of_the_bar(panel_figure(basis, panel, rms)))
-        shares += shares_of_the_bar(shapes_figure(basis, ["1", "2", "3"]))
-    assert len(shares) == 2 and min(shares) > 0.8  # lines and names are over the map

@@ -6,10 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from pidpanel.report import html, response_section, sound_section, style
+from pidpanel.report import html, response_section, style
 from pidpanel.report.names import family_of
 from pidpanel.report.study_page import study_page
-from pidpanel.report.templates import pairs
 from tests.page_reader import blocks_of
 
 
@@ -42,52 +41,6 @@ def test_the_page_holds_all_pictures_and_the_words_of_the_study(whole):
                   "Table 1 of the paper", "cannot be tested", "σ_v, MPa", "make run"):  # fmt: skip
         assert words in text, words
     assert re.search(r"study trial, hash [0-9a-f]{16}", text)
-
-
-def test_the_head_of_the_page_says_what_hangs_where(whole):
-    # red: `setting` left out of `study_page`, or of page.html
-    head = html.render(whole).partition("<main>")[0]
-    assert "The panel is in a baffle, one face, no air; level on the surface. Other" in head
-    assert "(free in the room, both faces, air included; level of the room) change the rms" in head
-
-
-def test_the_pressure_of_two_faces_is_named_as_such(study, inputs):
-    # red: DENSITY[1] for all
-    labels = {}
-    for surroundings in ("free", "baffle"):
-        sound = study.acoustics.model_copy(update={"surroundings": surroundings})
-        hung = study.model_copy(update={"sound": sound})
-        (block,) = sound_section.sound_section(hung, inputs.bands, assumed=False).blocks
-        labels[surroundings] = block.values["spectrum"].charts[1].unit
-    assert labels["baffle"] == "pressure PSD on the surface, Pa²/Hz"
-    assert labels["free"] == "pressure PSD on two independent rigid faces, Pa²/Hz"
-
-
-def test_a_reading_without_response_is_named_where_it_is_not_drawn(whole):
-    # red: the readings that are drawn
-    said = [blocks_of(section)[0].text for section in whole.sections if "response" in section.name]
-    assert len(said) == 3
-    assert all("as printed: not drawn, because its C_e is negative" in text for text in said)
-
-
-def test_axes_say_at_which_acceleration_the_damping_was_read(inputs, study, respond):
-    # red: READ_AT["patch"] for both kinds
-    summary, psd = respond({}, read_at=312.0, inside=0.75)
-    read = dataclasses.replace(inputs, summary=summary, psd=psd)
-    note = response_section.acceleration_note(
-        read, family_of(read.study, "fill"), "paper_corrected"
-    )
-    assert note == "$C_e$ at the patch's own acceleration, Γ = 312"
-    level = type(study.damping.level)(kind="stated", acceleration_g=312.0)
-    damping = study.damping.model_copy(update={"level": level})
-    told = study.model_copy(update={"damping": damping})
-    stated = dataclasses.replace(read, study=told)
-    note = response_section.acceleration_note(stated, family_of(told, "fill"), "paper_corrected")
-    assert note == "$C_e$ at a stated acceleration, Γ = 312"
-    assert (
-        dict(pairs("words.html", {"study": told}))["acceleration"]
-        == "Γ = 312 from the study (level.kind: stated)"
-    )
 
 
 def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):

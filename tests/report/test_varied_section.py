@@ -52,12 +52,6 @@ def test_the_finding_names_the_largest_change_with_its_point(varied):
     assert "24 of 24 differences are beyond two standard errors" in said
 
 
-def test_what_does_not_matter_is_said_not_to(cases):
-    twice = pd.concat([cases.assign(deck="a"), cases.assign(deck="b")], ignore_index=True)
-    (said,) = findings(twice, ["deck"])
-    assert said == "Deck: no difference in C_e exceeds two standard errors (12 differences)."
-
-
 def test_every_point_is_drawn_at_its_value_and_words_in_their_order(varied, cases):
     figure = varied_figure(varied, "particles.friction", "friction μ, –")
     drawn = [
@@ -82,21 +76,6 @@ def test_sizes_are_varied_only_where_there_are_several():
         {"name": "x", "coupon": {"sweep": sweep, "vary": {"particles.friction": [0.1]}}}
     )
     assert varied_keys(study) == ["particles.friction", "diameter_mm"]
-
-
-def figures(cases, keys):
-    return [block for block in blocks_of(varied_section(cases, keys)) if block.kind == "picture"]
-
-
-def test_points_one_above_the_other_are_explained_by_the_other_keys(varied):
-    # red: the key itself among the others
-    both = varied.assign(deck="lab")
-    first, second = figures(both, ["particles.friction", "deck"])
-    assert first.name == "over_particles_friction"
-    assert first.caption.endswith("Points one above the other differ in deck.")
-    assert second.caption.endswith("differ in friction coefficient μ.")
-    (alone,) = figures(varied, ["particles.friction"])
-    assert "differ" not in alone.caption
 
 
 def test_the_table_has_a_row_for_each_point_and_a_column_for_each_value(varied):

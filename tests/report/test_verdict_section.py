@@ -1,15 +1,10 @@
 """Which reading holds, on the page."""
 
-import dataclasses
-
 import pandas as pd
 import pytest
 
-from pidpanel.report import response_section
-from pidpanel.report.inputs import CoupledResults
-from pidpanel.report.names import family_of
 from pidpanel.report.verdict_files import BARE, COLUMNS
-from pidpanel.report.verdict_section import level_figure, verdict_section, worst
+from pidpanel.report.verdict_section import verdict_section, worst
 from tests.page_reader import blocks_of
 
 
@@ -58,41 +53,3 @@ def test_every_reading_has_a_row_and_every_scenario_a_column(verdict):
     assert list(table.columns) == ["damping model", "P_122.0", "P_136.7"]
     assert len(table.rows) == 3
     assert table.rows[1][1].startswith("−10.0 ± 1.0 %; −1.00 ± 0.10 dB at 63 Hz")
-
-
-def test_no_line_joins_scenarios_that_differ_in_more_than_their_level(verdict):
-    # red: always "-"
-    other = verdict.assign(scenario="Q", oaspl_db=136.7)
-    for rows, styles in ((verdict, {"-", "--"}), (pd.concat([verdict, other]), {"None"})):
-        lines = level_figure(rows, ["a"]).axes[0].lines
-        assert {line.get_linestyle() for line in lines if line.get_marker() == "o"} == styles
-
-
-def test_one_level_has_no_figure_over_the_level(verdict):
-    # red: nunique() > 0
-    one = verdict[verdict["oaspl_db"] == 122.0]
-    assert [block.kind for block in blocks_of(verdict_section(one, ["a"]))] == [
-        "paragraph",
-        "table",
-    ]
-    assert "picture" in [block.kind for block in blocks_of(verdict_section(verdict, ["a"]))]
-
-
-def test_figures_say_how_often_coupled_runs_refute_a_reading(inputs):
-    # red: rows of another reading, or "open", taken for "no" in refuted
-    family = family_of(inputs.study, "fill")
-    labels = [scenario.label for scenario in family.scenarios]
-    rows = [
-        (labels[0], "paper_corrected", "no"),
-        (labels[0], "paper_corrected", "yes"),
-        (labels[1], "paper_corrected", "open"),
-        (labels[2], "paper_printed", "no"),
-    ]
-    verdict = pd.DataFrame(rows, columns=["scenario", "reading", "holds"])
-    coupled = CoupledResults(*[pd.DataFrame()] * 2, verdict)
-    told = dataclasses.replace(inputs, coupled=coupled)
-    title = response_section.reading_title(told, family, "paper_corrected")
-    assert title.endswith("– does not hold in 1 of 3")
-    assert "hold" not in response_section.reading_title(inputs, family, "paper_corrected")
-    alone = dataclasses.replace(inputs, coupled=CoupledResults(*[pd.DataFrame()] * 2))
-    assert "hold" not in response_section.reading_title(alone, family, "paper_corrected")

@@ -3,12 +3,11 @@
 import dataclasses
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from pidpanel.report import warnings
 from pidpanel.report.answer import answer_of
-from pidpanel.report.inputs import CouponResults, ProposalResults
+from pidpanel.report.inputs import CouponResults
 from pidpanel.report.text import READINGS
 from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import judged
@@ -91,28 +90,6 @@ def test_a_mesh_that_is_too_coarse_says_how_much_shorter_its_elements_must_be(sa
         assert mesh.endswith(f"Use element edges {factor} times shorter.")
 
 
-@pytest.mark.parametrize(
-    ("cause", "kind", "advice"),
-    [
-        ("feet", "triangles", "at the rims of feet must be 16 times shorter: mesh.corner_size_m"),
-        ("ends", "quadrilaterals", "must be 16 times shorter: mesh.kind: triangles."),
-        ("ends", "file", "must be 16 times shorter: mesh.refine, or a finer file."),
-    ],
-)
-def test_shorter_elements_are_advised_where_they_help(
-    said, respond, inputs, monkeypatch, cause, kind, advice
-):
-    # red: the advice for waves: all elements twice shorter, which left the error as it was
-    monkeypatch.setattr(warnings.StudiedPanel, "cause_of_shift", lambda *_: cause)
-    mesh = inputs.study.panel.mesh.model_copy(update={"kind": kind})
-    panel = inputs.study.panel.model_copy(update={"mesh": mesh})
-    summary, _ = respond({})
-    summary["mesh_error"] = 10 ** (16 * 0.65 / 10) - 1
-    study = inputs.study.model_copy(update={"panel": panel})
-    (text,) = (t for t in said(summary, study=study) if "mesh is too coarse" in t)
-    assert advice in text and "Use element edges" not in text
-
-
 def test_single_points_have_the_largest_shift_of_a_mode_of_the_range(inputs, respond):
     # red: residual vectors and modes above the range counted; modal masses left out
     summary, _ = respond({})
@@ -151,15 +128,6 @@ def test_power_that_is_lost_from_the_balance_is_told(said, respond):
     summary, _ = respond({})
     summary.loc[0, "power_balance_error"] = 0.02
     assert any("0.020 of the power input" in text for text in said(summary))
-
-
-def test_the_gravest_come_first(said, respond):
-    # red: the order of DOUBTS
-    summary, _ = respond({}, inside=0.8, error_db=0.2)
-    summary = summary.assign(beyond_linear_plate=True, levels=3, displacement_rms_mm=7.0)
-    first, second, *_ = said(summary)
-    assert "all scenarios: the rms displacement, up to 7.0 mm" in first
-    assert "up to 20 % of the change in mean square; extend dem to 61 g" in second
 
 
 @pytest.mark.parametrize(
@@ -228,13 +196,3 @@ def test_the_warnings_of_every_stage_are_on_the_page(inputs, cases, said):
     )
     for words in ("Radiation damping is not included", "steady state"):
         assert sum(words in text for text in lines) == 1, words
-
-
-def test_limits_of_the_damping_are_told_where_only_a_search_has_dampers(inputs, said):
-    # red: the scenarios of the study alone
-    layouts = pd.DataFrame({"acceleration_g": [21.4]})
-    none = pd.DataFrame()
-    proposal = ProposalResults(layouts, none, none, none, search=pd.Series())
-    for proposed, count in ((None, 0), (proposal, 1)):
-        lines = said(inputs.summary, proposal=proposed)
-        assert sum("for single tones" in text for text in lines) == count

@@ -59,23 +59,6 @@ def test_figures_are_written_as_vectors(table, tmp_path):
         assert pdf.read_bytes().startswith(b"%PDF")
 
 
-def test_a_page_says_how_to_reproduce_it(table):
-    # red: the name of the study for its file
-    study, folder = table
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    assert f"pidpanel run {study}" in page
-    assert "Tables and fields of this report are in results/table;" in page
-
-
-def test_the_page_has_its_parts_in_order(table):
-    # red: maps before the responses
-    page = (table[1] / "report.html").read_text(encoding="utf-8")
-    assert re.findall(r'<h2 id="([^"]+)">', page) == [
-        "panel", "sound", "response-fill", "response-place", "response-level",
-        "measurement", "maps", "summary", "stress", "severity", "reproduce",
-    ]  # fmt: skip
-
-
 def test_names_that_look_like_numbers_stay_names(table):
     # red: read_by_point without its dtype
     folder = table[1]

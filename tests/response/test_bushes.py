@@ -100,38 +100,6 @@ def test_the_areas_of_grids_integrate_a_wave_over_a_patch(split):
     assert areas @ np.cos(k * x.ravel()) ** 2 == pytest.approx(integral, rel=1.5e-3)
 
 
-@pytest.mark.parametrize(("highest", "nodes"), [(101.0, 2), (300.0, 40)])
-def test_tables_have_24_nodes_per_octave_and_numbers_of_their_own(tmp_path, highest, nodes):
-    # log₂ 3 = 1.585; triangles of 1e-4 m² in either direction
-    # red: floor for ceil; FIRST = 9000002; max(3, …) or min(2, …) of the grids; areas with a sign
-    vertices = 0.01 * np.array([[0.0, 0], [2, 0], [2, 1], [0, 1], [-2, 0], [8, 0], [9, 0], [8, 2]])
-    cells = np.array([[0, 2, 1], [0, 2, 3], [3, 4, 0], [5, 6, 7]])
-    frequency = np.array([100.0, 100.5, highest])
-    damping = (7.0 * frequency, 0 * frequency)
-    alone = np.array([False, False, False, True])
-    path = tmp_path / "dampers.bdf"
-    dampers = {"b": damping, "a": damping}
-    write_bushes(path, "t", frequency, dampers, vertices, cells, {"b": alone, "a": ~alone})
-    deck = cards(path)
-    tables = [card[1:] for card in deck if card[0] == "TABLED1"]
-    assert [int(table[0]) - 9_000_000 for table in tables] == [1, 2, 4, 5, 6, 7, 8, 9]
-    for table in tables:
-        values = [field for field in table[1:] if field and field != "LINEAR"]
-        assert values.index("ENDT") == 2 * nodes
-        assert float(values[2 * nodes - 2]) == highest
-    bushes = {
-        int(card[3]) - 1: tuple(int(number) - 9_000_000 for number in card[1:3])
-        for card in deck
-        if card[0] == "CBUSH"
-    }
-    of_alone = {5: (1, 1), 6: (2, 1), 7: (3, 1)}
-    assert bushes == of_alone | {1: (4, 4), 4: (5, 4), 2: (6, 6), 3: (7, 6), 0: (8, 8)}
-    read = springs(deck)
-    for vertex, triangles in enumerate((3, 1, 2, 2, 1, 1, 1, 1)):
-        expected = 2j * np.pi * 100 * 700 * triangles * 1e-4 / 3
-        assert read[vertex](100.0) == pytest.approx(expected, rel=1e-6)
-
-
 @pytest.fixture(scope="module")
 def layouts(tmp_path_factory, write_study, law_values):
     """Folder and study of two dampers together on a fine mesh, one of which follows its motion."""

@@ -1,24 +1,19 @@
 """What is to be solved: masses, lines that resolve them, lines of the power balance."""
 
-from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from pidpanel.damping_ratio import DampingRatio
 from pidpanel.response.cases import (
     BalanceCheck,
     CasePlan,
     ResponseScenario,
     heaviest_dampers,
     plan_cases,
-    resolve,
 )
 from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.solve.layout import DamperLayout
-from pidpanel.solve.lines import smallest_damping_ratio
-from pidpanel.solve.model import ModalBasis, ResponseError
 
 
 class Model:
@@ -72,57 +67,6 @@ def test_a_patch_counts_with_its_heaviest_damper_from_end_to_end_of_the_range(mo
     assert heaviest_dampers(panel, [], None).tolist() == [3.0, 0.0, 5.0]
     assert len(asked) == 3 and len(asked[0]) == 12
     assert asked[0][[0, -1]].tolist() == pytest.approx([20.0, 2000.0])
-
-
-@dataclass(frozen=True)
-class Panel:
-    modal: ModalBasis
-    basis: object
-    settings: object
-    least_damping_ratio: float | None = None
-
-
-def uniform_panel(ratio, extent):
-    """With a patch all over: ζ/√(1 + m/4) under m kg/m²."""
-    modal = ModalBasis([300.0, 900.0], [1.0, 1.0], ratio)
-    settings = SimpleNamespace(frequency_range=extent, damping_ratio=DampingRatio((ratio,)))
-    return Panel(modal, SimpleNamespace(patch_overlap=np.eye(2)[None] / 4.0), settings)
-
-
-@pytest.mark.parametrize(("mass", "ratio"), [(0.0, 0.01), (12.0, 0.01), (60.0, 0.005)])
-def test_four_lines_of_a_bandwidth_are_enough_for_the_resonances_of_a_mass(mass, ratio):
-    # of eight: twice the damping ratio; red: the larger; ENOUGH_LINES = 4.4
-    panel = uniform_panel(0.01, (30.0, 1000.0))
-    assert resolve(panel, np.array([mass])).least_damping_ratio == pytest.approx(ratio)
-
-
-@pytest.mark.parametrize(("share", "refused"), [(0.76, False), (0.74, True)])
-def test_three_lines_of_a_bandwidth_are_the_fewest(share, refused):
-    # red: FEWEST_LINES = 3.3; the ratio of the panel for the smallest
-    extent = (30.0, 2000.0)
-    smallest = smallest_damping_ratio(*extent)
-    panel = uniform_panel(2 * smallest, extent)
-    mass = np.array([4 * ((4 / share) ** 2 - 1)])  # 2 · 2ζ₀/√(1 + m/4) = share ζ₀
-    if refused:
-        with pytest.raises(ResponseError, match="leave resonances"):
-            resolve(panel, mass)
-    else:
-        assert resolve(panel, mass).least_damping_ratio == pytest.approx(smallest)
-
-
-@pytest.mark.parametrize(
-    ("shapes", "lines", "start", "step"),
-    [(100, 120, 5, 10), (300, 120, 20, 40), (1000, 120, 30, 60), (100, 7, 0, 1)],
-)
-def test_the_power_balance_is_checked_on_two_to_twelve_lines(shapes, lines, start, step):
-    # 10⁸ over the cube of the shapes; red: squared; lines from the first on; no step for few lines
-    basis = SimpleNamespace(modal_mass=np.ones(shapes))
-    panel = SimpleNamespace(
-        basis=basis, frequency=np.arange(float(lines)), excitation=np.copy, air=None
-    )
-    check = BalanceCheck(panel)
-    chosen = np.arange(lines)[check._lines]
-    np.testing.assert_array_equal(chosen, np.arange(start, lines, step))
 
 
 def test_the_power_balance_of_a_scenario_is_that_at_its_level_and_its_worst_line(monkeypatch):

@@ -72,15 +72,3 @@ def test_the_ratio_is_that_of_one_oscillator_with_a_dashpot():
     band = w[power > power.max() / 2]
     # exact to second order in ζ, and to the step of w
     assert ratio == pytest.approx((band[-1] - band[0]) / (2 * omega), rel=1e-3)
-
-
-def test_frequencies_within_a_millionth_of_a_hertz_are_one(tmp_path):
-    # a pair by rounding takes the mean of its values; red: np.round(frequency, 6) → 7
-    write_tabdmp1(
-        tmp_path / "t.bdf",
-        np.array([100.0, 100.0000003, 100.000002]),
-        {"dem": np.array([0.01, 0.03, 0.05])},
-        "study",
-    )
-    ((_, pairs),) = read_tabdmp1((tmp_path / "t.bdf").read_text()).values()
-    np.testing.assert_allclose(pairs, [[100.0, 0.02], [100.000002, 0.05]], rtol=1e-9)

@@ -191,13 +191,6 @@ def test_of_every_column_no_more_than_the_remainder_is_left():
     assert np.sqrt(np.einsum("ki,ki->i", left, K @ left)).max() > 0.05
 
 
-@pytest.mark.parametrize(("beside", "count"), [(0.04, 1), (0.06, 2)])
-def test_columns_that_differ_by_less_than_the_remainder_are_one(beside, count):
-    # red: remainder**3; remainder * 2; `left > remainder**2` → of the sum of all columns
-    columns = np.array([[1.0, 1.0], [beside, -beside], [0.0, 0.0]])
-    assert principal(sp.csr_array(np.eye(3)), columns, 0.05).shape == (3, count)
-
-
 def test_the_wider_basis_is_checked_as_right(panel):
     # red: in basis_shapes, return shapes
     _, basis, stored = panel
@@ -233,13 +226,6 @@ def test_lines_share_the_square_of_the_range_evenly():
     # the golden section of a step further on, from its start again
     again = lines_to_try((100.0, 300.0), 10**6, 10**3, attempt=1)
     np.testing.assert_allclose(((again - 100) / 200) ** 2, [0.0590170, 0.5590170], rtol=1e-6)
-
-
-@pytest.mark.parametrize(("coordinates", "columns", "count"), [(2400, 60, 12), (50_000, 66, 3),
-                                                             (10**6, 10**3, 2)])  # fmt: skip
-def test_large_panels_are_checked_at_fewer_lines(coordinates, columns, count):
-    # red: WORK // max(1, columns)
-    assert len(lines_to_try((30.0, 1000.0), coordinates, columns)) == count
 
 
 @pytest.mark.parametrize("others", [0, 1])

@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scipy
 from solving import air_resistance
 
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.direct import DiagonalPanel
 from pidpanel.solve.lines import frequency_grid, root_mean_square
-from pidpanel.solve.modal import bare_panels, chunks_of_lines, patch_motions_in_vacuum
+from pidpanel.solve.modal import bare_panels, patch_motions_in_vacuum
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError, UnstableDamping
 from pidpanel.solve.motions import ReducedMotions
 from pidpanel.sound.radiation import Air
@@ -329,23 +328,6 @@ def test_a_patch_that_moves_as_one_has_the_motion_of_its_point():
     np.testing.assert_allclose(motion, response.acceleration_psd[:, 0], rtol=1e-12)
 
 
-def test_one_mode_and_its_patch_move_alike_in_the_time_domain():
-    # m ẍ + c ẋ + k x = f, f white up to 5 kHz, exact zero-order hold, 400 s. The mean square of
-    # x has a relative spread of 1/√(2πζf T) ≈ 1/√(2π·0.053·100·400) = 0.9 %; 3 σ in rms is 1.3 %
-    # red: 2 * self.damping_ratio → self.damping_ratio in `ModalBasis.damping`
-    step, count, force_psd = 1e-4, 4_000_000, 4.0
-    omega = 2 * np.pi * 100.0
-    mass, damping, stiffness = 2.5, 2 * 0.02 * 2.0 * omega + 100.0, 2.0 * omega**2
-    numerator, denominator, _ = scipy.signal.cont2discrete(
-        ([1.0], [mass, damping, stiffness]), step
-    )
-    force = np.random.default_rng(1).standard_normal(count) * np.sqrt(force_psd / (2 * step))
-    displacement = scipy.signal.lfilter(numerator.ravel(), denominator, force)[10_000:]
-    frequency = frequency_grid(1.0, 5e3, 0.02, [100.0])
-    response = one_mode_response(frequency, 0.02, damping=1000.0, mass=5.0)
-    assert response.displacement_rms[0] == pytest.approx(np.std(displacement), rel=0.013)
-
-
 def paper_form(panel, lines, patches):
     points = panel.points[:, None]
     return DiagonalPanel(
@@ -395,17 +377,6 @@ def test_negative_damping_is_refused_as_unstable(panel, lines):
         attach_dampers(bare_of(panel, lines), damping, lines.apparent_mass)
     with pytest.raises(UnstableDamping, match="unstable"):
         paper_form(panel, lines, panel.patches).response(damping, lines.apparent_mass)
-
-
-def test_the_law_of_the_paper_as_printed_is_refused(panel, lines):
-    # Eq. 5-6: a1 < 0 for every fill, so C_e < 0 at every frequency, in Hz or in rad/s
-    # red: np.maximum(-damping, 0) → 0 * damping in `_check_stable`
-    r, omega = 0.5, 2 * np.pi * lines.frequency
-    a1 = r * (-20 + 36.09 * r - 25.2 * r**2) * 1e-4
-    a2, a3 = 4.10 - 0.6 * r, r * (8.8 - 12.5 * r) * 1e-4
-    printed = a1 * omega ** (a2 - 1) * np.exp(-a3 * omega) / (2 * np.pi)
-    with pytest.raises(UnstableDamping, match="negative damping feeds energy"):
-        attach_dampers(bare_of(panel, lines), np.stack([printed, 0 * printed]), lines.apparent_mass)
 
 
 def refused(panel, lines):
@@ -515,14 +486,6 @@ def test_rms_values_are_those_of_the_psds(panel, lines):
         # S_w ω² and S_w ω⁴/ω² round differently, and the mean squares are sums of positive terms
         expected = root_mean_square(lines.frequency, psd)
         np.testing.assert_allclose(rms, expected, rtol=8 * np.finfo(float).eps)
-
-
-@pytest.mark.parametrize(("shapes", "size"), [(0, 32), (250, 32), (400, 15), (2000, 8)])
-def test_matrices_of_lines_that_are_solved_together_fit_into_20_megabytes(shapes, size):
-    # but for eight lines, and 32 at most; red: slices that overlap or leave a line out
-    chunks = chunks_of_lines(100, shapes)
-    assert [chunk.start for chunk in chunks] == list(range(0, 100, size))
-    assert [chunk.stop for chunk in chunks] == [*range(size, 100, size), 100]
 
 
 def test_one_patch_has_its_own_coordinates():

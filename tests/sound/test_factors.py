@@ -9,8 +9,6 @@ from pidpanel.sound.wavenumber_table import (
     FieldError,
     WavenumberTable,
     chebyshev_nodes,
-    node_count,
-    spare_nodes,
 )
 
 K_MAX, SHAPES = 20.0, 60
@@ -91,30 +89,6 @@ def test_rows_of_long_waves_are_read_from_fewer_nodes(odd):
         lines = k_max * np.array([0.0, 0.3, 0.9, 1.0])
         whole = of.matrix(lines)[:, rows]
         assert np.max(np.abs(few.matrix(lines) - whole)) <= 1e-11 * np.max(np.abs(whole))
-
-
-def test_what_the_table_rounds_off_sets_the_tolerance():
-    # red: FACTOR_TOLERANCES = (1e-10,); or (1e-7,); too many shapes at one tolerance end the search
-    for noise, k, tolerance in ((0.0, 2.0, 1e-10), (1e-13, 2.0, 1e-9), (1e-12, 19.0, 1e-8)):
-        of = table(noise=noise)
-        (L,), (whole,) = of.factors_at([k]), of.matrix([k])
-        scale = np.sqrt(np.diag(whole))
-        left = (np.abs(whole - L @ L.T) / scale[:, None] / scale).max()
-        assert tolerance / 100 < left <= SLACK * tolerance
-
-
-@pytest.mark.parametrize("reach", [1.0, 66.0, 80.3, 98.1, 172.0, 400.0])
-def test_a_table_knows_the_panel_that_it_was_made_for(reach):
-    # red: without the loop in diameter; or `node_count(1.0, reach)` in it
-    nodes = chebyshev_nodes(20.0, node_count(20.0, reach / 20.0))
-    made = WavenumberTable(20.0, nodes, np.zeros((nodes.size, 1, 1)))
-    assert 20.0 * made.diameter == pytest.approx(reach, abs=2.0)
-    assert 20.0 * made.diameter >= reach - 1e-9
-
-
-def test_longer_panels_have_more_nodes_to_spare():
-    # red: `1 / 3` → `1 / 30`
-    assert [spare_nodes(reach) for reach in (5.0, 66.0, 172.0, 528.0)] == [14, 14, 20, 28]
 
 
 def test_lines_of_two_bands_are_factored_with_the_shapes_of_the_highest():

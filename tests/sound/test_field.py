@@ -12,7 +12,6 @@ from pidpanel.sound.field import (
     FieldError,
     diffuse_modal_force,
     diffuse_modal_force_on_grid,
-    half_circle,
     lumped_area,
     plane_wave_modal_force,
     tabulate_diffuse,
@@ -24,8 +23,6 @@ from pidpanel.sound.field import (
 from pidpanel.sound.wavenumber_table import (
     WavenumberTable,
     chebyshev_nodes,
-    constant_table,
-    node_count,
 )
 
 SIDES = (1.5, 1.0)
@@ -183,19 +180,6 @@ def test_the_table_is_the_direct_sum_at_every_frequency(panel, table):
         assert np.max(np.abs(tabulated - diffuse_modal_force(k, panel)) / scale) < 1e-13
 
 
-def test_the_table_returns_its_nodes_exactly(panel):
-    # red: no `on_node` in `chebyshev.interpolation` (nan from 0/0)
-    table = tabulate_diffuse(5.0, panel)
-    index = np.arange(table.wavenumber.size)
-    np.testing.assert_allclose(table.matrix(table.wavenumber), table.even[index], atol=1e-14)
-
-
-def test_a_table_with_too_few_nodes_is_refused(panel):
-    # red: TABLE_TOLERANCE = 1
-    with pytest.raises(FieldError, match=r"30 nodes in k.*at most 1e-09"):
-        tabulate_diffuse(float(wavenumber(2000.0, SPEED)), panel, nodes_in_k=30)
-
-
 def test_a_table_is_not_read_beyond_its_end():
     # red: no check of k.max() in `WavenumberTable.matrix`
     table = WavenumberTable(10.0, chebyshev_nodes(10.0, 3), np.ones((3, 1, 1)))
@@ -248,31 +232,6 @@ def test_the_table_of_a_plane_wave_is_the_wave_at_every_frequency(panel, inciden
     k = np.array([0.02, 0.31, 0.77, 1.0]) * k_max
     direct = plane_wave_modal_force(k, incidence, 0.4, panel)
     np.testing.assert_allclose(table.matrix(k), direct, atol=1e-11 * np.abs(table.even).max())
-
-
-def test_the_middle_and_the_diameter_are_those_of_the_box_round_the_points():
-    # the box of (1, 2) to (5, 4) has its middle at (3, 3), from which (5, 4) is √5 away
-    # red: / 2 → / 3 in `center`; 2 * → 3 *, 2 / in `diameter`; position - center → +
-    position = np.array([(1.0, 2.0), (5.0, 4.0), (3.0, 2.5), (4.0, 3.5)])
-    panel = PanelQuadrature(position, np.ones(4), np.ones((4, 1)))
-    np.testing.assert_allclose(panel.center, [3.0, 3.0])
-    assert panel.diameter == pytest.approx(2 * np.sqrt(5))
-
-
-def test_nodes_and_azimuths_are_those_that_the_width_of_the_panel_asks_for():
-    # ceil(kL/2) + 14; red: SPARE_NODES = 15; np.ceil → np.floor; / 2 → * 2
-    for kl, count in [(0.1, 15), (9.0, 19), (11.0, 20), (12.0, 20)]:
-        assert node_count(kl / 2.5, 2.5) == count
-        azimuth = half_circle(kl / 2.5, 2.5)
-        np.testing.assert_allclose(azimuth, np.pi / count * np.arange(count), atol=1e-14)
-
-
-def test_a_matrix_that_is_constant_is_so_at_every_wavenumber():
-    # red: chebyshev_nodes(wavenumber_max, 1) → 2
-    matrix = np.array([[2.0, 1.0], [1.0, 3.0]])
-    table = constant_table(7.0, matrix)
-    assert table.wavenumber == pytest.approx([7.0 / np.sqrt(2)])
-    np.testing.assert_array_equal(table.matrix([0.0, 3.0, 7.0]), np.stack([matrix] * 3))
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])

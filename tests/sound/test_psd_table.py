@@ -8,7 +8,6 @@ from scipy.integrate import quad
 import pidpanel
 from pidpanel.columns import ColumnsError
 from pidpanel.paths import DATA
-from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.spectrum import REFERENCE_PRESSURE, Spectrum, SpectrumError, pressure_psd
 from pidpanel.sound.table import read_spectrum
 from pidpanel.spectra.break_points import BreakPoints
@@ -126,15 +125,6 @@ def test_each_row_that_is_wrong_is_named_by_its_line(tmp_path, rows, lines):
         read_spectrum(written(tmp_path / "psd.csv", *rows))
     named = [int(fault.partition("line ")[2].partition(":")[0]) for fault in error.value.faults]
     assert named == lines
-
-
-def test_a_sound_field_loads_one_side_unless_both_are_given():
-    # red: loaded_sides = 2
-    frequency = np.array([100.0, 900.0])
-    one, both = (SoundExcitation(Spectrum(POINTS), None, 343.0, **more)
-                 for more in ({}, {"loaded_sides": 2}))  # fmt: skip
-    np.testing.assert_allclose(one.spectrum(frequency), POINTS(frequency))
-    assert not np.allclose(both.spectrum(frequency), POINTS(frequency))
 
 
 def test_two_rows_are_a_spectrum(tmp_path):

@@ -3,11 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from pidpanel.geometry.plane_waves import PanelQuadrature
-from pidpanel.solve.modal import bare_panels
-from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.sound.field import tabulate_diffuse
 from pidpanel.sound.radiation import Air
 from pidpanel.sound.wavenumber_table import constant_table
@@ -46,19 +43,6 @@ def air(sides):
     return Air(DENSITY, SPEED, sides, tabulate_diffuse(k_max, piston()), volume)
 
 
-def test_one_side_of_a_rigid_piston_has_the_low_frequency_impedance_of_a_baffled_source():
-    # iω · ρ₀ω²A²/(2πc₀) of a point source in a baffle (Junger and Feit, 4.2), −ω² ρ₀ V
-    # red: + omega**2 * mass; 1j * omega → -1j * omega; omega**2 * mass → omega * mass
-    frequency = np.array([5.0, 10.0])
-    stiffness = air(1)(frequency)[:, 0, 0]
-    omega = 2 * np.pi * frequency
-    # sin(kR)/(kR) falls below 1 by (kR)²/6: 7e-4 at 10 Hz between opposite corners
-    resistance = DENSITY * omega**2 * (A * B) ** 2 / (2 * np.pi * SPEED)
-    np.testing.assert_allclose(stiffness.imag, omega * resistance, rtol=7e-4)
-    mass = DENSITY * rectangle_volume(A, B)
-    np.testing.assert_allclose(stiffness.real, -(omega**2) * mass, rtol=1e-12)
-
-
 def test_two_wetted_sides_are_twice_one():
     # red: self.wetted_sides left out of `mass`
     frequency = np.array([5.0, 40.0, 100.0])
@@ -75,27 +59,3 @@ def test_air_without_mass_is_resistance_alone():
     light = replace(whole, added_volume=None)(frequency)
     np.testing.assert_array_equal(light.real, 0.0)
     np.testing.assert_array_equal(light.imag, whole(frequency).imag)
-
-
-@pytest.mark.parametrize("sides", [1, 2])
-def test_added_mass_lowers_the_frequency_of_a_piston_on_a_spring(sides):
-    # a light piston, m = 50 g on a spring of f₀ = 50 Hz: f₀ √(m/(m + n ρ₀V)), 7 % and 13 % lower
-    # red: + omega**2 * mass in `Air`; self.wetted_sides left out of `mass`
-    mass, rest = 0.05, 50.0
-    volume = rectangle_volume(A, B)
-    frequency = np.linspace(40.0, 55.0, 7501)
-    basis = ModalBasis(np.array([rest]), np.array([mass]), 1e-3)
-    (bare,) = bare_panels(
-        frequency,
-        basis,
-        [Patches(np.zeros((0, 1, 1)), np.zeros(0))],
-        np.ones((1, 1)),
-        np.ones(frequency.size),
-        np.array([[(A * B) ** 2]]),
-        air(sides),
-    )
-    peak = frequency[np.argmax(bare.point_psd[:, 0, 0, 0].real)]
-    # a damping force that grows with ω³ moves the peak of the deflection by −3ζ², ζ = 0.9 % of
-    # two sides; lines are 2 mHz apart
-    lowered = rest * np.sqrt(mass / (mass + sides * DENSITY * volume))
-    assert peak == pytest.approx(lowered, rel=3e-4)

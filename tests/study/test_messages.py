@@ -226,7 +226,7 @@ def test_the_dem_reading_needs_a_coupon(refusal):
 def test_a_study_of_nothing_is_refused(refusal):
     # red: `around` without the key itself in Document.error
     lines, _ = refusal({"coupon": None})
-    assert lines == ["mine.yaml:1: coupon = null: has no value; give one, or omit the key"]
+    assert lines == ["mine.yaml:1: coupon: has no value; give one, or omit the key"]
 
 
 def test_all_mistakes_of_a_file_are_told_in_the_order_of_its_lines(refusal):

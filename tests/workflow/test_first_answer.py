@@ -42,10 +42,3 @@ def test_mistakes_are_left_to_the_run(tmp_path, monkeypatch):
     # red: `except` left out: a traceback before the line of Snakemake
     monkeypatch.chdir(tmp_path)
     assert first_answer.main("nosuch.yaml", "1") == 0
-
-
-def test_make_run_answers_first():
-    # red: the line left out of the Makefile
-    (recipe,) = [x for x in (ROOT / "Makefile").read_text().split("\n\n") if "\nrun:" in x]
-    # and `pidpanel run`, which unlocks what a killed Snakemake left: plain `snakemake` stops there
-    assert recipe.index("pidpanel.workflow.first_answer") < recipe.index('pidpanel run "$$STUDY"')

@@ -5,6 +5,6 @@
 `table`
     The table of cases, ``cases.csv``, described by ``datapackage.json``.
 
-The runs are those of ``workflow/studies/atlas.yaml``: `pidpanel.coupon.design` makes their table of
-cases, `pidpanel.coupon.from_study` their rows.
+The runs are those of ``workflow/studies/atlas.yaml``. ``benchmarks/atlas_design.py`` makes their
+table of cases, `pidpanel.coupon.from_study` their rows.
 """

@@ -6,18 +6,13 @@ Density and size of hard particles enter through nothing else. What is left of t
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
 
-Direction = Literal["flat", "upright", "none"]
-# Size [g] and direction of gravity; the motion is along z.
-GRAVITY: dict[Direction, tuple[float, str]] = {
-    "flat": (1.0, "0 0 -1"),
-    "upright": (1.0, "1 0 0"),
-    "none": (0.0, "0 0 -1"),
-}
+Direction = Literal["flat", "upright", "none"]  # of gravity: along the motion, across it, or none
+Real = TypeVar("Real", float, Array)
 
 # Contact over the period and overlap over the radius up to which results do not depend on them;
 # (1 − ν²)ρd/E over that of the atlas, up to which contacts are about as short as its own.
@@ -27,69 +22,60 @@ HERTZ_DURATION = 2.9432750
 
 
 @dataclass(frozen=True)
-class Groups:
-    """Groups of a bed; restitution and friction are also those of the walls."""
-
-    fill_fraction: float  # r
-    gamma: float  # Γ = ω²W/g, with standard gravity even where there is none
-    stroke_per_gap: float  # W/L with the clear gap L = (1 − r) depth
-    restitution: float  # e
-    friction: float  # μ
-    width: float  # of the cell, over the diameter of a particle
-    depth: float  # likewise
-    direction: Direction  # of gravity: along the motion, across it, or none
-
-
-@dataclass(frozen=True)
-class Bead:
-    """A particle that gives the groups a scale."""
-
-    diameter: float = 2e-3  # [m]
-    density: float = 1190.0  # [kg/m³]
-    youngs_modulus: float = 3.2e9  # [Pa]
-    poissons_ratio: float = 0.35
-
-
-def stroke(groups: Groups, bead: Bead) -> float:
-    """Return the displacement amplitude W [m]."""
-    gap = (1 - groups.fill_fraction) * groups.depth * bead.diameter
-    return groups.stroke_per_gap * gap
-
-
-def angular_frequency(groups: Groups, bead: Bead) -> float:
-    """Return ω = √(Γg/W) [rad/s].
+class ElasticSphere:
+    """A sphere by what its contacts depend on.
 
     Examples
     --------
-    >>> groups = Groups(0.5, 20.0, 0.01, 0.8, 0.3, 3.0, 12.5, "flat")
-    >>> round(angular_frequency(groups, Bead()) / (2 * math.pi), 1)
-    199.4
+    >>> f"{ElasticSphere(1e-3, 1190.0, 5e7, 0.35).rayleigh_time:.4g}"
+    '2.697e-05'
     """
-    return math.sqrt(groups.gamma * STANDARD_GRAVITY / stroke(groups, bead))
+
+    radius: float  # R [m]
+    density: float  # ρ [kg/m³]
+    youngs_modulus: float  # E [Pa]
+    poissons_ratio: float  # ν [1]
+
+    @property
+    def softness(self) -> float:
+        """(1 − ν²) ρ R/E, the square of a time over a length [s²/m]."""
+        return (1 - self.poissons_ratio**2) * self.density * self.radius / self.youngs_modulus
+
+    @property
+    def rayleigh_time(self) -> float:
+        """Time in which a Rayleigh wave runs half round the sphere [s].
+
+        T_R = π R √(ρ/G) / (0.1631 ν + 0.8766), G = E/(2(1+ν)): the measure with which LIGGGHTS'
+        ``fix check/timestep/gran`` compares the time step.
+        """
+        shear_modulus = self.youngs_modulus / (2 * (1 + self.poissons_ratio))
+        wave = math.sqrt(self.density / shear_modulus)
+        return math.pi * self.radius * wave / (0.1631 * self.poissons_ratio + 0.8766)
+
+    def wall_overlap(self, speed: Real) -> Real:
+        """Return the deepest overlap where it hits a wall of its own material head-on [m].
+
+        ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)); Johnson, *Contact Mechanics* (1985),
+        eq. 11.22.
+        """
+        mass = self.density * 4 / 3 * math.pi * self.radius**3
+        effective_modulus = self.youngs_modulus / (2 * (1 - self.poissons_ratio**2))
+        return (15 * mass * speed**2 / (16 * effective_modulus * math.sqrt(self.radius))) ** 0.4
+
+    def wall_contact_time(self, speed: Real) -> Real:
+        """Return the duration of that impact [s]: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
+        return HERTZ_DURATION * self.wall_overlap(speed) / speed
 
 
-def frequency(groups: Groups, bead: Bead) -> float:
-    """Return the frequency of the drive [Hz]."""
-    return angular_frequency(groups, bead) / (2 * math.pi)
+USUAL = ElasticSphere(1e-3, 1190.0, 3.2e9, 0.35)  # of the cases of the atlas
 
 
-def speed(groups: Groups, bead: Bead) -> float:
-    """Return the velocity amplitude ωW [m/s]."""
-    return angular_frequency(groups, bead) * stroke(groups, bead)
-
-
-def is_hard(bead: Bead, frequency: Array, gamma: float) -> Flags:
+def is_hard(sphere: ElasticSphere, frequency: Array, gamma: float) -> Flags:
     """Return (n,) whether a bed is no softer than those of the atlas at frequencies (n,) [Hz].
 
-    Of a particle that hits a wall of its own material at ωW: δ/R = (5π/2 (1 − ν²) ρ v²/E)^0.4 and
-    2.943 δ/v (Johnson, *Contact Mechanics* (1985), eq. 11.22 and 11.24).
+    By its impact at ωW on a wall of its own material.
     """
-    per_square, usual = (
-        (1 - particle.poissons_ratio**2) * particle.density / particle.youngs_modulus
-        for particle in (bead, Bead())
-    )
-    v = gamma * STANDARD_GRAVITY / (2 * math.pi * frequency)
-    overlap = (2.5 * math.pi * per_square * v**2) ** 0.4
-    contact = HERTZ_DURATION * overlap * bead.diameter / 2 / v * frequency
-    is_short: Flags = (overlap <= SMALL_OVERLAP) & (contact <= SHORT_CONTACT)
-    return is_short | (per_square * bead.diameter <= SOFTEST * usual * Bead().diameter)
+    speed = gamma * STANDARD_GRAVITY / (2 * math.pi * frequency)
+    is_short: Flags = sphere.wall_contact_time(speed) * frequency <= SHORT_CONTACT
+    is_short = is_short & (sphere.wall_overlap(speed) <= SMALL_OVERLAP * sphere.radius)
+    return is_short | (sphere.softness <= SOFTEST * USUAL.softness)

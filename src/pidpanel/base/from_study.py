@@ -215,7 +215,10 @@ def shakers_of(study: Study) -> dict[str, Shaker]:
     panel = StudiedPanel(study.panel)
     near = panel.point_refinement_error(study.response.frequency_hz[1])
     mesh_terms = panel.section.mass_per_area, panel.wave_shift, near
-    return {name: Shaker(settings, level, *mesh_terms) for name, level in levels.items()}
+    return {
+        name: Shaker(replace(settings, jumps=level.jumps), level, *mesh_terms)
+        for name, level in levels.items()
+    }
 
 
 def _sweeps(

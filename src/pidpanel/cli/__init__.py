@@ -1,8 +1,4 @@
-"""The command ``pidpanel``: from a new study to its page, in the order of its help.
-
-Each subcommand is a module here with ``call``; its arguments are in ``commands.toml``. None of them
-imports a study or numpy before it is called, so that help and completion come at once.
-"""
+"""The command ``pidpanel``: from a new study to its page; exit codes and one-line messages."""
 
 import errno
 import os
@@ -19,22 +15,29 @@ OF_CLASS = {"SolverMissing": MACHINE, "MachineError": MACHINE, "RunError": FAILE
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command ``pidpanel``."""
-    arguments = sys.argv[1:] if arguments is None else arguments
+    """Run the command ``pidpanel``; what follows ``--`` is for Snakemake."""
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        from pidpanel.cli.parser import parsed
+        import click
 
-        options = parsed(arguments)
-        if getattr(options, "trust_deck", False):
-            os.environ["PIDPANEL_TRUST_DECK"] = "1"
-        if hasattr(options, "directory"):
-            from pidpanel.provenance.links import check_working_folder
+        from pidpanel.cli.commands import VARIABLE, pidpanel
 
-            check_working_folder(options.directory)
-        status: int = options.call(options)
+        if VARIABLE in os.environ:
+            pidpanel.main(prog_name="pidpanel", complete_var=VARIABLE)
+        end = arguments.index("--") if "--" in arguments else len(arguments)
+        further = arguments[end + 1 :]
+        with pidpanel.make_context("pidpanel", arguments[:end], obj=further) as context:
+            status = pidpanel.invoke(context) or DONE
         sys.stdout.flush()
     except KeyboardInterrupt:
         return _print_error("stopped; the same command resumes", INTERRUPTED)
+    except click.exceptions.Exit as ended:
+        return ended.exit_code
+    except click.ClickException as error:
+        place = getattr(error, "ctx", None)
+        name = place.command_path if place else "pidpanel"
+        message = " ".join(error.format_message().split()).removesuffix(".")
+        return _print_error(f"{name}: {message}; see {name} --help", MISTAKE)
     except BrokenPipeError:  # whoever read the output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE

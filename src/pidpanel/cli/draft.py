@@ -5,12 +5,13 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import jinja2
 
-from pidpanel.cli.new import Draft
 from pidpanel.columns import read_rows
+from pidpanel.constants import ATLAS
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
@@ -19,6 +20,7 @@ from pidpanel.study import StudyError, load_study
 from pidpanel.study.base import found_file
 from pidpanel.study.dampers import is_massless_table
 from pidpanel.study.requirements import DEPTH, WIDTH
+from pidpanel.study.section import core_cell_width_mm
 
 LOWEST, HIGHEST = 30.0, 2000.0  # of a response, where the spectrum goes that far [Hz]
 FILLS = (0.3, 0.5, 0.7, 0.9)
@@ -27,6 +29,53 @@ FILLS = (0.3, 0.5, 0.7, 0.9)
 # 0.48: resonances are 1 % and then 0.05 % too high, which is 0.2 dB next to one with ζ = 1 %.
 # Patches, whose elements follow their dampers, add about 0.4 dB.
 FINER, SHORTER, SHARP = 20, 0.8, 0.48
+
+
+class Draft(SimpleNamespace):
+    """The options of `pidpanel new`, and what follows from them."""
+
+    @property
+    def edges(self) -> str:
+        """Supports of the edges; free on hold-downs."""
+        return self.supports or ("free" if self.hold_downs else "simply_supported")
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of a solid or thin section [mm]."""
+        return self.thickness_mm or (5.0 if self.section == "solid" else 25.0)
+
+    @property
+    def depth_mm(self) -> float:
+        """Depth of the cells: that of the core, or of the panel."""
+        return self.core_mm if self.section == "sandwich" else self.thickness
+
+    @property
+    def width_mm(self) -> float:
+        """Width of the cells: that of the core, or usual."""
+        of_core = core_cell_width_mm(self.core_grade) if self.section == "sandwich" else None
+        return self.cell_mm or of_core or 6.35
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether patches are filled with particles."""
+        return not self.table and self.bead != "none"
+
+    @property
+    def is_in_atlas(self) -> bool:
+        """Whether the atlas has cells of this width and depth."""
+        sizes = {WIDTH: self.width_mm, DEPTH: self.depth_mm}
+        return all(low <= mm / self.bead_mm <= high for (low, high), mm in sizes.items())
+
+    @property
+    def reading(self) -> str:
+        """Damping model; a search and base motion need damping from single tones."""
+        if not self.table and not self.is_simulated:
+            return "paper_corrected"
+        if self.is_simulated and self.is_in_atlas:
+            return ATLAS
+        if self.budget_kg is not None:
+            return "stated"
+        return "table" if self.table else "dem" if self.shaker else "coupled"
 
 
 def write(draft: Draft, file: Path, *, force: bool = False) -> None:

@@ -1,102 +1,56 @@
-"""Write a commented study of a rectangular panel.
+"""The command ``new``."""
 
-Each option has a default; the study states its assumptions.
-"""
+from functools import partial
+from pathlib import Path
+from typing import Any
 
-import argparse
-from collections.abc import Sequence
-from dataclasses import dataclass
+import click
 
-from pidpanel.constants import ATLAS
+from pidpanel.cli.options import FILE, HOLE, PLACE, SIZE, Command, force
 
+ABOVE_ZERO = click.FloatRange(0, min_open=True)
+EDGES = click.Choice(["simply_supported", "clamped", "free"])
+SECTIONS = click.Choice(["sandwich", "solid", "thin"])
+SURROUNDINGS = click.Choice(["free", "baffle"])
+PARTICLES = click.Choice(["acrylic", "steel", "none"])
 SPECTRUM = "smc_s_016_2014_min_third.csv"
 
-
-def call(args: argparse.Namespace) -> int:
-    """Run the command; return its exit code."""
-    from pidpanel.cli.draft import write
-
-    values = {
-        key: value
-        for key, value in vars(args).items()
-        if key in Draft.__dataclass_fields__ and value is not None
-    }
-    write(Draft(**values), args.file, force=args.force)
-    print(f"{args.file}: written; next: pidpanel check {args.file}")
-    return 0
+option = partial(click.option, show_default=True)
+several = partial(option, multiple=True)
 
 
-@dataclass(frozen=True)
-class Draft:
-    """Values of a study from the options of the command."""
+@click.command(cls=Command)
+@click.argument("file", type=FILE, help="YAML file to write, such as wing.yaml")
+@force
+@option("--title", help="title of the report (default: the name of the file)")
+@option("--size", type=SIZE, default="1.5x1.0", help="edges of the panel [m]")
+@several("--hold-down", "hold_downs", type=PLACE, help="hold-down of 2 cm radius [m]; repeatable")
+@option("--supports", type=EDGES, help="edges (default: simply_supported; free with hold-downs)")
+@option("--section", type=SECTIONS, default="sandwich", help="kind of the panel's section")
+@option("--face-mm", default=0.3, help="sandwich: thickness of a face, aluminium [mm]")
+@option("--core-mm", default=20.0, help="sandwich: thickness of the core [mm]")
+@option("--core-grade", default="3/16-5056-0.0007", help="sandwich: grade of the core")
+@option("--thickness-mm", type=ABOVE_ZERO, help="solid or thin: thickness [mm] (5 or 25)")
+@option("--mass-kg-m2", default=4.0, help="thin: mass per area [kg/m²]")
+@option("--stiffness-n-m", default=3273.0, help="thin: bending stiffness [N m]")
+@several("--hole", "holes", type=HOLE, help="round hole: centre and diameter [m]; repeatable")
+@several("--point", "points", type=PLACE, help="further response point [m]; repeatable")
+@option("--spectrum", default=SPECTRUM, help="CSV table of sound levels")
+@option("--oaspl", type=ABOVE_ZERO, help="overall level [dB] (default: that of the table)")
+@option("--surroundings", type=SURROUNDINGS, default="free", help="free, or in a rigid wall")
+@option("--wall-m", type=ABOVE_ZERO, help="free, this far from a rigid wall behind the panel [m]")
+@option("--bead", type=PARTICLES, default="acrylic", help="particles; none: the paper's law")
+@option("--bead-mm", type=ABOVE_ZERO, default=2.0, help="diameter of the particles [mm]")
+@option("--cell-mm", type=ABOVE_ZERO, help="width of the cells [mm] (that of the core, or 6.35)")
+@option("--table", help="CSV table of measured damping, instead of particles")
+@option("--budget-kg", type=ABOVE_ZERO, help="search layouts of dampers within this mass [kg]")
+@option("--shaker", help="CSV table of base motion, such as gevs_qualification.csv")
+def new(file: Path, force: bool, **options: Any) -> None:
+    """Write a commented study, which is then edited.
 
-    title: str = ""
-    size: tuple[float, float] = (1.5, 1.0)  # [m]
-    hold_downs: Sequence[tuple[float, ...]] = ()
-    supports: str = ""
-    section: str = "sandwich"
-    face_mm: float = 0.3
-    core_mm: float = 20.0
-    core_grade: str = "3/16-5056-0.0007"
-    thickness_mm: float | None = None
-    mass_kg_m2: float = 4.0
-    stiffness_n_m: float = 3273.0
-    holes: Sequence[tuple[float, ...]] = ()
-    points: Sequence[tuple[float, ...]] = ()
-    spectrum: str = SPECTRUM
-    oaspl: float | None = None
-    surroundings: str = "free"
-    wall_m: float | None = None
-    bead: str = "acrylic"
-    bead_mm: float = 2.0
-    cell_mm: float | None = None
-    table: str = ""
-    budget_kg: float | None = None
-    shaker: str = ""
+    The panel is rectangular. Each option has a default; the study states its assumptions.
+    """
+    from pidpanel.cli.draft import Draft, write
 
-    @property
-    def edges(self) -> str:
-        """Supports of the edges; free on hold-downs."""
-        return self.supports or ("free" if self.hold_downs else "simply_supported")
-
-    @property
-    def thickness(self) -> float:
-        """Thickness of a solid or thin section [mm]."""
-        return self.thickness_mm or (5.0 if self.section == "solid" else 25.0)
-
-    @property
-    def depth_mm(self) -> float:
-        """Depth of the cells: that of the core, or of the panel."""
-        return self.core_mm if self.section == "sandwich" else self.thickness
-
-    @property
-    def width_mm(self) -> float:
-        """Width of the cells: that of the core, or usual."""
-        from pidpanel.study.section import core_cell_width_mm  # slow to import
-
-        of_core = core_cell_width_mm(self.core_grade) if self.section == "sandwich" else None
-        return self.cell_mm or of_core or 6.35
-
-    @property
-    def is_simulated(self) -> bool:
-        """Whether patches are filled with particles."""
-        return not self.table and self.bead != "none"
-
-    @property
-    def is_in_atlas(self) -> bool:
-        """Whether the atlas has cells of this width and depth."""
-        from pidpanel.study.requirements import DEPTH, WIDTH  # slow to import
-
-        sizes = {WIDTH: self.width_mm, DEPTH: self.depth_mm}
-        return all(low <= mm / self.bead_mm <= high for (low, high), mm in sizes.items())
-
-    @property
-    def reading(self) -> str:
-        """Damping model; a search and base motion need damping from single tones."""
-        if not self.table and not self.is_simulated:
-            return "paper_corrected"
-        if self.is_simulated and self.is_in_atlas:
-            return ATLAS
-        if self.budget_kg is not None:
-            return "stated"
-        return "table" if self.table else "dem" if self.shaker else "coupled"
+    write(Draft(**options), file, force=force)
+    print(f"{file}: written; next: pidpanel check {file}")

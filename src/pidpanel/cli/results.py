@@ -1,27 +1,30 @@
 """Results that are made from others which are complete."""
 
-import argparse
 from pathlib import Path
 
-from pidpanel.cli.snakemake import RunError, jobs_left, run
-from pidpanel.study import CouponStudy
+from pidpanel.cli.snakemake import RunError, jobs_left, run_workflow
+from pidpanel.paths import study_path
+from pidpanel.provenance.links import check_links
+from pidpanel.report.comparison import Side, read_side
+from pidpanel.report.from_study import partly_known
+from pidpanel.study import CouponStudy, StudyError, load_study
 from pidpanel.workflow.in_process import compute, is_alone, is_up_to_date
 
 
 def make(
-    study: CouponStudy, args: argparse.Namespace, name: str, rule: str, *, force: bool = False
+    study: CouponStudy, file: Path, directory: Path, name: str, rule: str, *, force: bool = False
 ) -> Path:
     """Return the path of a result that one rule makes; make it where it is out of date.
 
-    The arguments are those of a command: the file of the study and the folder with its results.
+    The folder is the one that has ``results``.
     """
-    folder, target = args.directory.absolute(), f"results/{study.name}/{name}"
+    folder, target = directory.absolute(), f"results/{study.name}/{name}"
     if is_alone(study) and not force and is_up_to_date(study, folder):
-        return args.directory / target
-    left = jobs_left(args.study, folder, target)
+        return directory / target
+    left = jobs_left(file, folder, target)
     if is_alone(study) and (left or force):
-        compute(study, args.study.resolve(), folder, 1)
-        return args.directory / target
+        compute(study, file.resolve(), folder, 1)
+        return directory / target
     unfinished = {name: count for name, count in left.items() if name != rule}
     if unfinished:
         named = ", ".join(f"{count} × {name}" for name, count in unfinished.items())
@@ -30,6 +33,22 @@ def make(
         )
     if left or force:
         options = [target, "--quiet", "progress", "rules", *(["--forcerun", rule] if force else [])]
-        if run(args.study, folder, 1, options):
+        if run_workflow(file, folder, 1, options):
             raise RunError(f"{folder / target}: failed; see above")
-    return args.directory / target
+    return directory / target
+
+
+def side_of(name: Path, results: Path) -> Side:
+    """Return the results that a comparison names: by their folder, or by their study."""
+    unknown: list[str] = []
+    if name.is_dir():
+        check_links(name)
+        folder = name.absolute()
+    elif (file := study_path(str(name))).is_file():
+        study = load_study(file)
+        folder, unknown = results / study.name, partly_known(study)
+    else:
+        raise StudyError(f"{name}: must be a study or the folder of its results")
+    if not (folder / "response" / "summary.csv").is_file():
+        raise StudyError(f"{folder}: has no response/summary.csv; run the study first")
+    return read_side(folder, unknown)

@@ -49,7 +49,7 @@ def command(study: Path, folder: Path, options: Sequence[str]) -> list[str]:
     ]  # fmt: skip
 
 
-def run(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:
+def run_workflow(study: Path, folder: Path, jobs: int, options: Sequence[str]) -> int:
     """Run Snakemake on a study; return the exit code of ``pidpanel``.
 
     Ctrl-C ends Snakemake, which ends its jobs; this waits for it.

@@ -14,7 +14,6 @@ from pidpanel.coupon import geometry, preparation
 from pidpanel.coupon.attempts import prepared_bed
 from pidpanel.coupon.bed import Bed
 from pidpanel.coupon.liggghts import deck
-from pidpanel.coupon.liggghts.failures import RunFailed
 from pidpanel.coupon.liggghts.library import Spheres
 
 # CPU time of a call of LIGGGHTS with what the panel does meanwhile, of a step, and of a sphere in
@@ -38,10 +37,8 @@ class StartedBed(NamedTuple):
 
 def started(bed: Bed, modulus: float, folder: Path) -> StartedBed:
     """Return a bed in its folder, with a modulus [Pa]; `RunFailed` if it could not be made."""
-    outcome = prepared_bed(bed, folder / "bed.json")
-    if outcome.found is None:
-        raise RunFailed(outcome.status, outcome.message)
-    return StartedBed(bed, modulus, folder, outcome.found.spheres)
+    loosened = prepared_bed(bed, folder / "bed.json").product
+    return StartedBed(bed, modulus, folder, loosened.spheres)
 
 
 def spheres_of(

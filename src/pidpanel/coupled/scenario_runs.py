@@ -33,7 +33,7 @@ ROWS_PER_PERIOD = 10.0
 INTERVALS_PER_PERIOD = 60.0
 
 # Time step over the Rayleigh time of the smallest sphere [1]: 0.1, 0.2 and 0.4 give the same
-# g rms within their scatter (docs/coupled.md).
+# g rms within their scatter (benchmarks/coupled.md).
 STEP_RAYLEIGH = 0.4
 
 FREE = 1e-3  # natural frequency over the lowest of the run below which a shape is not held [1]

@@ -8,7 +8,7 @@ A softer sphere allows a longer time step. Two things go wrong with it:
   50 to 800 MPa, 119 to 125 dB), and the same within its scatter from 131 dB on.
 - A bed that crosses its gap is shorter by the overlaps of its spheres: δ/R (`contact`).
 
-Runs in docs/coupled.md; ``benchmarks/convergence.py`` makes them.
+Runs in benchmarks/coupled.md; ``benchmarks/convergence.py`` makes them.
 """
 
 from dataclasses import replace

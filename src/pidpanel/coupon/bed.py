@@ -1,13 +1,13 @@
 """Beds that are shaken loose, and runs of a bed under a drive."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import coding, contact, geometry
+from pidpanel.coupon import contact, geometry
 from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.liggghts import deck, process
@@ -79,7 +79,7 @@ class Bed:
         return identity_digest(
             self.packing.identity,
             self.fill_fraction,
-            coding.encode(LOOSENING),
+            asdict(LOOSENING),
             loosening(self).deck_digest(),
             process.RUN,
             process.VERSION,
@@ -208,7 +208,7 @@ class Run:
         restarts = (None, "restart") if self.deck is None else (None,)
         return identity_digest(
             self.bed.identity,
-            coding.encode(self.drive),
+            asdict(self.drive),
             [self.deck_digest(restart) for restart in restarts],
             process.CYCLE,
             process.VERSION,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.atlas.groups import HERTZ_DURATION
+from pidpanel.atlas.groups import ElasticSphere
 
 
 @dataclass(frozen=True)
@@ -61,47 +61,6 @@ class Constants:
     def deck_values(self) -> dict[str, Any]:
         """Variables of ``templates/contacts.j2`` in SI."""
         return {**vars(self), "contact_model": self.contact_model}
-
-
-@dataclass(frozen=True)
-class ElasticSphere:
-    """A sphere by what its contacts depend on.
-
-    Examples
-    --------
-    >>> f"{ElasticSphere(1e-3, 1190.0, 5e7, 0.35).rayleigh_time:.4g}"
-    '2.697e-05'
-    """
-
-    radius: float  # R [m]
-    density: float  # ρ [kg/m³]
-    youngs_modulus: float  # E [Pa]
-    poissons_ratio: float  # ν [1]
-
-    @property
-    def rayleigh_time(self) -> float:
-        """Time in which a Rayleigh wave runs half round the sphere [s].
-
-        T_R = π R √(ρ/G) / (0.1631 ν + 0.8766), G = E/(2(1+ν)): the measure with which LIGGGHTS'
-        ``fix check/timestep/gran`` compares the time step.
-        """
-        shear_modulus = self.youngs_modulus / (2 * (1 + self.poissons_ratio))
-        wave = math.sqrt(self.density / shear_modulus)
-        return math.pi * self.radius * wave / (0.1631 * self.poissons_ratio + 0.8766)
-
-    def wall_overlap(self, speed: float) -> float:
-        """Return the deepest overlap where it hits a wall of its own material head-on [m].
-
-        ½ m v² = (8/15) E* √R δ^{5/2} with E* = E/(2(1−ν²)); Johnson, *Contact Mechanics* (1985),
-        eq. 11.22.
-        """
-        mass = self.density * 4 / 3 * math.pi * self.radius**3
-        effective_modulus = self.youngs_modulus / (2 * (1 - self.poissons_ratio**2))
-        return (15 * mass * speed**2 / (16 * effective_modulus * math.sqrt(self.radius))) ** 0.4
-
-    def wall_contact_time(self, speed: float) -> float:
-        """Return the duration of that impact [s]: t_c = 2.943 δ_max / v (Johnson, eq. 11.24)."""
-        return HERTZ_DURATION * self.wall_overlap(speed) / speed
 
 
 def damping_ratio(restitution: float) -> float:

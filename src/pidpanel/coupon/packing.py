@@ -1,12 +1,13 @@
 """Packings: cells with poured spheres, and how they are poured."""
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from pidpanel.arrays import Array
+from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import coding, contact, geometry
+from pidpanel.coupon import geometry
 from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.liggghts import deck, process
 from pidpanel.geometry.cells import SHAPES, ShapeName
@@ -97,10 +98,10 @@ class Packing:
         """Time step of the pour [s]."""
         return POURING.time_step_rayleigh * self.smallest(POURING.youngs_modulus).rayleigh_time
 
-    def smallest(self, youngs_modulus: float) -> contact.ElasticSphere:
+    def smallest(self, youngs_modulus: float) -> ElasticSphere:
         """Return the smallest sphere, with a modulus [Pa]."""
         radius = self.sizes.smallest / 2
-        return contact.ElasticSphere(radius, self.density, youngs_modulus, self.poissons_ratio)
+        return ElasticSphere(radius, self.density, youngs_modulus, self.poissons_ratio)
 
     def deck_text(self, *, drag: float, chunk_steps: int) -> str:
         """Return the deck that pours the packing.
@@ -128,10 +129,10 @@ class Packing:
         # drag and the length of a chunk follow from the spheres by the code that pours
         text = self.deck_text(drag=1.0, chunk_steps=1)
         return identity_digest(
-            coding.encode(self),
+            asdict(self),
             # twelve digits, as LIGGGHTS is given them: more may differ between machines
             [f"{x:.12g} {y:.12g}" for x, y in self.outline],
-            coding.encode(POURING),
+            asdict(POURING),
             deck.without_comments(text),
             process.RUN,
             process.VERSION,

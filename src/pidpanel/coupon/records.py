@@ -1,25 +1,63 @@
-"""Results of the steps of a coupon, as records; `coding` converts them to JSON and back.
+"""Results of the steps of a coupon, as records in JSON files.
 
-`packing.json` is a `PourOutcome`, `bed.json` a `LoosenOutcome`, `<case>/<target>.json` a
-`CaseOutcome`; `<case>/s<seed>/state.json` is the `RunState` of a run.
+`packing.json`, `bed.json` and `<case>/<target>.json` hold outcomes of steps;
+`<case>/s<seed>/state.json` is the `RunState` of a run. Pydantic checks what is read without
+converting it: no key is missing, no value has another type.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
+from functools import cache
 from pathlib import Path
+from typing import Any, Generic, TypeVar, cast
 
-from pidpanel.coupon import coding
+from pydantic import TypeAdapter, ValidationError
+
 from pidpanel.coupon.balance import EnergyBalance
-from pidpanel.coupon.bed import Bed, Run
-from pidpanel.coupon.cases import RunTarget
+from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import FileDamaged, RecordUnreadable, RunFailed
-from pidpanel.coupon.packing import Packing
+from pidpanel.provenance import durable
 from pidpanel.provenance.digests import file_digest
 
 OK = "ok"  # status of a step that did what it should; any other is the name of a failure
+
+Product = TypeVar("Product")
+
+
+def write(path: Path, record: Any) -> None:
+    """Write a record, a dataclass of numbers, texts and further records, as a JSON file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    durable.write_text(path, json.dumps(asdict(record), indent=1) + "\n")
+
+
+def read(kind: type[Product], path: Path) -> Product:
+    """Read a record of a kind from a JSON file.
+
+    Raises
+    ------
+    RecordUnreadable
+        If the file is missing, or is not such a record.
+    """
+    try:
+        # strict JSON takes a list for a tuple and 1 for 1.0, and nothing else
+        return _adapter(cast(Any, kind)).validate_json(path.read_bytes(), strict=True)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(map(str, first["loc"])) or "record"
+        message = f"{place}: {first['msg']}"
+    except OSError as error:
+        message = str(error.strerror)
+    raise RecordUnreadable(f"{path}: {message}; delete it and run again")
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
 
 Files = Mapping[str, str]  # names of files of a folder, and the hash of the content of each
 
@@ -90,48 +128,21 @@ class Shaken:
 
 
 @dataclass(frozen=True)
-class Attempt:
-    """Outcome of a step."""
+class Outcome(Generic[Product]):
+    """Outcome of a step: `Poured`, `Loosened` or `Shaken`, or the name of a failure."""
 
     status: str  # `OK`, or the name of a failure of `liggghts.failures`
     message: str
-    attempts: int
-    liggghts: str  # version
-    solver_cpu_s: float  # CPU time of LIGGGHTS [s]
-
-
-@dataclass(frozen=True)
-class PourOutcome(Attempt):
-    """Outcome of a packing; ``found`` is None after a failure."""
-
-    packing: Packing
-    found: Poured | None
-
-
-@dataclass(frozen=True)
-class LoosenOutcome(Attempt):
-    """Outcome of a bed; ``found`` is None after a failure."""
-
-    bed: Bed
-    found: Loosened | None
-
-
-@dataclass(frozen=True)
-class ShakeOutcome(Attempt):
-    """Outcome of a run; ``found`` is None after a failure."""
-
-    run: Run
-    target: RunTarget
-    found: Shaken | None
+    found: Product | None  # None after a failure
 
     @property
-    def shaken(self) -> Shaken:
-        """Results of the run.
+    def product(self) -> Product:
+        """What the step made.
 
         Raises
         ------
         RunFailed
-            If the run ended with a failure.
+            If it ended with a failure.
         """
         if self.found is None:
             raise RunFailed(self.status, self.message)
@@ -142,7 +153,7 @@ class ShakeOutcome(Attempt):
 class CaseOutcome:
     """Outcomes of the runs of a case: its seeds and, where it has several states, its reserve."""
 
-    runs: tuple[ShakeOutcome, ...]
+    runs: tuple[Outcome[Shaken], ...]
 
 
 @dataclass(frozen=True)
@@ -162,17 +173,26 @@ class RunState:
     spheres: int  # in all cells
     mass: float  # of all spheres [kg]
     # Cycles of each LIGGGHTS process, in ``cycles_1.txt``, ``cycles_2.txt``, …
-    legs: tuple[int, ...] = ()
-    restart: str = ""  # file from which the run can continue; empty before the first
-    ends: tuple[End, ...] = ()  # one for each length at which the run has met a target
+    legs: tuple[int, ...]
+    ends: tuple[End, ...]  # one for each length at which the run has met a target
     # `window.BALANCE_VERSION` when their balances were measured; those of another are ignored.
-    balance_version: int = 0
-    files: Files = field(default_factory=dict)  # what a leg starts from: spheres, walls, restart
+    balance_version: int
+    files: Files  # what a leg starts from, `start_files`
 
     @property
     def cycles(self) -> int:
         """Cycles of all legs."""
         return sum(self.legs)
+
+    @property
+    def restart(self) -> str:
+        """File from which the run can continue; empty before the first."""
+        return f"at_{self.cycles}.restart" if self.cycles else ""
+
+    @property
+    def start_files(self) -> list[str]:
+        """Names of what a leg starts from: spheres, walls, restart."""
+        return [name for name in (deck.START_FILE, deck.WALLS_FILE, self.restart) if name]
 
     def ended(self, end: End, balance_version: int) -> RunState:
         """Return the state with one more end; ends of another balance version are dropped."""
@@ -180,31 +200,16 @@ class RunState:
         earlier = (earlier_end for earlier_end in ends if earlier_end.cycles != end.cycles)
         return replace(self, ends=(*earlier, end), balance_version=balance_version)
 
+    def with_files(self, folder: Path) -> RunState:
+        """Return the state with the hashes of the files of a folder."""
+        return replace(self, files=files_of(folder, self.start_files))
+
     def write(self, folder: Path) -> None:
         """Write ``state.json``."""
-        coding.write(folder / "state.json", self)
+        write(folder / "state.json", self)
 
     @staticmethod
     def read(folder: Path) -> RunState | None:
-        """Return the state of a folder; None if it has none.
-
-        Raises
-        ------
-        RecordUnreadable
-            If it is not as it was written, or its restart is not that of its cycles: the name is a
-            word in a deck.
-        """
+        """Return the state of a folder; None if it has none."""
         path = folder / "state.json"
-        if not path.exists():
-            return None
-        state = coding.read(RunState, path)
-        if state.restart not in ("", restart_file(state.cycles)):
-            raise RecordUnreadable(
-                f"{path}: restart = {state.restart!r}: must be {restart_file(state.cycles)}"
-            )
-        return state
-
-
-def restart_file(cycles: int) -> str:
-    """Return the name of the restart that a run leaves after a number of cycles."""
-    return f"at_{cycles}.restart"
+        return read(RunState, path) if path.exists() else None

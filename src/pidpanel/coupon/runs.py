@@ -18,11 +18,11 @@ from pathlib import Path
 from pidpanel.coupon import geometry, rows, window
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import RunTarget
-from pidpanel.coupon.liggghts import deck, output
+from pidpanel.coupon.liggghts import output
 from pidpanel.coupon.liggghts.failures import ParticlesLost, RunStopped
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.coupon.preparation import read_bed, write_start
-from pidpanel.coupon.records import End, RunState, Shaken, check_files, files_of, restart_file
+from pidpanel.coupon.records import End, RunState, Shaken, check_files
 from pidpanel.provenance import durable
 
 
@@ -213,13 +213,12 @@ def _begun(run: Run, bed_folder: Path, folder: Path) -> RunState:
     spheres = read_bed(bed_folder)
     write_start(folder, run.packing, spheres, bed_folder)
     mass = float(geometry.masses(spheres[:, 3], run.packing.density).sum())
-    files = files_of(folder, (deck.START_FILE, deck.WALLS_FILE))
-    return RunState(run.identity, len(spheres), mass, files=files)
+    return RunState(run.identity, len(spheres), mass, (), (), 0, {}).with_files(folder)
 
 
 def _started(run: Run, state: RunState, folder: Path) -> Liggghts:
     """Return LIGGGHTS at the last cycle of a state, ready for a new leg."""
-    check_files(folder, state.files)
+    check_files(folder, {name: state.files.get(name, "") for name in state.start_files})
     leg = len(state.legs) + 1
     text = run.deck_text(leg, state.restart or None)
     solver = Liggghts(folder, f"shake_{leg}")
@@ -229,18 +228,17 @@ def _started(run: Run, state: RunState, folder: Path) -> Liggghts:
 
 def _continued(solver: Liggghts, run: Run, state: RunState, folder: Path, cycles: int) -> RunState:
     """Run to a cycle and leave a restart there: the state then."""
-    restart = restart_file(cycles)
     added = cycles - state.cycles
-    reached = solver.run_cycles(added, run.steps_per_cycle, restart)
+    longer = replace(state, legs=(*state.legs[:-1], state.legs[-1] + added))
+    reached = solver.run_cycles(added, run.steps_per_cycle, longer.restart)
     last = (run.cycles_before + cycles) * run.steps_per_cycle
     if reached.step != last:
         raise RunStopped(f"{solver.log}: at step {reached.step}, not {last}")
     if reached.spheres != state.spheres:
         raise ParticlesLost(f"{solver.log}: {reached.spheres} spheres of {state.spheres}")
-    legs = (*state.legs[:-1], state.legs[-1] + added)
-    durable.sync(folder / restart, *(folder / f(len(legs)) for f in rows.files_of_rows(run)))
-    files = files_of(folder, (deck.START_FILE, deck.WALLS_FILE, restart))
-    longer = replace(state, legs=legs, restart=restart, files=files)
+    row_files = (folder / file_of(len(state.legs)) for file_of in rows.files_of_rows(run))
+    durable.sync(folder / longer.restart, *row_files)
+    longer = longer.with_files(folder)
     longer.write(folder)
     if state.restart:
         (folder / state.restart).unlink(missing_ok=True)

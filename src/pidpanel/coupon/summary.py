@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from pidpanel.coupon import coding, cycles, rows, states
+from pidpanel.coupon import cycles, records, rows, states
 from pidpanel.coupon.attempts import seeds_disagree
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.liggghts import failures
-from pidpanel.coupon.records import OK, CaseOutcome, MeasuredBalance, Shaken, ShakeOutcome
+from pidpanel.coupon.records import OK, CaseOutcome, MeasuredBalance, Shaken
 from pidpanel.coupon.window import CLOSURE_LIMIT
 
 
@@ -33,9 +33,8 @@ class SeedEstimate:
     shaken: Shaken
 
 
-def read_run(run: Run, outcome: ShakeOutcome, folder: Path) -> SeedEstimate:
-    """Return the estimates of one run from its outcome and its folder."""
-    shaken = outcome.shaken
+def read_run(run: Run, shaken: Shaken, folder: Path) -> SeedEstimate:
+    """Return the estimates of one run from its folder."""
     read = rows.read_shaken(run, folder, shaken)
     cells = rows.cell_estimates(run, rows.read_cells(run, folder, shaken), shaken.mass_kg)
     work = rows.work(run, read)[len(read) // 2 :]
@@ -172,12 +171,12 @@ def read_seeds(case: Case, folder: Path) -> tuple[list[SeedEstimate], list[tuple
     """
     problems: list[tuple[str, str]] = []
     seeds: list[SeedEstimate] = []
-    outcomes = coding.read(CaseOutcome, case.outcome_file(folder)).runs
+    outcomes = records.read(CaseOutcome, case.outcome_file(folder)).runs
     # those of the reserve are there where the cells have several states
     all_runs = case.with_reserve
     for run, home, outcome in zip(all_runs.runs, all_runs.folders(folder), outcomes, strict=False):
         try:
-            read = read_run(run, outcome, home)
+            read = read_run(run, outcome.product, home)
         except failures.SolverFailure as failure:
             status = getattr(failure, "status", type(failure).__name__)
             problems.append((status, str(failure)))

@@ -22,7 +22,7 @@ import pandas as pd
 from scipy.optimize import least_squares
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.atlas.groups import Bead, is_hard
+from pidpanel.atlas.groups import ElasticSphere, is_hard
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import broadband
 from pidpanel.damping.inelastic import LONGEST_GAP, slug, thrown_height
@@ -275,7 +275,7 @@ class AtlasDamping(DampingModel):
     calibration: Array  # (2, 3) factors of standard errors
     with_mass: bool = True
     is_broadband: bool = False  # whether C_e is for sound, not for a tone
-    bead: Bead | None = None  # a particle; None if softness is neglected
+    sphere: ElasticSphere | None = None  # a particle; None if softness is neglected
     depends_on_acceleration = True
 
     @property
@@ -298,9 +298,9 @@ class AtlasDamping(DampingModel):
 
     def is_hard(self, frequency: Array, acceleration_g: float) -> Flags:
         """Return whether the particles are hard (n,) at frequencies (n,) [Hz]."""
-        if self.bead is None:
+        if self.sphere is None:
             return np.ones(len(frequency), bool)
-        return is_hard(self.bead, frequency, acceleration_g)
+        return is_hard(self.sphere, frequency, acceleration_g)
 
     def is_near_jump(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Flags:
         """Return whether W/L is between `REGIMES`, where beds may ride or cross, (n,)."""

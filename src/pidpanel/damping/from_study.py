@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pidpanel.atlas.groups import Bead
+from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.columns import ColumnsError
 from pidpanel.constants import ATLAS
 from pidpanel.damping.interpolation import Interpolation
@@ -227,11 +227,12 @@ def atlas_model(
     bulk = atlas.bulk_fraction(cell.across_flats / diameter, cell.depth / diameter)
     density = particles.effective_density(diameter)
     mass_per_fill = bulk * density * cell.depth
-    bead: Bead | None = Bead(diameter, density, particles.youngs_modulus, particles.poissons_ratio)
+    material = density, particles.youngs_modulus, particles.poissons_ratio
+    sphere: ElasticSphere | None = ElasticSphere(diameter / 2, *material)
     if surface is not None:
-        mass_per_fill, bead = surface.mass_per_fill, None  # its own cases are as soft
+        mass_per_fill, sphere = surface.mass_per_fill, None  # its own cases are as soft
         atlas = extended_atlas(bed, surface.cases, mass_per_fill)
-    damping = replace(atlas.damping_of(bed, mass_per_fill), bead=bead)
+    damping = replace(atlas.damping_of(bed, mass_per_fill), sphere=sphere)
     return damping.under_sound() if is_broadband else damping
 
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.columns import ColumnsError
-from pidpanel.measurement.units import KILOGRAM
 from pidpanel.measurement.universal import ACCELERATION, FORCE, RESPONSE, read_function
 from pidpanel.spectra.third_octaves import edge_frequency
+from pidpanel.tabular.units import KILOGRAM
 
 LEAST_LINES = 4  # of a band
 

@@ -1,5 +1,6 @@
 """Measured PSDs and transmissibilities from CSV tables and universal files (data set 58)."""
 
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -7,7 +8,6 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.columns import Allowed, ColumnsError, TableRows, numbers, read_rows
-from pidpanel.measurement.units import DIMENSIONLESS, GRAVITY, HERTZ
 from pidpanel.measurement.universal import (
     ACCELERATION,
     FREQUENCY,
@@ -19,11 +19,17 @@ from pidpanel.measurement.universal import (
     UNKNOWN,
     read_function,
 )
+from pidpanel.spectra.acceleration_table import ACCELERATION as ACCELERATION_DENSITY
+from pidpanel.tabular import cells
+from pidpanel.tabular.cells import Quantity
+from pidpanel.tabular.units import DIMENSIONLESS, GRAVITY, HERTZ
 
 COLUMNS = {
-    "frequency_hz": Allowed(0.0, low_itself=False),
-    "acceleration_psd_g2_hz": Allowed(0.0, high=1e6),
-    "transmissibility": Allowed(0.0, high=1e6),
+    "frequency_hz": Allowed(0.0, low_itself=False, quantity=cells.HERTZ),
+    "acceleration_psd_g2_hz": Allowed(0.0, high=1e6, quantity=ACCELERATION_DENSITY),
+    "transmissibility": Allowed(
+        0.0, high=1e6, quantity=Quantity.named("1", "transmissibility q gain frf", "magnitude")
+    ),
 }
 FREQUENCY_COLUMN, PSD_COLUMN, RATIO_COLUMN = COLUMNS
 
@@ -69,7 +75,7 @@ def read_measured(path: Path, record: int | None = None, point: str = "") -> Mea
         return _checked(path, *_universal(path, record))
     if record is not None:
         raise ColumnsError([f"{path}: record is only allowed with a universal file"])
-    text = _of_point(read_rows(path), point)
+    text = _of_point(read_rows(path, COLUMNS), point)
     over_base = RATIO_COLUMN in text.header
     names = (FREQUENCY_COLUMN, RATIO_COLUMN if over_base else PSD_COLUMN)
     table = numbers(text, {name: COLUMNS[name] for name in names})
@@ -80,15 +86,22 @@ def read_measured(path: Path, record: int | None = None, point: str = "") -> Mea
 
 def _of_point(text: TableRows, point: str) -> TableRows:
     """Return frequency and PSD of a point from a table with the columns of several."""
-    names, column = text.header, f"{PSD_COLUMN}_{point}"
-    if FREQUENCY_COLUMN not in names or column not in names:
-        return text
-    places = [names.index(name) for name in (FREQUENCY_COLUMN, column)]
-    rows = [
-        (line, [cells[place] for place in places] if len(cells) == len(names) else cells)
-        for line, cells in text.rows
+    names = text.header
+    columns = [
+        place
+        for place, (name, title) in enumerate(zip(names, text.titles, strict=True))
+        if title == f"{PSD_COLUMN}_{point}"
+        or (name == PSD_COLUMN and names.count(name) > 1 and point in re.split(r"[\s:(\[]+", title))
     ]
-    return text._replace(header=[FREQUENCY_COLUMN, PSD_COLUMN], rows=rows)
+    if FREQUENCY_COLUMN not in names or len(columns) != 1:
+        return text
+    places = [names.index(FREQUENCY_COLUMN), *columns]
+    rows = [
+        (line, [row[place] for place in places] if len(row) == len(names) else row)
+        for line, row in text.rows
+    ]
+    factor = [text.factor[place] for place in places]
+    return text._replace(header=[FREQUENCY_COLUMN, PSD_COLUMN], rows=rows, factor=factor)
 
 
 def _checked(path: Path, frequency: Array, values: Array, over_base: bool) -> MeasuredPsd:

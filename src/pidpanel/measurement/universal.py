@@ -10,7 +10,7 @@ import pyuff
 
 from pidpanel.arrays import Array
 from pidpanel.columns import ColumnsError
-from pidpanel.measurement.units import (
+from pidpanel.tabular.units import (
     DIMENSIONLESS,
     HERTZ,
     Unit,

@@ -1,9 +1,8 @@
-"""The paper's claims tested against the numbers of a study.
+"""The claims of a study tested against its numbers.
 
-Each claim is a function of arrays that returns a `Finding`: whether it holds, and the evidence.
 A claim is decided only where the numbers are further apart than `SIGNIFICANCE` of their standard
-errors, and not at all where no errors are known. `verdicts` tests every claim that a study's
-scenarios allow, for each damping model; `verdict_table` shows the verdicts.
+errors, and not at all where no errors are known. `verdicts` tests the claims with each damping
+model; `verdict_table` shows the verdicts.
 """
 
 from __future__ import annotations
@@ -11,31 +10,42 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from pidpanel.arrays import Array, Flags
+from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.html import Fragment
-from pidpanel.report.names import Study, family_of
+from pidpanel.report.names import Scenario, Study
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
-from pidpanel.report.text import percent, value_text
+from pidpanel.report.text import value_text
 from pidpanel.solve.bands import reduction
+from pidpanel.study.claims import Claim
 
-# Difference [dB] below which two rms values are one to the reader of a plot of six decades.
-ALIKE = 1.0
+WORDS = {"fill_fraction": "r = {:g}", "oaspl_db": "{:g} dB", "patch": "{}"}
 
-MOST_EFFECTIVE_FILL = 0.1  # fill fraction that the paper finds most effective (its section 3.1)
 
-# Fill fractions between which the paper finds the responses almost the same.
-ALIKE_FILLS = (0.7, 0.9)
+class Finding(NamedTuple):
+    """Whether a claim holds, and the numbers behind it."""
+
+    holds: bool | None  # None where the numbers do not decide
+    evidence: str  # the numbers in words
+    has_errors: bool = True  # whether the numbers have errors
+
+
+class Verdict(NamedTuple):
+    """The finding on a claim for one damping model."""
+
+    claim: Claim
+    reading: str
+    finding: Finding | None  # None without a steady response
 
 
 def decided(margin: ArrayLike, error: ArrayLike) -> bool | None:
@@ -58,83 +68,135 @@ def _finding(margin: ArrayLike, error: ArrayLike, evidence: str) -> Finding:
     return Finding(decided(margin, error), evidence, bool(np.isfinite(np.asarray(error)).all()))
 
 
-def fill_is_most_effective(rms: pd.DataFrame, error: pd.DataFrame, gained: Array) -> Finding:
-    """Test whether `MOST_EFFECTIVE_FILL` gives the lowest response at every point.
+@dataclass(frozen=True)
+class Responses:
+    """Responses of the scenarios of a claim with one damping model, the lowest level first.
+
+    Tables have a row per scenario, named by what varies, and a column per point that moves. Arrays
+    are (n_scenarios, n_bands or n_motions, n_points).
+    """
+
+    summary: pd.DataFrame
+    psd: xr.Dataset
+    reading: str
+    points: Sequence[str]
+    scenarios: Mapping[str, Scenario]
+    distance: pd.DataFrame  # [m] of patches (rows) and points
+
+    def labels(self, *, is_bare: bool = False) -> dict[object, str]:
+        """Return the labels of the scenarios, or of the bare panel at their levels, by row."""
+        return {row: (s.bare if is_bare else s).label for row, s in self.scenarios.items()}
+
+    def table(self, column: str, *, is_bare: bool = False) -> pd.DataFrame:
+        """Return a column of the summary."""
+        labels = self.labels(is_bare=is_bare)
+        return rms_by(self.summary, self.reading, labels, self.points, column)
+
+    def bands(self, *, is_bare: bool = False) -> tuple[Array, Array]:
+        """Return centres of third octaves [Hz] and their rms values."""
+        labels = list(self.labels(is_bare=is_bare).values())
+        return band_rms_of(self.psd, self.reading, labels, self.points)
+
+    def motions(self, *, is_bare: bool = False) -> Array:
+        """Return g rms and displacement with stretching; linear where there is none."""
+        motions = []
+        for name in ("acceleration_rms_g", "displacement_rms_mm"):
+            stretched = self.table(f"stretched_{name}", is_bare=is_bare)
+            motions.append(stretched.fillna(self.table(name, is_bare=is_bare)).to_numpy(float))
+        return np.stack(motions, axis=1)
+
+    @property
+    def gained(self) -> pd.DataFrame:
+        """Reductions of the rms acceleration against the bare panel [dB]."""
+        rms = self.table("acceleration_rms_g")
+        bare = self.table("acceleration_rms_g", is_bare=True)
+        return pd.DataFrame(reduction(bare, rms), rms.index, rms.columns)
+
+    @property
+    def error(self) -> pd.DataFrame:
+        """Standard errors of the reductions [dB]."""
+        return self.table("reduction_error_db")
+
+    @property
+    def band_gained(self) -> Array:
+        """Reductions of the third octaves [dB]."""
+        return reduction(self.bands(is_bare=True)[1], self.bands()[1])
+
+    @property
+    def band_error(self) -> Array:
+        """Standard errors of the levels of the third octaves [dB]."""
+        return band_error_of(self.psd, self.reading, list(self.labels().values()), self.points)
+
+
+def most_effective(claim: Claim, responses: Responses) -> Finding:
+    """Test whether a scenario reduces every point most.
 
     The verdict follows the rms acceleration, which the lowest modes dominate; the evidence also
-    names the best fill by the mean reduction over third octaves, with equal weight for all bands.
-    ``gained``: (n_fills, n_bands, n_points) [dB].
+    names the best by the mean over third octaves, with equal weight for all bands.
     """
-    margins, errors, parts = [], [], []
-    for point in rms.columns:
-        margin, spread, best, second = _lead(rms[point], error[point], MOST_EFFECTIVE_FILL)
-        margins.append(margin)
-        errors.append(spread)
-        parts.append(f"point {point}: r = {best:g}, {_gap(margin, spread)} below r = {second:g}")
-    mean = gained.mean(axis=1)
-    by_band = "; ".join(
-        f"point {point}: r = {rms.index[row]:g}, {mean[row, number]:.2f} dB"
-        for number, (point, row) in enumerate(zip(rms.columns, mean.argmax(axis=0), strict=True))
+    gained, mean = responses.gained, responses.band_gained.mean(axis=1)
+    chosen = responses.row_of(claim.values[0])
+    found = _leads(gained, responses.error, pd.Series(chosen, gained.columns))
+    bands = "; ".join(
+        f"{point}: {gained.index[row]}, {mean[row, number]:.2f} dB"
+        for number, (point, row) in enumerate(zip(gained, mean.argmax(axis=0), strict=True))
     )
-    text = f"lowest at {'; '.join(parts)}. In the mean over third octaves lowest at {by_band}"
-    return _finding(margins, errors, text)
+    return found._replace(evidence=f"{found.evidence}. In the mean over third octaves {bands}")
 
 
-def _lead(
-    levels: pd.Series[float], error: pd.Series[float], chosen: Any
-) -> tuple[float, float, Any, Any]:
-    """Return by how much [dB] a level is below the best other, the error, the lower, the higher."""
-    rival = levels.drop(chosen).idxmin()
-    margin = float(reduction(levels[rival], levels[chosen]))
-    ends = (chosen, rival) if margin > 0 else (rival, chosen)
-    return margin, _pair_error(error, chosen, rival), *ends
+def nearest_patch(claim: Claim, responses: Responses) -> Finding:
+    """Test whether at every point the nearest damper gives the largest reduction."""
+    return _leads(responses.gained, responses.error, responses.distance.idxmin())
 
 
-def _gap(decibel: float, error: float) -> str:
-    return f"{value_text(abs(decibel), error)} dB"
+def nearest_point(claim: Claim, responses: Responses) -> Finding:
+    """Test whether every damper reduces the point nearest to it more than the other points."""
+    return _leads(responses.gained.T, responses.error.T, responses.distance.T.idxmin())
 
 
-def _pair_error(error: pd.Series[float], first: Any, second: Any) -> float:
+def _leads(gained: pd.DataFrame, error: pd.DataFrame, chosen: pd.Series[str]) -> Finding:
+    """Test whether the chosen row of each column has the largest reduction."""
+    margins, errors, parts = [], [], []
+    for column in gained:
+        gains, row = gained[column], chosen[column]
+        rival = gains.drop(row).idxmax()
+        margins.append(float(gains[row] - gains[rival]))
+        errors.append(_pair_error(error[column], row, rival))
+        first, second = (row, rival) if margins[-1] > 0 else (rival, row)
+        ahead = f"{value_text(abs(margins[-1]), errors[-1])} dB more than {second}"
+        parts.append(f"{column}: {first}, {gains[first]:.2f} dB, {ahead}")
+    return _finding(margins, errors, "; ".join(parts))
+
+
+def _pair_error(error: pd.Series[float], first: object, second: object) -> float:
     """Return the standard error of the difference of two levels, taken as independent."""
     return math.hypot(error[first], error[second])
 
 
-def every_fill_lowers(rms: pd.DataFrame, error: pd.DataFrame, bare: pd.Series) -> Finding:
-    """Test whether every fill lowers the response at every point."""
-    gained = reduction(bare.reindex(rms.columns).to_numpy()[None], rms.to_numpy())
-    lowered = int((gained > 0).sum())
-    return _finding(
-        gained,
-        error.to_numpy(float),
-        f"{lowered} of {gained.size} lowered, by {gained.min():.2f} to {gained.max():.2f} dB",
-    )
+def lowered(claim: Claim, responses: Responses) -> Finding:
+    """Test whether every scenario lowers every point."""
+    gained = responses.gained.to_numpy()
+    count, ends = int((gained > 0).sum()), f"{gained.min():.2f} to {gained.max():.2f} dB"
+    evidence = f"{count} of {gained.size} lowered, by {ends}"
+    return _finding(gained, responses.error, evidence)
 
 
-def _between_fills(rms: pd.DataFrame) -> Flags:
-    low, high = ALIKE_FILLS
-    return np.asarray((rms.index >= low - 1e-9) & (rms.index <= high + 1e-9))
+def alike(claim: Claim, responses: Responses) -> Finding:
+    """Test whether the reductions are alike at every point."""
+    gained, error = responses.gained, responses.error
+    spread = gained.max() - gained.min()
+    errors = [_pair_error(error[p], gained[p].idxmax(), gained[p].idxmin()) for p in gained]
+    parts = [f"{p}: {value_text(spread[p], e)} dB" for p, e in zip(gained, errors, strict=True)]
+    text = f"spread {'; '.join(parts)} (the same below {claim.alike_db:g} dB)"
+    return _finding(claim.alike_db - spread, errors, text)
 
 
-def fills_are_alike(rms: pd.DataFrame, error: pd.DataFrame) -> Finding:
-    """Test whether the responses at `ALIKE_FILLS` lie within `ALIKE` of each other."""
-    inside = _between_fills(rms)
-    chosen, chosen_error = rms[inside], error[inside]
-    spread = reduction(chosen.max().to_numpy(), chosen.min().to_numpy())
-    errors = np.array(
-        [_pair_error(chosen_error[p], chosen[p].idxmax(), chosen[p].idxmin()) for p in chosen]
-    )
-    parts = [
-        f"point {p}: {_gap(s, e)}" for p, s, e in zip(rms.columns, spread, errors, strict=True)
-    ]
-    text = f"spread {'; '.join(parts)} (the same below {ALIKE:g} dB)"
-    return _finding(ALIKE - spread, errors, text)
-
-
-def more_at_high_frequency(gained: Array, error: Array, centre: Array) -> Finding:
+def high_frequency(claim: Claim, responses: Responses) -> Finding:
     """Test whether the reduction is larger in the upper half of the bands than in the lower.
 
-    Arrays: (n_scenarios, n_bands, n_points) [dB]; errors are common to the bands of a half.
+    Errors are common to the bands of a half.
     """
+    (centre, _), gained, error = responses.bands(), responses.band_gained, responses.band_error
     half = len(centre) // 2
     lower, upper = gained[:, :half].mean(axis=1), gained[:, half:].mean(axis=1)
     spread = np.hypot(error[:, :half].mean(axis=1), error[:, half:].mean(axis=1))
@@ -146,145 +208,61 @@ def more_at_high_frequency(gained: Array, error: Array, centre: Array) -> Findin
     )
 
 
-def nearest_damper_is_best(
-    rms: pd.DataFrame, error: pd.DataFrame, distance: pd.DataFrame
-) -> Finding:
-    """Test whether at every point the nearest damper gives the lowest response."""
-    margins, errors, parts = [], [], []
-    for point in rms.columns:
-        nearest = distance[point].idxmin()
-        margin, spread, best, second = _lead(rms[point], error[point], nearest)
-        margins.append(margin)
-        errors.append(spread)
-        lead = _gap(margin, spread)
-        parts.append(f"point {point}: {best}, {lead} below {second}; nearest {nearest}")
-    return _finding(margins, errors, "lowest with " + "; ".join(parts))
+def linear(claim: Claim, responses: Responses) -> Finding:
+    """Test whether each third octave rises by as many dB as the sound."""
+    bands, bare = responses.bands()[1], responses.bands(is_bare=True)[1]
+    return _rises(claim, responses, bands, bare, responses.band_error)
 
 
-def own_point_gains_most(
-    gained: pd.DataFrame, error: pd.DataFrame, distance: pd.DataFrame
-) -> Finding:
-    """Test whether every damper lowers the point nearest to it more than the other points."""
-    margins, errors, parts = [], [], []
-    for patch in gained.index:
-        gains, spread = gained.T[patch], error.T[patch]
-        nearest: Any = distance.T[patch].idxmin()
-        rival: Any = gains.drop(nearest).idxmax()
-        margins.append(float(gains[nearest] - gains[rival]))
-        errors.append(_pair_error(spread, nearest, rival))
-        parts.append(
-            f"{patch}: {value_text(gains[nearest], spread[nearest])} dB at the nearest "
-            f"point, {nearest}, {value_text(gains[rival], spread[rival])} dB at {rival}"
-        )
-    return _finding(margins, errors, "; ".join(parts))
+def linear_stretched(claim: Claim, responses: Responses) -> Finding:
+    """Test whether motions rise by as many dB as the sound when the panel stretches."""
+    motions, bare = responses.motions(), responses.motions(is_bare=True)
+    error = np.broadcast_to(responses.error.to_numpy(float)[:, None], motions.shape)
+    return _rises(claim, responses, motions, bare, error)
 
 
-def shifts_with_level(rms: Array, error: Array, oaspl: Array) -> Finding:
-    """Test whether each band's response rises by as many dB as the sound.
-
-    Arrays: (n_levels, n_bands, n_points), errors in dB.
-    """
-    order = np.argsort(oaspl)
-    rise = np.diff(20 * np.log10(rms[order]), axis=0)
-    step = np.diff(oaspl[order])[:, None, None]
-    spread = np.hypot(error[order][1:], error[order][:-1])
-    return _finding(
-        ALIKE - np.abs(rise - step),
-        spread,
-        f"steps of {step.min():g} dB in the sound raise the third octaves by {rise.min():.2f} "
-        f"to {rise.max():.2f} dB (linear within {ALIKE:g} dB)",
-    )
-
-
-def shifts_when_stretched(rms: Array, bare: Array, error: Array, oaspl: Array) -> Finding:
-    """Test whether motions rise by as many dB as the sound when the panel stretches.
-
-    ``rms``, of a scenario, and its ``error`` [dB], and ``bare``: (n_levels, n_motions, n_points).
-    """
-    order = np.argsort(oaspl)
-    step = np.diff(oaspl[order])[:, None, None]
-    rise, bare_rise = (np.diff(20 * np.log10(values[order]), axis=0) for values in (rms, bare))
-    spread = np.hypot(error[order][1:], error[order][:-1])
+def _rises(claim: Claim, responses: Responses, rms: Array, bare: Array, error: Array) -> Finding:
+    oaspl = [float(s.oaspl_db or np.nan) for s in responses.scenarios.values()]
+    step = np.diff(oaspl)[:, None, None]
+    rise, bare_rise = (np.diff(20 * np.log10(values), axis=0) for values in (rms, bare))
     parts = [
         f"{low:g} to {high:g} dB: {part.min():.2f} to {part.max():.2f} dB, "
         f"the bare panel {plain.min():.2f} to {plain.max():.2f} dB"
-        for low, high, part, plain in zip(
-            oaspl[order][:-1], oaspl[order][1:], rise, bare_rise, strict=True
-        )
+        for low, high, part, plain in zip(oaspl, oaspl[1:], rise, bare_rise, strict=False)
     ]
-    text = f"g rms and displacement rise from {'; from '.join(parts)} (linear within {ALIKE:g} dB)"
-    return _finding(ALIKE - np.abs(rise - step), spread, text)
+    text = f"rise from {'; from '.join(parts)} (linear within {claim.alike_db:g} dB)"
+    margin = claim.alike_db - np.abs(rise - step)
+    return _finding(margin, np.hypot(error[1:], error[:-1]), text)
 
 
-def _stretched(
-    summary: pd.DataFrame, reading: str, labels: Mapping[object, str], points: Sequence[str]
-) -> Array:
-    """Return g rms and displacement with stretching (n_levels, 2, n_points), linear without."""
-    motions = []
-    for name in ("acceleration_rms_g", "displacement_rms_mm"):
-        linear = rms_by(summary, reading, labels, points, name)
-        stretched = rms_by(summary, reading, labels, points, f"stretched_{name}")
-        motions.append(stretched.fillna(linear).to_numpy(float))
-    return np.stack(motions, axis=1)
+COMPARISONS: Mapping[str, Callable[[Claim, Responses], Finding]] = {
+    compare.__name__: compare
+    for compare in (
+        most_effective, lowered, alike, high_frequency,
+        nearest_patch, nearest_point, linear, linear_stretched,
+    )
+}  # fmt: skip
 
 
 def verdicts(
     study: Study, summary: pd.DataFrame, psd: xr.Dataset, distance: pd.DataFrame
 ) -> Iterator[Verdict]:
-    """Test every claim of the paper that the study's scenarios allow, for each damping model."""
+    """Test every claim of a study with each damping model."""
     points = moving_points(summary, list(study.panel.points))
-    for name, reading in itertools.product(study.families, study.readings if points else ()):
-        _, _, varied, scenarios = family_of(study, name)
-        labels: dict[object, str] = {getattr(s, varied): s.label for s in scenarios}
-        rms = rms_by(summary, reading, labels, points)
-        error = rms_by(summary, reading, labels, points, "reduction_error_db")
-        bare_labels = [s.bare.label for s in scenarios]
-        bare = rms_by(summary, reading, {label: label for label in bare_labels}, points)
-        centre, band = band_rms_of(psd, reading, list(labels.values()), points)
-        spread = band_error_of(psd, reading, list(labels.values()), points)
-        tests: dict[str, Callable[[], Finding]] = {}
-        if varied == "fill_fraction":
-            _, bare_band = band_rms_of(psd, reading, bare_labels, points)
-            gained = reduction(bare_band, band)
-            if MOST_EFFECTIVE_FILL in rms.index and len(rms) > 1:
-                claim = f"A fill of {percent(MOST_EFFECTIVE_FILL)} is the most effective"
-                tests[f"{claim} at all points"] = partial(
-                    fill_is_most_effective, rms, error, gained
-                )
-            claim = "Every fill lowers the response at every point"
-            tests[claim] = partial(every_fill_lowers, rms, error, bare.iloc[0])
-            claim = "The effect is larger at high frequency"
-            tests[claim] = partial(more_at_high_frequency, gained, spread, centre)
-            low, high = ALIKE_FILLS
-            if _between_fills(rms).sum() > 1:
-                claim = f"Fills of {percent(low)} to {percent(high)} give almost the same response"
-                tests[claim] = partial(fills_are_alike, rms, error)
-        elif varied == "patch":
-            away = distance.loc[list(rms.index), list(rms.columns)]
-            if len(rms) > 1:
-                claim = "At each point the nearest damper gives the lowest response"
-                tests[claim] = partial(nearest_damper_is_best, rms, error, away)
-            if len(rms.columns) > 1:
-                gains = reduction(bare.to_numpy(float), rms.to_numpy(float))
-                by_patch = pd.DataFrame(gains, rms.index, rms.columns)
-                claim = "Each damper reduces the response most at the point nearest to it"
-                tests[claim] = partial(own_point_gains_most, by_patch, error, away)
-        elif len(rms) > 1:
-            oaspl = np.array([s.oaspl_db for s in scenarios], float)
-            claim = "The response shifts linearly with the sound level"
-            tests[claim] = partial(shifts_with_level, band, spread, oaspl)
-            stretched = rms_by(summary, reading, labels, points, "stretched_acceleration_rms_g")
-            if stretched.notna().to_numpy().any():
-                bare_by_level = dict(zip(labels, bare_labels, strict=True))
-                motion, plain = (
-                    _stretched(summary, reading, names, points) for names in (labels, bare_by_level)
-                )
-                errors = np.repeat(error.to_numpy(float)[:, None], motion.shape[1], axis=1)
-                claim = f"{claim}, with the stretching of the panel"
-                tests[claim] = partial(shifts_when_stretched, motion, plain, errors, oaspl)
-        is_steady = bool(np.isfinite(rms.to_numpy(float)).all())
-        for claim, test in tests.items():
-            yield Verdict(claim, reading, test() if is_steady else None)
+    for claim, reading in itertools.product(study.claims, study.readings if points else ()):
+        varied = study.families[claim.scenarios].varied
+        scenarios = {
+            WORDS[varied].format(getattr(scenario, varied)): scenario
+            for scenario in study.family_scenarios(claim.scenarios)
+            if claim.takes(getattr(scenario, varied))
+        }
+        patches = [patch for patch in distance.index if patch in scenarios]
+        away = distance.loc[patches, points]
+        responses = Responses(summary, psd, reading, points, scenarios, away)
+        is_steady = bool(np.isfinite(responses.gained.to_numpy(float)).all())
+        is_compared = len(points) > 1 or claim.comparison != "nearest_point"
+        test = COMPARISONS[claim.comparison]
+        yield Verdict(claim, reading, test(claim, responses) if is_steady and is_compared else None)
 
 
 def patch_distance(basis: PanelBasis) -> pd.DataFrame:
@@ -296,32 +274,7 @@ def patch_distance(basis: PanelBasis) -> pd.DataFrame:
     return pd.DataFrame(distance, basis.patch_names, basis.point_names)
 
 
-class Finding(NamedTuple):
-    """Whether a claim holds, and the numbers behind it."""
-
-    holds: bool | None  # None where the numbers do not decide
-    evidence: str  # the numbers in words
-    has_errors: bool = True  # whether the numbers have errors
-
-
-class Verdict(NamedTuple):
-    """The finding on a claim for one damping model."""
-
-    claim: str
-    reading: str
-    finding: Finding | None  # None without a steady response
-
-
 def verdict_table(verdicts: Sequence[Verdict]) -> Fragment | None:
     """Return the claims with the verdicts of all damping models; None without claims."""
-    if not verdicts:
-        return None
-    by_claim: dict[str, list[Verdict]] = {}
-    for verdict in verdicts:
-        by_claim.setdefault(verdict.claim, []).append(verdict)
-    rows = [
-        {**verdict._asdict(), "is_first": verdict is group[0]}
-        for group in by_claim.values()
-        for verdict in group
-    ]
-    return Fragment("claims.html", {"rows": rows, "significance": SIGNIFICANCE})
+    rows = [{**v._asdict(), "is_first": v.reading == verdicts[0].reading} for v in verdicts]
+    return Fragment("claims.html", {"rows": rows, "significance": SIGNIFICANCE}) if rows else None

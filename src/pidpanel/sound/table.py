@@ -1,28 +1,30 @@
-"""Tables of band levels and of pressure PSDs in CSV files.
+"""Tables of band levels and of pressure PSDs.
 
-A table has comment lines that begin with `#` (title, source), a line with the names of the columns
-`center_hz` and `spl_db`, and one line per band. A table of a PSD has the columns ``frequency_hz``
-and ``psd_pa2_hz``, straight between the rows on logarithmic axes. Two rows at one frequency are a
-step. Refusals name the file, the line, the value and what is allowed.
+Band levels have the columns ``center_hz`` and ``spl_db``; a PSD has ``frequency_hz`` and
+``psd_pa2_hz``. Other usual names and units are known too.
 """
 
-import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from pidpanel.arrays import Index
-from pidpanel.columns import Allowed, TableRows, UserTable, numbers, read_rows
+from pidpanel.arrays import Array, Index
+from pidpanel.columns import Allowed, ColumnsError, UserTable, numbers, read_rows
 from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum, Spectrum
-from pidpanel.spectra.break_points import BreakPoints
+from pidpanel.spectra.acceleration_table import break_points, summary
 from pidpanel.spectra.third_octaves import center_frequency
+from pidpanel.tabular.cells import HERTZ, Quantity
+from pidpanel.tabular.rows import TableRows
 
 # Relative distance allowed between a stated centre and the exact one.
 #
 # Nominal centres (ISO 266) lie within 0.95 % of 10^(N/10), base-2 ones within 1.4 % above
 # 16 Hz, and half the way to the next third is 12 %.
+# Below 20 Hz they are also written without their decimals: 12 or 13 for 12.5.
 CENTER_TOLERANCE = 0.02
+LOW_TOLERANCE, LOW = 0.05, 20.0
+
+OVERALL_TOLERANCE_DB = 0.5  # difference of a stated overall level: of rounded bands
 
 # Band levels allowed [dB]: 191 dB is one atmosphere rms, so more is a typing error. A scaled or
 # filtered spectrum may have bands far below the threshold of hearing, 0 dB.
@@ -32,36 +34,35 @@ LEVEL_RANGE = (-100.0, 200.0)
 LARGEST_STEP_DB = 40.0
 
 BAND_COLUMNS = {
-    "center_hz": Allowed(0.0, low_itself=False),
-    "spl_db": Allowed(LEVEL_RANGE[0], high=LEVEL_RANGE[1], hint="in Pa?"),
-}
+    "center_hz": Allowed(0.0, low_itself=False, quantity=HERTZ),
+    "spl_db": Allowed(
+        LEVEL_RANGE[0], high=LEVEL_RANGE[1], hint="in Pa?",
+        quantity=Quantity.named(
+            "dB", "spl l lp level levels pegel schalldruckpegel",
+            "sound pressure acoustic band octave third 1 3 max maximum limit mpe",
+        ),
+    ),
+}  # fmt: skip
 
 PSD_COLUMNS = {
-    "frequency_hz": Allowed(0.0, low_itself=False),
+    "frequency_hz": Allowed(0.0, low_itself=False, quantity=HERTZ),
     # 200 dB in a band of 1 Hz
-    "psd_pa2_hz": Allowed(0.0, low_itself=False, high=4e10),
-}
+    "psd_pa2_hz": Allowed(
+        0.0, low_itself=False, high=4e10,
+        quantity=Quantity.named("Pa^2/Hz", "psd asd apsd density", "pressure power spectral sound"),
+    ),
+}  # fmt: skip
 
 # Words of a comment line `# band: …` for the kind, which must agree with the centres.
 BAND_WORDS: dict[str, BandKind] = {"1/3 octave": "third octave", "1/1 octave": "octave"}
 
 
-def read_spl_table(path: str | Path) -> BandSpectrum:
-    """Read a CSV table of octave or third-octave band levels, with its comments as the source.
+def _bands(text: TableRows) -> tuple[BandSpectrum, Array]:
+    """Return band levels and stated centres; the ratio of neighbouring centres gives the kind.
 
-    The kind of band is found from the ratio of neighbouring centres. Stated centres may be nominal
-    (31.5, 63, 125 …) or exact; the exact base-10 centre is used.
-
-    Raises
-    ------
-    ColumnsError
-        If the file has faults; all are listed: a missing file, no text, other columns, values that
-        are no numbers, levels outside `LEVEL_RANGE`, centres that are not preferred ones. Without
-        these, centres that are unsorted, double or leave a gap, fewer than two bands, or a comment
-        that states another kind.
+    Stated centres may be nominal (31.5, 63, 125 …) or exact; the exact base-10 centre is used.
     """
-    table = numbers(read_rows(Path(path)), BAND_COLUMNS)
-    table.faults.hints.update(_overall_hints(table.text))
+    table = numbers(text, BAND_COLUMNS)
     band_number = _band_numbers(table)
     bands = f"{len(table.lines) or 'no'} band{'s' * (not table.lines)}"
     reason = f"{bands}; at least two are needed to tell octaves from thirds"
@@ -70,19 +71,8 @@ def read_spl_table(path: str | Path) -> BandSpectrum:
     _note_comments(table, kind)
     _note_odd_levels(table)
     table.refuse()
-    return BandSpectrum.of_levels(kind, band_number, table["spl_db"], table.text.source)
-
-
-def _overall_hints(text: TableRows) -> Iterator[tuple[int, str]]:
-    """Yield what to do with rows that are no band but the level of all."""
-    for line, cells in text.rows:
-        named = any(re.match(r"(?i)oa|over|total|sum|all|lin", cell) for cell in cells)
-        if named or (cells is text.rows[-1][1] and "0" in cells):
-            yield (
-                line,
-                "; omit the row of the overall level; oaspl_db of the section sound shifts to an "
-                "overall level",
-            )
+    spectrum = BandSpectrum.of_levels(kind, band_number, table["spl_db"], text.source)
+    return spectrum, table["center_hz"]
 
 
 def _note_odd_levels(table: UserTable) -> None:
@@ -115,8 +105,10 @@ def _band_numbers(table: UserTable) -> Index:
     number = np.round(10 * np.log10(np.where(center > 0, center, 1.0))).astype(int)
     exact = center_frequency(number)
     message = "center_hz = {center_hz:g} is not a preferred centre; the nearest is {exact:.4g} Hz"
-    is_far = (center > 0) & (np.abs(center / exact - 1) > CENTER_TOLERANCE)
-    table.note(is_far, f"{message} (within {100 * CENTER_TOLERANCE:.0f} %)", exact=exact)
+    allowed = np.where(center < LOW, LOW_TOLERANCE, CENTER_TOLERANCE)
+    is_far = (center > 0) & (np.abs(center / exact - 1) > allowed)
+    message += " (within {percent:g} %)"
+    table.note(is_far, message, exact=exact, percent=100 * allowed)
     return number
 
 
@@ -142,33 +134,39 @@ def _band_kind(table: UserTable, band_number: Index) -> BandKind:
 
 
 def read_spectrum(path: str | Path) -> Spectrum:
-    """Read a CSV table of band levels or of a pressure PSD, with its comments as the source.
+    """Read a table of band levels or of a pressure PSD, with its comments as the source.
 
     Raises
     ------
     ColumnsError
         If the file has faults; all are listed.
     """
-    text = read_rows(Path(path))
-    if not any(name.lower().startswith("psd") for name in text.header):
-        return read_spl_table(path)
-    table = numbers(text, PSD_COLUMNS)
-    table.refuse(fewest=2, too_few=f"must have at least 2 rows, not {len(table.lines)}")
-    _note_order(table)
-    table.refuse()
-    return Spectrum(BreakPoints(*(table[name] for name in PSD_COLUMNS)), text.source)
+    return read_pressure(path)[0]
 
 
-def _note_order(table: UserTable) -> None:
-    """Note rows that fall, and steps that are none."""
-    rise = np.diff(table["frequency_hz"], prepend=-np.inf)
-    table.note(rise < 0, "frequency_hz = {frequency_hz:g} follows a higher one")
-    is_step = rise == 0
-    at_end = is_step.copy()
-    at_end[2:-1] = False
-    is_triple = is_step & ~at_end & np.append(is_step[1:], False)
-    for wrong, step in (
-        (at_end, "a step at an end"),
-        (is_triple, "more than two rows at one frequency"),
-    ):
-        table.note(wrong, f"frequency_hz = {{frequency_hz:g}}: {step} is not allowed")
+def read_pressure(path: str | Path) -> tuple[Spectrum, str]:
+    """Read a spectrum, and say in a line what was understood; see `read_spectrum`.
+
+    Returns
+    -------
+    The spectrum, and its bands or rows, range, overall level, file and what was read otherwise
+    than as written.
+    """
+    text = read_rows(Path(path), {**BAND_COLUMNS, **PSD_COLUMNS}, has_overall=True)
+    is_psd = any(name.lower().startswith("psd") for name in text.header)
+    columns = PSD_COLUMNS if is_psd else BAND_COLUMNS
+    first = {name: next(iter(columns)) for name in ("center_hz", "frequency_hz")}
+    text = text._replace(header=[first.get(name, name) for name in text.header])
+    if is_psd:
+        spectrum = Spectrum(break_points(text, PSD_COLUMNS), text.source)
+        frequency = spectrum.points.frequency
+        count = f"{frequency.size} rows"
+    else:
+        spectrum, frequency = _bands(text)
+        count = f"{frequency.size} {spectrum.kind}s"
+    for line, value in text.overall:
+        if abs(value - spectrum.oaspl) > OVERALL_TOLERANCE_DB:
+            message = f"states {value:g} dB, its {spectrum.rows} sum to {spectrum.oaspl:.1f} dB; "
+            message += f"must agree within {OVERALL_TOLERANCE_DB:g} dB"
+            raise ColumnsError([f"{path}, line {line}: {message}"])
+    return spectrum, summary(text, count, frequency, f"{spectrum.oaspl:.1f} dB")

@@ -50,7 +50,7 @@ class BreakPoints:
         return math.sqrt(self.mean_square(float(self.frequency[0]), float(self.frequency[-1])))
 
     def segment(self, low: float, high: float) -> BreakPoints:
-        """Return the part of break points without steps within frequencies [Hz].
+        """Return the part within frequencies [Hz].
 
         Examples
         --------
@@ -59,8 +59,12 @@ class BreakPoints:
         """
         ends = np.array([max(low, self.frequency[0]), min(high, self.frequency[-1])])
         inner = (self.frequency > ends[0]) & (self.frequency < ends[1])
-        f = np.concatenate([ends[:1], self.frequency[inner], ends[1:]])
-        return BreakPoints(f, self(f))
+        last = np.searchsorted(self.frequency, ends[1]) - 1  # below a step at the end
+        psd = self.psd[last] * (ends[1] / self.frequency[last]) ** self._slope[last]
+        return BreakPoints(
+            np.concatenate([ends[:1], self.frequency[inner], ends[1:]]),
+            np.concatenate([self(ends[:1]), self.psd[inner], [psd]]),
+        )
 
     def mean_square(self, low: float, high: float) -> float:
         """Return ∫ S df between two frequencies within the break points [Hz], in closed form.

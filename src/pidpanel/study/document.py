@@ -1,13 +1,9 @@
-"""The file of a study: YAML 1.2 with keys as written, the lines of its keys; read and checked.
-
-``on`` and ``1:30`` are text, as YAML 1.2 means them, not true and 90; ``031`` is no number. Dates
-are text too: no key of a study is one. Nothing explodes.
-"""
+"""The file of a study: its values, the lines of its keys, and the study that they are."""
 
 import copy
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,8 +12,8 @@ from pydantic import ValidationError
 
 from pidpanel.study.base import SectionModel, StudyError
 from pidpanel.study.coupon_study import RESERVED, CouponStudy
-from pidpanel.study.loader import CORE, Loader, number_of, printable, problem_of
-from pidpanel.study.mistakes import Mistake, dotted, mistakes_of
+from pidpanel.study.loader import EMPTY, Content, number_of, printable, problem_of
+from pidpanel.study.mistakes import Keys, Mistake, dotted, mistakes_of
 from pidpanel.study.numbers import merged, numbered, sections
 from pidpanel.study.study import Study
 from pidpanel.text_files import TextFileError, one_line, read_text
@@ -27,59 +23,53 @@ LONGEST_VALUE = 60  # longest value that a message shows whole [characters]
 LARGEST = 1_000_000
 # Keys at the top that begin like this hold what is repeated elsewhere by anchors and ``<<``.
 ASIDE = "x-"
+NO_LINE = -1  # of values that came without a file, or in place of those of the file
 
 
 class Document:
     """A YAML file whose keys are text, as they are written; `StudyError` if it is none.
 
-    ``data`` is its content, ``mistakes`` are duplicate keys and keys without a value. Values that
-    came without a file, or in place of those of the file, have no line: messages begin with
-    ``source``.
+    ``data`` is its content, ``mistakes`` are duplicate keys and keys without a value. Messages
+    about values without a line begin with ``source``.
     """
 
     def __init__(self, path: Path, source: str = "") -> None:
         self.path, self.source = path, source
         self.place = one_line(str(path))
-        self._changed: dict[str, Any] = {}
         try:
-            loader = Loader(read_text(path, LARGEST))
-            root = loader.get_single_node()
-            data = loader.construct_document(root) if root else None
+            content = Content(read_text(path, LARGEST))
         except TextFileError as error:
-            place = self.place if error.line is None else f"{self.place}:{error.line}"
-            raise StudyError(f"{place}: {error.message}") from None
+            raise self._refusal(error.message, error.line) from None
         except yaml.YAMLError as error:
             line, message = problem_of(error)
-            raise StudyError(
-                f"{self.place}:{line}: {message}" if line else f"{self.place}: {message}"
-            ) from None
+            raise self._refusal(message, line) from None
         except RecursionError:
-            raise StudyError(f"{self.place}: lists and mappings are nested too deeply") from None
-        if root is None or not isinstance(data, dict):
-            is_empty = "" if root is not None else "is empty; "
-            raise StudyError(
-                f"{self.place}: {is_empty}must be a mapping with keys such as name, coupon, panel"
-            )
-        self._root = root
+            raise self._refusal("lists and mappings are nested too deeply") from None
+        if not isinstance(content.data, dict):
+            is_empty = "is empty; " if content.is_empty else ""
+            message = f"{is_empty}must be a mapping with keys such as name, coupon, panel"
+            raise self._refusal(message)
         self.data: Mapping[str, Any] = {
-            key: value for key, value in data.items() if not key.startswith(ASIDE)
+            key: value for key, value in content.data.items() if not key.startswith(ASIDE)
         }
-        self.mistakes = loader.mistakes
+        self.mistakes, self._lines = content.mistakes, content.lines
+
+    def _refusal(self, message: str, line: int | None = None) -> StudyError:
+        return StudyError(f"{self.place}:{line}: {message}" if line else f"{self.place}: {message}")
 
     @classmethod
     def of_values(cls, values: Mapping[str, Any], path: Path, source: str = "") -> "Document":
         """Return the document that values are, named and placed as a file of the path would be."""
         document = cls.__new__(cls)
         document.path, document.source, document.place, document.mistakes = path, source, source, []
-        document._root = yaml.MappingNode(f"{CORE}map", [])
-        document.data = document._changed = numbered(values, read=printable)
+        document.data, document._lines = numbered(values, read=printable), {(): NO_LINE}
         return document
 
     def changed(self, values: Mapping[str, Any]) -> "Document":
         """Return the document with other values: text among them is read as YAML reads it."""
-        document = copy.copy(self)
-        document._changed = numbered(sections(values), read=number_of)
-        document.data = merged(self.data, document._changed)
+        document, changes = copy.copy(self), numbered(sections(values), read=number_of)
+        document._lines = {**self._lines, **dict.fromkeys(_replaced(self.data, changes), NO_LINE)}
+        document.data = merged(self.data, changes)
         return document
 
     def error(self, mistakes: Iterable[Mistake]) -> StudyError:
@@ -88,7 +78,7 @@ class Document:
         Those of the document are among them. For a key without a value nothing else is reported:
         neither for the sections around it nor for what is then missing.
         """
-        empty = [mistake.keys for mistake in self.mistakes if mistake.message == Loader.EMPTY]
+        empty = [mistake.keys for mistake in self.mistakes if mistake.message == EMPTY]
         around = {keys[:count] for keys in empty for count in range(len(keys) + 1)}
         remaining = (mistake for mistake in mistakes if mistake.keys not in around)
         located = [(line, value, mistake) for mistake in (*self.mistakes, *remaining)
@@ -99,11 +89,12 @@ class Document:
 
     def _message(self, line: int, value: str, mistake: Mistake) -> str:
         place = f"{self.place}:{line}" if line else self.place
-        if line < 0:
-            place = self.source
         key = dotted(mistake.keys)
-        setting = f"{key} = {value}" if value else key
-        parts = (place, setting, one_line(mistake.message))
+        parts = (
+            self.source if line == NO_LINE else place,
+            f"{key} = {value}" if value else key,
+            one_line(mistake.message),
+        )
         return ": ".join(part for part in parts if part)
 
     def _line_and_value(self, mistake: Mistake) -> tuple[int, str]:
@@ -111,56 +102,47 @@ class Document:
 
         The line is 0 for the file as a whole; the value is empty for a key that is not there.
         """
-        changed, node, line = self._changed, self._root, -1 if self._changed is self.data else 0
-        for depth, key in enumerate(mistake.keys, start=1):
-            if not isinstance(changed, Mapping) or key not in changed:
-                break
-            changed = changed[key]
-            if depth == len(mistake.keys) or not isinstance(changed, Mapping):
-                return -1, _short_text(changed)
-        if line < 0:
-            return line, ""
-        for key in mistake.keys:
-            entry = _entry(node, key)
-            if entry is None:
-                return line, ""
-            line, node = entry
         if mistake.line is not None:
             return mistake.line, ""
-        return line, _short_value(node) if mistake.keys else ""
+        value: Any = self.data
+        line = self._lines[()]
+        for depth, key in enumerate(mistake.keys, start=1):
+            try:
+                value = None if isinstance(value, str) else value[key]
+            except (LookupError, TypeError):
+                return line, ""
+            if line != NO_LINE:
+                line = self._lines.get(mistake.keys[:depth], line)
+        return line, _shown(value) if mistake.keys else ""
 
 
-def _entry(node: yaml.Node, key: str | int) -> tuple[int, yaml.Node] | None:
-    """Return the line and the node of a key of a mapping, or of an index of a list."""
-    if isinstance(node, yaml.MappingNode):
-        for name, value in reversed(node.value):
-            if name.value == key:
-                return name.start_mark.line + 1, value
-    elif isinstance(node, yaml.SequenceNode) and isinstance(key, int) and key < len(node.value):
-        return node.value[key].start_mark.line + 1, node.value[key]
-    return None
+def _replaced(values: Any, changes: Mapping[str, Any], keys: Keys = ()) -> Iterator[Keys]:
+    """Yield the ways to values that others take the place of."""
+    for key, change in changes.items():
+        value = values.get(key)
+        if isinstance(value, Mapping) and isinstance(change, Mapping):
+            yield from _replaced(value, change, (*keys, key))
+        else:
+            yield (*keys, key)
 
 
-def _short_value(node: yaml.Node) -> str:
+def _shown(value: Any) -> str:
     """Return a value as it would be written on one line, or the beginning of a long one."""
-    return _short_text(_in_a_line(node, 3))
-
-
-def _short_text(value: Any) -> str:
-    text = one_line(str(value))
+    text = one_line(_in_a_line(value, 3))
     return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}…"
 
 
-def _in_a_line(node: yaml.Node, depth: int) -> str:
-    """Return a value on one line, down to a depth: an alias may hold itself."""
-    if isinstance(node, yaml.ScalarNode):
-        return str(node.value)
+def _in_a_line(value: Any, depth: int) -> str:
+    """Return a value on one line, down to a depth."""
+    if not isinstance(value, Mapping | list):
+        text = str(getattr(value, "written", value))
+        return text.lower() if isinstance(value, bool) else text
     if depth == 0:
         return "…"
-    if isinstance(node, yaml.MappingNode):
-        pairs = (f"{key.value}: {_in_a_line(value, depth - 1)}" for key, value in node.value)
+    if isinstance(value, Mapping):
+        pairs = (f"{key}: {_in_a_line(item, depth - 1)}" for key, item in value.items())
         return f"{{{', '.join(pairs)}}}"
-    return f"[{', '.join(_in_a_line(item, depth - 1) for item in node.value)}]"
+    return f"[{', '.join(_in_a_line(item, depth - 1) for item in value)}]"
 
 
 T = TypeVar("T", bound=SectionModel)

@@ -1,4 +1,8 @@
-"""YAML 1.2 with keys as written: numbers with their text, nothing that explodes or never ends."""
+"""YAML 1.2 with the lines of its keys: keys as written, numbers with their text, nothing that runs.
+
+PyYAML composes the nodes. ruamel.yaml makes numbers of keys, stops at the first duplicate key and
+takes 1.6 times as long for the same nodes.
+"""
 
 import contextlib
 import re
@@ -10,94 +14,151 @@ import yaml
 from pidpanel.columns import NUMBER
 from pidpanel.study.base import StudyError
 from pidpanel.study.mistakes import WORDS, Keys, Mistake
-from pidpanel.study.numbers import WrittenFloat, WrittenInt
+from pidpanel.study.numbers import WrittenFloat, WrittenInt, written
 
 CORE = "tag:yaml.org,2002:"
-NULL, MERGE = f"{CORE}null", f"{CORE}merge"
-TAGS = {CORE + kind for kind in ("str", "int", "float", "bool", "null", "map", "seq", "merge")}
+PLAIN = "plain"  # tag of a scalar without quotes and without a tag
+# Tags of what is read as plain text is, and all that are allowed.
+READ = {PLAIN, *(CORE + kind for kind in ("int", "float", "bool", "null"))}
+TAGS = {*READ, *(CORE + kind for kind in ("str", "map", "seq"))}
 MOST_VALUES = 500_000  # values that a study may have once its aliases are written out
+EMPTY = "has no value; give one, or omit the key"
+NON_PRINTABLE = yaml.reader.Reader.NON_PRINTABLE
+
+CONSTANTS = {
+    form(word): value
+    for word, value in {"true": True, "false": False, "null": None, "~": None, "": None}.items()
+    for form in (str.lower, str.title, str.upper)
+}
+NUMERIC = re.compile(rf"(?![+-]?0\d)({NUMBER.pattern})|[+-]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 
 
-class Loader(yaml.SafeLoader):
-    """Safe YAML whose keys are text as written.
+def scalar_of(text: str) -> Any:
+    """Return what plain text is in YAML 1.2: a number, a truth value, None, or the text.
+
+    ``on``, ``1:30`` and dates are text, and ``031`` is no number.
+
+    Examples
+    --------
+    >>> scalar_of("1e3"), scalar_of("True"), scalar_of("~"), scalar_of("on"), scalar_of("031")
+    (1000.0, True, None, 'on', '031')
+    """
+    if NUMERIC.fullmatch(text):
+        number = re.sub(r"\.([inINfFaA]{3})", r"\1", text)
+        with contextlib.suppress(ValueError):
+            return written(WrittenInt, number, text)
+        return written(WrittenFloat, number, text)
+    return CONSTANTS.get(text, text)
+
+
+def number_of(text: str) -> Any:
+    """Return the number or truth value that a text is in YAML; the text where it is none."""
+    value = scalar_of(text.strip())
+    return text if value is None or isinstance(value, str) else value
+
+
+def printable(text: str) -> str:
+    """Refuse what no file of results can have."""
+    if odd := NON_PRINTABLE.search(text):
+        raise StudyError(f"{text!r}: the character U+{ord(odd[0]):04X} is not allowed")
+    return text
+
+
+class _Composer(yaml.BaseLoader):
+    """Leaves the meaning of plain scalars to `scalar_of`."""
+
+    yaml_implicit_resolvers: ClassVar = {None: [(PLAIN, re.compile(""))]}  # type: ignore[misc]
+
+
+class Content:
+    """The content of a YAML text.
 
     Attributes
     ----------
+    data : Any
+        Its values; None for an empty text.
+    lines : dict
+        Line of each key and each entry of a list, by the way to it.
     mistakes : list of Mistake
-        Duplicate keys and keys without a value, with the way to each.
+        Duplicate keys and keys without a value.
     """
 
-    EMPTY = "has no value; give one, or omit the key"
-
-    yaml_implicit_resolvers: ClassVar = {}  # type: ignore[misc]
-
     def __init__(self, text: str) -> None:
-        super().__init__(text)
+        self.lines: dict[Keys, int] = {(): 0}
         self.mistakes: list[Mistake] = []
+        self._count, self._nodes = 0, set[int]()
+        root = yaml.compose(text, _Composer)
+        self.data: Any = None if root is None else self._value(root, ())
+        self.is_empty = root is None
 
-    def get_single_node(self) -> yaml.Node | None:
-        """Return the root, without what would not fit into memory or never end."""
-        root = super().get_single_node()
-        if root is not None:
-            count = _count(root, {}, set())
-            if count > MOST_VALUES:
-                message = f"has {count:.3g} values with its aliases written out"
-                raise _refusal(f"{message}; allowed are {MOST_VALUES}")
-            self.mistakes = list(_mistakes(root, (), set()))
-        return root
+    def _value(self, node: yaml.Node, keys: Keys) -> Any:
+        self._count += 1
+        if self._count > MOST_VALUES:
+            raise _refusal(f"has more than {MOST_VALUES} values with its aliases written out", node)
+        if node.tag not in TAGS:
+            raise _refusal(f"the tag {node.tag.replace(CORE, '!!')} is not allowed", node)
+        # of a mapping that stands in several places the mistakes are reported once
+        is_new = id(node) not in self._nodes
+        self._nodes.add(id(node))
+        if isinstance(node, yaml.MappingNode):
+            return self._mapping(node, keys, is_new)
+        if isinstance(node, yaml.SequenceNode):
+            entries = enumerate(node.value)
+            return [self._entry(item, item, (*keys, index), is_new) for index, item in entries]
+        text = _text(node)
+        return scalar_of(text) if node.tag in READ else text
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Return a mapping with the keys as they are written, merged ones first."""
-        self.flatten_mapping(node)
-        return {key.value: self.construct_object(value, deep) for key, value in node.value}
+    def _mapping(self, node: yaml.MappingNode, keys: Keys, is_new: bool) -> dict[str, Any]:
+        values: dict[str, Any] = {}
+        for merged in _merged(node):  # before what counts more
+            values |= self._value(merged, keys)
+        lines: dict[str, int] = {}
+        for key, child in node.value:
+            name, line = _text(key), key.start_mark.line + 1
+            if is_new and name in lines:
+                message = f"duplicate key; already in line {lines[name]}"
+                self.mistakes.append(Mistake((*keys, name), message, line))
+            lines.setdefault(name, line)
+            if not _is_merge(key):
+                values[name] = self._entry(key, child, (*keys, name), is_new)
+        return values
 
-    def flatten_mapping(self, node: yaml.MappingNode) -> None:
-        """Put the keys of merged mappings before those of the mapping."""
-        node.value = list(_pairs(node))
-
-    def construct_number(self, node: yaml.ScalarNode) -> WrittenInt | WrittenFloat:
-        """Return a number."""
-        text = node.value.lower().replace(".inf", "inf").replace(".nan", "nan")
-        for kind in (WrittenInt, WrittenFloat):
-            with contextlib.suppress(ValueError):
-                number = kind(text)
-                number.written = node.value
-                return number
-        raise _refusal(f"{node.value} is not a number", node.start_mark)
-
-
-Loader.add_implicit_resolver(
-    f"{CORE}bool", re.compile("(true|True|TRUE|false|False|FALSE)$"), "tTfF"
-)
-Loader.add_implicit_resolver(f"{CORE}int", re.compile(r"[+-]?(0|[1-9][0-9]*)$"), "-+0123456789")
-Loader.add_implicit_resolver(
-    f"{CORE}float",
-    re.compile(rf"(?![+-]?0\d)({NUMBER.pattern}|[+-]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$"),
-    "-+0123456789.",
-)
-Loader.add_implicit_resolver(NULL, re.compile("(~|null|Null|NULL|)$"), ["~", "n", "N", ""])
-Loader.add_implicit_resolver(MERGE, re.compile("<<$"), "<")
-Loader.add_constructor(f"{CORE}int", Loader.construct_number)
-Loader.add_constructor(f"{CORE}float", Loader.construct_number)
+    def _entry(self, key: yaml.Node, node: yaml.Node, keys: Keys, is_new: bool) -> Any:
+        self.lines[keys] = line = key.start_mark.line + 1
+        value = self._value(node, keys)
+        if is_new and value is None and "vary" not in keys[:-1]:  # where none is a value
+            self.mistakes.append(Mistake(keys, EMPTY, line))
+        return value
 
 
-def _pairs(node: yaml.Node) -> Iterator[tuple[yaml.Node, yaml.Node]]:
-    """Yield keys and values, those that count last: of several merged mappings the first.
+def _text(node: yaml.Node) -> str:
+    if not isinstance(node, yaml.ScalarNode):
+        raise _refusal("a key must be text", node)
+    # an escape such as "\ud800" writes what no file of results can have
+    if odd := NON_PRINTABLE.search(node.value):
+        raise _refusal(f"the character U+{ord(odd[0]):04X} is not allowed", node)
+    return str(node.value)
+
+
+def _is_merge(key: yaml.Node) -> bool:
+    return key.tag == PLAIN and key.value == "<<"
+
+
+def _merged(node: yaml.MappingNode) -> Iterator[yaml.MappingNode]:
+    """Yield the mappings that are merged into one, the first of several last, which counts.
 
     Versions of PyYAML differ in that order (https://yaml.org/type/merge.html).
     """
-    if not isinstance(node, yaml.MappingNode):
-        raise _refusal("expected a mapping or list of mappings for merging", node.start_mark)
-    for key, value in node.value:
-        if key.tag == MERGE:
-            merged = value.value if isinstance(value, yaml.SequenceNode) else [value]
-            for mapping in reversed(merged):
-                yield from _pairs(mapping)
-    yield from ((key, value) for key, value in node.value if key.tag != MERGE)
+    for key, child in node.value:
+        mappings = child.value if isinstance(child, yaml.SequenceNode) else [child]
+        for mapping in reversed(mappings) if _is_merge(key) else ():
+            if not isinstance(mapping, yaml.MappingNode):
+                raise _refusal("<< must be a mapping or a list of mappings", mapping)
+            yield mapping
 
 
-def _refusal(message: str, mark: yaml.Mark | None = None) -> yaml.MarkedYAMLError:
-    return yaml.MarkedYAMLError(None, None, message, mark)
+def _refusal(message: str, node: yaml.Node) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(None, None, message, node.start_mark)
 
 
 def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
@@ -114,70 +175,3 @@ def problem_of(error: yaml.YAMLError) -> tuple[int | None, str]:
         (message for fragment, message in WORDS["yaml"].items() if fragment in problem), problem
     )
     return (mark.line + 1 if mark else None), f"not YAML: {message}"
-
-
-def _count(node: yaml.Node, counts: dict[int, int], ancestors: set[int]) -> int:
-    """Return the number of values in a node with its aliases written out."""
-    if node.tag not in TAGS:
-        name = node.tag.replace(CORE, "!!")
-        raise _refusal(f"the tag {name} is not allowed", node.start_mark)
-    if id(node) in ancestors:
-        raise _refusal("an alias contains itself", node.start_mark)
-    # an escape such as "\ud800" writes what no file of results can have
-    if isinstance(node, yaml.ScalarNode) and (odd := Loader.NON_PRINTABLE.search(node.value)):
-        message = f"the character U+{ord(odd[0]):04X} is not allowed"
-        raise _refusal(message, node.start_mark)
-    if id(node) not in counts:
-        ancestors.add(id(node))
-        parts = [child for _, child in _children(node)]
-        if isinstance(node, yaml.MappingNode):
-            parts += [key for key, _ in node.value]
-        counts[id(node)] = 1 + sum(_count(child, counts, ancestors) for child in parts)
-        ancestors.remove(id(node))
-    return counts[id(node)]
-
-
-def _children(node: yaml.Node) -> Iterator[tuple[str | int, yaml.Node]]:
-    if isinstance(node, yaml.MappingNode):
-        for key, value in node.value:
-            if not isinstance(key, yaml.ScalarNode):
-                raise _refusal("a key must be text", key.start_mark)
-            yield key.value, value
-    elif isinstance(node, yaml.SequenceNode):
-        yield from enumerate(node.value)
-
-
-def _mistakes(node: yaml.Node, way: Keys, visited: set[int]) -> Iterator[Mistake]:
-    """Yield duplicate keys and keys without a value; in ``vary``, none is a value."""
-    if id(node) in visited:
-        return
-    visited.add(id(node))
-    lines: dict[str, int] = {}
-    for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
-        line = key.start_mark.line + 1
-        if key.value in lines:
-            message = f"duplicate key; already in line {lines[key.value]}"
-            yield Mistake((*way, key.value), message, line)
-        lines.setdefault(key.value, line)
-    for name, child in _children(node):
-        keys = (*way, name)
-        if child.tag == NULL and "vary" not in way:
-            yield Mistake(keys, Loader.EMPTY)
-        yield from _mistakes(child, keys, visited)
-
-
-def printable(text: str) -> str:
-    """Refuse what no file of results can have."""
-    if odd := Loader.NON_PRINTABLE.search(text):
-        raise StudyError(f"{text!r}: the character U+{ord(odd[0]):04X} is not allowed")
-    return text
-
-
-def number_of(text: str) -> Any:
-    """Return the number or truth value that a text is in YAML; the text where it is none."""
-    with contextlib.suppress(yaml.YAMLError):
-        loader = Loader(text)
-        node = loader.get_single_node()
-        if isinstance(node, yaml.ScalarNode) and node.tag.endswith(("int", "float", "bool")):
-            return loader.construct_document(node)
-    return text

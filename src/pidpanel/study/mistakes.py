@@ -32,7 +32,7 @@ class Mistake(NamedTuple):
 
     keys: Keys  # way from the model that speaks; empty for the whole model
     message: str  # what is wrong or allowed, without the key and its value
-    line: int | None = None  # where a duplicate key is
+    line: int | None = None  # of a duplicate key, and of one without a value
 
     def prefix(self, *keys: str | int) -> Mistake:
         """Return the same mistake with the way to its model put in front."""

@@ -1,7 +1,7 @@
 """Numbers of a study with their text, and values in place of others."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 
 class WrittenInt(int):
@@ -16,6 +16,16 @@ class WrittenFloat(float):
     written: str
 
 
+Number = TypeVar("Number", WrittenInt, WrittenFloat)
+
+
+def written(kind: type[Number], value: Any, text: str) -> Number:
+    """Return a number with its text."""
+    number = kind(value)
+    number.written = text
+    return number
+
+
 def numbered(value: Any, read: Callable[[str], Any] = str) -> Any:
     """Return values as those of a file: numbers with their text, tuples as lists, texts as read."""
     if isinstance(value, Mapping):
@@ -24,12 +34,11 @@ def numbered(value: Any, read: Callable[[str], Any] = str) -> Any:
         return [numbered(item, read) for item in value]
     if isinstance(value, str):
         return read(value)
-    for kind, written in ((int, WrittenInt), (float, WrittenFloat)):
-        if isinstance(value, kind) and not isinstance(value, bool | written):
-            number = written(value)
-            number.written = repr(value)
-            return number
-    return value
+    if isinstance(value, bool | WrittenInt | WrittenFloat):
+        return value
+    if isinstance(value, int):
+        return written(WrittenInt, value, repr(value))
+    return written(WrittenFloat, value, repr(value)) if isinstance(value, float) else value
 
 
 def merged(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

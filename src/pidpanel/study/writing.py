@@ -12,7 +12,8 @@ import numpy as np
 import yaml
 
 from pidpanel.study.base import StudyError
-from pidpanel.study.document import CORE, Document
+from pidpanel.study.document import Document
+from pidpanel.study.loader import CORE
 from pidpanel.study.mistakes import Keys, dotted
 from pidpanel.study.numbers import WrittenFloat, WrittenInt
 
@@ -39,10 +40,9 @@ def with_changes(values: dict[str, Any], changes: Mapping[str, Any]) -> dict[str
     return values
 
 
-def text_of(values: Mapping[str, Any], name: str) -> str:
+def text_of(values: Mapping[str, Any]) -> str:
     """Return a mapping as YAML; numbers of numpy, tuples and paths as a file has them."""
-    document = plain({"name": name, **values})
-    return yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
+    return yaml.dump(plain(values), Dumper=_Dumper, sort_keys=False, allow_unicode=True)
 
 
 class _Dumper(yaml.SafeDumper):

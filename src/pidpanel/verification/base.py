@@ -1,6 +1,6 @@
 """Base motion compared with closed forms: an oscillator, a simply supported plate, its limits."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,7 +43,7 @@ ELEMENTS = (30, 20)
 METHOD = f"{ELEMENTS[0]} × {ELEMENTS[1]} elements"
 
 
-def oscillator_rows(folder: Path) -> list[Row]:
+def oscillator_rows(_: Path) -> Iterator[Row]:
     """Compute an oscillator of 50 Hz, ζ = 5 %, under white base acceleration, 2 (m/s²)²/Hz."""
     natural, ratio, mass, level = 50.0, 0.05, 3.0, 2.0
     basis = ModalBasis([natural, 0.0], [mass, TABLE_MASS * mass], [ratio, ratio])
@@ -59,7 +59,7 @@ def oscillator_rows(folder: Path) -> list[Row]:
         cross = np.einsum("fii->fi", answer.response.cross_psd[:, 0]).real
         return np.asarray((2 * np.pi * frequency[:, None]) ** 4 * cross)
 
-    at_lines, rows = comparison("oscillator"), []
+    at_lines = comparison("oscillator")
     for frequency in (20.0, 50.0, 120.0):
         r = frequency / natural
         denominator = (1 - r**2) ** 2 + (2 * ratio * r) ** 2
@@ -68,12 +68,11 @@ def oscillator_rows(folder: Path) -> list[Row]:
             ("absolute", "relative"), psds(np.array([frequency]))[0], closed, strict=True
         ):
             quantity = f"{name} acceleration PSD at {frequency:g} Hz"
-            rows.append(at_lines.row(quantity, value, exact, frequency))
+            yield at_lines.row(quantity, value, exact, frequency)
     lines = frequency_grid(2e-4, 1e7, ratio)
     rms = np.sqrt(np.trapezoid(psds(lines)[:, 0], lines))
     miles = np.sqrt(level * np.pi * natural * (1 + 4 * ratio**2) / (4 * ratio))
-    overall = comparison("oscillator_rms")
-    return [*rows, overall.row("rms of the absolute acceleration", rms, miles)]
+    yield comparison("oscillator_rms").row("rms of the absolute acceleration", rms, miles)
 
 
 class _Plate:
@@ -123,7 +122,7 @@ def _navier(frequency: Array, points: Array, highest: int = 400) -> tuple[Comple
     return 1 + gain @ (product * part).T, 1 + gain @ (64 / (np.pi**4 * m**2 * n**2))
 
 
-def plate_rows(folder: Path) -> list[Row]:
+def plate_rows(folder: Path) -> Iterator[Row]:
     """Compute the simply supported plate of the paper, ζ = 2 %, against its modal series."""
     plate = _Plate(folder)
     frequency = np.array([40.0, 64.9, 180.0, 224.7])
@@ -131,16 +130,14 @@ def plate_rows(folder: Path) -> list[Row]:
     exact, whole = _navier(frequency, np.array(list(POINTS.values())))
     ratio = comparison("plate", elements=METHOD)
     weight = replace(ratio, unit="kg")
-    rows = []
     for line, f in enumerate(frequency.tolist()):
         for name, value, reference in zip(POINTS, abs(gain[line]), abs(exact[line]), strict=True):
-            rows.append(ratio.row(f"transmissibility at {name}, {f:g} Hz", value, reference, f))
+            yield ratio.row(f"transmissibility at {name}, {f:g} Hz", value, reference, f)
         value, reference = abs(force[line]), abs(MASS * whole[line])
-        rows.append(weight.row(f"force over acceleration, {f:g} Hz", value, reference, f))
-    return rows
+        yield weight.row(f"force over acceleration, {f:g} Hz", value, reference, f)
 
 
-def limit_rows(folder: Path) -> list[Row]:
+def limit_rows(folder: Path) -> Iterator[Row]:
     """Compute limits for any panel on a moving base: near 0 Hz, and for all its modes."""
     plate = _Plate(folder)
     gain, force, _ = plate.solve(np.array([0.02]), 0.0, APPARENT)
@@ -160,37 +157,30 @@ def limit_rows(folder: Path) -> list[Row]:
     carried = MASS + APPARENT * PATCH_AREA
     quantity = f"sum of the effective masses of the modes to {2 * HIGHEST:g} Hz"
     all_modes = plate.inertia @ spla.spsolve(plate.mass.tocsc(), plate.inertia)
-    return [
-        *(
-            rigid.row(f"transmissibility at {name}, 0.02 Hz", abs(value), 1.0)
-            for name, value in zip(POINTS, gain[0], strict=True)
-        ),
-        weight.row("force over acceleration, 0.02 Hz, with particles", abs(force[0]), carried),
-        modal_weight.row(quantity, effective[modes].sum(), series[is_resolved].sum()),
-        full.row("sum of the effective masses of all elements", all_modes, MASS),
-    ]
+    for name, value in zip(POINTS, gain[0], strict=True):
+        yield rigid.row(f"transmissibility at {name}, 0.02 Hz", abs(value), 1.0)
+    yield weight.row("force over acceleration, 0.02 Hz, with particles", abs(force[0]), carried)
+    yield modal_weight.row(quantity, effective[modes].sum(), series[is_resolved].sum())
+    yield full.row("sum of the effective masses of all elements", all_modes, MASS)
 
 
-def balance_rows(folder: Path) -> list[Row]:
+def balance_rows(folder: Path) -> Iterator[Row]:
     """Compute the power of the shaker against the losses in the structure and in a damper."""
     plate = _Plate(folder)
     frequency = np.array([30.0, 65.0, 224.0, 390.0])
     _, force, shapes = plate.solve(frequency, DAMPING, APPARENT)
     overlap, count = plate.basis.patch_overlap[0], len(plate.force) - 1
     balance = comparison("power_of_shaker", elements=METHOD)
-    rows = []
     for line, f in enumerate(frequency.tolist()):
         omega, q = 2 * np.pi * f, shapes[line]
         power = 0.5 * float(np.real(force[line] * np.conj(1 / (1j * omega))))
         lost = 0.5 * omega**2 * float(plate.modal.damping[:count] @ np.abs(q[:count]) ** 2)
         lost += 0.5 * omega**2 * DAMPING * float(np.real(q.conj() @ overlap @ q))
         quantity = f"power of the shaker per acceleration squared, {f:g} Hz"
-        rows.append(balance.row(quantity, power, lost, f))
-    return rows
+        yield balance.row(quantity, power, lost, f)
 
 
-# Each computes in a folder and returns its rows.
-CASES: dict[str, Callable[[Path], list[Row]]] = {
+CASES = {
     "oscillator": oscillator_rows,
     "supported_plate": plate_rows,
     "limits": limit_rows,

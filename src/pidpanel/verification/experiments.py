@@ -5,7 +5,7 @@ computed values, differences and unknowns. Numbers without a reference are shown
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 import yaml
 
 from pidpanel.arrays import Array
-from pidpanel.coupon import contact
+from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.coupon.contact import Constants
 from pidpanel.paths import DATA
 from pidpanel.verification.coupon import contacts, shaken
@@ -33,18 +33,14 @@ ALUMINA_GLASS = replace(
 SOFTENED = (1.0, 100.0, 1000.0)  # moduli of the materials over those of the run
 
 
-def impact_rows(folder: Path) -> list[Row]:
+def impact_rows(folder: Path) -> Iterator[Row]:
     """Compute tangential restitution and spin over the angle, at real and at softened moduli."""
-    rows = []
     for softened in SOFTENED:
         moduli = "moduli of the materials" if softened == 1 else f"softened {softened:g} times"
         for quantity, unit, measured, values in _impacts(folder / f"{softened:g}", softened):
             impact = replace(comparison("impact"), unit=unit)
-            rows += [
-                impact.row(f"{quantity} at {angle:.4g}°, {moduli}", value, reference, angle)
-                for (angle, reference), value in zip(measured.items(), values, strict=True)
-            ]
-    return rows
+            for (angle, reference), value in zip(measured.items(), values, strict=True):
+                yield impact.row(f"{quantity} at {angle:.4g}°, {moduli}", value, reference, angle)
 
 
 def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, float], Array]]:
@@ -55,7 +51,7 @@ def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, 
         wall_youngs_modulus=ALUMINA_GLASS.wall_youngs_modulus / softened,
     )
     material = DENSITY, constants.youngs_modulus, constants.poissons_ratio
-    sphere = contact.ElasticSphere(DIAMETER / 2, *material)
+    sphere = ElasticSphere(DIAMETER / 2, *material)
     time_step = 0.05 * sphere.rayleigh_time
     angles = np.radians([*RESTITUTION, *SPIN])
     vx, vz = SPEED * np.sin(angles), -SPEED * np.cos(angles)
@@ -86,7 +82,7 @@ def _impacts(folder: Path, softened: float) -> list[tuple[str, str, dict[float, 
 SCALE = 100.0
 
 
-def lammps_rows(folder: Path) -> list[Row]:
+def lammps_rows(folder: Path) -> Iterator[Row]:
     """Compute distance, velocity and force of two spheres that collide."""
     diameter, density, gap, speed, step = 4e-3, 2500.0, 1.6e-4, 1.0, 2e-7
     faster = math.sqrt(SCALE)
@@ -103,7 +99,6 @@ def lammps_rows(folder: Path) -> list[Row]:
         density=density, stride=stride,
     )  # fmt: skip
     collision = comparison("lammps", scale=SCALE, faster=faster)
-    rows = []
     for time, (distance, velocity, force) in COLLISION.items():
         (z, v, f), (second, _, _) = frames[round(time / step / stride)]
         for quantity, unit, computed, reference in (
@@ -112,8 +107,7 @@ def lammps_rows(folder: Path) -> list[Row]:
             ("force", "N", f / SCALE, force),
         ):
             name = f"{quantity} at {time * 1e3:g} ms"
-            rows.append(replace(collision, unit=unit).row(name, computed, reference, time))
-    return rows
+            yield replace(collision, unit=unit).row(name, computed, reference, time)
 
 
 # ---- beds
@@ -124,7 +118,7 @@ OPEN_FREQUENCY, MODULUS = 100.0, 3.2e7  # [Hz], [Pa]
 OPEN_GAMMAS, MASS_GAMMAS = (8.0, 12.0, 20.0, 30.0), (1.5, 2.0, 2.5, 3.0)
 
 
-def open_bed_rows(folder: Path) -> list[Row]:
+def open_bed_rows(folder: Path) -> Iterator[Row]:
     """Compute the exponents of loss factor and apparent mass over Γ, and the apparent mass."""
     bed = shaken.poured(folder / "pour")[: shaken.BED_SIZES[-1]]
     loss, mass = {}, {}
@@ -133,27 +127,21 @@ def open_bed_rows(folder: Path) -> list[Row]:
         energy, inertia = shaken.shaken(folder / f"{gamma:g}", run, bed, 60)
         loss[gamma], mass[gamma] = energy[20:].mean() / math.pi, inertia[20:].mean()
     open_bed = comparison("open_bed", count=len(bed), frequency=OPEN_FREQUENCY)
-    rows = [
-        open_bed.row(
-            f"exponent of the {name}, Γ from {gammas[0]:g} to {gammas[-1]:g}",
-            np.polyfit(np.log(gammas), np.log([values[gamma] for gamma in gammas]), 1)[0],
-            reference,
-        )
-        for name, gammas, values, reference in (
-            ("loss factor", OPEN_GAMMAS, loss, -1.0),
-            ("apparent mass", MASS_GAMMAS, mass, -2.0),
-        )
-    ]
+    for name, gammas, values, reference in (
+        ("loss factor", OPEN_GAMMAS, loss, -1.0),
+        ("apparent mass", MASS_GAMMAS, mass, -2.0),
+    ):
+        quantity = f"exponent of the {name}, Γ from {gammas[0]:g} to {gammas[-1]:g}"
+        logs = np.log(gammas), np.log([values[gamma] for gamma in gammas])
+        yield open_bed.row(quantity, np.polyfit(*logs, 1)[0], reference)
     for gamma, value in mass.items():
-        quantity = f"apparent mass over mass, Γ = {gamma:g}"
-        rows.append(open_bed.row(quantity, value, math.nan, gamma))
-    return rows
+        yield open_bed.row(f"apparent mass over mass, Γ = {gamma:g}", value, math.nan, gamma)
 
 
 BOX_GAPS = (2.5, 2.8, 3.1, 3.3, 3.5, 3.7, 4.0)  # L/A
 
 
-def box_rows(folder: Path) -> list[Row]:
+def box_rows(folder: Path) -> Iterator[Row]:
     """Compute L/A at which the loss of a bed falls to three quarters of the largest."""
     settled = shaken.poured(folder / "pour")
     energy = [
@@ -163,7 +151,7 @@ def box_rows(folder: Path) -> list[Row]:
     count, restitution = shaken.BED_SIZES[-1], shaken.BED_RESTITUTION
     box = comparison("box", count=count, restitution=restitution, gaps=len(BOX_GAPS))
     quantity = "L/A at which the loss falls to three quarters of the largest"
-    return [box.row(quantity, falls_to(0.75, BOX_GAPS, energy), math.pi)]
+    yield box.row(quantity, falls_to(0.75, BOX_GAPS, energy), math.pi)
 
 
 def falls_to(share: float, points: Sequence[float], values: Sequence[float]) -> float:
@@ -189,7 +177,7 @@ PERIOD_FREQUENCY, PERIOD_CYCLES, SETTLING = 20.0, 74, 14
 LONGEST_PERIOD, REPEATS = 8, 0.75
 
 
-def period_rows(folder: Path) -> list[Row]:
+def period_rows(folder: Path) -> Iterator[Row]:
     """Compute the periods of a bed as Γ rises, in their order."""
     bed = shaken.poured(folder / "pour")[: shaken.BED_SIZES[-1]]
     periods = []
@@ -207,15 +195,10 @@ def period_rows(folder: Path) -> list[Row]:
         "periods", count=len(bed), frequency=PERIOD_FREQUENCY, cycles=PERIOD_CYCLES - SETTLING,
         gammas=len(PERIOD_GAMMAS),
     )  # fmt: skip
-    return [
-        periods_of.row(
-            f"period {number} of the sequence, from Γ = {gamma:g} [cycles]",
-            value, reference, gamma,
-        )
-        for number, ((gamma, value), reference) in enumerate(
-            zip(windows, SEQUENCE, strict=False), start=1
-        )
-    ]  # fmt: skip
+    for number, reference in enumerate(SEQUENCE, start=1):
+        gamma, value = windows[number - 1]
+        quantity = f"period {number} of the sequence, from Γ = {gamma:g} [cycles]"
+        yield periods_of.row(quantity, value, reference, gamma)
 
 
 def period(energy: Array) -> int:

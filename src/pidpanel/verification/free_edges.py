@@ -1,5 +1,6 @@
 """Load and mass of panels with free edges compared with closed forms and other methods."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -82,7 +83,7 @@ def load_by_waves(panel: FreePanel, face: PanelQuadrature, k: float) -> Array:
     return np.asarray(weight / 2 @ square.reshape(count, azimuth.size, -1).mean(axis=1))
 
 
-def disc_rows(folder: Path) -> list[Row]:
+def disc_rows(_: Path) -> Iterator[Row]:
     """Return the added volume of a free disc and the load on it for long waves."""
     radius, k = 0.5, 0.05
     vertices, cells = disc_mesh(radius, 5)
@@ -90,13 +91,11 @@ def disc_rows(folder: Path) -> list[Row]:
     impedance = impedances(panel, uniform_face(vertices, cells), np.array([k]))[0, 0]
     volume, load = 8 * radius**3 / 3, (8 * k * radius**3 / 3) ** 2 / 3
     row = comparison("free_disc").row
-    return [
-        row("added volume over that in closed form, ka = 0.025", impedance.real / volume, 1.0, k),
-        row("load over that in closed form", 4 * np.pi / k * impedance.imag / load, 1.0, k),
-    ]
+    yield row("added volume over that in closed form, ka = 0.025", impedance.real / volume, 1.0, k)
+    yield row("load over that in closed form", 4 * np.pi / k * impedance.imag / load, 1.0, k)
 
 
-def reciprocity_rows(folder: Path) -> list[Row]:
+def reciprocity_rows(_: Path) -> Iterator[Row]:
     """Return the load by plane waves over that from Im Z, the worst of ten wavenumbers."""
     k_max, resolved = float(WAVENUMBERS[-1]), 10.0
     rectangle = RectangleJumps.of_box([0, 0], SIDES, resolved)
@@ -108,32 +107,28 @@ def reciprocity_rows(folder: Path) -> list[Row]:
         "disc, moves as one and tilts": disc_mesh(0.6),
     }.items():
         cases[name] = OutlineJumps.of_mesh(*mesh, resolved), uniform_face(*mesh)
-    rows = []
     for name, (jumps, face) in cases.items():
         panel = FreePanel.of_jumps(jumps, k_max)
         loads = 4 * np.pi * impedances(panel, face, WAVENUMBERS).imag / WAVENUMBERS[:, None]
         by_waves = np.array([load_by_waves(panel, face, k) for k in WAVENUMBERS])
         ratio = (by_waves / loads).ravel()
         worst = ratio[np.argmax(np.abs(ratio - 1))]
-        rows.append(
-            comparison("reciprocity").row(f"{name}: worst ratio of loads", worst, 1.0, k_max)
-        )
-    return rows
+        yield comparison("reciprocity").row(f"{name}: worst ratio of loads", worst, 1.0, k_max)
 
 
-def rectangle_rows(folder: Path) -> list[Row]:
+def rectangle_rows(_: Path) -> Iterator[Row]:
     """Return load and mass of the paper's panel, by two sets of functions and in the limits."""
     k = float(wavenumber(64.90, SPEED))
     face = condensed(sine_panel([(1, 1)]), FACE)
     jumps = RectangleJumps.of_box([0, 0], SIDES, 12.0)
     panel = FreePanel.of_jumps(jumps, 12.0)
     impedance = impedances(panel, face, np.array([k, 10.0]))[:, 0]
-    row, rows = comparison("free_rectangle").row, []
+    row = comparison("free_rectangle").row
     for name, value, reference in (
         ("mass", impedance[0].real, BY_ELEMENTS.real),
         ("load", impedance[0].imag, BY_ELEMENTS.imag),
     ):
-        rows.append(row(f"{name} over that by boundary elements", value / reference, 1.0, 64.9))
+        yield row(f"{name} over that by boundary elements", value / reference, 1.0, 64.9)
     from skfem import MeshQuad
 
     mesh = MeshQuad.init_tensor(np.linspace(0, SIDES[0], 31), np.linspace(0, SIDES[1], 21))
@@ -145,14 +140,14 @@ def rectangle_rows(folder: Path) -> list[Row]:
         ("load", by_torsion[0].imag, impedance[0].imag),
         ("load at 546 Hz", by_torsion[1].imag, impedance[1].imag),
     ):
-        rows.append(row(f"{name} by functions of any outline", value / reference, 1.0, 64.9))
+        yield row(f"{name} by functions of any outline", value / reference, 1.0, 64.9)
     faces = 4 * diffuse_modal_force(10.0, sine_panel([(1, 1)]))[0, 0]
     load = 4 * np.pi / 10.0 * impedance[1].imag
     quantity = "load over that of two independent faces, 546 Hz"
-    return [*rows, comparison("independent_faces").row(quantity, load / faces, 1.0, 546.0)]
+    yield comparison("independent_faces").row(quantity, load / faces, 1.0, 546.0)
 
 
-def wall_rows(folder: Path) -> list[Row]:
+def wall_rows(_: Path) -> Iterator[Row]:
     """Return the air spring of a closed gap, and a far wall."""
     gap, low, high = 0.001, 1.0, 3.0
     jumps = RectangleJumps.of_box([0, 0], SIDES, 4.0)
@@ -166,8 +161,8 @@ def wall_rows(folder: Path) -> list[Row]:
     square = np.prod([16 / 35 * 2 * side.half for side in (jumps.x, jumps.y)])
     at_low, at_high = (jump @ panel.operator[0].matrix([k])[0].real @ jump for k in (low, high))
     spring = (at_low - at_high) / ((high**2 - low**2) * square * gap)
-    row = comparison("wall").row
-    return [row("spring over that of the closed gap, ρc²/d, d = 1 mm", 1 / spring, 1.0, gap)]
+    quantity = "spring over that of the closed gap, ρc²/d, d = 1 mm"
+    yield comparison("wall").row(quantity, 1 / spring, 1.0, gap)
 
 
 CASES = {

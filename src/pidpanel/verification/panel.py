@@ -1,5 +1,6 @@
 """Natural frequencies of panels compared with closed forms and published values."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -67,7 +68,7 @@ PLATES = {
 PUBLISHED = yaml.safe_load((DATA / "reference" / "panels.yaml").read_text(encoding="utf-8"))
 
 
-def frequency_rows(name: str, folder: Path) -> list[Row]:
+def frequency_rows(name: str, folder: Path) -> Iterator[Row]:
     """Return the lowest frequencies of a panel with the published ones."""
     plate, published = PLATES[name](folder / "verification.msh"), PUBLISHED[name]
     reference = np.array(published["reference"])
@@ -81,11 +82,9 @@ def frequency_rows(name: str, folder: Path) -> list[Row]:
         method=f"{element}, {plate.stiffness.shape[0]} coordinates",
     )  # fmt: skip
     statics = replace(elastic, unit="1", tolerance=0.0, method=element, source="statics")
-    pairs = enumerate(zip(frequency[rigid:], reference, strict=False), 1)
-    return [
-        *(elastic.row(f"frequency of mode {mode}", *pair, mode) for mode, pair in pairs),
-        statics.row("number of rigid-body modes", rigid, published.get("rigid", 0)),
-    ]
+    for mode, pair in enumerate(zip(frequency[rigid:], reference, strict=False), 1):
+        yield elastic.row(f"frequency of mode {mode}", *pair, mode)
+    yield statics.row("number of rigid-body modes", rigid, published.get("rigid", 0))
 
 
 TAPE = Material(280e9, 6.5e9, 4.5e9, 0.3, 1600.0)
@@ -104,22 +103,19 @@ def _orthotropic_frequencies(mesh: PanelMesh, turn: float) -> Array:
     return normal_modes(assemble_shear_plate(turned, section, supports), 2000.0)[0]
 
 
-def turned_rows(folder: Path) -> list[Row]:
+def turned_rows(folder: Path) -> Iterator[Row]:
     """Compare an orthotropic panel rotated with its layup and ribbon with the original one."""
     outline = Polygon(tuple((float(x), float(y)) for x, y in CORNERS))
     mesh = mesh_triangles(folder / "panel.msh", outline, 0.08, {}, {})
     reference = _orthotropic_frequencies(mesh, 0.0)
     turned = comparison("turned", count=len(mesh.cells))
-    return [
-        turned.row(f"{name}: frequency {mode}", computed, expected)
-        for name, turn in TURNS.items()
-        for mode, (computed, expected) in enumerate(
-            zip(_orthotropic_frequencies(mesh, turn), reference, strict=True), 1
-        )
-    ]
+    for name, turn in TURNS.items():
+        frequency = _orthotropic_frequencies(mesh, turn)
+        for mode, pair in enumerate(zip(frequency, reference, strict=True), 1):
+            yield turned.row(f"{name}: frequency {mode}", *pair)
 
 
-def stretched_rows(folder: Path) -> list[Row]:
+def stretched_rows(folder: Path) -> Iterator[Row]:
     """Compute the cubic stiffness of the first mode of rectangles, w = q sin(πx/a) sin(πy/b).
 
     Their edges cannot move along their normal in the plane (Chu and Herrmann), or stay straight
@@ -128,7 +124,6 @@ def stretched_rows(folder: Path) -> list[Row]:
     stretched = comparison("stretched")
     nu, size = UNIT_PLATE.poissons_ratio, 0.05
     A = replace(UNIT_PLATE, extensional_stiffness=1.0).extensional
-    rows = []
     for a, b in ((1.0, 1.0), (1.5, 1.0), (2.0, 1.0)):
         mesh = mesh_triangles(folder / f"stretched_{a:g}.msh", rectangle(a, b), size, {}, {})
         basis = in_plane_basis(mesh)
@@ -140,8 +135,7 @@ def stretched_rows(folder: Path) -> list[Row]:
             free = _edges_along_normal(basis, (a, b), is_straight=edges == "straight")
             tensor = membrane_tensor(basis, A, slopes[:, :, None], free)
             quantity = f"{a:g} × {b:g} m, {edges} edges: cubic stiffness"
-            rows.append(stretched.row(quantity, 2 * tensor[0, 0, 0, 0], expected, a / b))
-    return rows
+            yield stretched.row(quantity, 2 * tensor[0, 0, 0, 0], expected, a / b)
 
 
 def _edges_along_normal(
@@ -171,7 +165,6 @@ def _component(basis: CellBasis) -> Index:
     return component
 
 
-# Each computes in a folder and returns its rows.
 CASES = {
     **{name: partial(frequency_rows, name) for name in PLATES},
     "turned": turned_rows,

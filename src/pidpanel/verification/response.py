@@ -1,6 +1,6 @@
 """Response compared with published benchmarks, closed forms and the solution on all elements."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -39,7 +39,7 @@ from pidpanel.sound.field import diffuse_modal_force, uniform_modal_force, waven
 from pidpanel.verification.rows import Row, comparison
 
 
-def nafems_rows(folder: Path) -> list[Row]:
+def nafems_rows(folder: Path) -> Iterator[Row]:
     """Compute NAFEMS selected benchmarks for forced vibration, tests 13 and 13R (report R0016).
 
     A square plate of 10 m, E = 200 GPa, ν = 0.3, ρ = 8000 kg/m³, 0.05 m thick, simply supported,
@@ -48,7 +48,6 @@ def nafems_rows(folder: Path) -> list[Row]:
     side, thickness, nu = 10.0, 0.05, 0.3
     rigidity = 200e9 * thickness**3 / (12 * (1 - nu**2))
     section = ThinSection(rigidity, 8000 * thickness, nu, thickness)
-    rows = []
     outline = Rectangle((side / 2, side / 2), (side, side))
     finest = 1.25
     for size in (2 * finest, finest):
@@ -79,11 +78,10 @@ def nafems_rows(folder: Path) -> list[Row]:
         for quantity, (computed, target, closed, unit) in values.items():
             for source, reference in ((published.source, target), ("sine series", closed)):
                 stated = replace(published, unit=unit, source=source)
-                rows.append(stated.row(quantity, computed, reference, resolution=count))
-    return rows
+                yield stated.row(quantity, computed, reference, resolution=count)
 
 
-def miles_rows(folder: Path) -> list[Row]:
+def miles_rows(_: Path) -> Iterator[Row]:
     """Compute one mode in white noise: ∫₀^∞ |H|² S df = (π/2) f Q S/k² (Miles 1954)."""
     mass, frequency, zeta, force_psd = 2.0, 100.0, 0.02, 4.0
     lines = frequency_grid(1.0, 1e4, zeta, [frequency])
@@ -93,7 +91,7 @@ def miles_rows(folder: Path) -> list[Row]:
     stiffness = mass * (2 * np.pi * frequency) ** 2
     expected = np.sqrt(np.pi / 2 * frequency / (2 * zeta) * force_psd) / stiffness
     computed = PanelResponse(lines, bare.point_psd).displacement_rms[0]
-    return [comparison("miles").row("rms displacement", computed, expected)]
+    yield comparison("miles").row("rms displacement", computed, expected)
 
 
 SPEED = 343.0
@@ -208,9 +206,8 @@ LINES = (60.0, 300.0, 600.0, 951.0)
 HIGHEST = 1000.0
 
 
-def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> list[Row]:
+def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> Iterator[Row]:
     """Compare layouts of dampers in the basis of a study with all elements."""
-    rows = []
     frequency = np.array(LINES)
     for name in names:
         dampers = LAYOUTS[name]
@@ -222,11 +219,10 @@ def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> list[R
             reference = panel.psd_of_elements(f, dampers)
             worst = int(np.argmax(np.abs(psd / reference - 1)))
             quantity = f"{name}: displacement PSD {list(POINTS)[worst]}, {f:g} Hz"
-            rows.append(layout.row(quantity, psd[worst], reference[worst], f))
-    return rows
+            yield layout.row(quantity, psd[worst], reference[worst], f)
 
 
-def power_rows(folder: Path) -> list[Row]:
+def power_rows(folder: Path) -> Iterator[Row]:
     """Compare the power lost in panel and damper with the power input of the field."""
     dampers = {"middle": STRONG}
     panel = damped_panel(folder, dampers, HIGHEST)
@@ -236,20 +232,16 @@ def power_rows(folder: Path) -> list[Row]:
         panel.modal_force(frequency), *_values(dampers, frequency.size),
     )  # fmt: skip
     lost = balance.structure + balance.patches.sum(axis=1)
-    power = comparison("power")
-    return [
-        power.row(f"{f:g} Hz", computed, reference, f)
-        for f, computed, reference in zip(LINES, lost, balance.field, strict=True)
-    ]
+    for f, computed, reference in zip(LINES, lost, balance.field, strict=True):
+        yield comparison("power").row(f"{f:g} Hz", computed, reference, f)
 
 
-def duffing_rows(_: Path) -> list[Row]:
+def duffing_rows(_: Path) -> Iterator[Row]:
     """Compute the rms of a mode with a cubic stiffness in white noise; its density is exp(−V/T).
 
     The linearised rms with its stated error is that of the density, since the mode is alone.
     """
     duffing = comparison("duffing")
-    rows = []
     for cubic in (0.0, 0.01, 0.1, 1.0, 10.0, 100.0):  # k₃T/k²
         tensor = np.full((1, 1, 1, 1), cubic / 2)
         stiffness = linearised_stiffness(tensor, lambda K: 1 / (1 + K))
@@ -259,8 +251,7 @@ def duffing_rows(_: Path) -> list[Row]:
             quad(lambda x, k=power, c=cubic: x**k * np.exp(-(x**2) / 2 - c * x**4 / 4), 0, 12)[0]
             for power in (2, 0)
         )
-        rows.append(duffing.row(f"k₃T/k² = {cubic:g}", computed[0], np.sqrt(square / norm), cubic))
-    return rows
+        yield duffing.row(f"k₃T/k² = {cubic:g}", computed[0], np.sqrt(square / norm), cubic)
 
 
 STRETCHED_MODES, HIGHEST_FORCE = 5, 800.0  # number, [Hz]
@@ -274,7 +265,7 @@ STRETCHED_SECTION = replace(
 )
 
 
-def stretching_rows(folder: Path) -> list[Row]:
+def stretching_rows(folder: Path) -> Iterator[Row]:
     """Compute five modes of the paper's panel in a diffuse field, also by time integration.
 
     The pressure has one PSD up to `HIGHEST_FORCE`, beyond the modes. Its level gives deflections.
@@ -283,7 +274,7 @@ def stretching_rows(folder: Path) -> list[Row]:
     plate = assemble_thin_plate(mesh, STRETCHED_SECTION)
     shapes = panel_shapes(plate, 600.0)
     basis, n = basis_of(mesh, plate, shapes), STRETCHED_MODES
-    face, rows = PanelQuadrature.from_face(basis), []
+    face = PanelQuadrature.from_face(basis)
     frequency = np.linspace(1.0, HIGHEST_FORCE, 1600)
     nodes = np.linspace(1.0, HIGHEST_FORCE, 33)
     force = np.stack(
@@ -319,11 +310,9 @@ def stretching_rows(folder: Path) -> list[Row]:
             simulated = _rms_of_histories(modal, stretching.tensor, excitation, level, points)
             name = "stretching" if edges == "free" or deflection < 1 else "stretching_far"
             row = comparison(name, histories=HISTORIES, duration=DURATION)
-            rows += [
-                row.row(f"edges {edges}, w/h = {deflection:g}: rms displacement {point}", *pair)
-                for point, *pair in zip(POINTS, rms(level), simulated, strict=True)
-            ]
-    return rows
+            for point, *pair in zip(POINTS, rms(level), simulated, strict=True):
+                quantity = f"edges {edges}, w/h = {deflection:g}: rms displacement {point}"
+                yield row.row(quantity, *pair)
 
 
 def _rms_of_histories(
@@ -362,7 +351,6 @@ def _rms_of_histories(
     return np.sqrt(np.einsum("pi,ij,pj->p", points, total / count, points))
 
 
-# Each computes in a folder and returns its rows.
 CASES = {
     "nafems_13r": nafems_rows,
     "miles": miles_rows,

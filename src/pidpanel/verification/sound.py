@@ -1,5 +1,6 @@
 """Modal force and added mass of sine shapes compared with independent integrals."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,32 +24,29 @@ JOINT_ACCEPTANCE = {
 ADDED_VOLUME = {(1, 1): 0.18613, (3, 2): 0.04819}
 
 
-def field_rows(folder: Path) -> list[Row]:
+def field_rows(_: Path) -> Iterator[Row]:
     """Return joint acceptances, a radiation efficiency and added masses of a 1.5 m × 1 m panel."""
     force = comparison("modal_force")
     panel = sine_panel(list(JOINT_ACCEPTANCE))
-    rows = []
     for index, (mode, (frequency, reference)) in enumerate(JOINT_ACCEPTANCE.items()):
         k = float(wavenumber(frequency, SPEED))
         G = diffuse_modal_force(k, panel)
         quantity = f"modal force G of mode {mode} at {frequency:.2f} Hz"
-        rows.append(force.row(quantity, G[index, index], reference, frequency))
+        yield force.row(quantity, G[index, index], reference, frequency)
         if mode == (1, 1):
             # by reciprocity G_ii = (2π/k²) σ_i ∫φ_i² dA
             sigma = k**2 * G[0, 0] / (2 * np.pi * panel.product_integral[0, 0])
             quantity = f"radiation efficiency of mode (1, 1) at {frequency:.2f} Hz"
-            rows.append(comparison("efficiency").row(quantity, sigma, 0.2063, frequency))
+            yield comparison("efficiency").row(quantity, sigma, 0.2063, frequency)
     static = tabulate_added_mass(36.6, sine_panel(list(ADDED_VOLUME))).matrix([0.0])[0]
     mass = comparison("added_mass")
-    rows += [
-        mass.row(f"added mass over density of mode {mode}, k = 0", static[i, i].real, volume)
-        for i, (mode, volume) in enumerate(ADDED_VOLUME.items())
-    ]
+    for i, (mode, volume) in enumerate(ADDED_VOLUME.items()):
+        yield mass.row(f"added mass over density of mode {mode}, k = 0", static[i, i].real, volume)
     panel = sine_panel([(1, 1)])
     piston = replace(panel, shape=np.ones_like(panel.shape))
     rigid = comparison("piston")
     volume = tabulate_added_mass(36.6, piston).matrix([0.0])[0, 0, 0].real
-    return [*rows, rigid.row("added mass over density, k = 0", volume, piston_volume(*SIDES))]
+    yield rigid.row("added mass over density, k = 0", volume, piston_volume(*SIDES))
 
 
 def piston_volume(a: float, b: float) -> float:

@@ -32,7 +32,7 @@ def first_study(file: Path, results: Path) -> Path | None:
         del values["damping"][key]
     results.mkdir(parents=True, exist_ok=True)
     path = results / f"{name}.yaml"
-    durable.write_text(path, text_of(values, name))
+    durable.write_text(path, text_of({"name": name, **values}))
     return path
 
 

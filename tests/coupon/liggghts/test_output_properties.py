@@ -23,7 +23,7 @@ def same_or_named(text):
     np.testing.assert_array_equal(rows, ROWS)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.integers(0, len(WHOLE)), st.integers(0, len(WHOLE)))
 def test_a_piece_cut_out_of_the_file(a, b):
     # a cut within one number leaves a shorter number: no reader can know, so cuts of whole
@@ -36,13 +36,13 @@ def test_a_piece_cut_out_of_the_file(a, b):
             same_or_named(text)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.lists(st.sampled_from(range(len(LINES))), min_size=0, max_size=len(LINES) + 3))
 def test_lines_dropped_repeated_and_shuffled(order):
     same_or_named("".join(LINES[i] for i in order))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     st.integers(2, len(LINES) - 1),
     st.integers(0, len(output.CYCLE_COLUMNS) - 1),
@@ -54,7 +54,7 @@ def test_a_field_garbled_without_digits(line, field, garble):
     same_or_named("".join([*LINES[:line], " ".join(fields) + "\n", *LINES[line + 1 :]]))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.integers(0, len(WHOLE)), st.binary(min_size=1, max_size=12))
 def test_bytes_thrown_into_the_file(position, junk):
     text = junk.decode("latin-1")

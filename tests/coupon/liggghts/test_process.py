@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections import deque
 from pathlib import Path
 
 import numpy as np
@@ -231,16 +230,6 @@ def test_a_solver_that_prints_for_ever_is_ended_and_takes_no_memory(
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
 
 
-def test_a_solver_that_is_not_done_in_its_time_is_ended(endless):
-    # red: `spent` left out of `_lines`
-    folder = endless("while :; do echo step; sleep 0.05; done")
-    with (
-        Liggghts(folder, "shake") as solver,
-        pytest.raises(failures.RunHung, match=r"not done in 0\.5 s: 'run 20'"),
-    ):
-        deque(solver._lines("'run 20'", longest=0.5), 0)
-
-
 def test_a_solver_that_prints_a_line_now_and_then_in_a_deck_or_at_its_end_is_ended(
     endless, monkeypatch
 ):
@@ -254,37 +243,3 @@ def test_a_solver_that_prints_a_line_now_and_then_in_a_deck_or_at_its_end_is_end
     with Liggghts(folder, "end") as solver:
         with pytest.raises(failures.RunHung, match=r"not done in 0\.4 s: its end"):
             solver.finish()
-
-
-def test_the_time_limit_is_that_of_the_steps_between_two_reports(begun):
-    # a run of many cycles may take hours, but reports every cycle
-    # red: `steps` in place of the smaller of the two; `self._spheres` left at 0
-    folder, steps = begun
-    with Liggghts(folder, "shake") as solver:
-        solver.read_deck((folder / "deck").read_text())
-        fixed, per_sphere = process.SLOWEST_STEP
-        of_a_cycle = (fixed + 3 * per_sphere) * steps / CYCLES
-        limits = []
-
-        def lines(action, longest, silence):
-            limits.append((longest, silence))
-            return iter([])
-
-        solver._lines, solver._failure = lines, lambda said: RuntimeError()
-        with pytest.raises(RuntimeError):
-            solver.run(steps)
-        silence = process.QUIET + of_a_cycle
-        longest = process.QUIET + CYCLES * of_a_cycle
-        np.testing.assert_allclose(limits, [(longest, silence)])
-        del solver._lines, solver._failure
-        assert solver._patience(1) == pytest.approx(process.QUIET + fixed + 3 * per_sphere)
-
-
-def test_a_reading_that_is_no_number_is_named(begun):
-    # red: `float` alone
-    folder, _ = begun
-    with Liggghts(folder, "shake") as solver:
-        assert solver._number("1e-3") == 1e-3
-        with pytest.raises(failures.NotFinite, match=r"shake\.log: not a number, '1e-3x'"):
-            solver._number("1e-3x")
-        solver.finish()

@@ -1,7 +1,7 @@
 """Single contacts of LIGGGHTS compared with closed forms: impacts, sliding, rolling."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.coupon import contact
 from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.liggghts import deck, output
 from pidpanel.coupon.liggghts.process import Liggghts
@@ -21,7 +21,7 @@ DENSITY = 1190.0
 DIAMETER = 2e-3
 MODULUS = 5e7
 FRICTION = 0.3
-SPHERE = contact.ElasticSphere(DIAMETER / 2, DENSITY, MODULUS, POISSONS_RATIO)
+SPHERE = ElasticSphere(DIAMETER / 2, DENSITY, MODULUS, POISSONS_RATIO)
 RAYLEIGH = SPHERE.rayleigh_time
 STEP = 0.1 * RAYLEIGH
 STEP_TEXT = f"step {STEP * 1e6:.2g} µs (0.1 Rayleigh)"
@@ -159,9 +159,8 @@ def _effective_modulus() -> float:
     return MODULUS / (2 * (1 - POISSONS_RATIO**2))
 
 
-def collision_rows(folder: Path) -> list[Row]:
+def collision_rows(folder: Path) -> Iterator[Row]:
     """Compute head-on collisions over restitution, the worst pair of each."""
-    rows = []
     for restitution in (0.3, 0.6, 0.8, 0.95, 1.0):
         reference = 1 - restitution**2
         name = "collision" if reference else "lossless"
@@ -169,30 +168,27 @@ def collision_rows(folder: Path) -> list[Row]:
         worst = lost[np.argmax(np.abs(lost - reference))]
         quantity = f"share of energy lost, e = {restitution:g}"
         collision = comparison(name, pairs=PAIRS, step=STEP_TEXT)
-        rows.append(collision.row(quantity, worst, reference, at=restitution))
-    return rows
+        yield collision.row(quantity, worst, reference, at=restitution)
 
 
-def sliding_rows(folder: Path) -> list[Row]:
+def sliding_rows(folder: Path) -> Iterator[Row]:
     """Compute two spheres that roll due to friction: one starts sliding, the other spinning."""
     speed = 0.2
     slid = rolling_speed(folder / "slide", speed) / speed
     spun = rolling_speed(folder / "spin", 0.0, spin=speed / (DIAMETER / 2)) / speed
     sliding = comparison("sliding", friction=FRICTION, step=STEP_TEXT)
-    return [
-        sliding.row("final speed over the first, without spin", slid, 5 / 7),
-        sliding.row("final speed over that of the rim, from rest", spun, 2 / 7),
-    ]
+    yield sliding.row("final speed over the first, without spin", slid, 5 / 7)
+    yield sliding.row("final speed over that of the rim, from rest", spun, 2 / 7)
 
 
-def rolling_rows(folder: Path) -> list[Row]:
+def rolling_rows(folder: Path) -> Iterator[Row]:
     """Compute a sphere that rolls and is slowed by its rolling friction alone."""
     speed = 0.05
     slowing = 5 / 7 * ROLLING_FRICTION * STANDARD_GRAVITY
     steps = math.ceil(0.5 * speed / slowing / STEP)
     lost = speed - _final_speed(folder, speed, speed / (DIAMETER / 2), ROLLING_FRICTION, steps)
     stopped = comparison("rolling", friction=ROLLING_FRICTION, step=STEP_TEXT)
-    return [stopped.row("deceleration", lost / (steps * STEP), slowing)]
+    yield stopped.row("deceleration", lost / (steps * STEP), slowing)
 
 
 def impacts(
@@ -219,13 +215,12 @@ def impacts(
     return ends[0, : len(angles)], ends[-1, : len(angles)]
 
 
-def oblique_rows(folder: Path) -> list[Row]:
+def oblique_rows(folder: Path) -> Iterator[Row]:
     """Compute sliding impacts on a wall and of pairs, with μ times the normal force."""
     restitution = 0.8
     impulse = FRICTION * (1 + restitution)  # over m v_n
     ratio = comparison("oblique", restitution=restitution, friction=FRICTION, step=STEP_TEXT)
     rate = replace(ratio, unit="rad/s")
-    rows = []
     constants = alike(MODULUS, restitution, FRICTION)
     for partner, angles in (("wall", OBLIQUE_ANGLES), ("second sphere", PAIR_ANGLES)):
         initial, final = impacts(
@@ -235,16 +230,12 @@ def oblique_rows(folder: Path) -> list[Row]:
             tangential = 1 - impulse / math.tan(math.radians(angle))
             spin = 5 / 2 * impulse * -first[1] / (DIAMETER / 2)
             place = f"on a {partner}, {angle:g}° from the normal"
-            rows += [
-                ratio.row(
-                    f"tangential restitution, {place}", last[0] / first[0], tangential, angle
-                ),
-                rate.row(f"spin after it, {place}", last[2], spin, angle),
-            ]
-    return rows
+            kept = last[0] / first[0]
+            yield ratio.row(f"tangential restitution, {place}", kept, tangential, angle)
+            yield rate.row(f"spin after it, {place}", last[2], spin, angle)
 
 
-def peak_rows(folder: Path) -> list[Row]:
+def peak_rows(folder: Path) -> Iterator[Row]:
     """Compute the largest force of an elastic impact on a wall."""
     speed, radius = IMPACT_SPEED, DIAMETER / 2
     deepest = SPHERE.wall_overlap(speed)
@@ -255,18 +246,17 @@ def peak_rows(folder: Path) -> list[Row]:
     )
     peak = comparison("peak", speed=speed, step=STEP_TEXT)
     reference = 4 / 3 * _effective_modulus() * math.sqrt(radius) * deepest**1.5
-    return [peak.row("largest force", frames.max(), reference)]
+    yield peak.row("largest force", frames.max(), reference)
 
 
-def growth_rows(folder: Path) -> list[Row]:
+def growth_rows(folder: Path) -> Iterator[Row]:
     """Compute the largest growth of energy in impacts on a wall at all angles."""
     angles = [float(angle) for angle in range(90)]
-    growth, rows = comparison("growth", step=STEP_TEXT), []
+    growth = comparison("growth", step=STEP_TEXT)
     for restitution, friction in ((1.0, FRICTION), (0.8, FRICTION), (0.8, 1.0)):
         constants = alike(MODULUS, restitution, friction)
         ends = impacts(folder / f"{restitution}_{friction}", angles, constants)
         weights = np.array([1.0, 1.0, 2 / 5 * (DIAMETER / 2) ** 2])
         first, last = (end**2 @ weights for end in ends)
         quantity = f"largest growth, e = {restitution:g}, μ = {friction:g}"
-        rows.append(growth.row(quantity, max(0.0, float((last / first).max()) - 1), 0.0))
-    return rows
+        yield growth.row(quantity, max(0.0, float((last / first).max()) - 1), 0.0)

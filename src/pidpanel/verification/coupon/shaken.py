@@ -5,7 +5,7 @@ that the whole way from the drive to the dissipated energy is compared with the 
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -103,13 +103,13 @@ def ball(folder: Path, restitution: float = 0.5, gamma: float = 1.25) -> tuple[R
     return run, float(energy[10:].mean())
 
 
-def ball_rows(folder: Path) -> list[Row]:
+def ball_rows(folder: Path) -> Iterator[Row]:
     """Compute the ball that lands once a period."""
     restitution, gamma = 0.5, 1.25
     run, energy = ball(folder, restitution, gamma)
     reference = inelastic.ball_energy(gamma, restitution)
     quantity = f"E/(m A²ω²), e = {restitution:g}, Γ = {gamma:g}"
-    return [comparison("ball", drive=_drive_text(run)).row(quantity, energy, reference)]
+    yield comparison("ball", drive=_drive_text(run)).row(quantity, energy, reference)
 
 
 # ---- a bed of small inelastic spheres in place of the perfectly inelastic body
@@ -208,12 +208,12 @@ def _bed_rows(
     energy_of: Callable[[Path, Array, int, float], tuple[Run, float]],
     points: Mapping[float, tuple[str, bool]],
     closed_form: Callable[[float], float],
-) -> list[Row]:
+) -> Iterator[Row]:
     """Compare beds with a closed form.
 
     ``points`` have the name of their comparison, and whether the largest bed has to meet it.
     """
-    settled, rows = poured(folder / "pour"), []
+    settled = poured(folder / "pour")
     for spheres in BED_SIZES:
         for point, (name, is_met) in points.items():
             run, energy = energy_of(folder / f"n{spheres}_{point:g}", settled, spheres, point)
@@ -222,17 +222,16 @@ def _bed_rows(
             if not (is_met and spheres == BED_SIZES[-1]):
                 bed = replace(bed, tolerance=math.nan)
             quantity = f"E/(m A²ω²), {variable} = {point:g}"
-            rows.append(bed.row(quantity, energy, closed_form(point), point, spheres))
-    return rows
+            yield bed.row(quantity, energy, closed_form(point), point, spheres)
 
 
-def slug_rows(folder: Path) -> list[Row]:
+def slug_rows(folder: Path) -> Iterator[Row]:
     """Compute the inelastic slug, over the gap and the number of spheres."""
     points = {gap: ("slug", gap <= SLUG_HELD) for gap in SLUG_GAPS}
     return _bed_rows(folder, "L/A", slug, points, inelastic.slug_energy)
 
 
-def floor_rows(folder: Path) -> list[Row]:
+def floor_rows(folder: Path) -> Iterator[Row]:
     """Compute the inelastic bed on a floor, over Γ and the number of spheres."""
     points = {
         gamma: ("floor" if gamma > 1 else "onset", gamma <= FLOOR_HELD) for gamma in FLOOR_GAMMAS

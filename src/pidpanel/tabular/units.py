@@ -69,6 +69,8 @@ UNITS = {
     **_named("mN", 1e-3, *NEWTON.dimension), **_named("cN", 1e-2, *NEWTON.dimension),
     **_named("dyn", 1e-5, *NEWTON.dimension),
     **_named("kgf kp", STANDARD_GRAVITY, *NEWTON.dimension),
+    **_named("Pa", 1.0, -1, 1, -2), **_named("kPa", 1e3, -1, 1, -2),
+    **_named("psi", POUND * STANDARD_GRAVITY / 0.0254**2, -1, 1, -2),
     **_named("lbf", POUND * STANDARD_GRAVITY, *NEWTON.dimension),
 }  # fmt: skip
 # Names in capitals alone are those of old files, unless they may be another unit.

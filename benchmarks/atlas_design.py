@@ -1,6 +1,6 @@
 """A space-filling design of cases over the groups: the table that ``atlas.yaml`` runs.
 
-``python -m pidpanel.coupon.design 2048 > workflow/studies/atlas_cases.csv``
+    python benchmarks/atlas_design.py 2048 > workflow/studies/atlas_cases.csv
 
 Points are those of a Sobol sequence, in its order. So any first part of the table fills the space,
 and a longer table begins with the shorter one.
@@ -13,15 +13,16 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
 
-from pidpanel.atlas.groups import GRAVITY, Bead, Direction, Groups, frequency, speed
+from pidpanel.atlas.groups import USUAL, Direction, ElasticSphere
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupon import contact
-from pidpanel.coupon.estimate import bulk_fraction
+from pidpanel.geometry.cells import bulk_fraction
 
 # Ranges of the groups, with uniform distribution, of the logarithm where noted.
 FILL_FRACTION = (0.05, 0.95)
@@ -59,6 +60,56 @@ BOUNCING_CONTACT = 0.002  # longest contact of such a bed over the period
 # Γ below which a case has a single seed: its contacts are hard, and its steps short.
 FEW_SEEDS = 5.0
 FREQUENCIES = (3.0, 10_000.0)  # [Hz]
+
+
+# Size [g] and direction of gravity; the motion is along z.
+GRAVITY: dict[Direction, tuple[float, str]] = {
+    "flat": (1.0, "0 0 -1"),
+    "upright": (1.0, "1 0 0"),
+    "none": (0.0, "0 0 -1"),
+}
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Groups of a bed; restitution and friction are also those of the walls."""
+
+    fill_fraction: float  # r
+    gamma: float  # Γ = ω²W/g, with standard gravity even where there is none
+    stroke_per_gap: float  # W/L with the clear gap L = (1 − r) depth
+    restitution: float  # e
+    friction: float  # μ
+    width: float  # of the cell, over the diameter of a particle
+    depth: float  # likewise
+    direction: Direction  # of gravity: along the motion, across it, or none
+
+
+def stroke(groups: Groups, sphere: ElasticSphere) -> float:
+    """Return the displacement amplitude W [m]."""
+    gap = (1 - groups.fill_fraction) * groups.depth * 2 * sphere.radius
+    return groups.stroke_per_gap * gap
+
+
+def angular_frequency(groups: Groups, sphere: ElasticSphere) -> float:
+    """Return ω = √(Γg/W) [rad/s].
+
+    Examples
+    --------
+    >>> groups = Groups(0.5, 20.0, 0.01, 0.8, 0.3, 3.0, 12.5, "flat")
+    >>> round(angular_frequency(groups, USUAL) / (2 * math.pi), 1)
+    199.4
+    """
+    return math.sqrt(groups.gamma * STANDARD_GRAVITY / stroke(groups, sphere))
+
+
+def frequency(groups: Groups, sphere: ElasticSphere) -> float:
+    """Return the frequency of the drive [Hz]."""
+    return angular_frequency(groups, sphere) / (2 * math.pi)
+
+
+def speed(groups: Groups, sphere: ElasticSphere) -> float:
+    """Return the velocity amplitude ωW [m/s]."""
+    return angular_frequency(groups, sphere) * stroke(groups, sphere)
 
 
 def points(count: int) -> Iterator[Groups]:
@@ -110,10 +161,10 @@ def cell_count(groups: Groups) -> int:
     return min(math.ceil(FULL_COUPON / full_cell(groups.width, groups.depth)), MOST_CELLS)
 
 
-def exclusion(groups: Groups, bead: Bead) -> str:
+def exclusion(groups: Groups, sphere: ElasticSphere) -> str:
     """Return why a case cannot be; empty if it can."""
     spheres = groups.fill_fraction * full_cell(groups.width, groups.depth)
-    f, v = frequency(groups, bead), speed(groups, bead)
+    f, v = frequency(groups, sphere), speed(groups, sphere)
     if spheres < LEAST_SPHERES:
         return f"fewer than {LEAST_SPHERES:g} particles in a cell"
     if groups.depth * groups.width / (groups.width - 1) ** 2 > SLENDEREST:
@@ -122,20 +173,14 @@ def exclusion(groups: Groups, bead: Bead) -> str:
         return "no gravity, and a stroke with which the bed hardly touches its walls"
     if not FREQUENCIES[0] <= f <= FREQUENCIES[1]:
         return f"a frequency outside {FREQUENCIES[0]:g} to {FREQUENCIES[1]:g} Hz"
-    if sphere(bead).wall_overlap(v) > DEEPEST_OVERLAP * bead.diameter / 2:
+    if sphere.wall_overlap(v) > DEEPEST_OVERLAP * sphere.radius:
         return f"overlaps of more than {DEEPEST_OVERLAP:g} radii: no hard particles"
-    if sphere(bead).wall_contact_time(v) * f > LONGEST_CONTACT:
+    if sphere.wall_contact_time(v) * f > LONGEST_CONTACT:
         return f"contacts of more than {LONGEST_CONTACT:g} periods: no hard particles"
-    work = CYCLES * steps_per_cycle(groups, bead) * spheres * cell_count(groups)
+    work = CYCLES * steps_per_cycle(groups, sphere) * spheres * cell_count(groups)
     if work > MOST_WORK:
         return f"more than {MOST_WORK:.0g} steps of a particle in {CYCLES} cycles"
     return ""
-
-
-def sphere(bead: Bead) -> contact.ElasticSphere:
-    """Return a particle as `contact` takes it."""
-    radius = bead.diameter / 2
-    return contact.ElasticSphere(radius, bead.density, bead.youngs_modulus, bead.poissons_ratio)
 
 
 def bounces(groups: Groups) -> bool:
@@ -143,26 +188,26 @@ def bounces(groups: Groups) -> bool:
     return groups.gamma < BOUNCING and groups.direction == "flat"
 
 
-def modulus(groups: Groups, bead: Bead) -> float:
+def modulus(groups: Groups, sphere: ElasticSphere) -> float:
     """Return about the modulus of a run [Pa], by the rules of ``atlas.yaml``."""
     gamma, layers = groups.gamma, groups.fill_fraction * groups.depth
     crosses = groups.stroke_per_gap >= contact.CROSSING
     longest = 0.02 / (1.0 if crosses else contact.deepening(layers, gamma))
     return contact.softest_modulus(
         tuple(1e6 * choice for choice in CHOICES_MPA),
-        sphere(bead),
-        speed=speed(groups, bead),
-        frequency=frequency(groups, bead),
+        sphere,
+        speed=speed(groups, sphere),
+        frequency=frequency(groups, sphere),
         contact_time_per_period=min(longest, BOUNCING_CONTACT) if bounces(groups) else longest,
         overlap_per_radius=SOFT_OVERLAP,
     )
 
 
-def steps_per_cycle(groups: Groups, bead: Bead) -> float:
+def steps_per_cycle(groups: Groups, sphere: ElasticSphere) -> float:
     """Return about the time steps of a cycle."""
-    softened = replace(sphere(bead), youngs_modulus=modulus(groups, bead))
+    softened = replace(sphere, youngs_modulus=modulus(groups, sphere))
     step = time_step_rayleigh(groups.restitution) * softened.rayleigh_time
-    return 1 / (frequency(groups, bead) * step)
+    return 1 / (frequency(groups, sphere) * step)
 
 
 def time_step_rayleigh(restitution: float) -> float:
@@ -174,13 +219,13 @@ def time_step_rayleigh(restitution: float) -> float:
     return min(0.2, round(0.027 / contact.damping_ratio(restitution), 3))
 
 
-def max_cycles(groups: Groups, bead: Bead) -> int:
+def max_cycles(groups: Groups, sphere: ElasticSphere) -> int:
     """Return after how many cycles a run ends at the latest, fewer where a cycle is long."""
     low, high = LAST_CYCLES
-    return round(min(max(MOST_STEPS / steps_per_cycle(groups, bead), low), high))
+    return round(min(max(MOST_STEPS / steps_per_cycle(groups, sphere), low), high))
 
 
-def row_of(groups: Groups, bead: Bead) -> dict[str, Any]:
+def row_of(groups: Groups, sphere: ElasticSphere) -> dict[str, Any]:
     """Return the row of a case: key of the coupon → value.
 
     A bed that bounces as one body is softened less than `Stiffness` allows, so the softest modulus
@@ -188,11 +233,11 @@ def row_of(groups: Groups, bead: Bead) -> dict[str, Any]:
     while it is shaken loose.
     """
     gravity, direction = GRAVITY[groups.direction]
-    diameter, softest = bead.diameter * 1e3, modulus(groups, bead)
-    is_stiff = bounces(groups) and softest == bead.youngs_modulus
+    diameter, softest = 2e3 * sphere.radius, modulus(groups, sphere)
+    is_stiff = bounces(groups) and softest == sphere.youngs_modulus
     values: Mapping[str, Any] = {
         "sweep.fill_fraction": groups.fill_fraction,
-        "sweep.frequency_hz": frequency(groups, bead),
+        "sweep.frequency_hz": frequency(groups, sphere),
         "sweep.acceleration_g": groups.gamma,
         "particles.restitution": groups.restitution,
         "particles.friction": groups.friction,
@@ -207,7 +252,7 @@ def row_of(groups: Groups, bead: Bead) -> dict[str, Any]:
         else " ".join(map(str, CHOICES_MPA)),
         "time_step_rayleigh": time_step_rayleigh(groups.restitution),
         "accuracy.seeds": 1 if groups.gamma < FEW_SEEDS else 2,
-        "accuracy.max_cycles": max_cycles(groups, bead),
+        "accuracy.max_cycles": max_cycles(groups, sphere),
     }
     return {key: f"{v:.4g}" if isinstance(v, float) else v for key, v in values.items()}
 
@@ -218,16 +263,16 @@ def main() -> None:
     parser.add_argument("points", type=int, help="number of points of the sequence")
     parser.add_argument("--skip", type=int, default=0, help="points left out at its beginning")
     parser.add_argument("--upright", action="store_true", help="gravity across the motion alone")
-    options, bead = parser.parse_args(), Bead()
+    options, sphere = parser.parse_args(), USUAL
     excluded: Counter[str] = Counter()
     rows = []
     for groups in itertools.islice(points(options.points), options.skip, None):
         if options.upright and groups.direction != "upright":
             continue
-        reason = exclusion(groups, bead)
+        reason = exclusion(groups, sphere)
         excluded[reason or "in the table"] += 1
         if not reason:
-            rows.append(row_of(groups, bead))
+            rows.append(row_of(groups, sphere))
     writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)

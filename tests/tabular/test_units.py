@@ -2,7 +2,7 @@
 
 import pytest
 
-from pidpanel.measurement.units import UnitError, unit_of_label
+from pidpanel.tabular.units import UnitError, unit_of_label
 
 G = 9.80665
 

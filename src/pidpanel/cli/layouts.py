@@ -1,40 +1,21 @@
-"""Propose layouts of dampers within the mass budget of a study, and regenerate its report.
+"""The study of the best layouts that a search proposes."""
 
-The section `optimise` of the study states the budget and the options. `--write` writes a study of
-the best layouts. It computes their maps and stresses, and coupled runs of simulated particles.
-"""
-
-import argparse
-import json
 from pathlib import Path
 from typing import Any
 
-from pidpanel.cli import run
+import pandas as pd
+
+from pidpanel.provenance import durable
+from pidpanel.provenance.results import read_csv
+from pidpanel.study import StudyError
+from pidpanel.study.document import Document
+from pidpanel.study.writing import text_of
 
 WRITTEN = 3  # layouts of the study that is written
 
 
-def call(args: argparse.Namespace) -> int:
-    from pidpanel.check import checked_study
-    from pidpanel.study import Study, StudyError
-
-    study = checked_study(args.study)
-    if not isinstance(study, Study) or study.optimise is None:
-        raise StudyError(f"{args.study}: optimise: missing; the section has the mass budget")
-    if args.write is not None:
-        check_target(args.write, args.study, force=args.force)
-    status = run.call(args)
-    if status == 0 and args.write is not None:
-        table = args.directory / "results" / study.name / "optimise" / "layouts.csv"
-        write_study(args.study, table, args.write)
-        print(f"{args.write}: written; next: pidpanel check {args.write}")
-    return status
-
-
 def check_target(file: Path, study: Path, *, force: bool) -> None:
     """Refuse a file that exists, or from whose folder the files of the study are not found."""
-    from pidpanel.study import StudyError
-
     if file.suffix not in (".yaml", ".yml"):
         raise StudyError(f"{file}: must end in .yaml")
     if file.exists() and (not force or file.samefile(study)):
@@ -47,13 +28,6 @@ def check_target(file: Path, study: Path, *, force: bool) -> None:
 
 def write_study(study: Path, table: Path, file: Path) -> None:
     """Write a study whose scenarios are the first of the proposed layouts of a table."""
-    import pandas as pd
-    import yaml
-
-    from pidpanel.provenance import durable
-    from pidpanel.provenance.results import read_csv
-    from pidpanel.study.document import Document
-
     values: dict[str, Any] = {**Document(study).data}
     values.pop("optimise")
     values.pop("name", None)
@@ -72,7 +46,6 @@ def write_study(study: Path, table: Path, file: Path) -> None:
                 filled[name]["fill_fraction"] = row["fill_fraction"]
         scenarios[f"layout_{layout}"] = {"layout": filled}
     values["panel"] = {**values["panel"], "patches": patches}
-    plain = json.loads(json.dumps({**values, "scenarios": scenarios}))  # numbers know their text
-    text = yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)
+    text = text_of({**values, "scenarios": scenarios})
     head = f"# The best layouts that pidpanel optimise {study.name} proposes.\n"
     durable.write_text(file, head + text)

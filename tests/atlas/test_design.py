@@ -2,32 +2,31 @@
 
 import math
 
+import atlas_design as design
 import numpy as np
 import pytest
-
-from pidpanel.atlas.groups import Bead, Groups
-from pidpanel.coupon import contact, design
-from pidpanel.coupon.design import (
+from atlas_design import (
     BOUNCING_CONTACT,
+    Groups,
     bounces,
-    cell_count,
     exclusion,
-    full_cell,
     packings,
     points,
     row_of,
     time_step_rayleigh,
 )
+
+from pidpanel.atlas.groups import USUAL
+from pidpanel.coupon import contact
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.paths import PROJECT, STUDIES
 from pidpanel.study.coupon import Coupon
 
-BEAD = Bead()
 MATERIAL = {"diameter_mm": 2, "density_kg_m3": 1190, "youngs_modulus_mpa": 3200, "poissons_ratio": 0.35}  # fmt: skip
 
 
 def cases(chosen, folder):
-    rows = [row_of(groups, BEAD) for groups in chosen]
+    rows = [row_of(groups, USUAL) for groups in chosen]
     lines = [",".join(rows[0]), *(",".join(map(str, row.values())) for row in rows)]
     (folder / "cases.csv").write_text("\n".join(lines) + "\n")
     coupon = {"cases": folder / "cases.csv", "particles": MATERIAL}
@@ -43,8 +42,8 @@ def test_the_table_of_the_atlas_is_that_of_the_design():
     # red: any number of the design: the atlas could not be made again from its table
     table = PROJECT / "workflow" / "studies" / "atlas_cases.csv"
     lines = table.read_text().splitlines()
-    chosen = (groups for groups in points(1280) if not exclusion(groups, BEAD))
-    rows = [row_of(groups, BEAD) for groups in chosen]
+    chosen = (groups for groups in points(1280) if not exclusion(groups, USUAL))
+    rows = [row_of(groups, USUAL) for groups in chosen]
     assert lines[0] == ",".join(rows[0])
     assert lines[1:] == [",".join(map(str, row.values())) for row in rows]
 
@@ -66,7 +65,7 @@ def test_any_first_part_fills_the_space(count):
 
 
 def test_a_row_is_a_case_with_its_groups(tmp_path):
-    chosen = [groups for groups in points(64) if not exclusion(groups, BEAD)]
+    chosen = [groups for groups in points(64) if not exclusion(groups, USUAL)]
     for groups, case in zip(chosen, cases(chosen, tmp_path), strict=True):
         run, drive = case.point, case.point.drive
         # four digits are written
@@ -83,7 +82,7 @@ def test_a_row_is_a_case_with_its_groups(tmp_path):
 
 def test_a_bed_that_bounces_has_short_contacts_or_those_of_its_material(tmp_path):
     # red: BOUNCING_CONTACT for beds above Γ = 10 alone
-    chosen = [g for g in points(256) if bounces(g) and not exclusion(g, BEAD)]
+    chosen = [g for g in points(256) if bounces(g) and not exclusion(g, USUAL)]
     assert {g.direction for g in chosen} == {"flat"} and max(g.gamma for g in chosen) < 10
     for case in cases(chosen, tmp_path):
         run = case.point
@@ -93,7 +92,7 @@ def test_a_bed_that_bounces_has_short_contacts_or_those_of_its_material(tmp_path
 
 
 def test_packings_serve_many_cases(tmp_path):
-    chosen = [groups for groups in points(256) if not exclusion(groups, BEAD)]
+    chosen = [groups for groups in points(256) if not exclusion(groups, USUAL)]
     poured = {run.packing for case in cases(chosen, tmp_path) for run in case.runs}
     # red: cells of a case that depend on its fill
     assert len([packing for packing in poured if packing.seed == 1]) <= 32 < len(chosen)
@@ -114,22 +113,8 @@ def test_packings_serve_many_cases(tmp_path):
 )  # fmt: skip
 def test_a_case_that_cannot_be_is_left_out_with_its_reason(change, reason):
     groups = Groups(0.5, 20.0, 0.01, 0.8, 0.3, 3.2, 12.5, "flat")
-    assert exclusion(groups, BEAD) == ""
-    assert reason in exclusion(Groups(**{**vars(groups), **change}), BEAD)
-
-
-@pytest.mark.parametrize(("depth", "is_refused"), [(31.4, False), (31.6, True)])
-def test_a_cell_is_poured_up_to_a_slenderness_of_35(depth, is_refused):
-    # depth · 2.5/1.5² is 34.9 and 35.1; red: the cube of the width between particles
-    groups = Groups(0.5, 20.0, 0.01, 0.8, 0.3, 2.5, depth, "flat")
-    assert ("too narrow" in exclusion(groups, BEAD)) is is_refused
-
-
-def test_full_cells_have_a_thousand_particles_and_are_24_at_most():
-    # red: another end; more cells than LIGGGHTS lists one by one
-    sizes = [full_cell(width, depth) for width, depth, _ in packings(512)]
-    assert 900 < max(sizes) <= 1000
-    assert cell_count(Groups(0.5, 20.0, 0.01, 0.8, 0.3, 2.0, 1.0, "flat")) == 24
+    assert exclusion(groups, USUAL) == ""
+    assert reason in exclusion(Groups(**{**vars(groups), **change}), USUAL)
 
 
 def test_beds_under_gravity_across_the_motion_continue_the_design(monkeypatch, capsys):
@@ -146,4 +131,4 @@ def test_a_table_begins_with_the_first_point(monkeypatch, capsys):
     design.main()
     lines = capsys.readouterr().out.splitlines()
     table = (STUDIES / "atlas_cases.csv").read_text().splitlines()
-    assert exclusion(next(points(1)), BEAD) == "" and lines == table[: len(lines)]
+    assert exclusion(next(points(1)), USUAL) == "" and lines == table[: len(lines)]

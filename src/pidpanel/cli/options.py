@@ -1,0 +1,106 @@
+"""What the commands have in common: help as it is written, arguments, types of arguments."""
+
+import inspect
+import math
+import os
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pidpanel.paths import study_path
+
+FILE = click.Path(path_type=Path)
+FOLDER = click.Path(file_okay=False, path_type=Path)
+
+
+class Command(click.Command):
+    """A command with its help as it is written."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        names = {"max_content_width": 100, "help_option_names": ["-h", "--help"]}
+        settings["context_settings"] = {**names, **(settings.get("context_settings") or {})}
+        super().__init__(*args, **settings)
+
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        formatter.write(f"\n{textwrap.indent(inspect.cleandoc(self.help or ''), '  ')}\n")
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        if self.epilog:
+            formatter.write(f"\n{self.epilog}\n")
+
+
+class Commands(Command, click.Group):
+    """Commands in the order of use."""
+
+    command_class = Command
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.commands)
+
+
+class Numbers(click.ParamType):
+    """Finite numbers with a sign between them, such as ``0.4,0.2``."""
+
+    def __init__(self, name: str, words: str, sign: str = ",", least: float = -math.inf) -> None:
+        self.name, self.words, self.sign, self.least = name, words, sign, least
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return self.name
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
+        try:
+            numbers = tuple(float(part) for part in str(value).replace("×", "x").split(self.sign))
+        except ValueError:
+            numbers = ()
+        is_allowed = all(self.least < number < math.inf for number in numbers)
+        if len(numbers) != self.name.count(self.sign) + 1 or not is_allowed:
+            self.fail(f"{value!r}: must be {self.words}", param, ctx)
+        return numbers
+
+
+class StudyFile(click.Path):
+    """A study by its path, or by the name of one that comes with pidpanel."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Path:
+        return study_path(value)
+
+
+SIZE = Numbers("AxB", "two lengths in m, such as 2.1x1.2", "x", least=0)
+PLACE = Numbers("X,Y", "x,y in m, such as 0.4,0.2")
+HOLE = Numbers("X,Y,D", "x,y,diameter in m, such as 0.4,0.2,0.1")
+
+
+def _trust_deck(context: click.Context, parameter: click.Parameter, is_trusted: bool) -> None:
+    if is_trusted:
+        os.environ["PIDPANEL_TRUST_DECK"] = "1"
+
+
+def _checked_folder(context: click.Context, parameter: click.Parameter, folder: Path) -> Path:
+    from pidpanel.provenance.links import check_working_folder
+
+    check_working_folder(folder)
+    return folder
+
+
+def study_argument(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the file of a study, and the trust in its decks."""
+    file = click.argument("file", metavar="STUDY", type=StudyFile(), help="YAML file of the study")
+    words = "run your own decks, which can start programs and write any file"
+    trust = click.option(
+        "--trust-deck", is_flag=True, expose_value=False, callback=_trust_deck, help=words
+    )
+    return file(trust(command))
+
+
+directory = click.option(
+    "-d", "--directory", type=FOLDER, metavar="FOLDER", default=".", callback=_checked_folder,
+    help="folder that contains the folder results (default: the working folder)",
+)  # fmt: skip
+jobs = click.option(
+    "-j", "--jobs", type=click.IntRange(1), metavar="N", default=2,
+    help="number of parallel jobs (default: 2)",
+)  # fmt: skip
+force = click.option("--force", is_flag=True, help="overwrite an existing file")
