@@ -204,8 +204,9 @@ def test_the_motions_of_the_supports_are_summed_up(tmp_path):
     # red: the overall value that the study states
     (line,) = lines_of(STUDIES / "shaker.yaml", tmp_path)["base"]
     assert line == (
-        "random, as tabulated 4 break points 20 to 2000 Hz, 10 g rms, from gevs_acceptance.csv; sine 2 g from 20 to 200 Hz, up and "
-        "down"
+        "random, as tabulated 4 break points 20 to 2000 Hz, 10 g rms, from gevs_acceptance.csv; "
+        "sine 2 g from 20 to 200 Hz, up and down; the panel in vacuum: without mass and damping of "
+        "the air"
     )
 
 

@@ -1,5 +1,6 @@
 """Records of a linear panel, drawn tone by tone, give back its impedance and its response."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -157,6 +158,34 @@ def test_a_linear_panel_has_its_impedance_and_no_residual(coupled, quiet):
     wanted = closed_form(coupled, coupled.panel.points)
     assert mean_square(quiet.psd) == pytest.approx(mean_square(wanted), rel=0.005)
     assert quiet.psd == pytest.approx(wanted, rel=0.03)
+
+
+def test_the_response_is_that_of_the_whole_panel(coupled, plate):
+    # the records are of a panel without air, the response has a full matrix of it; C_e follows the
+    # motion from one to the other
+    # red: `Variants(panel` in either place; `panel` → `whole` in simulated_psd
+    row = plate.shape(np.array([0.6]), np.array([0.3]))
+
+    def air(frequency):
+        omega = 2 * np.pi * frequency[:, None, None]
+        return (20j * omega - 0.2 * omega**2) * row.T @ row
+
+    whole = replace(coupled.panel, added=air)
+    record = drawn(coupled, 3, own=0.0)
+    found, same = estimated(coupled, record, whole=whole), estimated(coupled, record)
+    patch = found.patches[0]
+    full = coupled.stiffness(LINES)[:, :, None] * np.eye(plate.count) + air(LINES)
+    load = 2j * np.pi * LINES * patch.impedance(LINES)
+    full = full + load[:, None, None] * coupled.panel.patches[0].overlap
+    rows = coupled.panel.points @ np.linalg.inv(full)
+    wanted = (np.abs(rows @ coupled.root) ** 2).sum(axis=2)
+    assert found.linear_psd == pytest.approx(wanted, rel=1e-6)
+    assert found.residual == pytest.approx(same.residual, rel=1e-9)
+    # less motion, more damping
+    ratio = patch.impedance.value.real / same.patches[0].impedance.value.real
+    velocities = [mean_square(e.psd, 2)[0] for e in (found, same)]
+    assert np.all(ratio > 1.02)
+    assert velocities[0] < 0.95 * velocities[1]
 
 
 def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):

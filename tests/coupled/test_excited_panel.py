@@ -9,6 +9,7 @@ from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, SimulatedPat
 from pidpanel.coupled.softening import RmsMotion, softened_modulus, softening_bias
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.damping.models import DampingValues
+from pidpanel.damping_ratio import DampingRatio
 from pidpanel.study.coupon import Coupon
 
 STIFF = 3.3e9
@@ -45,11 +46,11 @@ def sine(place, m=1, n=1):
     return np.sin(m * np.pi * place[:, 0] / 1.5) * np.sin(n * np.pi * place[:, 1])
 
 
-def psds(excited):
+def psds(excited, twice_ratio=0.04):
     """Cross-PSDs (nf, n, n) of the coordinates of the bare panel."""
     basis = excited.basis
     omega, own = 2 * np.pi * LINES[:, None], 2 * np.pi * basis.natural_frequency
-    per_force = 1 / (basis.modal_mass * (own**2 - omega**2 + 0.04j * own * omega))
+    per_force = 1 / (basis.modal_mass * (own**2 - omega**2 + 1j * twice_ratio * own * omega))
     force = excited.excitation(LINES)[0] * (2.0 + LINES / 50)[:, None, None]
     return per_force[:, :, None] * force * per_force[:, None, :].conj()
 
@@ -125,6 +126,35 @@ def test_a_given_damper_has_the_motion_of_the_bare_patch(excited):
     wanted = (modal.damping + more) / modal.modal_mass
     assert found.damping == pytest.approx(wanted, rel=2e-3)
     assert more[0] > 0.02 * modal.damping[0]
+
+
+def test_the_whole_panel_has_all_of_its_air_and_the_dampers_in_it(excited):
+    # air that doubles each modal mass, with which a patch moves less
+    # red: `self.air` left out of `bare_psd` or of `added`; `replace` left out of `whole`
+    mass = excited.modal.modal_mass
+
+    def air(frequency):
+        return -((2 * np.pi * frequency[:, None, None]) ** 2) * np.diag(mass) + 0j
+
+    wet, damper = replace(excited, air=air), GivenDamper("side", ByAcceleration(), 0.7)
+    level = scenario(factor=3.0, dampers=(damper,))
+    frequency = np.array([50.0, 120.0])
+    found = wet.whole(level).dynamic_stiffness(frequency)
+    heavy = replace(excited, basis=replace(excited.basis, modal_mass=2 * mass,
+        natural_frequency=excited.basis.natural_frequency / np.sqrt(2)))  # fmt: skip
+    # 2 ζ_i m_i ω_i of the bare panel, of a mass that is twice as large
+    ratio = DampingRatio((0.02 / np.sqrt(2),))
+    heavy = replace(heavy, settings=replace(excited.settings, damping_ratio=ratio))
+    overlap = excited.basis.patch_overlap[1]
+    square = np.trapezoid((2 * np.pi * LINES) ** 4 * np.einsum(
+        "fij,ij->f", psds(heavy, 0.04 / np.sqrt(2)), overlap).real, LINES) / (0.25 * 0.8)  # fmt: skip
+    gamma = np.sqrt(2 * 3.0 * square) / 9.80665
+    damping = 10 * gamma * 0.7 * frequency * 2j * np.pi * frequency
+    wanted = excited.modal.dynamic_stiffness(frequency)[:, :, None] * np.eye(len(mass))
+    wanted = wanted + air(frequency) + damping[:, None, None] * overlap
+    assert np.abs(found - wanted).max() < 2e-3 * np.abs(damping[:, None, None] * overlap).max()
+    (run,) = [wet.with_patches(level)]
+    assert run.added is None
 
 
 @pytest.mark.parametrize("share", [0.97, 1.03])

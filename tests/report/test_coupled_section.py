@@ -72,3 +72,11 @@ def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
     assert "LIGGGHTS 3" in text
     said = [row[0] for row in blocks_of(page.claims)[0].rows if row[0]]
     assert said and not any("shifts linearly" in claim for claim in said)
+
+
+def test_the_section_states_the_error_by_the_air_where_there_is_some(coupled):
+    # red: `in_air` left out
+    sections = [
+        coupled_section(coupled.coupled, coupled.names, POINTS, in_air=wet) for wet in (False, True)
+    ]
+    assert ["at most 1.2 %" in blocks_of(s)[0].text for s in sections] == [False, True]

@@ -373,6 +373,7 @@ def _of_base(base: BaseMotion) -> Iterator[str]:
     if base.sine is not None:
         low, high = base.sine.frequency_hz
         yield f"sine {base.sine.acceleration_g:g} g from {low:g} to {high:g} Hz, up and down"
+    yield "the panel in vacuum: without mass and damping of the air"
 
 
 def all_cases(study: CouponStudy) -> list[Case]:

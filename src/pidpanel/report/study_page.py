@@ -116,7 +116,8 @@ def _sections(inputs: Inputs) -> list[PageSection]:
             )
         )
     if inputs.coupled is not None:
-        sections.append(coupled_section(inputs.coupled, names, inputs.moving_points))
+        in_air, points = study.radiation != "none", inputs.moving_points
+        sections.append(coupled_section(inputs.coupled, names, points, in_air=in_air))
     if study.layouts:
         sections.append(layouts_section(inputs))
     families = with_progress(list(study.families), "families of scenarios of the page")
