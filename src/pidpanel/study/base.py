@@ -51,14 +51,14 @@ class SectionModel(BaseModel):
         return section
 
     def _mistakes_of_keys(self) -> Iterator[Mistake]:
-        given = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        among = given.intersection(key for form in self.forms for key in form)
-        if self.forms and among not in map(set, self.forms):
+        keys = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        present = keys.intersection(key for form in self.forms for key in form)
+        if self.forms and present not in map(set, self.forms):
             forms = ", or ".join(map(listed, self.forms))
             yield Mistake((), f"must have either {forms}")
-        if self.needed and not given.intersection(self.needed):
-            first, *others = self.needed
-            message = f"missing; required unless {' or '.join(others)} is given"
+        if self.needed and not keys.intersection(self.needed):
+            first, *alternatives = self.needed
+            message = f"missing; required unless {' or '.join(alternatives)} is given"
             yield Mistake((first,), message)
 
     def mistakes(self) -> Iterator[Mistake]:
