@@ -16,7 +16,7 @@ from pydantic import (
     model_validator,
 )
 
-from pidpanel.study.mistakes import Mistake, Mistakes, mistakes_of
+from pidpanel.study.mistakes import Mistake, Mistakes, listed, mistakes_of
 from pidpanel.study.quantity import Quantity, inside
 
 
@@ -31,6 +31,8 @@ class SectionModel(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     removed_keys: ClassVar[Mapping[str, str]] = {}  # keys of earlier versions, a message for each
+    forms: ClassVar[tuple[tuple[str, ...], ...]] = ()  # keys that go together; one form is required
+    needed: ClassVar[tuple[str, ...]] = ()  # keys of which at least one is required
 
     @model_validator(mode="wrap")
     @classmethod
@@ -41,12 +43,23 @@ class SectionModel(BaseModel):
         if not mistakes:
             try:
                 section = handler(values)
-                mistakes = list(section.mistakes())
+                mistakes = list(section._mistakes_of_keys()) or list(section.mistakes())
             except ValidationError as error:
                 mistakes = list(mistakes_of(error, cls))
         if mistakes:
             raise Mistakes(mistakes, cls)
         return section
+
+    def _mistakes_of_keys(self) -> Iterator[Mistake]:
+        keys = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        present = keys.intersection(key for form in self.forms for key in form)
+        if self.forms and present not in map(set, self.forms):
+            forms = ", or ".join(map(listed, self.forms))
+            yield Mistake((), f"must have either {forms}")
+        if self.needed and not keys.intersection(self.needed):
+            first, *alternatives = self.needed
+            message = f"missing; required unless {' or '.join(alternatives)} is given"
+            yield Mistake((first,), message)
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what of the keys does not fit together; each is good on its own."""

@@ -115,19 +115,14 @@ class Area(SectionModel):
     """Corners (x, y) of a polygon in order [m]."""
     corner_radius_m: Radius = 0.0
     """Radius of all corners of the polygon [m]."""
-    _shapes: ClassVar[tuple[set[str], ...]] = (
-        {"centre_m", "size_m"},
-        {"centre_m", "diameter_m"},
-        {"corners_m"},
+    forms: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("centre_m", "size_m"),
+        ("centre_m", "diameter_m"),
+        ("corners_m",),
     )
-    _allowed: ClassVar[str] = "centre_m with size_m or diameter_m, or corners_m"
 
     def mistakes(self) -> Iterator[Mistake]:
-        keys = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        if keys - {"corner_radius_m"} not in self._shapes:
-            has = ", ".join(sorted(keys)) or "nothing"
-            yield Mistake((), f"must have {self._allowed}; it has {has}")
-        elif self.corner_radius_m and self.corners_m is None:
+        if self.corner_radius_m and self.corners_m is None:
             yield Mistake(("corner_radius_m",), "only allowed with corners_m")
         else:
             yield from _mistakes_of_corners(self.shape, "corners_m")
@@ -152,8 +147,7 @@ class Patch(Area):
 
     group: Text | None = None
     """Property number (Nastran) or physical group (gmsh) of a mesh file, instead of a shape."""
-    _shapes: ClassVar[tuple[set[str], ...]] = (*Area._shapes, {"group"})
-    _allowed: ClassVar[str] = f"{Area._allowed}, or group"
+    forms: ClassVar = (*Area.forms, ("group",))
 
     def _circle(self, centre: Position, radius: float) -> Circle:
         return Circle.of_equal_area(centre, radius)
