@@ -54,8 +54,8 @@ FORMULAS = {
     "panel": "attachments basis checks connectivity eigen grid mindlin modes navier plate point_supports resolution section shapes "
     "stretching supports thin triangles",
     "sound": "chebyshev face field free_edges outline radiation rectangle spectrum surroundings table wavenumber_table",
-    "solve": "bands basis_error dampers direct elements excitation layout lines maps mesh_error modal "
-    "model motions bare_motions panel power search sharpness solvers source stress base_motion stretching uncertainty",
+    "solve": "bands basis_error dampers elements excitation layout lines maps mesh_error modal "
+    "model motions panel power receptances search sharpness solvers source stress base_motion stretching uncertainty",
     "coupled": "coupled_panel estimate impedance integration linear own_force "
     "excited_panel scenario_runs segments softening force_record spectra variants",
     "response": "cases dampers extrapolation mapping model_error nastran panel stretching tables",
