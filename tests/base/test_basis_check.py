@@ -17,8 +17,8 @@ from pidpanel.solve.basis_error import (
     check_basis,
     point_vertices,
 )
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.elements import ElementMotion
+from pidpanel.solve.receptances import patch_stiffness
 
 LINES = np.array([35.0, 110.0, 224.0, 390.0])
 

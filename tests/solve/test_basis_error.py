@@ -23,7 +23,7 @@ from pidpanel.solve.basis_error import (
     principal,
     refined,
 )
-from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.receptances import patch_stiffness
 
 ZETA, HIGHEST = DampingRatio((0.01,)), 400.0
 CUTOFF = 2 * HIGHEST

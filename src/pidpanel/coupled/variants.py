@@ -3,13 +3,13 @@
 All is in closed form and linear in changes of C_e, m_a and own force.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled.coupled_panel import CoupledPanel, Impedance, cell_load
-from pidpanel.coupled.linear import Receptances
+from pidpanel.coupled.linear import OverFrequency, linear_psds
 from pidpanel.coupled.own_force import OwnForce
 from pidpanel.coupled.spectra import band_sums
 from pidpanel.solve.bands import band_rms
@@ -50,10 +50,12 @@ class Variants:
             patch.whole_load(force, centre) * force.psd[:, None, None]
             for patch, force in zip(panel.patches, forces, strict=True)
         ]
-        total, *single = (
-            interpolated_load(frequency, centre, load) for load in (np.sum(loads, axis=0), *loads)
-        )
-        sets: list[tuple[Complexes, Callable[[slice], Array] | None]] = [(z, None), (z, total)]
+
+        def forced(load: Array) -> OverFrequency:
+            return lambda lines: panel.load(lines) + interpolated_load(lines, centre, load)
+
+        total, *single = (forced(load) for load in (np.sum(loads, axis=0), *loads))
+        sets: list[tuple[Complexes, OverFrequency]] = [(z, panel.load), (z, total)]
         sets += [(z, force) for force in single]
         for p in range(len(loads)):
             for unit in (1.0, 1j):
@@ -61,11 +63,8 @@ class Variants:
                 changed[p] += unit * step[p]
                 sets.append((changed, total))
         observed = np.concatenate([panel.points, panel.at_cells])
-        psds = Receptances(frequency, panel.dynamic_stiffness, felt, observed).psds(
-            [values[owner].T for values, _ in sets],
-            lambda lines: panel.load(frequency[lines]),
-            [force for _, force in sets],
-        )
+        sets = [(values[owner].T, force) for values, force in sets]
+        psds = linear_psds(frequency, panel.modal, panel.added, felt, observed, sets)
         base, whole, patches = psds[0], psds[1], len(loads)
         changed = psds[2 + patches :].reshape(patches, 2, *base.shape)
         slope = (changed - whole) / step[:, None, :, None]
@@ -160,9 +159,11 @@ def simulated_psd(
         weighted = patch.shape * patch.area[:, None]
         psd = sums.sum(axis=0) / lines.sum(axis=0)[:, None, None]
         load += weighted.T @ psd @ weighted
-    stiffness = panel.dynamic_stiffness
-    receptances = Receptances(frequency, stiffness, panel.at_cells.T, panel.points)
-    own_force = interpolated_load(frequency, centre, load)
     dampers = cell_load(panel, frequency, impedances)
-    (result,) = receptances.psds([dampers], None, [own_force])
-    return result
+
+    def own_force(lines: Array) -> Array:
+        return interpolated_load(lines, centre, load)
+
+    cells, added, sets = panel.at_cells.T, panel.added, [(dampers, own_force)]
+    (result,) = linear_psds(frequency, panel.modal, added, cells, panel.points, sets)
+    return np.asarray(result)

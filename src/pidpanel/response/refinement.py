@@ -15,7 +15,6 @@ from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.resolution import ORDER, BoundaryStrain, element_sizes
 from pidpanel.provenance.results import read_netcdf
 from pidpanel.response.cases import (
-    CasePlan,
     ResponseScenario,
     SolvedCase,
     heaviest_dampers,
@@ -32,10 +31,10 @@ from pidpanel.solve.basis_error import (
     lines_to_try,
     pressure_errors,
 )
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.mesh_error import MeshError, MeshShift, mesh_error, point_shifts, shift_of_modes
 from pidpanel.solve.model import UnstableDamping
+from pidpanel.solve.receptances import patch_stiffness
 from pidpanel.solve.sharpness import LoadedModes, flanks, loaded_modes
 from pidpanel.solve.solvers import PanelSolver, damper_key
 
@@ -96,12 +95,12 @@ def checked_responses(
         lines = lines_to_try(
             panel.settings.frequency_range, plate.stiffness.shape[0], columns, attempt
         )
-        # the search for the motions is done here, once for all lines
         solver, plain = wider.solver(rms_only=True), plan.response_alone()
+        motions = plan.search(solver)  # do not depend on the lines of the result
         if wider.resolved_ratio < SHARP:
-            lines = _with_flanks(lines, wider, solver, plain)
+            lines = _with_flanks(lines, wider, solver, plain.solve(solver, motions))
         checked = solver.with_lines(lines, wider.deflection_at_points)
-        tried = plain.solve(checked)
+        tried = plain.solve(checked, motions)
         check, by_case = _check(panel, wider, plate, further_shapes, tried, lines, source.force_at)
         if not check.missing_shapes.shape[1] or attempt == ATTEMPTS - 1:
             break
@@ -113,7 +112,7 @@ def checked_responses(
         message = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
         print(message, file=sys.stderr)
     solver = checked.with_lines(wider.frequency, wider.motion_at_points)
-    cases = plan.solve(solver)
+    cases = plan.solve(solver, motions)
     errors = _mesh_errors(wider, cases, mesh_shifts(wider, scenarios))
     return CheckedResponses(wider, solver, cases, worst, further_shapes, errors)
 
@@ -219,11 +218,13 @@ def _mesh_errors(
     return errors
 
 
-def _with_flanks(lines: Array, panel: ResponsePanel, solver: PanelSolver, plan: CasePlan) -> Array:
+def _with_flanks(
+    lines: Array, panel: ResponsePanel, solver: PanelSolver, cases: Sequence[SolvedCase]
+) -> Array:
     """Return the lines with as many on the flanks of resonances."""
     answers = [
         answer.response.acceleration_psd
-        for case in plan.solve(solver)
+        for case in cases
         for answer in (case.response, case.bare, case.dead_weight)
         if isinstance(answer, LayoutResponse)
     ]

@@ -24,11 +24,11 @@ from pidpanel.solve.base_motion import (
     with_translation,
 )
 from pidpanel.solve.basis_error import modal_basis
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import DamperLayout, layouts
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.solve.panel import ModalPanel
+from pidpanel.solve.receptances import patch_stiffness
 from pidpanel.verification.rows import Row, comparison
 
 SIZE, RIGIDITY, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02
@@ -102,8 +102,8 @@ class _Plate:
         observed = np.concatenate([motions, np.eye(count)])
         transfer = Transfer.of_panel(frequency, self.modal, patches, self.force, observed)
         s = patch_stiffness(frequency, *np.full((2, 1, frequency.size), [[[damping]], [[mass]]]))
-        motion = transfer.motions(slice(None), s)
-        shapes = motion[:, : -transfer.width][:, -count:]
+        motion = transfer.motions(s)
+        shapes = motion[:, -count:]
         points = motion[:, : len(motions)].reshape(len(frequency), 3, -1)
         absolute = -((2 * np.pi * frequency[:, None]) ** 2) * points[:, :-1, 0]
         return absolute, interface_force(frequency, points[:, -1], [0], s), shapes
