@@ -132,7 +132,7 @@ def test_law_and_bound_are_drawn_beside_the_cases(cases):
 
 def test_the_spectrum_has_units(study, bands):
     # red: a label without its unit
-    (fragment,) = sound_section.sound_section(study, bands, assumed=False).blocks
+    (fragment,) = sound_section.sound_section(study, bands).blocks
     spectrum = response_figures.charts_figure(fragment.values["spectrum"].charts)
     assert_units(spectrum)
     assert "dB re 20 µPa" in spectrum.axes[0].get_ylabel()
