@@ -27,7 +27,7 @@ def test_nafems_13r_is_met_and_its_stress_converges(tmp_path):
     # curvatures of quintic triangles converge at order 4; meshes are no halvings of one another,
     # so that a factor 4 for half the size is asked, and 12 found
     # red: 1e-12 → 1e-11; the wrong component of `layer_psd`
-    rows = nafems_rows(tmp_path)
+    rows = list(nafems_rows(tmp_path))
     for row in rows:
         assert row.met or not row.has_tolerance, (
             row.quantity,
