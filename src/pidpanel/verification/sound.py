@@ -13,7 +13,7 @@ from pidpanel.sound.free_edges import FreePanel, Jumps
 from pidpanel.sound.outline import OutlineJumps
 from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.rectangle import RectangleJumps
-from pidpanel.verification.rows import Row, comparison
+from pidpanel.verification.rows import Row, cases_of, comparison
 
 SIDES = (1.5, 1.0)
 SPEED = 343.0
@@ -223,10 +223,4 @@ def piston_volume(a: float, b: float) -> float:
     return float((double + 2 / 3 * (a**3 + b**3 - d**3)) / (2 * np.pi))
 
 
-CASES = {
-    "field": field_rows,
-    "disc": disc_rows,
-    "reciprocity": reciprocity_rows,
-    "rectangle": rectangle_rows,
-    "wall": wall_rows,
-}
+CASES = cases_of(globals())
