@@ -12,8 +12,7 @@ from pidpanel.sound.free_edges import (
 )
 from pidpanel.sound.outline import OutlineJumps
 from pidpanel.sound.rectangle import RectangleJumps
-from pidpanel.verification.free_edges import BY_ELEMENTS, l_mesh
-from pidpanel.verification.sound import SIDES, sine_panel
+from pidpanel.verification.sound import BY_ELEMENTS, SIDES, l_mesh, sine_panel
 from tests.sound.hats import extrapolated
 
 K = float(wavenumber(64.9, 343.0))

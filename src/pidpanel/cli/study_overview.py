@@ -17,7 +17,7 @@ from pidpanel.study.dampers import BedDamper
 if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone needs half of it
     from pidpanel.arrays import Array
     from pidpanel.coupon.cases import Case
-    from pidpanel.geometry.plane_waves import WettedFace
+    from pidpanel.panel.basis import PanelBasis
     from pidpanel.panel.mesh import PanelMesh
     from pidpanel.study.panel import Panel
 
@@ -43,8 +43,7 @@ class PanelEstimate(NamedTuple):
     rigid: int  # number of rigid-body modes
     frequency: Array | None  # (n,) first natural frequencies [Hz]; None if nothing was solved
     elements: int  # of the mesh that was solved
-    face: WettedFace | None = None  # in the shapes of these modes
-    mass: Array | None = None  # (n,) modal masses [kg]
+    basis: PanelBasis | None = None  # of these modes
 
 
 def overview(study: CouponStudy, results: Path = Path("results")) -> str:
@@ -123,10 +122,9 @@ def solve(panel: Panel) -> PanelEstimate:
     rigid, frequency, vectors = first_modes(plate, MODES + 3)
     share = len(study_mesh.cells) / len(mesh.cells)
     coordinates = round(plate.stiffness.shape[0] * share)
-    frequency, vectors = frequency[:MODES], vectors[:, :MODES]
-    face = basis_of(mesh, plate, Shapes(frequency, frequency[:0], vectors))
-    elements, mass = len(mesh.cells), face.modal_mass
-    return PanelEstimate(study_mesh, coordinates, rigid, frequency, elements, face, mass)
+    first = Shapes(frequency[:MODES], frequency[:0], vectors[:, :MODES])
+    elements, basis = len(mesh.cells), basis_of(mesh, plate, first)
+    return PanelEstimate(study_mesh, coordinates, rigid, first.frequency, elements, basis)
 
 
 def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
@@ -361,8 +359,8 @@ def _of_sound(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         f"{read_pressure(sound.spectrum)[1]}{scenarios}"
     )
     yield study.setting
-    if estimate.frequency is not None and estimate.mass is not None and estimate.face is not None:
-        yield surroundings_text(study, estimate.face, estimate.frequency, estimate.mass)
+    if (basis := estimate.basis) is not None:
+        yield surroundings_text(study, basis, basis.natural_frequency, basis.modal_mass)
 
 
 def _of_base(base: BaseMotion) -> Iterator[str]:

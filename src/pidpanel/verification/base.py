@@ -29,7 +29,7 @@ from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.receptances import patch_stiffness
-from pidpanel.verification.rows import Row, comparison
+from pidpanel.verification.rows import Row, cases_of, comparison
 
 SIZE, RIGIDITY, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02
 MASS = MASS_PER_AREA * SIZE[0] * SIZE[1]
@@ -122,7 +122,7 @@ def _navier(frequency: Array, points: Array, highest: int = 400) -> tuple[Comple
     return 1 + gain @ (product * part).T, 1 + gain @ (64 / (np.pi**4 * m**2 * n**2))
 
 
-def plate_rows(folder: Path) -> Iterator[Row]:
+def supported_plate_rows(folder: Path) -> Iterator[Row]:
     """Compute the simply supported plate of the paper, ζ = 2 %, against its modal series."""
     plate = _Plate(folder)
     frequency = np.array([40.0, 64.9, 180.0, 224.7])
@@ -137,7 +137,7 @@ def plate_rows(folder: Path) -> Iterator[Row]:
         yield weight.row(f"force over acceleration, {f:g} Hz", value, reference, f)
 
 
-def limit_rows(folder: Path) -> Iterator[Row]:
+def limits_rows(folder: Path) -> Iterator[Row]:
     """Compute limits for any panel on a moving base: near 0 Hz, and for all its modes."""
     plate = _Plate(folder)
     gain, force, _ = plate.solve(np.array([0.02]), 0.0, APPARENT)
@@ -180,9 +180,4 @@ def balance_rows(folder: Path) -> Iterator[Row]:
         yield balance.row(quantity, power, lost, f)
 
 
-CASES = {
-    "oscillator": oscillator_rows,
-    "supported_plate": plate_rows,
-    "limits": limit_rows,
-    "balance": balance_rows,
-}
+CASES = cases_of(globals())
