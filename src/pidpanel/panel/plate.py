@@ -21,6 +21,7 @@ from pidpanel.panel.section import Section
 LOAD_ORDER = 5
 # Share of the extent of the panel: a position this far off it is on it.
 CLOSE = 1e-6
+ROUNDING = 1e-12  # of shape functions
 NONE_FREE = "mesh: every vertex is on a support; the panel needs vertices that are free to move"
 
 
@@ -87,6 +88,9 @@ def assembled_plate(
     if not np.any(at_vertices.data):
         raise ValueError(NONE_FREE)
     points = np.array(list(mesh.points.values()), dtype=float).reshape(-1, 2)
+    at_points = interpolate(points)
+    at_points.data[np.abs(at_points.data) < ROUNDING] = 0.0  # on a support nothing moves
+    at_points.eliminate_zeros()
     linear = ElementTriP1() if mesh.cell_kind == "triangles" else ElementQuad1()
     load = CellBasis(skmesh, element, intorder=LOAD_ORDER)
     position = np.asarray(load.global_coordinates())
@@ -99,7 +103,7 @@ def assembled_plate(
         patch_overlap=patch_overlap,
         interpolate=interpolate,
         at_vertices=at_vertices,
-        at_points=interpolate(points),
+        at_points=at_points,
         point_weight=values_at(CellBasis(skmesh, linear), points),
         quadrature_position=position.reshape(2, -1).T,
         quadrature_weight=load.dx.ravel(),
