@@ -88,9 +88,9 @@ def assembled_plate(
     if not np.any(at_vertices.data):
         raise ValueError(NONE_FREE)
     points = np.array(list(mesh.points.values()), dtype=float).reshape(-1, 2)
-    at_points = interpolate(points)
-    at_points.data[np.abs(at_points.data) < ROUNDING] = 0.0  # on a support nothing moves
-    at_points.eliminate_zeros()
+    rows = interpolate(points)
+    rows.data[np.abs(rows.data) < ROUNDING] = 0.0  # on a support nothing moves
+    rows.eliminate_zeros()
     linear = ElementTriP1() if mesh.cell_kind == "triangles" else ElementQuad1()
     load = CellBasis(skmesh, element, intorder=LOAD_ORDER)
     position = np.asarray(load.global_coordinates())
@@ -103,7 +103,7 @@ def assembled_plate(
         patch_overlap=patch_overlap,
         interpolate=interpolate,
         at_vertices=at_vertices,
-        at_points=at_points,
+        at_points=rows,
         point_weight=values_at(CellBasis(skmesh, linear), points),
         quadrature_position=position.reshape(2, -1).T,
         quadrature_weight=load.dx.ravel(),
