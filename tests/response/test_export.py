@@ -80,7 +80,7 @@ def test_lines_at_a_step_of_the_input_come_back_from_our_own_files(tmp_path):
                "acceleration_psd_g2_hz_other": 7.0}  # fmt: skip
     write_csv(tmp_path / "psd.csv", pd.DataFrame({"frequency_hz": lines, **columns}), 7)
     for name, unit in (("psd.uff", STANDARD_GRAVITY**-2), ("psd.csv", 1.0)):
-        measured = read_measured(tmp_path / name, None, "P")
+        measured = read_measured(tmp_path / name, point="P")
         np.testing.assert_allclose(measured.psd, unit * psd, rtol=1e-12)
         np.testing.assert_allclose(measured.frequency, lines, rtol=1e-6)
         assert (np.diff(measured.frequency) > 0).all()
