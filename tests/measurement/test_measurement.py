@@ -9,6 +9,7 @@ from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.measurement.differences import band_differences
 from pidpanel.measurement.files import PSD_COLUMN, RATIO_COLUMN, MeasuredPsd, read_measured
+from pidpanel.measurement.universal import RecordChoice
 from pidpanel.response.exports import Curve, write_uff58
 from pidpanel.solve.bands import band_rms
 
@@ -99,13 +100,13 @@ def test_a_table_of_several_points_gives_that_of_a_point(tmp_path):
     )
     path.write_text(f"{head}20,1,7,4\n30,2,8,5\n")
     for point, values in (("P", [1, 2]), ("Q", [4, 5])):
-        measured = read_measured(path, None, point)
+        measured = read_measured(path, point=point)
         assert measured.frequency.tolist() == [20, 30] and measured.psd.tolist() == values
     with pytest.raises(ColumnsError, match="'acceleration_psd_g2_hz_P': unknown"):
-        read_measured(path, None, "R")
+        read_measured(path, point="R")
     path.write_text(f"{head}20,1,7,4\n30,2,8\n40,3,9,6\n")
     with pytest.raises(ColumnsError, match="line 3: has 3 values, must have 2"):
-        read_measured(path, None, "Q")
+        read_measured(path, point="Q")
 
 
 @pytest.mark.parametrize(("over_base", "name"), [(False, PSD_COLUMN), (True, RATIO_COLUMN)])
@@ -127,8 +128,10 @@ def test_the_number_of_a_data_set_belongs_to_universal_files(tmp_path):
     # red: ignored with a table
     path = tmp_path / "a.csv"
     path.write_text(f"{HEAD}20,1\n30,1\n")
-    with pytest.raises(ColumnsError, match="record is only allowed with a universal file"):
-        read_measured(path, 1)
+    with pytest.raises(
+        ColumnsError, match="record, node and direction are only allowed with a universal file"
+    ):
+        read_measured(path, RecordChoice(1))
 
 
 def test_a_universal_file_of_another_function_or_of_several_is_refused(tmp_path):
@@ -138,11 +141,11 @@ def test_a_universal_file_of_another_function_or_of_several_is_refused(tmp_path)
     with pytest.raises(ColumnsError, match="must be an acceleration"):
         read_measured(universal(tmp_path / "force.uff", ordinate_spec_data_type=13))
     two = universal(universal(tmp_path / "two.uff"), data=3 * PSD)
-    with pytest.raises(ColumnsError, match="has 2 data sets 58; the key record selects one"):
+    with pytest.raises(ColumnsError, match="has 2 data sets 58, 2 of them as selected; record, or"):
         read_measured(two)
-    np.testing.assert_allclose(read_measured(two, 2).psd, 3 * PSD, rtol=1e-6)
-    with pytest.raises(ColumnsError, match="record is 3"):
-        read_measured(two, 3)
+    np.testing.assert_allclose(read_measured(two, RecordChoice(2)).psd, 3 * PSD, rtol=1e-6)
+    with pytest.raises(ColumnsError, match="has 2 data sets 58, none of them as selected"):
+        read_measured(two, RecordChoice(3))
 
 
 def test_a_transmissibility_is_read_from_a_table_and_a_frequency_response(tmp_path):

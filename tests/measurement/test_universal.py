@@ -8,6 +8,7 @@ import pytest
 from pidpanel.columns import ColumnsError
 from pidpanel.identify.force_files import read_force
 from pidpanel.measurement.files import read_measured
+from pidpanel.measurement.universal import RecordChoice
 
 G = 9.80665
 LINES = 20 + 19.8 * np.arange(101)
@@ -47,10 +48,10 @@ def units(code, length, force):
 MILLIMETRES, INCHES, SI = units(5, 1e3, 1e3), units(7, 39.37008, 0.2248089), units(1, 1.0, 1.0)
 
 
-def read(tmp_path, text, encoding="latin-1", record=None):
+def read(tmp_path, text, encoding="latin-1", choice=RecordChoice()):  # noqa: B008
     path = tmp_path / "test.uff"
     path.write_bytes(text.encode(encoding))
-    return read_measured(path, record)
+    return read_measured(path, choice)
 
 
 def refused(tmp_path, text, message):
@@ -88,7 +89,7 @@ def test_a_missing_unit_is_refused_or_that_of_data_set_164(tmp_path, label):
         np.testing.assert_allclose(measured.psd, 0.01 * (metre / G) ** 2, rtol=1e-5)
     # the units of a function stand before it, the last of several
     several = SI + data_set(0.01, label) + INCHES + MILLIMETRES + data_set(0.01, label) + SI
-    measured = read(tmp_path, several, record=2)
+    measured = read(tmp_path, several, choice=RecordChoice(2))
     np.testing.assert_allclose(measured.psd, 0.01e-6 / G**2, rtol=1e-5)
 
 
@@ -139,12 +140,51 @@ def test_a_label_may_begin_early_and_be_longer_than_the_format_has(tmp_path, shi
 
 @pytest.mark.parametrize(
     ("function", "name"),
-    [(1, "a time history"), (2, "an auto spectrum without a width"), (3, "a cross spectrum"),
-     (6, "a coherence"), (12, "a spectrum"), (24, "a shock response spectrum"),
+    [(1, "a time history"), (3, "a cross spectrum"),
+     (6, "a coherence"), (24, "a shock response spectrum"),
      (7, "another function")],
 )  # fmt: skip
 def test_other_functions_are_named(tmp_path, function, name):
     refused(tmp_path, data_set(0.01, "g^2/Hz", function), f"{function} is {name}")
+
+
+@pytest.mark.parametrize("function", [2, 12])
+def test_spectra_with_the_unit_of_a_psd_are_one(tmp_path, function):
+    # red: function type 9 alone; a missing unit taken from data set 164
+    psd = read(tmp_path, data_set(0.01, "(m/s^2)^2/Hz", function)).psd
+    np.testing.assert_allclose(psd, 0.01 / G**2, rtol=1e-6)
+    refused(
+        tmp_path, SI + data_set(0.01, NONE, function), f"function type {function} must have the"
+    )
+    refused(tmp_path, data_set(0.01, "g", function), "a PSD must be in")
+
+
+def test_records_are_chosen_by_node_and_direction(tmp_path):
+    # red: the sign of a direction without one; the node of the reference
+    text = "".join(
+        data_set(value, "g^2/Hz").replace(f"{1:10}{3:4} ", f"{node:10}{axis:4} ", 1)
+        for value, node, axis in ((1.0, 7, 1), (2.0, 7, -3), (3.0, 8, 3))
+    )
+    for choice, value in (
+        (RecordChoice(node=8), 3.0),
+        (RecordChoice(node=7, direction="z"), 2.0),
+        (RecordChoice(direction="+z"), 3.0),
+        (RecordChoice(direction="-z"), 2.0),
+        (RecordChoice(record=1), 1.0),
+    ):
+        np.testing.assert_allclose(read(tmp_path, text, choice=choice).psd, value, rtol=1e-5)
+    fault = refused(tmp_path, text, "has 3 data sets 58, 3 of them as selected; record, or node")
+    assert fault.endswith("1 at node 7 x, 2 at node 7 -z, 3 at node 8 z")
+
+
+def test_a_record_padded_by_zeros_has_the_values_that_it_states(tmp_path):
+    # red: more than a line of values refused; values other than 0 left out
+    text = data_set(0.01, "g^2/Hz", count=5)
+    padded = text.replace("  1.00000E-02", "  0.00000E+00").replace(
+        "  0.00000E+00", "  1.00000E-02", 5
+    )
+    assert read(tmp_path, padded).frequency.size == 5
+    refused(tmp_path, text, "has 101 values; it states 5")
 
 
 @pytest.mark.parametrize(

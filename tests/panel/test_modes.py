@@ -228,7 +228,6 @@ def test_a_strong_patch_moves_as_in_a_direct_solve_of_the_whole_plate(
 ):
     C_e, m_a = 3e4, 3.0  # N s/m^3 and kg/m^2: at 2 kHz the patch all but pins the panel
     loss = 0.02  # K (1 + 0.02 i): structural, 1 % critical
-    points = list(paper_mesh.point_vertices.values())
     weight = paper_plate.quadrature_weight[:, None]
     K, M, D = paper_plate.stiffness, paper_plate.mass, paper_plate.patch_overlap[patch]
 
@@ -244,7 +243,7 @@ def test_a_strong_patch_moves_as_in_a_direct_solve_of_the_whole_plate(
 
         dynamic = K * (1 + 1j * loss) - omega**2 * M + Z * D
         direct = spla.splu(dynamic.tocsc()).solve(paper_plate.at_quadrature.T @ pressure)
-        expected = (paper_plate.at_vertices @ direct)[points]
+        expected = paper_plate.at_vertices[[325, 188, 317]] @ direct
 
         modal = np.diag(modal_stiffness * (1 + 1j * loss) - omega**2 * modal_mass) + Z * overlap
         q = np.linalg.solve(modal, paper_basis.shape_at_quadrature.T @ pressure)

@@ -15,6 +15,7 @@ from pidpanel.study import CouponStudy, Study
 STAGE_OF = {
     **dict.fromkeys(("pour", "loosen", "shake", "cases", "film"), "coupon"),
     **dict.fromkeys(("maps", "export"), "response"),
+    "base_export": "base",
     **dict.fromkeys(("coupled_scenario", "verdict"), "coupled"),
     "coupon_report": "report",
 }

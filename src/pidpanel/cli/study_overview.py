@@ -275,20 +275,21 @@ def _accelerations(study: Study) -> Iterator[tuple[str, float]]:
 
 def _of_points(study: Study, mesh: PanelMesh) -> Iterator[str]:
     """Yield each response point with the patches that it lies on, or the support."""
+    import shapely
+
     from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.panel.supports import held_vertices
 
     supports = StudiedPanel(study.panel).supports
-    on_edges = {held.vertex for held in held_vertices(mesh, supports)[0]}
-    for name, vertex in mesh.point_vertices.items():
-        patches = [p for p, cells in mesh.patch_cells.items() if vertex in mesh.cells[cells]]
-        x, y = mesh.vertices[vertex]
+    edges = [mesh.vertices[list(edge)] for edge in held_vertices(mesh, supports)[1]]
+    for name, (x, y) in mesh.points.items():
+        patches = mesh.patches_at((x, y))
         fixed = [
             f", on {label}, where it does not move"
             for label, support in supports.points.items()
             if math.dist((x, y), support.position) <= max(support.radius, 1e-6)
         ]
-        if vertex in on_edges:
+        if shapely.MultiLineString(edges).dwithin(shapely.Point(x, y), 1e-6):
             fixed.append(", on a supported edge, where it does not move")
         yield f"{name} on {' and '.join(patches) or 'no patch'}{''.join(fixed)}"
 

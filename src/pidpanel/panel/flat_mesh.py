@@ -144,12 +144,15 @@ class FlatMesh:
         return float(x), float(y)
 
     def panel_mesh(
-        self, patches: Mapping[str, Shape | str], points: Mapping[str, Position]
+        self,
+        patches: Mapping[str, Shape | str],
+        points: Mapping[str, Position],
+        anchors: Mapping[str, Position] = {},
     ) -> PanelMesh:
-        """Return the mesh with its patches and points, which are positions of nodes [m].
+        """Return the mesh with its patches and points; anchors are positions of nodes [m].
 
         A shape has the triangles whose centre lies in it; text names a group of the file. Raises
-        `ValueError` if a group is missing, elements do not follow a shape, or a point is at no
+        `ValueError` if a group is missing, elements do not follow a shape, or an anchor is at no
         node.
         """
         centre = self.position[self.triangles].mean(axis=1)
@@ -166,8 +169,7 @@ class FlatMesh:
             else:
                 inside = shapely.contains_xy(shapely.Polygon(patch.corners), centre)
                 patch_cells[name] = np.flatnonzero(inside)
-        point_vertices = {}
-        for name, point in points.items():
+        for name, point in anchors.items():
             distance = np.linalg.norm(self.position - point, axis=1)
             nearest = int(np.argmin(distance))
             if distance[nearest] > 1e-6 * extent:
@@ -175,8 +177,7 @@ class FlatMesh:
                     f"point {name!r} = {show(point)}: no node is there; the nearest is"
                     f" {self.node[nearest]} at {show(self.position[nearest])}"
                 )
-            point_vertices[name] = nearest
-        mesh = PanelMesh(self.position, self.triangles, "triangles", patch_cells, point_vertices)
+        mesh = PanelMesh(self.position, self.triangles, "triangles", patch_cells, dict(points))
         shapes = {name: patch for name, patch in patches.items() if not isinstance(patch, str)}
         check_patch_areas(mesh, shapes, PATCH_AREA_TOLERANCE)
         return mesh

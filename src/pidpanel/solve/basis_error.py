@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
-from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.arrays import Array, Complexes
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.panel.basis import PanelBasis, values_of, with_condensed_face
 from pidpanel.panel.matrices import StoredPlate
@@ -130,10 +130,7 @@ def check_basis(
     """
     cutoff = damping_cutoff(basis, highest)
     overlap, modal = list(plate.patch_overlap.values()), modal_basis(basis, damping_ratio, highest)
-    points, ratio = (
-        sp.csr_array(plate.at_vertices[point_vertices(basis)]),
-        damping_ratio.ratio_at(cutoff),
-    )
+    points, ratio = plate.at_points, damping_ratio.ratio_at(cutoff)
     elements = Elements(plate, overlap, shapes, modal, basis.is_residual, ratio, cutoff, points)
     elements.prepare()
 
@@ -174,12 +171,6 @@ def principal(stiffness: sp.csr_array, columns: Array, remainder: float = REMAIN
     left = np.sum(V**2 * square, axis=1)[:, None] - np.cumsum(V**2 * square, axis=1)
     too_few = np.count_nonzero(np.any(left > remainder**2, axis=0))  # none leaves more than fewer
     return columns @ V[:, : too_few + 1]
-
-
-def point_vertices(basis: PanelBasis) -> Index:
-    """Return (n_points,) the vertices that are response points."""
-    distance = np.linalg.norm(basis.point_position[:, None] - basis.vertex_position[None], axis=2)
-    return np.argmin(distance, axis=1)
 
 
 def pressure_errors(
@@ -238,5 +229,5 @@ def basis_shapes(basis: PanelBasis, plate: StoredPlate, further: Array) -> Shape
 
 def refined(basis: PanelBasis, plate: StoredPlate, shapes: Shapes) -> PanelBasis:
     """Return the basis of the panel stage with what it left out, see `basis_shapes`."""
-    wider = replace(basis, **values_of(plate, shapes, point_vertices(basis)))
+    wider = replace(basis, **values_of(plate, shapes))
     return with_condensed_face(wider, basis.quadrature_wavenumber)
