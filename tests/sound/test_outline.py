@@ -34,7 +34,7 @@ def cells_of(name, lines):
 
 
 def impedance(mesh, k, resolved):
-    panel = FreePanel.of_jumps(OutlineJumps.of_mesh(*mesh, resolved), 10.0)
+    panel = FreePanel.of_jumps(OutlineJumps.of_mesh(*mesh, resolved), max(10.0, *k))
     vertices, cells = mesh
     basis = skfem.Basis(
         skfem.MeshQuad(vertices.T.copy(), cells.T.copy()).refined(2),
@@ -49,16 +49,18 @@ def impedance(mesh, k, resolved):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", PANELS)
-def test_an_outline_is_that_of_boundary_elements_in_space(name):
+@pytest.mark.parametrize(
+    ("name", "k", "per_metre"), [("L", (0.5, 6.0), 8), ("hole", (0.5, 6.0), 8), ("L", (15.0,), 16)]
+)
+def test_an_outline_is_that_of_boundary_elements_in_space(name, k, per_metre):
     # the extrapolation leaves 0.1 % of shapes one and two, 0.4 % of the third, whose load is small
+    # at long waves; 0.3 % of all at 15 rad/m, where the finest elements are off by 1.3 %
     # red: `boundary_square` left out of `tails`
     sides, removed = PANELS[name]
     even = np.linspace(0, 1, 13)
-    k = [0.5, 6.0]
-    found = impedance(cells_of(name, (even, even)), k, 10.0)
+    found = impedance(cells_of(name, (even, even)), k, max(10.0, *k))
     for one, row in zip(k, found, strict=True):
-        counts = [int(8 * side) for side in sides]
+        counts = [int(per_metre * side) for side in sides]
         expected = limit(
             [
                 impedance_without(removed, sides, [m * n for n in counts], one, SHAPES)
