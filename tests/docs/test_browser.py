@@ -17,7 +17,6 @@ def browser():
 
 
 def test_pages_open_without_complaint_network_or_overflow(browser, built):
-    # red: "mathml" left out of the extensions in conf.py (MathJax is fetched);
     # .table-wrapper { overflow-x: visible } in pages.css
     pages = sorted(built[0].rglob("*.html"))
     assert len(pages) > 12
@@ -34,7 +33,6 @@ def test_pages_open_without_complaint_network_or_overflow(browser, built):
 
 
 def test_formulas_have_a_size(browser, built):
-    # red: `writer.body.append(_formula(node))` left out of _ext/mathml.py
     browser.open(built[0] / "theory/index.html")
     sizes = browser.run(
         "[...document.querySelectorAll('math')].map(e => e.getBoundingClientRect().width)"
@@ -56,8 +54,6 @@ FIXED = """[...document.querySelectorAll("body *")].filter(e => {
 
 
 def test_pages_print_whole(built, tmp_path):
-    # red: body { display: none } for print in pages.css; there too .skip-to-content left out, or
-    # pre without pre-wrap
     with Browser(PAPER) as browser:
         browser.say("Emulation.setEmulatedMedia", media="print")
         for name in ("theory/coupon", "reference/study", "reference/messages", "tutorials/bead"):

@@ -9,7 +9,6 @@ from pidpanel.solve.panel import deflection_at_points, fixed_points
 
 def test_a_point_is_fixed_where_no_shape_moves_it_by_a_millionth_of_its_largest():
     # shapes of up to 2000, of ½, and one that rests at all vertices, which counts as of 1
-    # red: without abs; the least of a shape; all shapes; 1.1 for one at rest; > 1
     vertices = np.array([[-2000.0, 0.5, 0.0], [1.0, 0.1, 0.0]])
     points = np.array(
         [
