@@ -12,6 +12,7 @@ import yaml
 
 from pidpanel.cli import main
 from pidpanel.damping.atlas_files import read_atlas
+from pidpanel.identify import next_tones, posterior
 from pidpanel.identify.from_study import identify_file, measured_table, read_measurement
 from pidpanel.identify.prediction import Tones
 from pidpanel.study import StudyError, load_study
@@ -34,6 +35,16 @@ def write_measurement(folder, rest=MEASURED, table=TABLE):
     (folder / "tones.csv").write_text(table)
     (folder / "lab.yaml").write_text(STUDY + rest)
     return folder / "lab.yaml"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def grids():
+    """Fewer points and samples, on which no answer here depends (test_posterior)."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(posterior, "COARSE", (10, 6, 5))
+        patch.setattr(posterior, "FINE", (13, 9, 7))
+        patch.setattr(next_tones, "SAMPLES", 40)
+        yield
 
 
 @pytest.fixture
@@ -61,9 +72,9 @@ def test_the_command_prints_and_writes_the_particles(identified):
         row = summary.loc[name]
         assert row["low_90"] < true < row["high_90"]
         assert row["low_90"] < row["value"] < row["high_90"]
-    posterior = pd.read_csv(folder / "posterior.csv")
-    assert posterior["probability"].sum() == pytest.approx(1, abs=1e-4)
-    mean = (posterior["probability"] * posterior["restitution"]).sum()
+    table = pd.read_csv(folder / "posterior.csv")
+    assert table["probability"].sum() == pytest.approx(1, abs=1e-4)
+    mean = (table["probability"] * table["restitution"]).sum()
     assert mean == pytest.approx(summary.loc["restitution", "value"], abs=1e-4)
     assert summary["determined"].all()
     further = pd.read_csv(folder / "next_tests.csv")
@@ -223,9 +234,9 @@ def test_particles_that_were_weighed_state_their_fill(laboratory):
     weighed = (
         "particle_mass_per_area_kg_m2: 7.145\nmeasured: {file: tones.csv, relative_error: 0.03}\n"
     )
-    posterior = identify_file(laboratory(weighed)).posterior
-    assert posterior.estimate(2).mean == pytest.approx(0.5, abs=0.03)
-    assert posterior.estimate(2).error < 0.03
+    found = identify_file(laboratory(weighed)).posterior
+    assert found.estimate(2).mean == pytest.approx(0.5, abs=0.03)
+    assert found.estimate(2).error < 0.03
 
 
 def test_force_over_acceleration_is_a_measurement(laboratory, tmp_path):
