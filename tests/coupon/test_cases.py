@@ -29,12 +29,6 @@ def test_every_combination_is_a_case_with_a_label_of_its_own():
     assert found[0].label.startswith("r0.3_f50Hz_a5g_d2mm_")
 
 
-def test_sphere_sizes_multiply_the_cases():
-    found = cases_of(coupon(sweep={"diameter_mm": [1.5, 2.0, 2.5]}))
-    assert len(found) == 24
-    assert {case.point.packing.diameter for case in found} == {1.5e-3, 2.0e-3, 2.5e-3}
-
-
 def test_combinations_too_fast_are_left_out():
     found = cases_of(coupon(sweep={"max_velocity_m_s": 1.0}))
     # 50 g at 50 Hz is 1.56 m/s

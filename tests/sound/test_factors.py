@@ -58,12 +58,6 @@ def test_bands_follow_one_another_in_any_order():
     np.testing.assert_array_equal(of.factors_at([2.0]), first)
 
 
-def test_forces_that_need_all_shapes_have_no_factors():
-    nodes = chebyshev_nodes(K_MAX, 4)
-    whole = WavenumberTable(K_MAX, nodes, np.broadcast_to(np.eye(8), (4, 8, 8)))
-    assert whole.factors_at([3.0]) is None
-
-
 def test_a_matrix_that_is_not_positive_has_no_factors():
     assert table(noise=1e-6).factors_at([2.0]) is None
 
@@ -71,28 +65,6 @@ def test_a_matrix_that_is_not_positive_has_no_factors():
 def test_nothing_is_extrapolated():
     with pytest.raises(FieldError, match="the table reaches to 20"):
         table().factors_at([21.0])
-
-
-@pytest.mark.parametrize("odd", [False, True])
-def test_rows_of_long_waves_are_read_from_fewer_nodes(odd):
-    of = table(odd)
-    rows = np.arange(0, SHAPES, 3)
-    for k_max in (0.5, 2.0, 9.0, 20.0):
-        few = of._rows_up_to(k_max, rows)
-        assert few.wavenumber.size <= (30 if k_max < 10 else 40)
-        lines = k_max * np.array([0.0, 0.3, 0.9, 1.0])
-        whole = of.matrix(lines)[:, rows]
-        assert np.max(np.abs(few.matrix(lines) - whole)) <= 1e-11 * np.max(np.abs(whole))
-
-
-def test_lines_of_two_bands_are_factored_with_the_shapes_of_the_highest():
-    of = table()
-    lines = np.array([9.0, 10.0, 11.0])
-    L, G = of.factors_at(lines), of.matrix(lines)
-    diagonal = np.sqrt(np.einsum("fii->fi", G))
-    largest = np.maximum(diagonal, 1e-5 * diagonal.max(axis=1, keepdims=True))
-    left = np.abs(G - L @ L.swapaxes(1, 2)) / largest[:, :, None] / largest[:, None]
-    assert np.all(left <= SLACK * FACTOR_TOLERANCES[0])
 
 
 def test_shapes_of_any_size_are_factored_to_their_own_size():
