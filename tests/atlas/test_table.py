@@ -35,7 +35,6 @@ def test_columns_with_a_dimension_have_it_in_their_name():
 
 
 def test_archive_and_citation_are_of_the_published_version():
-    # red: a version that is raised in one of the files only
     package, archive = (
         json.loads(path.read_text(encoding="utf-8"))
         for path in (PACKAGE_FILE, ROOT / ".zenodo.json")
@@ -50,7 +49,6 @@ def test_archive_and_citation_are_of_the_published_version():
 
 
 def test_groups_follow_from_the_simulated_values(atlas):
-    # red: 0.94 r in place of r in the clear gap; W of the velocity
     omega = 2 * math.pi * atlas["frequency_hz"]
     gap = (1 - atlas["fill_fraction"]) * atlas["depth_mm"] * 1e-3
     for name, values in {
@@ -88,7 +86,6 @@ def test_states_are_listed_with_their_shares(atlas):
 
 
 def test_values_are_those_that_the_description_allows(atlas):
-    # red: a case twice; a restitution above 1; a missing value
     assert list(atlas) == [field["name"] for field in fields()]
     for field in fields():
         values, allowed = atlas[field["name"]], field.get("constraints", {})
@@ -100,7 +97,6 @@ def test_values_are_those_that_the_description_allows(atlas):
 
 
 def test_pages_count_the_cases_of_the_file():
-    # red: len(atlas.cases), those with gravity and a measurable loss, as all of them
     with TABLE_FILE.open(newline="") as file:
         count = sum(1 for _ in csv.DictReader(file))
     atlas = atlas_files.read_atlas()

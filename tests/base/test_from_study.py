@@ -45,13 +45,11 @@ def read(shaken, name):
 
 
 def test_each_layout_comes_once_whatever_its_sound_level(shaken):
-    # red: scenarios of the sound as they are
     assert [scenario.label for scenario in base_scenarios(shaken[0])] == ["bare", "PID-1_r0.5"]
 
 
 def test_a_basis_is_checked_for_each_layout_at_each_point(shaken):
     # the bare panel and the damper by both models, at two points
-    # red: layouts over points; dead weights too
     assert set(shaken[2]) == {3 * 2}
 
 
@@ -62,7 +60,6 @@ def test_the_input_is_the_table_within_the_range_of_the_response(shaken):
 
 
 def test_the_summary_is_the_integral_of_the_psds(shaken):
-    # red: relative displacement in m; errors of the point before
     with xr.open_dataset(shaken[1] / "psd.nc", engine="scipy") as psd:
         curves = psd.load()
     for row in read(shaken, "summary.csv").query("status == 'ok'").itertuples():
@@ -82,7 +79,6 @@ def test_the_summary_is_the_integral_of_the_psds(shaken):
 
 
 def test_the_table_of_psds_integrates_to_the_summary_in_g(shaken):
-    # red: m/s² for g; another point; cases without a steady motion kept
     table = read(shaken, "psd.csv")
     summary = read(shaken, "summary.csv").query("status == 'ok'")
     by = ["reading", "scenario", "input"]
@@ -111,7 +107,6 @@ def test_a_damper_lowers_points_and_force_and_brings_its_errors(shaken):
 
 
 def test_notched_inputs_keep_all_limits_and_say_which(shaken):
-    # red: notches from the stated motion alone; the limit of the force in g
     rows = read(shaken, "summary.csv").query("input == 'notched'")
     centre = rows[rows["point"] == "centre"]
     # the last round leaves 0.2 % of the PSD
@@ -128,7 +123,6 @@ def test_notched_inputs_keep_all_limits_and_say_which(shaken):
 
 
 def test_damping_that_feeds_the_panel_has_no_motion(shaken):
-    # red: the sweep of a negative C_e in its table; peaks of 0
     negative = "reading == 'paper_printed' and scenario == 'PID-1_r0.5'"
     rows = read(shaken, "summary.csv").query(negative)
     assert list(rows["status"]) == ["unstable", "unstable"] and list(rows["input"].unique()) == [
@@ -146,7 +140,6 @@ def test_the_mass_of_the_modes_is_that_of_the_panel(shaken):
 
 
 def test_the_sweep_of_the_bare_panel_is_its_transmissibility(shaken):
-    # red: rms for amplitude
     peaks, rows = (
         read(shaken, f"{name}.csv").query("reading == 'table'") for name in ("sine", "summary")
     )
@@ -159,7 +152,6 @@ def test_the_sweep_of_the_bare_panel_is_its_transmissibility(shaken):
 
 
 def test_every_column_and_variable_is_described(shaken):
-    # red: a column of files.yaml left out
     entries = {entry["file"]: entry for entry in yaml.safe_load(FILES.read_text("utf-8"))}
     points = read(shaken, "summary.csv")["point"].unique()
     for path in shaken[1].iterdir():
@@ -187,7 +179,6 @@ def test_a_study_of_a_sine_alone_has_no_random_motion(tmp_path):
 
 
 def test_measurements_under_base_motion_are_compared_with_the_base(shaken, tmp_path):
-    # red: a transmissibility taken for a PSD; the notched input; the response to the sound
     with xr.open_dataset(shaken[1] / "psd.nc", engine="scipy") as psd:
         case = psd.load().sel(scenario="PID-1_r0.5", point="aside", input="stated", reading="table")
     f = case["frequency"].to_numpy()
@@ -247,7 +238,6 @@ def test_a_transmissibility_needs_base_motion_and_a_psd_random_motion(tmp_path):
 
 
 def test_peaks_of_a_sweep_have_the_errors_of_their_lines(shaken):
-    # red: the largest error of any line
     with xr.open_dataset(shaken[1] / "sine.nc", engine="scipy") as sine:
         curves = sine.load().sel(reading="table")
     rows = read(shaken, "sine.csv").query("reading == 'table'")
@@ -260,7 +250,6 @@ def test_peaks_of_a_sweep_have_the_errors_of_their_lines(shaken):
 
 
 def test_the_stated_error_of_the_mesh_is_that_against_a_finer_one(shaken, tmp_path):
-    # red: no shift of the mesh; that of a panel whose supports are at rest
     values = yaml.safe_load((HERE / "shaken.yaml").read_text())
     values["panel"]["mesh"]["elements"] = [30, 20]
     del values["base"]["sine"], values["base"]["limits"]
@@ -306,7 +295,6 @@ response: {frequency_hz: [30, 300]}
 
 def test_a_mesh_that_the_report_will_mark_is_named_before_the_run(tmp_path):
     # the error of free edges and feet; a finer mesh, at feet too, is neither named nor marked
-    # red: waves alone, which the check refuses from 0.5 dB
     named, marked = [], []
     for size in ("0.12", "0.05, corner_size_m: 0.002"):
         folder = tmp_path / size

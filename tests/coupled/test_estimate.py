@@ -146,7 +146,6 @@ def noisy(coupled):
 @pytest.mark.slow
 def test_a_linear_panel_has_its_impedance_and_no_residual(coupled, quiet):
     # what is left leaks through Hann's window at 40 Hz, and is the chance of the records' motion
-    # red: PASSES = 1; `self._omega * motion` → `self.velocity` in impedance_sums
     z = quiet.patches[0].impedance
     damping = z.value.real
     assert damping == pytest.approx(np.full(len(CENTRE), damping.mean()), rel=0.01)
@@ -163,7 +162,6 @@ def test_a_linear_panel_has_its_impedance_and_no_residual(coupled, quiet):
 def test_the_response_is_that_of_the_whole_panel(coupled, plate):
     # the records are of a panel without air, the response has a full matrix of it; C_e follows the
     # motion from one to the other
-    # red: `Variants(panel` in either place; `panel` → `whole` in simulated_psd
     row = plate.shape(np.array([0.6]), np.array([0.3]))
 
     def air(frequency):
@@ -189,7 +187,7 @@ def test_the_response_is_that_of_the_whole_panel(coupled, plate):
 
 
 def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
-    # three errors, four of many; red: `part(carried.deviation)` left out; `(n - 1) / n` → 1 / n
+    # three errors, four of many
     patch, patch_quiet = noisy.patches[0], quiet.patches[0]
     apart = np.abs(patch.impedance.value.real - DAMPING) / patch.equivalent_damping_error
     assert apart.max() < 4
@@ -215,7 +213,6 @@ def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
 @pytest.mark.parametrize(("own", "size"), [(0.0, (0.6, 1.4)), (OWN, (0.4, 1.3))])
 def test_stated_errors_are_those_of_many_records(coupled, own, size):
     # 6 records know the ratio of scatter to error to 29 %
-    # red: LINES_PER_FREEDOM = 0.3; `z.deviated()` left out; `- by_cell` left out of impedance
     load = own * CELL_AREA * coupled.panel.patches[0].overlap
     wanted = np.log(mean_square(closed_form(coupled, coupled.panel.points, load)))
     scores = []
@@ -227,7 +224,6 @@ def test_stated_errors_are_those_of_many_records(coupled, own, size):
 
 def test_packings_that_differ_are_an_error(coupled, quiet):
     # C_e of eight cells that scatter by 40 %: their mean is known to 14 %, weighted by their motion
-    # red: impedances_of_fewer_cells left out of `jackknifed`, or of _patch_estimate
     packings = 1 + 0.4 * np.array([-1, 1, 1, -1, 1, -1, -1, 1]) * np.sqrt(7 / 8)
     found = estimated(coupled, drawn(coupled, 1, own=0.0, packings=packings))
     error = found.patches[0].equivalent_damping_error
@@ -237,7 +233,6 @@ def test_packings_that_differ_are_an_error(coupled, quiet):
 
 def test_own_force_that_cells_share_moves_the_whole_patch(coupled, plate):
     # that of eight cells of 0.01 m² as the truth has it over the whole: by Gauss' rule in both
-    # red: `c * self.parts` → `self.parts`; `own.length / f` → `own.length`
     share = 0.8
     records = [drawn(coupled, seed, coherence=share) for seed in (3, 8)]
     found = estimated(coupled, *records)
@@ -258,7 +253,6 @@ def test_own_force_that_cells_share_moves_the_whole_patch(coupled, plate):
 
 def test_damping_is_that_of_the_motion_that_the_panel_has(coupled, quiet):
     # C_e ∝ v^−0.75 through the records' motion, which the sound makes larger or smaller
-    # red: EXPONENT = 0.825 in at_motion; `+ EXPONENT * by_damping` → `- EXPONENT * by_damping`
     records = [drawn(coupled, seed, own=0.0, louder=1.6) for seed in (1, 2)]
     found = estimated(coupled, *records)
     squares = []
@@ -284,7 +278,7 @@ def test_damping_is_that_of_the_motion_that_the_panel_has(coupled, quiet):
 
 
 def test_the_bias_of_soft_contacts_is_part_of_every_error(coupled):
-    # of g rms, so twice of ln of its square; red: `(2 * bias)` → `bias`
+    # of g rms, so twice of ln of its square
     record = drawn(coupled, 4, seconds=2.0)
     without, found = (estimated(coupled, record, bias=bias) for bias in (0.0, 0.03))
     for name in ("log_error", "log_band_error", "log_psd_error"):
@@ -293,7 +287,7 @@ def test_the_bias_of_soft_contacts_is_part_of_every_error(coupled):
 
 
 def test_what_the_split_leaves_out_is_an_error(coupled):
-    # points that move 5 % more than the linear panel and its own force; red: `excess` left out
+    # points that move 5 % more than the linear panel and its own force
     record = drawn(coupled, 1, own=0.0, seconds=2.0)
     more = SettledRecord(**{**vars(record), "at_points": 1.05 * record.at_points})
     found = estimated(coupled, more)
@@ -303,7 +297,6 @@ def test_what_the_split_leaves_out_is_an_error(coupled):
 
 
 def test_two_patches_are_told_apart(plate):
-    # red: `[values[owner].T` → those of the other patch; `part = slices[patch]` of the first
     two = made(plate, [(0.3, 0.4), (0.4, 0.7)], [1200.0, 300.0])
     found = estimated(two, drawn(two, 1, own=0.0))
     for patch, damping in zip(found.patches, two.damping, strict=True):

@@ -62,7 +62,6 @@ def mean_square(excited, overlap, order):
 
 
 def test_modes_have_the_damping_ratio_of_the_panel(excited):
-    # red: frequency_range[1] → [0], which residual vectors would have
     wanted = 44.9332 * (1 / 1.5**2 + 1)
     assert excited.modal.natural_frequency[0] == pytest.approx(wanted, rel=1e-3)
     assert excited.modal.damping_ratio[:4].tolist() == [0.02] * 4
@@ -70,7 +69,7 @@ def test_modes_have_the_damping_ratio_of_the_panel(excited):
 
 
 def test_coarse_lines_give_rms_values_within_a_thousandth(excited):
-    # the lines of one g rms per lg f; red: LINES_PER_BANDWIDTH = 1
+    # the lines of one g rms per lg f
     def rms(f):
         own = excited.basis.natural_frequency[0]
         psd = f**4 / np.abs(own**2 - f**2 + 0.04j * own * f) ** 2
@@ -84,7 +83,6 @@ def test_coarse_lines_give_rms_values_within_a_thousandth(excited):
 
 def test_cells_stand_at_their_stations_and_stand_for_their_area(excited):
     # the first shapes are products of sines
-    # red: `* per_cell +` → `-`; cells // stations → *; stations.area / cells → *
     patch = excited.with_patches(scenario()).patches[0]
     assert patch.shape.shape[0] == len(patch.area) == len(patch.position) == 8
     assert patch.area.sum() == pytest.approx(0.8)
@@ -103,7 +101,6 @@ def test_cells_stand_at_their_stations_and_stand_for_their_area(excited):
 
 
 def test_the_level_of_a_scenario_multiplies_the_excitation(excited):
-    # red: `factor *` → `/`
     panel = excited.with_patches(scenario(factor=4.0))
     frequency = np.array([50.0, 100.0])
     wanted = 4.0 * np.array([3.0, 4.0])[:, None, None] * excited.excitation(frequency)
@@ -113,7 +110,6 @@ def test_the_level_of_a_scenario_multiplies_the_excitation(excited):
 
 def test_a_given_damper_has_the_motion_of_the_bare_patch(excited):
     # C_e = 10 Γ r f with Γ = √2 a_rms/g, the mean of the patch, which the modes' damping shows
-    # red: `2 * factor` → `3 *`; ω⁴ → ω⁵; `/ area` → `*`; sqrt left out; maximum → minimum
     damper = GivenDamper("side", ByAcceleration(), 0.7)
     found = excited.with_patches(scenario(factor=3.0, dampers=(damper,))).modal
     overlap = excited.basis.patch_overlap[1]
@@ -130,7 +126,6 @@ def test_a_given_damper_has_the_motion_of_the_bare_patch(excited):
 
 def test_the_whole_panel_has_all_of_its_air_and_the_dampers_in_it(excited):
     # air that doubles each modal mass, with which a patch moves less
-    # red: `self.air` left out of `bare_psd` or of `added`; `replace` left out of `whole`
     mass = excited.modal.modal_mass
 
     def air(frequency):
@@ -160,7 +155,6 @@ def test_the_whole_panel_has_all_of_its_air_and_the_dampers_in_it(excited):
 @pytest.mark.parametrize("share", [0.97, 1.03])
 def test_contacts_follow_the_rms_motion_of_the_stations(excited, share):
     # at a level where the bed just does not cross its gap, and where it does
-    # red: (2, 4) → (3, 4), (2, 5); sqrt left out; `@ patch.area / sum` → `*`; `or` → `and`
     patch = excited.with_patches(scenario()).patches[0]
     weight = patch.area / patch.area.sum()
     stations = (patch.shape * weight[:, None]).T @ patch.shape

@@ -89,7 +89,6 @@ def computed(case):
 
 
 def test_the_own_force_of_each_patch_adds_to_the_response():
-    # red: `psds[2 : 2 + patches]` → `psds[1 : …]`; psds[1] → psds[2]
     case = made()
     found = computed(case)
     linear, whole, first = (
@@ -105,7 +104,6 @@ def test_the_own_force_of_each_patch_adds_to_the_response():
 @pytest.mark.parametrize("patch", [0, 1])
 def test_derivatives_are_those_of_the_whole_response(size, patch):
     # central differences of 1 %; whatever the units, so to say: a light panel with light dampers
-    # red: `SMALL *` → `SMALL /`; (1.0, 1j) → (1.0, −1j), (1.1, 1j); 2π → 3π; psds[1] → psds[2]
     case = made(size)
     found = computed(case)
     step = 0.01 * np.eye(2)[patch]
@@ -125,8 +123,6 @@ def test_derivatives_are_those_of_the_whole_response(size, patch):
 @pytest.mark.parametrize("level", [1e-14, 1.0])
 def test_changes_are_those_of_the_whole_response(level):
     # first order in changes of up to 2 %, of panels that hardly move too
-    # red: a sign in `change`; `ratio - 1` → `+ 1`; np.log left out of either; ω⁴ → ω⁵;
-    # `values * width` → `/`; `whole > 0` → `> 1`
     case = made(level=level)
     found = computed(case)
     damping, mass = DAMPING * [1.015, 0.99], MASS * [0.985, 1.02]
@@ -152,7 +148,6 @@ def test_changes_are_those_of_the_whole_response(level):
 
 def test_damping_follows_the_motion_as_it_changes_the_motion():
     # C_e ∝ v^−0.75 of each patch, with v of all dampers: solved for without a linearisation
-    # red: EXPONENT = 0.825; `+ EXPONENT * by_damping` → `-`; `/ 2` left out of either
     case = made()
     parts = [slice(2, 5), slice(5, 8)]
     weight = np.array([1, 2, 3]) / 6
@@ -174,7 +169,6 @@ def test_damping_follows_the_motion_as_it_changes_the_motion():
 
 def test_the_own_force_of_the_simulated_cells_moves_the_points():
     # recorded sums over 5 + 3 lines, of cells that pull together; dampers in the cells alone
-    # red: `sums.sum / lines.sum` → `*`; `* patch.area` → `/`; `load +=` → `-=`
     case = made()
     rng = np.random.default_rng(6)
     lines = np.tile([[5], [3]], (1, 4))

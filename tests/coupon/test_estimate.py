@@ -53,7 +53,6 @@ def test_a_tighter_error_asks_for_more_cycles_until_the_most_that_are_allowed():
 
 
 def test_what_moves_far_in_a_step_costs_more():
-    # red: the travel left out
     (slow,), (fast,) = (cases_of(coupon(sweep={**SWEEP, "acceleration_g": [g]})) for g in (10, 20))
     step = slow.point.time_step / fast.point.time_step
     spheres = estimate.spheres_in(slow.point.packing, 0.5)

@@ -28,7 +28,6 @@ def write(folder, leg, steps, values):
 
 
 def test_the_rows_of_all_legs_follow_one_another(tmp_path):
-    # red: before = 0 → 1; enumerate(legs, 1) → 2; before += leg → -=
     one = run()
     steps = one.steps_per_cycle * np.arange(1, 6)
     write(tmp_path, 1, steps[:2], [1, 2])
@@ -47,7 +46,6 @@ def as_rows(columns):
 
 @pytest.mark.parametrize("direction", [(0, 0, -1), (0.6, 0, -0.8), (1, 0, 0)])
 def test_stored_energy_is_that_of_motion_and_of_height_against_gravity(direction):
-    # red: -mass → mass; direction[2] → direction[1]; kinetic + rotational → -; * height → /
     one = run(gravity_g=2.0, gravity_direction=direction)
     found = rows.stored_energy(
         one, as_rows([[0, 0, 0, 0, 3.0, 0.5, 4e-3], [0, 0, 0, 0, 0, 0, 2e-3]]), 0.7
@@ -57,7 +55,7 @@ def test_stored_energy_is_that_of_motion_and_of_height_against_gravity(direction
 
 
 def test_spheres_that_move_with_the_cells_are_so_much_mass_and_no_damping():
-    # in the frame of the cells they rest; red: p_sin and p_cos exchanged; mass / area → * area
+    # in the frame of the cells they rest
     one = run()
     damping, mass = rows.harmonic(one, np.zeros((3, 7)), 0.7)
     np.testing.assert_array_equal(damping, 0)
@@ -103,7 +101,6 @@ def refused(what, **changes):
 
 def test_the_harmonics_of_the_momentum_are_within_the_kinetic_energy():
     # ⟨p²⟩ ≤ 2M⟨E⟩ is an equality for a rigid body; six digits are written, 1e-5 is allowed
-    # red: 2 * p_sin**2 → 3 *; + p_mean**2 → -; 2 * mass → 3 *; ROUNDING 1e-5 → 1e-3
     energy = AMPLITUDE**2 / (4 * MASS)
     what = "more momentum than its kinetic energy allows"
     assert not refused(what, kinetic_energy=energy * (1 - 0.9e-5))
@@ -116,7 +113,6 @@ def test_the_harmonics_of_the_momentum_are_within_the_kinetic_energy():
 
 
 def test_energies_have_the_sign_that_they_must():
-    # red: kinetic <= 0 → < 0; rotational < 0 → <= 0
     still = {"p_sin": 0.0, "p_cos": 0.0, "p_mean": 0.0}
     assert refused("a kinetic energy that is not positive", kinetic_energy=0.0, **still)
     assert refused("a kinetic energy that is not positive", kinetic_energy=-1.0, **still)
@@ -126,7 +122,6 @@ def test_energies_have_the_sign_that_they_must():
 def test_the_centre_of_mass_has_half_the_height_of_the_solid_below_and_above_it():
     # a third of the cell is solid: at least 25/6 mm from floor and lid, less a tenth of that for
     # the overlaps
-    # red: / 2 left out; (1 - OVERLAP) → (1 + …); packing.depth - lowest → + lowest
     what = "a centre of mass outside the free space of the cells"
     lowest = 0.9 * 25e-3 / 6
     assert refused(what, height=0.999 * lowest) and not refused(what, height=1.001 * lowest)
@@ -136,7 +131,6 @@ def test_the_centre_of_mass_has_half_the_height_of_the_solid_below_and_above_it(
 
 def test_a_bed_returns_no_more_work_than_it_had():
     # ½ M (ωW)² of the motion of the cells and M g L of the height; 10 g at 80 Hz, L = 25 mm
-    # red: speed**2 / 2 → * 2; gravity * depth → /; the sum of the rows for their running sum
     speed = 98.0665 / (2 * math.pi * 80)
     had = MASS * (0.5 * speed**2 + 9.80665 * 25e-3)
     one = run(cell={"count": 1})
@@ -161,7 +155,6 @@ def test_a_bed_returns_no_more_work_than_it_had():
 
 
 def test_the_cells_together_have_the_momentum_of_the_run():
-    # red: sum(axis=1) → sum(axis=0); ROUNDING * → / ; .max(axis=1) → .min(axis=1)
     cells = np.array([[[0.3, -0.2], [0.1, 0.05]], [[-0.2, 0.1], [0.2, -0.3]]])
     read = np.zeros((2, 7))
     read[:, 1:3] = cells.sum(axis=1)
@@ -178,7 +171,6 @@ def test_the_cells_together_have_the_momentum_of_the_run():
 
 
 def test_cells_are_judged_by_the_second_half_of_their_rows_each_with_its_share():
-    # red: mass / count → * count; area / count → area; half → 0; a cell without spheres kept
     one = run(cell={"count": 3})
     cells = np.zeros((48, 3, 2))
     cells[:24, :2] = 7.0

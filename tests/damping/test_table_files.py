@@ -265,7 +265,8 @@ def test_the_examples_of_the_page_are_a_table_and_dampers(tmp_path):
     page = (PROJECT / "docs" / "tables.md").read_text()
     yaml_block, table = re.findall("```(?:yaml)?\n(.*?)```", page, flags=re.DOTALL)[:2]
     kinds = [
-        DamperSection.model_validate(one).kind for one in yaml.safe_load(yaml_block)["dampers"].values()
+        DamperSection.model_validate(one).kind
+        for one in yaml.safe_load(yaml_block)["dampers"].values()
     ]
     assert set(kinds) == set(ALLOWED)
     (tmp_path / "lab.csv").write_text(table)

@@ -26,7 +26,6 @@ def design(tmp_path):
 
 
 def test_the_study_of_the_best_layouts_has_their_patches_and_passes_its_check(design):
-    # red: `optimise` kept; patches of one layout under one name
     file = design.with_name("best.yaml")
     write_study(design, design.with_name("layouts.csv"), file)
     study = checked_study(file)
@@ -40,7 +39,6 @@ def test_the_study_of_the_best_layouts_has_their_patches_and_passes_its_check(de
 
 
 def test_a_study_is_written_beside_the_first_and_over_nothing(design):
-    # red: a study elsewhere, which does not find its tables; the study itself with --force
     for name, force, message in (
         ("design.yaml", False, "exists; --force"),
         ("design.yaml", True, "exists; --force"),

@@ -34,16 +34,6 @@ def test_grid_points_count_from_1_along_the_long_side_31_to_a_row(paper_mesh):
     np.testing.assert_allclose(paper_mesh.vertices, expected, atol=1e-12)
 
 
-def test_nothing_next_to_the_mesh_is_run(tmp_path):
-    # red: gmsh.open of the file itself, which runs mesh.msh.opt too: results come from anybody
-    hit = tmp_path / "hit"
-    for name in ("mesh.msh.opt", "mesh.opt"):
-        (tmp_path / name).write_text(f'SystemCall "touch {hit}";\n')
-    mesh_quadrilaterals(tmp_path / "mesh.msh", SIZE, ELEMENTS, {"PID": PID}, {})
-    mesh_triangles(tmp_path / "mesh.msh", OUTLINE, 0.2, {"PID": PID}, {})
-    assert not hit.exists()
-
-
 def test_the_file_holds_the_grid_points_under_the_numbers_of_the_paper(paper_path, paper_mesh):
     with gmsh_session():
         gmsh.open(str(paper_path))

@@ -35,7 +35,6 @@ def diagonal(panel, face, k):
 
 @pytest.mark.slow
 def test_the_rectangle_is_that_of_boundary_elements_in_space(panel, face):
-    # red: tails left out in `of_jumps` (0.6 %); / (2 * np.pi) for / (4 * np.pi)
     for index, k in ((0, K), (1, 2.29)):
         expected = extrapolated(SIDES, (12, 8), k, MODES[index])
         found = diagonal(panel, face, k)[index]
@@ -48,7 +47,6 @@ def test_the_rectangle_is_that_of_boundary_elements_in_space(panel, face):
 
 def test_first_mode_has_11_45_db_less_than_two_faces_and_a_fifth_of_its_mass_in_air(panel, face):
     # the prototype of issue 44, whose integral ends at a finite wavenumber, has −11.43 dB
-    # red: power of k in the load; a half of the jump left out
     Z = diagonal(panel, face, K)[0]
     faces = 4 * diffuse_modal_force(K, sine_panel([(1, 1)]))[0, 0]
     assert 10 * np.log10(4 * np.pi / K * Z.imag / faces) == pytest.approx(-11.449, abs=2e-3)
@@ -56,7 +54,6 @@ def test_first_mode_has_11_45_db_less_than_two_faces_and_a_fifth_of_its_mass_in_
 
 
 def test_more_functions_change_nothing_that_is_resolved(panel, face):
-    # red: SPARE_FUNCTIONS = 0
     finer = FreePanel.of_jumps(RectangleJumps.of_box([0, 0], SIDES, 22.0), 12.0)
     for k in (0.3, 3.0, 12.0):
         few, many = diagonal(panel, face, k), diagonal(finer, face, k)
@@ -65,7 +62,6 @@ def test_more_functions_change_nothing_that_is_resolved(panel, face):
 
 
 def test_tables_are_the_impedance_between_their_nodes(panel, face):
-    # red: power=2 left out; NODES_PER_REACH = 1
     force, volume = tabulate_diffuse_room(panel, face)
     load = np.max(np.diagonal(force.even, axis1=1, axis2=2), axis=0)  # over k²
     for k in (0.05, 0.7, 4.4, 11.9):
@@ -76,7 +72,6 @@ def test_tables_are_the_impedance_between_their_nodes(panel, face):
 
 
 def test_a_table_of_a_plane_wave_is_its_force_and_a_grazing_wave_has_none(panel, face):
-    # red: a conjugate of `wave_forces`; cos → sin of the incidence
     angles = np.array([0.6]), np.array([0.4])
     table = tabulate_free_plane_wave(panel, face, *(float(angle[0]) for angle in angles))
     couplings = panel.jumps.couplings(face)
@@ -92,14 +87,12 @@ def test_a_table_of_a_plane_wave_is_its_force_and_a_grazing_wave_has_none(panel,
 
 def test_short_waves_from_the_front_press_with_twice_their_pressure(panel, face):
     # what flows round the edges is of order 1/(ka), here 1/6
-    # red: wave_forces times 2; 1 − γ/2
     (force,) = panel.wave_forces(12.0, np.zeros(1), np.zeros(1), panel.jumps.couplings(face))
     assert abs(force[0]) == pytest.approx(2 * 4 / np.pi**2 * SIDES[0] * SIDES[1], rel=0.07)
 
 
 def test_a_far_wall_is_none_and_a_close_one_takes_load_and_adds_mass(face):
     # the image of a dipole acts with 3/(2kd) at most
-    # red: 2 * wall → wall in `_image`
     jumps = RectangleJumps.of_box([0, 0], SIDES, 8.0)
     free, far, close = (
         diagonal(FreePanel.of_jumps(jumps, 2.0, wall), face, K)[0] for wall in (np.inf, 40.0, 0.2)
@@ -111,7 +104,6 @@ def test_a_far_wall_is_none_and_a_close_one_takes_load_and_adds_mass(face):
 
 
 def test_shapes_of_any_outline_couple_as_at_the_points_of_the_mesh():
-    # red: REGULAR = 1e-2; to_shapes of the values without their weights
     jumps = OutlineJumps.of_mesh(*l_mesh(), 6.0)
     points = jumps.functions
     x, y = points.position.T

@@ -55,7 +55,6 @@ def impedance(mesh, k, resolved):
 def test_an_outline_is_that_of_boundary_elements_in_space(name, k, per_metre):
     # the extrapolation leaves 0.1 % of shapes one and two, 0.4 % of the third, whose load is small
     # at long waves; 0.3 % of all at 15 rad/m, where the finest elements are off by 1.3 %
-    # red: `boundary_square` left out of `tails`
     sides, removed = PANELS[name]
     even = np.linspace(0, 1, 13)
     found = impedance(cells_of(name, (even, even)), k, max(10.0, *k))
@@ -72,7 +71,7 @@ def test_an_outline_is_that_of_boundary_elements_in_space(name, k, per_metre):
 
 
 def test_the_mesh_does_not_matter():
-    # four cells a side, and graded from a half to 1/128; red: LONGEST = 48
+    # four cells a side, and graded from a half to 1/128
     even = np.linspace(0, 1, 5)
     near = np.array([0.5, 0.25, 1 / 8, 1 / 32, 1 / 128])
     graded = np.unique(np.concatenate([[0.5], 0.5 - near, 0.5 + near]))
@@ -83,7 +82,6 @@ def test_the_mesh_does_not_matter():
 
 
 def test_points_that_do_not_resolve_the_functions_are_refused(monkeypatch):
-    # red: `_check` left out
     monkeypatch.setattr(outline, "LONGEST", np.inf)
     jumps = OutlineJumps.of_mesh(*cells_of("L", (np.linspace(0, 1, 9),) * 2), 40.0)
     with pytest.raises(FieldError, match="does not resolve the pressure at free edges"):
@@ -98,7 +96,6 @@ def test_air_of_negative_mass_or_resistance_is_refused(mass, odd):
 
 
 def test_a_quadrilateral_with_a_straight_corner_has_two_triangles():
-    # red: one diagonal for all
     corners = np.array([[0.0, 0], [1, 0], [2, 0], [1, 1]])
     for turn in range(4):
         for sense in (1, -1):

@@ -44,7 +44,6 @@ def air(sides):
 
 
 def test_air_without_mass_is_resistance_alone():
-    # red: stiffness -= omega**2 * mass outside of the condition (AttributeError of None)
     frequency = np.array([5.0, 40.0, 100.0])
     whole = air(2)
     light = replace(whole, added_volume=None)(frequency)

@@ -25,7 +25,8 @@ def mistakes(values):
     with pytest.raises(ValidationError) as caught:
         DamperSection.model_validate(values)
     return [
-        (".".join(map(str, one.keys)), one.message) for one in mistakes_of(caught.value, DamperSection)
+        (".".join(map(str, one.keys)), one.message)
+        for one in mistakes_of(caught.value, DamperSection)
     ]
 
 

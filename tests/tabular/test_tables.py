@@ -22,7 +22,7 @@ def written(tmp_path):
 
 
 LEVELS = [120, 121.5, 122]  # of 800, 1000, 1250 Hz
-# (text, what is said of it); red: the branch for it left out
+# (text, what is said of it)
 SPECTRA = {
     "semicolons, decimal commas": ("Frequenz [Hz];Pegel [dB]\n800;120,0\n1000;121,5\n1250;122\n", "decimal comma"),
     "tabs, no header": ("800\t120\n1000\t121.5\n1250\t122\n", "no header, read as center_hz, spl_db"),
@@ -59,7 +59,6 @@ def test_levels_of_one_spectrum_in_many_forms(written, name):
 
 
 def test_centres_without_their_decimals(written):
-    # red: CENTER_TOLERANCE alone
     spectrum, _ = read_pressure(written("12,100\n16,100\n20,100\n25,100\n31,100\n"))
     assert spectrum.band_number.tolist() == [11, 12, 13, 14, 15]
 
@@ -84,7 +83,6 @@ def test_break_points_of_one_input_in_many_forms(written, name):
 
 
 def test_steps_high_levels_and_low_frequencies_of_an_input(written):
-    # red: ranges that make points of the mean; a part that begins above a step
     points, _ = read_acceleration(written("f,psd\n0.1-5,20\n5-10,0.2\n"))
     assert points.frequency.tolist() == [0.1, 5, 5, 10]
     assert points.jumps.tolist() == [5]
@@ -120,14 +118,12 @@ def test_steps_high_levels_and_low_frequencies_of_an_input(written):
     ],
 )  # fmt: skip
 def test_what_may_be_wrong_is_refused_in_a_line(written, read, text, message):
-    # red: the check left out
     with pytest.raises(ColumnsError) as error:
         read(written(text))
     assert message in str(error.value)
 
 
 def test_measured_curves_and_damping_ratios_have_usual_headers(written):
-    # red: percent read as a share
     path = written("Frequency (Hz);A1 (g²/Hz);A2 (g²/Hz)\n20;0,1;0,2\n30;0,2;0,4\n")
     assert read_measured(path, point="A2").psd.tolist() == [0.2, 0.4]
     curve = read_measured(written("f,Transmissibility [g/g]\n20,1\n30,2\n"))
