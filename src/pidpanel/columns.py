@@ -3,9 +3,8 @@
 import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -72,7 +71,7 @@ class Allowed(Bounds):
     hint: str = ""  # hint for values above ``high``
     may_be_missing: bool = False  # of the whole column
     may_be_empty: bool = False  # of cells, which are NaN then
-    label: Label = Label()  # of a column that may have other names and units
+    label: Label = field(default_factory=Label)  # of a column that may have other names and units
 
     def refuses(self, value: float) -> str:
         """Return what is allowed in place of a value; empty if it is."""
