@@ -382,7 +382,8 @@ def _check_mesh(
     except ValueError as error:
         for fault in getattr(error, "faults", (str(error),)):
             keys = key_path(panel, fault)
-            message = fault.removeprefix("mesh: ").removeprefix(f"{panel.mesh.file}: ")
+            file = getattr(panel.mesh, "file", "")
+            message = fault.removeprefix("mesh: ").removeprefix(f"{file}: ")
             yield Mistake(("panel", *keys), message)
 
 

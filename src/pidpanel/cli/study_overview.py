@@ -108,7 +108,7 @@ def solve(panel: Panel) -> PanelEstimate:
         studied = StudiedPanel(panel)
         study_mesh = mesh = studied.mesh(file)
         cells_max = MOST_CELLS.get(f"{panel.section.kind} {mesh.cell_kind}", MOST_OF_OTHERS)
-        while len(mesh.cells) > cells_max and panel.mesh.size_m is not None:
+        while len(mesh.cells) > cells_max and panel.mesh.kind == "triangles":
             size = COARSER * panel.mesh.size_m
             if size > 30:
                 break
