@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone
     from pidpanel.arrays import Array
     from pidpanel.coupon.cases import Case
     from pidpanel.panel.basis import PanelBasis
+    from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.panel.mesh import PanelMesh
     from pidpanel.study.panel import Panel
 
@@ -106,7 +107,7 @@ def solve(panel: Panel) -> PanelEstimate:
         studied = StudiedPanel(panel)
         study_mesh = mesh = studied.mesh(file)
         cells_max = MOST_CELLS.get(f"{panel.section.kind} {mesh.cell_kind}", MOST_OF_OTHERS)
-        while len(mesh.cells) > cells_max and panel.mesh.size_m is not None:
+        while len(mesh.cells) > cells_max and panel.mesh.kind == "triangles":
             size = COARSER * panel.mesh.size_m
             if size > 30:
                 break
@@ -131,17 +132,17 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     from pidpanel.geometry.plane_mesh import cell_areas
     from pidpanel.panel.from_study import StudiedPanel
 
-    mesh = estimate.mesh
+    mesh, studied = estimate.mesh, StudiedPanel(study.panel)
     area = abs(cell_areas(mesh.vertices, mesh.cells))
-    mass = StudiedPanel(study.panel).section.mass_per_area * float(area.sum())
+    mass = studied.section.mass_per_area * float(area.sum())
     attached = sum(item.mass_kg for item in study.panel.masses.values())
     carried = f", plus {attached:.3g} kg attached" if attached else ""
     yield _line("panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}")
     yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
                         f"{estimate.coordinates} coordinates")  # fmt: skip
-    if remarks := StudiedPanel(study.panel).remarks:
+    if remarks := studied.remarks:
         yield _line("file", "; ".join(remarks))
-    yield from (_line("mesh", text) for text in _of_coarse_mesh(study))
+    yield from (_line("mesh", text) for text in _of_coarse_mesh(study, studied))
     if study.is_coupled and estimate.frequency is not None and estimate.frequency.size:
         from pidpanel.coupled.from_study import check_modes
 
@@ -152,9 +153,9 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "
                                 "the mesh; state radius_m, of a mass from_m and to_m")  # fmt: skip
     if study.sound is not None:
-        yield _line("stretch", _of_stretching(study.panel))
+        yield _line("stretch", _of_stretching(studied))
     patch_area = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
-    yield _line("points", "; ".join(_of_points(study, mesh)))
+    yield _line("points", "; ".join(_of_points(mesh, studied)))
     for label, weights in _damper_masses(study, patch_area).items():
         shares = [100 * weight / (mass + attached) for weight in weights]
         yield _line(
@@ -171,17 +172,13 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         yield _line("base", "; ".join(_of_base(study.base)))
 
 
-def _of_coarse_mesh(study: Study) -> Iterator[str]:
+def _of_coarse_mesh(study: Study, panel: StudiedPanel) -> Iterator[str]:
     """Yield that results will not be trusted, where the error of the mesh is estimated as such."""
-    from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.response.trust import COARSE_MESH
     from pidpanel.solve.mesh_error import ALLOWED_DB
 
-    panel, high = StudiedPanel(study.panel), study.response.frequency_hz[1]
-    regions, ratio = (
-        panel.regions(high, study.damper_masses(with_rows=True)),
-        study.panel.modal_damping,
-    )
+    high, ratio = study.response.frequency_hz[1], study.panel.modal_damping
+    regions = panel.regions(high, study.damper_masses(with_rows=True))
     error = panel.elements.line_error_db(regions, high, ratio.smallest(0.0, high), **panel.rough)
     if error > ALLOWED_DB:
         places = {"feet": " at the rims of feet", "ends": " at the ends of supported parts"}
@@ -207,15 +204,14 @@ def _of_modes(study: Study, estimate: PanelEstimate) -> str:
     return f"{rigid}{frequencies} Hz on {source}{note}"
 
 
-def _of_stretching(panel: Panel) -> str:
+def _of_stretching(studied: StudiedPanel) -> str:
     """Return from which displacement a panel stretches, and what is assumed there."""
-    from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.panel.stretching import in_plane_stiffness
     from pidpanel.response.stretching import LINEAR
 
-    section = StudiedPanel(panel).section
+    panel = studied.panel
     opening = f"counts from {LINEAR * panel.section.thickness_mm:.3g} mm rms on"
-    if in_plane_stiffness(section) is None:
+    if in_plane_stiffness(studied.section) is None:
         return f"{opening}; not computed, since the section is not symmetric"
     return f"{opening}; edges are {panel.in_plane_edges} in the plane (panel.in_plane_edges)"
 
@@ -273,14 +269,13 @@ def _accelerations(study: Study) -> Iterator[tuple[str, float]]:
         yield f"severity.limits.{point}", read_base_table(path).rms
 
 
-def _of_points(study: Study, mesh: PanelMesh) -> Iterator[str]:
+def _of_points(mesh: PanelMesh, studied: StudiedPanel) -> Iterator[str]:
     """Yield each response point with the patches that it lies on, or the support."""
     import shapely
 
-    from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.panel.supports import held_vertices
 
-    supports = StudiedPanel(study.panel).supports
+    supports = studied.supports
     edges = [mesh.vertices[list(edge)] for edge in held_vertices(mesh, supports)[1]]
     for name, (x, y) in mesh.points.items():
         patches = mesh.patches_at((x, y))

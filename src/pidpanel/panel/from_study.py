@@ -56,7 +56,7 @@ class StudiedPanel:
     def foreign(self) -> FlatMesh | None:
         """The mesh of a file; None where the panel is meshed here."""
         spec = self.panel.mesh
-        if spec.file is None:
+        if spec.kind != "file":
             return None
         if spec.file.suffix.lower() == ".msh":
             mesh = read_gmsh(spec.file, spec.unit_m)
@@ -251,7 +251,7 @@ class StudiedPanel:
 
     def mesh(self, path: Path, patch_sizes: Mapping[str, float] | None = None) -> PanelMesh:
         """Mesh the panel, triangles with `patch_sizes`, and write the mesh to a ``.msh`` file."""
-        spec, corner_size = self.panel.mesh, self.panel.mesh.corner_size_m
+        spec, corner_size = self.panel.mesh, self.panel.corner_size
         if spec.kind == "quadrilaterals":
             drawn = spec.elements, self.shapes, self.points, self._anchors
             return mesh_quadrilaterals(path, self._size, *drawn)
@@ -298,7 +298,8 @@ class StudiedPanel:
         spec = self.panel.mesh
         if spec.kind == "quadrilaterals":
             return max(np.array(self._size) / spec.elements)
-        return min(spec.size_m or 0.0, checks.narrowest(self._outline) / ELEMENTS_ACROSS)
+        size = spec.size_m if spec.kind == "triangles" else 0.0
+        return min(size, checks.narrowest(self._outline) / ELEMENTS_ACROSS)
 
     @cached_property
     def rough(self) -> dict[str, float]:
@@ -317,7 +318,7 @@ class StudiedPanel:
             return float(element_sizes(mesh.vertices, mesh.cells[is_near]).max())
         if self.panel.mesh.kind == "quadrilaterals":
             return float(self._element_size)
-        return rim_size(radius, self.panel.mesh.corner_size_m, self._element_size)
+        return rim_size(radius, self.panel.corner_size, self._element_size)
 
     @property
     def _areas(self) -> dict[str, float]:

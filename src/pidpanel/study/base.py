@@ -10,6 +10,7 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Field,
     ModelWrapValidatorHandler,
     ValidationError,
     ValidationInfo,
@@ -85,6 +86,15 @@ Coordinate = Annotated[float, Quantity(-100, 100, unit="metres")]  # x or y [m]
 Size = Annotated[float, Quantity(1e-4, 30, unit="metres")]  # of anything on a panel [m]
 # Density of a solid [kg/m³]: expanded foam to osmium.
 Density = Annotated[float, Quantity(5, 25000, unit="density")]
+
+
+def by_kind(default: str | None = None) -> tuple[Any, ...]:
+    """Return the metadata of a key with alternatives: their ``kind`` tells them apart."""
+
+    def with_kind(values: Any) -> Any:
+        return {"kind": default, **values} if default and isinstance(values, Mapping) else values
+
+    return Field(discriminator="kind"), BeforeValidator(with_kind)
 
 
 def as_tuple(value: T | tuple[T, ...]) -> tuple[T, ...]:

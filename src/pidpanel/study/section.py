@@ -3,13 +3,13 @@
 import difflib
 import re
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from pidpanel.columns import read_rows
 from pidpanel.paths import DATA
-from pidpanel.study.base import Density, PoissonsRatio, SectionModel, Text
+from pidpanel.study.base import Density, PoissonsRatio, SectionModel, Text, by_kind
 from pidpanel.study.mistakes import Mistake, not_among
 from pidpanel.study.quantity import Quantity, inside
 from pidpanel.study.units import InSI
@@ -254,12 +254,4 @@ class SandwichSectionInput(SectionModel):
     """Thickness of the core and both faces [m]."""
 
 
-def _of_default_kind(data: Any) -> Any:
-    return {"kind": "thin", **data} if isinstance(data, dict) else data
-
-
-Section = Annotated[
-    ThinSectionInput | SolidSectionInput | SandwichSectionInput,
-    Field(discriminator="kind"),
-    BeforeValidator(_of_default_kind),
-]
+Section = Annotated[ThinSectionInput | SolidSectionInput | SandwichSectionInput, *by_kind("thin")]
