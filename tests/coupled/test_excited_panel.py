@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, SimulatedPatch
+from pidpanel.coupled.scenario import CoupledScenario, SimulatedPatch
 from pidpanel.coupled.softening import RmsMotion, softened_modulus, softening_bias
 from pidpanel.coupon.from_study import bed_of
-from pidpanel.damping.models import DampingValues
+from pidpanel.damping.models import Damper, DampingValues, FilledDamper
 from pidpanel.study.coupon import Coupon
 
 STIFF = 3.3e9
@@ -27,7 +27,7 @@ BED = bed_of(
 LINES = np.linspace(40.0, 150.0, 4001)
 
 
-class ByAcceleration:
+class ByAcceleration(Damper):
     """C_e = 10 Γ r f, without a mass."""
 
     def __call__(self, frequency, fill_fraction, acceleration_g):
@@ -36,9 +36,9 @@ class ByAcceleration:
         return DampingValues(damping, none, none, none == 0)
 
 
-def scenario(factor=1.0, dampers=()):
+def scenario(factor=1.0, dampers=None):
     patches = (SimulatedPatch("middle", STIFF, (BED,)),)
-    return CoupledScenario("one", factor, patches, dampers)
+    return CoupledScenario("one", factor, patches, dampers or {})
 
 
 def sine(place, m=1, n=1):
@@ -113,8 +113,8 @@ def test_the_level_of_a_scenario_multiplies_the_excitation(excited):
 def test_a_given_damper_has_the_motion_of_the_bare_patch(excited):
     # C_e = 10 Γ r f with Γ = √2 a_rms/g, the mean of the patch, which the modes' damping shows
     # red: `2 * factor` → `3 *`; ω⁴ → ω⁵; `/ area` → `*`; sqrt left out; maximum → minimum
-    damper = GivenDamper("side", ByAcceleration(), 0.7)
-    found = excited.with_patches(scenario(factor=3.0, dampers=(damper,))).modal
+    damper = FilledDamper("pot", ByAcceleration(), 0.7)
+    found = excited.with_patches(scenario(factor=3.0, dampers={"side": damper})).modal
     overlap = excited.basis.patch_overlap[1]
     square = mean_square(excited, overlap, 4) / (0.25 * 0.8)
     gamma = np.sqrt(2 * 3.0 * square) / 9.80665
