@@ -3,10 +3,8 @@
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field
-
 from pidpanel.study.base import SectionModel, Text
-from pidpanel.study.mistakes import Keys, Mistake, not_among
+from pidpanel.study.mistakes import Mistake, not_among
 from pidpanel.study.quantity import Quantity
 from pidpanel.study.scenarios import Family
 

@@ -69,7 +69,7 @@ class DamperSection(SectionModel):
     @property
     def text(self) -> ModelText:
         """Title and source of its damping model."""
-        return ModelText("User-defined damper", "as stated for the damper", 1)
+        return ModelText("Constants", "constants", 1)
 
     @property
     def needs_fill(self) -> bool:
@@ -192,6 +192,11 @@ class _FileDamper(DamperSection):
 
     interpolation: Interpolation | None = None
     """Between the rows of the table: log (by default) or linear."""
+
+    @property
+    def text(self) -> ModelText:
+        """Title and source of its damping model."""
+        return ModelText("Table", "table", 1)
 
     @property
     def file(self) -> Path:
