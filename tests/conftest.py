@@ -38,9 +38,10 @@ def _group_rank(item):
     return 0 if folder == "workflow" else 1 if folder in SHARED else 2
 
 
+LAWS = ["paper", "printed"]
 LAW = {
     "title": "A small panel with the paper's law",
-    "damping": {"readings": ["paper_corrected", "paper_printed"]},
+    "dampers": {"paper": {"law": "paper_corrected"}, "printed": {"law": "paper_printed"}},
     "panel": {
         "outline_m": [1.5, 1.0],
         "section": {
@@ -66,9 +67,9 @@ LAW = {
     },
     "response": {"frequency_hz": [40, 150]},
     "scenarios": {
-        "fill": {"patch": "PID-1", "fill_fraction": [0.3, 0.8]},
-        "place": {"patch": ["PID-1", "Left wing"], "fill_fraction": 0.5},
-        "level": {"patch": "PID-1", "fill_fraction": 0.5, "oaspl_db": [140, 150]},
+        "fill": {"patch": "PID-1", "damper": LAWS, "fill_fraction": [0.3, 0.8]},
+        "place": {"patch": ["PID-1", "Left wing"], "damper": LAWS, "fill_fraction": 0.5},
+        "level": {"patch": "PID-1", "damper": LAWS, "fill_fraction": 0.5, "oaspl_db": [140, 150]},
     },
 }
 """As YAML holds it. No case has a label twice; the printed law feeds the panel."""
@@ -115,7 +116,9 @@ def table_values(law_values):
 
     def values():
         found = law_values()
-        found["damping"] = {"readings": ["table"], "table": "lab.csv"}
+        found["dampers"] = {"lab": {"table": "lab.csv"}}
+        for scenario in found["scenarios"].values():
+            del scenario["damper"]
         strength = dict.fromkeys(("tension_1", "compression_1", "tension_2", "compression_2"), 300)
         found["severity"] = {
             "fatigue": {"stress_mpa": 100, "exponent": 6},

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from moving import solved, transfer_of
-from pidpanel.response.dampers import PatchDamper
 
 from pidpanel.base.sine import damping_errors, sweep, sweep_errors
-from pidpanel.damping.models import DampingValues
+from pidpanel.damping.models import DampingValues, FilledDamper
+from pidpanel.solve.layout import AttachedDamper
 
 FREQUENCY = np.linspace(55.0, 75.0, 41)
 AMPLITUDE, MASS = 1.0, 2.0
@@ -34,17 +34,21 @@ class PowerLaw:
         return np.outer(error, error) * [[1, self.correlation], [self.correlation, 1]]
 
 
+def attached(damper):
+    return AttachedDamper(0, damper.damping, damper.depends_on_acceleration)
+
+
 def errors_of(panel, model):
     """Γ and the errors of the amplitudes of the points."""
-    transfer, damper = transfer_of(panel, FREQUENCY), PatchDamper(0, 0, "law", model, 1.0)
+    transfer, damper = transfer_of(panel, FREQUENCY), FilledDamper("law", model, 1.0)
 
     def amplitudes(loads):
         run = sweep(transfer, loads, AMPLITUDE)
         return {"points": np.abs(run.motion.reshape(FREQUENCY.size, -1)[:, [0, 2]])}
 
-    gamma = sweep(transfer, [damper.attached], AMPLITUDE).acceleration_g[0]
+    gamma = sweep(transfer, [attached(damper)], AMPLITUDE).acceleration_g[0]
     errors = [damping_errors(damper, FREQUENCY, gamma)]
-    return gamma, sweep_errors([damper], errors, amplitudes)["points"]
+    return gamma, sweep_errors([attached(damper)], ["law"], errors, amplitudes)["points"]
 
 
 def slopes_of(panel, damping):
@@ -82,7 +86,7 @@ def test_errors_are_those_of_the_damping_at_the_motion_it_leads_to(panel, power)
 
 def test_sources_err_independently_and_dampers_of_one_source_together(panel):
     transfer, model = transfer_of(panel, FREQUENCY), PowerLaw(0.0, 0.0)
-    first = PatchDamper(0, 0, "law", model, 1.0)
+    first = FilledDamper("law", model, 1.0)
 
     def error_with(second):
         # two dampers on one patch act like their sum
@@ -93,9 +97,11 @@ def test_sources_err_independently_and_dampers_of_one_source_together(panel):
 
         gamma = np.full(FREQUENCY.size, 1.0)
         errors = [damping_errors(damper, FREQUENCY, gamma) for damper in (first, second)]
-        return sweep_errors([first, second], errors, amplitudes)["point"]
+        pair = [attached(damper) for damper in (first, second)]
+        names = [first.name, second.name]
+        return sweep_errors(pair, names, errors, amplitudes)["point"]
 
-    together, apart = error_with(first), error_with(replace(first, source="other"))
+    together, apart = error_with(first), error_with(replace(first, name="other"))
     np.testing.assert_allclose(together, np.sqrt(2) * apart, rtol=1e-3)
 
 
@@ -107,6 +113,6 @@ def _sum(loads, frequency, gamma):
 def test_damping_without_errors_gives_none(panel):
     model = PowerLaw(0.0)
     model.nodes = None
-    damper = PatchDamper(0, 0, "law", model, 1.0)
+    damper = FilledDamper("law", model, 1.0)
     assert damping_errors(damper, FREQUENCY, FREQUENCY) is None
-    assert sweep_errors([damper], [None], lambda loads: {}) == {}
+    assert sweep_errors([attached(damper)], ["law"], [None], lambda loads: {}) == {}

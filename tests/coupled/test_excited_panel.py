@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pidpanel.coupled.scenario import CoupledScenario, GivenDamper, SimulatedPatch
+from pidpanel.coupled.scenario import CoupledScenario, SimulatedPatch
 from pidpanel.coupled.softening import RmsMotion, softened_modulus, softening_bias
 from pidpanel.coupon.from_study import bed_of
-from pidpanel.damping.models import DampingValues
+from pidpanel.damping.models import Damper, DampingValues, FilledDamper
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.study.coupon import Coupon
 
@@ -28,7 +28,7 @@ BED = bed_of(
 LINES = np.linspace(40.0, 150.0, 4001)
 
 
-class ByAcceleration:
+class ByAcceleration(Damper):
     """C_e = 10 Γ r f, without a mass."""
 
     def __call__(self, frequency, fill_fraction, acceleration_g):
@@ -37,9 +37,9 @@ class ByAcceleration:
         return DampingValues(damping, none, none, none == 0)
 
 
-def scenario(factor=1.0, dampers=()):
+def scenario(factor=1.0, dampers=None):
     patches = (SimulatedPatch("middle", STIFF, (BED,)),)
-    return CoupledScenario("one", factor, patches, dampers)
+    return CoupledScenario("one", factor, patches, dampers or {})
 
 
 def sine(place, m=1, n=1):
@@ -110,8 +110,8 @@ def test_the_level_of_a_scenario_multiplies_the_excitation(excited):
 
 def test_a_given_damper_has_the_motion_of_the_bare_patch(excited):
     # C_e = 10 Γ r f with Γ = √2 a_rms/g, the mean of the patch, which the modes' damping shows
-    damper = GivenDamper("side", ByAcceleration(), 0.7)
-    found = excited.with_patches(scenario(factor=3.0, dampers=(damper,))).modal
+    damper = FilledDamper("pot", ByAcceleration(), 0.7)
+    found = excited.with_patches(scenario(factor=3.0, dampers={"side": damper})).modal
     overlap = excited.basis.patch_overlap[1]
     square = mean_square(excited, overlap, 4) / (0.25 * 0.8)
     gamma = np.sqrt(2 * 3.0 * square) / 9.80665
@@ -131,8 +131,8 @@ def test_the_whole_panel_has_all_of_its_air_and_the_dampers_in_it(excited):
     def air(frequency):
         return -((2 * np.pi * frequency[:, None, None]) ** 2) * np.diag(mass) + 0j
 
-    wet, damper = replace(excited, air=air), GivenDamper("side", ByAcceleration(), 0.7)
-    level = scenario(factor=3.0, dampers=(damper,))
+    wet, damper = replace(excited, air=air), FilledDamper("pot", ByAcceleration(), 0.7)
+    level = scenario(factor=3.0, dampers={"side": damper})
     frequency = np.array([50.0, 120.0])
     found = wet.whole(level).dynamic_stiffness(frequency)
     heavy = replace(excited, basis=replace(excited.basis, modal_mass=2 * mass,

@@ -18,7 +18,7 @@ LAUNCH = yaml.safe_load((WORKFLOW / "studies" / "launch.yaml").read_text())
 def study(tmp_path):
     def made(of, /, **keys):
         values = copy.deepcopy(LAUNCH) | {"scenarios": of}
-        values["damping"] = {"readings": ["dem", "coupled"], "coupled": keys}
+        values["damping"] = {"coupled": keys}
         values["response"].pop("maps")
         path = tmp_path / "mine.yaml"
         path.write_text(yaml.safe_dump(values))

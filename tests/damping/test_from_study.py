@@ -1,4 +1,4 @@
-"""The readings that a study names: each its own, none in place of another."""
+"""The dampers of a study: each its own damping model, none in place of another."""
 
 from typing import get_args
 
@@ -6,52 +6,24 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from pydantic import TypeAdapter
 
 from pidpanel.columns import ColumnsError
 from pidpanel.damping.atlas import AtlasDamping
-from pidpanel.damping.from_study import atlas_model, damper_model, study_model
-from pidpanel.damping.laws import ConstantDamper, PaperLaw, paper_corrected, paper_printed
+from pidpanel.damping.from_study import damper_model, dampers_of
+from pidpanel.damping.laws import ConstantDamper, paper_corrected, paper_printed
 from pidpanel.damping.models import DampingError
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_files import to_dataset
-from pidpanel.paths import SECTION, STUDIES
-from pidpanel.report.text import READINGS
+from pidpanel.paths import STUDIES
 from pidpanel.study import StudyError, load_study
-from pidpanel.study.dampers import DamperSection
-from pidpanel.study.damping import ModelName, Prior
-from pidpanel.study.study import BARE
+from pidpanel.study.dampers import AnyDamper, Prior
 
-
-@pytest.fixture(scope="module")
-def study(tmp_path_factory, write_study, table_values):
-    return load_study(write_study(tmp_path_factory.mktemp("readings"), "table", table_values()))
-
-
-@pytest.mark.parametrize(
-    ("name", "law"), [("paper_corrected", paper_corrected), ("paper_printed", paper_printed)]
-)
-def test_a_law_is_the_one_that_is_named(study, name, law):
-    # red: `printed=False` for both
-    reading = study_model(name, study, None)
-    assert isinstance(reading, PaperLaw)
-    assert reading(100.0, 0.5, 20.0).equivalent_damping == law(100.0, 0.5)
-
-
-@pytest.mark.parametrize("name", ["dem", "dashpot"])
-def test_a_reading_that_is_not_there_is_no_other_one(study, name):
-    # red: a law for every name that is left over
-    with pytest.raises(DampingError, match=f"damping model {name}: unknown, or its file"):
-        study_model(name, study, None)
-
-
-def test_a_table_is_a_reading_with_motion_and_errors(study):
-    reading = study_model("table", study, None)
-    assert reading.depends_on_acceleration
-    assert (reading(np.array([80.0]), 0.5, 30.0).equivalent_damping_error > 0).all()
+DAMPER = TypeAdapter(AnyDamper)
 
 
 def damper(**values):
-    return damper_model(DamperSection.model_validate(values), None)
+    return damper_model(DAMPER.validate_python(values))
 
 
 def test_constants_are_a_damper():
@@ -98,37 +70,46 @@ def test_a_table_and_an_impedance_are_read_as_the_damper_says(tmp_path):
         damper(impedance=real)
 
 
-def test_a_coupon_is_read_from_its_surface():
+@pytest.mark.parametrize("model", ["tones", "coupled"])
+def test_simulated_damping_without_its_runs_is_no_other_one(model):
     # red: a constant of zero in place of the error
-    sweep = {"frequency_hz": [100], "acceleration_g": [10]}
-    with pytest.raises(DampingError, match=r"a coupon without its damping/surface\.nc"):
-        damper(coupon={"sweep": sweep})
+    with pytest.raises(DampingError, match="its runs are missing"):
+        damper(particles={}, model=model)
 
 
-def test_every_reading_has_a_name_on_the_page():
-    # red: a line of READINGS left out
-    assert set(READINGS) == {*get_args(ModelName), BARE}
+def test_particles_without_mass_are_dashpots_in_every_model(tmp_path, write_study, table_values):
+    # red: `with_mass_of` that returns the damper itself
+    values = table_values()
+    values["dampers"]["bed"] = {"particles": {}, "model": "atlas"}
+    for scenario in values["scenarios"].values():
+        scenario["damper"] = ["lab", "bed"]
+    masses = []
+    for has_mass in (True, False):
+        values["response"]["damper_mass"] = has_mass
+        study = load_study(write_study(tmp_path, "table", values))
+        models = dampers_of(study)
+        assert sorted(models) == ["bed", "lab"]
+        read = [model(np.array([80.0]), 0.5, 30.0) for model in models.values()]
+        masses.append([abs(one.apparent_mass.item()) for one in read])
+        assert all(one.equivalent_damping > 0 for one in read)
+    assert min(masses[0]) > 0 and masses[1] == [0.0, 0.0]
 
 
 @pytest.fixture(scope="module")
 def coupon():
     """A coupon of steel in cells that the atlas has no packing of."""
-    return DamperSection.model_validate(
-        {
-            "coupon": {
-                "cell": {"shape": "hexagon", "across_flats_mm": 9, "depth_mm": 30},
-                "particles": {"diameter_mm": 2, "density_kg_m3": 7850, "restitution": 0.55,
-                              "friction": 0.15},
-                "sweep": {"fill_fraction": [0.4], "frequency_hz": [200], "acceleration_g": [30]},
-            }
-        }
-    )  # fmt: skip
+    return {
+        "cell": {"shape": "hexagon", "across_flats_mm": 9, "depth_mm": 30},
+        "particles": {"diameter_mm": 2, "density_kg_m3": 7850, "restitution": 0.55,
+                      "friction": 0.15},
+        "sweep": {"fill_fraction": [0.4], "frequency_hz": [200], "acceleration_g": [30]},
+    }  # fmt: skip
 
 
 def test_the_prior_of_a_surface_is_the_one_that_is_named(coupon, tmp_path):
     # four cases of C_e as the atlas has it, but for one; between them they say little alone
     # red: the atlas without the cases; m₁ of the atlas in place of that of the cases
-    atlas = atlas_model(coupon.coupon, is_broadband=False)
+    atlas = damper_model(DAMPER.validate_python({**coupon, "model": "atlas"}), is_broadband=False)
     frequency = np.array([100.0, 200.0, 500.0, 1000.0])
     damping = atlas(frequency, 0.4, 30.0).equivalent_damping * [1, 1, 1, 2]
     surface = DampingSurface.from_frame(
@@ -146,12 +127,16 @@ def test_the_prior_of_a_surface_is_the_one_that_is_named(coupon, tmp_path):
     )  # fmt: skip
     to_dataset(surface).to_netcdf(tmp_path / "surface.nc", engine="scipy")
     own, with_atlas = (
-        damper_model(coupon, tmp_path / "surface.nc", prior) for prior in get_args(Prior)
+        damper_model(
+            DAMPER.validate_python({**coupon, "model": "tones", "prior": prior}),
+            tmp_path / "surface.nc",
+        )
+        for prior in get_args(Prior)
     )
     assert isinstance(own, DampingSurface) and isinstance(with_atlas, AtlasDamping)
     assert with_atlas.mass_per_area(0.4) == pytest.approx(1.1 * atlas.mass_per_area(0.4))
     between = np.array([330.0, 700.0])
-    values = [reading(between, 0.4, 30.0) for reading in (own, with_atlas, atlas)]
+    values = [model(between, 0.4, 30.0) for model in (own, with_atlas, atlas)]
     errors = [v.equivalent_damping_error / v.equivalent_damping for v in values]
     assert (errors[1] < errors[0]).all() and (errors[1] < errors[2]).all()
     at_case = with_atlas(frequency[-1:], 0.4, 30.0).equivalent_damping
@@ -161,10 +146,11 @@ def test_the_prior_of_a_surface_is_the_one_that_is_named(coupon, tmp_path):
 def test_a_surface_starts_from_the_atlas_only_inside_it(tmp_path):
     # red: coupons of the surfaces left out of `mistakes_of_atlas`
     values = yaml.safe_load((STUDIES / "level.yaml").read_text(encoding="utf-8"))
-    values["damping"] = {"readings": ["dem"], "prior": "atlas"}
+    values["dampers"]["tones"]["prior"] = "atlas"
     (tmp_path / "study.yaml").write_text(yaml.safe_dump(values))
-    assert set(load_study(tmp_path / "study.yaml").prior_coupons) == {SECTION}
-    values["coupon"]["particles"]["restitution"] = 0.99
+    beds = load_study(tmp_path / "study.yaml").beds("tones")
+    assert [name for name, bed in beds.items() if bed.is_of_atlas] == ["tones"]
+    values["dampers"]["acrylic"]["particles"]["restitution"] = 0.99
     (tmp_path / "study.yaml").write_text(yaml.safe_dump(values))
     with pytest.raises(StudyError, match=r"in the range of the atlas, 0\.3 to 0\.95"):
         load_study(tmp_path / "study.yaml")

@@ -91,18 +91,18 @@ def test_the_case_at_a_measured_point_is_the_one_that_counts_within_one_per_cent
 def test_the_atlas_is_read_under_a_tone_where_it_holds(tmp_path):
     # red: C_e under sound; values outside the atlas
     (tmp_path / "lab.csv").write_text(f"{POINTS}0.5,100,1900,1,0.1\n")
-    coupon = Coupon.model_validate(
-        {"measured": "lab.csv", "cell": {"depth_mm": 25}}, context={"folder": tmp_path}
-    )
-    found = compare_measured(coupon, pd.DataFrame([case(0.5, 100, 5, 1000)]))
-    reading = atlas_model(coupon, is_broadband=False)
-    tone = reading(np.array([300.0]), 0.5, 20.0)
+    coupon, file = Coupon.model_validate({"cell": {"depth_mm": 25}}), tmp_path / "lab.csv"
+    found = compare_measured(coupon, file, pd.DataFrame([case(0.5, 100, 5, 1000)]))
+    atlas = atlas_model(coupon, is_broadband=False)
+    tone = atlas(np.array([300.0]), 0.5, 20.0)
     assert found[f"atlas_{C}"].iloc[1] == pytest.approx(tone.equivalent_damping[0])
     assert found[f"atlas_{C}_error"].iloc[1] == pytest.approx(tone.equivalent_damping_error[0])
-    variance = reading.covariance(np.array([300.0]), 0.5, 20.0)[1, 1]
+    variance = atlas.covariance(np.array([300.0]), 0.5, 20.0)[1, 1]
     assert found[f"atlas_{M}_error"].iloc[1] ** 2 == pytest.approx(variance)
     assert np.isnan(found[f"atlas_{C}"].iloc[3])
     squares = coupon.model_copy(update={"cell": coupon.cell.model_copy(update={"shape": "square"})})
     assert (
-        compare_measured(squares, pd.DataFrame([case(0.5, 100, 5, 1)]))[f"atlas_{C}"].isna().all()
+        compare_measured(squares, file, pd.DataFrame([case(0.5, 100, 5, 1)]))[f"atlas_{C}"]
+        .isna()
+        .all()
     )

@@ -8,16 +8,16 @@ from pidpanel.measurement.computed import computed_psd
 
 FREQUENCY = np.array([50.0, 80.0, 125.0])
 PSD = np.array([200.0, 500.0, 30.0])  # (m/s²)²/Hz
-PLACE = {"reading": "dem", "point": "P"}
+PLACE = {"scenario": "s", "point": "P"}
 
 
 def curves(name, values, error_name, error, **more):
     """A response with a second point, whose values must not be taken."""
     values, error = ([column, np.full(3, 7.0)] for column in (values, error))
-    dims = ("reading", "point", "frequency")
+    dims = ("scenario", "point", "frequency")
     return xr.Dataset(
         {name: (dims, [values]), error_name: (dims, [error]), **more},
-        coords={"reading": ["dem"], "point": ["P", "other"], "frequency": FREQUENCY},
+        coords={"scenario": ["s"], "point": ["P", "other"], "frequency": FREQUENCY},
     )
 
 

@@ -5,14 +5,32 @@ import itertools
 import numpy as np
 import shapely
 
+from pidpanel.damping.models import Damper, DampingValues, FilledDamper
 from pidpanel.optimise.objectives import accelerations
-from pidpanel.optimise.options import FilledDamper, frozen_options
+from pidpanel.optimise.options import frozen_options
 from pidpanel.optimise.places import places_on
 from pidpanel.optimise.reduced_panel import JointPanel, ReducedPanel
 from pidpanel.optimise.search import Problem
 from pidpanel.solve.base_motion import TABLE_MASS, BaseExcitation
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis, Patches
+
+
+class Falling(Damper):
+    """C_e that falls with the motion, as that of particles."""
+
+    depends_on_acceleration = True
+
+    def __init__(self, damping, mass):
+        self.damping, self.mass = damping, mass
+
+    def __call__(self, frequency, fill_fraction, gamma):
+        value = self.damping * (1 if np.isnan(gamma) else (1 + gamma) ** -0.5)
+        every = np.ones(frequency.shape)
+        return DampingValues(value * every, 0 * every, self.mass * every, every > 0)
+
+    def mass_per_area(self, fill_fraction):
+        return self.mass
 
 
 class RandomPanel:
@@ -80,13 +98,7 @@ class RandomPanel:
         return shape.T @ (np.outer(weight, weight).ravel()[:, None] * np.prod(side) / 4 * shape)
 
     def filling(self, name, damping, mass):
-        def read(frequency, gamma):
-            # falls with the motion, as that of particles
-            value = damping * (1 if np.isnan(gamma) else (1 + gamma) ** -0.5)
-            every = np.ones(frequency.shape)
-            return value * every, mass * every, every > 0
-
-        return FilledDamper(name, None, read, True, mass)
+        return FilledDamper(name, Falling(damping, mass))
 
     def reduced(self, **more):
         return ReducedPanel(

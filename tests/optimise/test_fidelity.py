@@ -4,13 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pidpanel.response.dampers import DampingModels
 
+from pidpanel.damping.laws import ConstantDamper
+from pidpanel.damping.models import FilledDamper
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.optimise import from_study as stage
 from pidpanel.optimise.excitations import static_shapes
 from pidpanel.optimise.fidelity import FIDELITIES, first_fidelity, least_loaded_ratio
-from pidpanel.optimise.options import FilledDamper
 from pidpanel.optimise.places import place_plate
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import write_panel
@@ -23,7 +23,6 @@ STUDY = """
 dampers:
   heavy: {equivalent_damping_n_s_m3: 3, apparent_mass_kg_m2: 30}
   light: {equivalent_damping_n_s_m3: 10, apparent_mass_kg_m2: 9}
-damping: {readings: [stated]}
 panel:
   outline_m: [1.0, 0.8]
   section: {kind: thin, mass_per_area_kg_m2: 3.0, bending_stiffness_n_m: 500, thickness_mm: 10}
@@ -41,7 +40,7 @@ HEAVY, LIGHT = 0, 1
 
 @pytest.fixture(scope="module")
 def search(tmp_path_factory):
-    """The search of a study with places on a grid of their own, its plate and its models."""
+    """The search of a study with places on a grid of their own, and its plate."""
     folder = tmp_path_factory.mktemp("heavy")
     file = folder / "study.yaml"
     file.write_text(STUDY)
@@ -50,13 +49,12 @@ def search(tmp_path_factory):
     write_sound(study, read_basis(folder / "modes.nc"), files(within(folder, SOUND)))
     read = files(within(folder, PANEL) | {"modal_force": folder / "modal_force.nc"})
     plate, places = read_plate(read.plate), stage.places_of(study)
-    models = stage.models_of(study, None)
     excited = stage.excited_panels(study, read)
     objective = stage.objective_of(study.optimise, excited["sound"].basis, np.array([0]))
     with_places, _ = place_plate(plate, places, range(len(places.lower)))
-    fillings = stage.fillings_of(study, models)
+    fillings = stage.fillings_of(study, None)
     found = stage._Search(study.optimise, excited, with_places, places, fillings, objective)
-    return found, plate, models
+    return found, plate
 
 
 def numbers_of(problem, layout):
@@ -82,7 +80,7 @@ def test_with_heavy_dampers_search_and_confirmed_layouts_agree_within_two_tenths
 ):
     # 19.77, 16.96 and 13.28 dB; with four motions, no static response and the lines of the bare
     # panel 18.24, 18.19 and 12.34
-    found, plate, models = search
+    found, plate = search
     panels = found.panels(1.0)
     fidelity = FIDELITIES[first_fidelity(panels, found.fillings, found.mass)]
     problem = found.problem(found.panels(fidelity.static_tolerance), fidelity)
@@ -99,7 +97,6 @@ def test_with_heavy_dampers_search_and_confirmed_layouts_agree_within_two_tenths
         subset.plate,
         subset.places,
         scenarios,
-        DampingModels(("stated",), {}, {"stated": models}),
     )
     rms = [
         final.response.acceleration_rms[0] / final.bare.acceleration_rms[0] for final in finalists
@@ -111,7 +108,7 @@ def test_with_heavy_dampers_search_and_confirmed_layouts_agree_within_two_tenths
 def test_a_search_that_differs_from_the_details_of_its_layouts_is_repeated(
     search, monkeypatch, capsys
 ):
-    found, plate, _ = search
+    found, plate = search
     monkeypatch.setattr(stage, "first_fidelity", lambda *_: 0)
     quick = found._replace(section=found.section.model_copy(update={"patches_at_most": 2}))
     result = stage._searched(quick, plate)
@@ -136,11 +133,9 @@ def test_the_static_response_to_places_is_limited_to_the_softest(search, monkeyp
 
 
 def constant(damping, mass, *, follows=False):
-    def read(frequency, _):
-        ones = np.ones(frequency.shape)
-        return damping * ones, mass * ones, ones > 0
-
-    return FilledDamper("damper", None, read, follows, mass)
+    model = ConstantDamper(equivalent_damping=damping, apparent_mass=mass)
+    object.__setattr__(model, "depends_on_acceleration", follows)
+    return FilledDamper("damper", model)
 
 
 def test_the_least_damping_ratio_is_that_of_a_mode_whose_antinode_carries_all_mass():

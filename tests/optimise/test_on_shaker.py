@@ -16,7 +16,6 @@ from tests.jobs import PANEL, SOUND, files, within
 NAMES = ("layouts", "front", "summary", "search", "psd")
 STUDY = """
 dampers: {rubber: {equivalent_damping_n_s_m3: 700, apparent_mass_kg_m2: 6}, acrylic: {table: acrylic_2mm.csv}}
-damping: {readings: [stated]}
 panel:
   outline_m: [1.5, 1.0]
   section: {kind: thin, mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07, thickness_mm: 25}

@@ -10,8 +10,9 @@ import pytest
 from random_panels import RandomPanel
 
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.damping.models import FilledDamper
 from pidpanel.optimise.excitations import Finalist
-from pidpanel.optimise.options import FilledDamper, Options
+from pidpanel.optimise.options import Options
 from pidpanel.optimise.proposal import Proposals, damper_rows, search_table
 from pidpanel.optimise.reduced_panel import JointPanel
 from pidpanel.optimise.search import Problem, Proof, Sampling
@@ -54,9 +55,7 @@ def proposals(error=0.02, base=None):
     panel = SimpleNamespace(bare=np.array([16.0, 4.0]), points=2)
     evaluated = dict(zip(LAYOUTS, (8.0, 2.0, 1.6, 0.16), strict=True))
     problem = Problem(panel, options, places, 7.0, 2, evaluated)
-    fillings = [
-        FilledDamper(name, fill, None, True, 1.0) for name, fill in (("a", 0.5), ("b", None))
-    ]
+    fillings = [FilledDamper(name, None, fill) for name, fill in (("a", 0.5), ("b", None))]
     finalists = [
         Finalist(
             answer(square), answer([16.0, 4.0]), answer(dead), error * np.array([3.0, 1.0]),

@@ -35,9 +35,7 @@ def drawn():
 
 
 @pytest.mark.parametrize("excitation", [0, 1, 2], ids=["sound", "base", "both"])
-def test_the_best_layout_is_within_1_percent_and_the_gap_holds_on_random_panels(
-    drawn, excitation
-):
+def test_the_best_layout_is_within_1_percent_and_the_gap_holds_on_random_panels(drawn, excitation):
     optimal = bounded = 0
     for problem in (each[excitation] for each in drawn):
         sampling = sample_submodularity(problem)

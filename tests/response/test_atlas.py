@@ -24,7 +24,7 @@ def test_a_coupon_answers_without_a_run(model):
     # red: atlas_coupons left out of `Study.coupons`; `judged` without the atlas
     rows = model.summary().set_index("scenario")
     filled = rows.loc["PID-1_r0.5"]
-    assert filled["reading"] == "atlas" and filled["damping_source"] == "atlas of particle beds"
+    assert filled["damping_source"] == "atlas of particle beds"
     assert filled["reduction_db"] > filled["dead_weight_reduction_db"]
     assert 0 < filled["reduction_error_db"] and 0 <= filled["between_share"] <= 1
     assert rows["added_mass_kg"].max() == pytest.approx(0.5 * 0.06 * 0.458 * 1190 * 0.025, rel=0.1)
@@ -33,9 +33,9 @@ def test_a_coupon_answers_without_a_run(model):
 def test_under_sound_its_damping_is_that_of_tones_times_the_broadband_share(model):
     # red: is_broadband=False in `damping_models`
     gamma = model.summary().set_index("scenario").loc["PID-1_r0.5", "damping_read_at_g"]
-    psd = model.response().sel(reading="atlas", scenario="PID-1_r0.5", patch="PID-1")
+    psd = model.response().sel(scenario="PID-1_r0.5", patch="PID-1")
     f = psd["frequency"].to_numpy()
-    tones = model.damping("coupon", fill_fraction=0.5, frequency_hz=f, acceleration_g=gamma)
+    tones = model.damping("acrylic", fill_fraction=0.5, frequency_hz=f, acceleration_g=gamma)
     stroke = gamma * 9.80665 / (2 * np.pi * f) ** 2 / (0.025 * (1 - 0.94 * 0.5))
     expected = broadband_share(stroke) * tones["equivalent_damping"].to_numpy().ravel()
     np.testing.assert_allclose(psd["equivalent_damping"], expected, rtol=1e-3)
@@ -45,15 +45,15 @@ def test_a_damper_is_chosen_by_its_name(model):
     # red: "atlas" among the sources
     values = model.damping(**POINT)
     assert (values["equivalent_damping"] > 0).all() and (values["inside"] == 1).all()
-    with pytest.raises(ValueError, match="source = atlas: must be one of coupon"):
+    with pytest.raises(ValueError, match="source = atlas: must be one of acrylic"):
         model.damping("atlas", **POINT)
 
 
 @pytest.mark.parametrize(("modulus", "is_soft"), [(3200, False), (5, True)])
 def test_beds_softer_than_those_of_the_atlas_are_extrapolated(model, modulus, is_soft):
     # contacts of rubber last longer than 0.02 periods from 60 Hz on; red: no `is_hard`: trusted
-    soft = model.changed({"coupon.particles.youngs_modulus_mpa": modulus})
+    soft = model.changed({"dampers.acrylic.particles.youngs_modulus_mpa": modulus})
     row = soft.summary().set_index("scenario").loc["PID-1_r0.5"]
     assert (row["extrapolated_share"] > 0.05) == is_soft
-    message = "extrapolated, extend the atlas to particles as soft as coupon from "
+    message = "extrapolated, extend the atlas to particles as soft as acrylic from "
     assert (message in str(row["doubts"])) == is_soft and (row["trusted"] == "no") >= is_soft

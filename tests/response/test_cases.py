@@ -3,20 +3,18 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 
+from pidpanel.damping.models import Damper, DampingValues, FilledDamper
 from pidpanel.response.cases import (
     BalanceCheck,
-    CasePlan,
     ResponseScenario,
     heaviest_dampers,
     plan_cases,
 )
-from pidpanel.response.dampers import DampingModels, PatchDamper, PatchFilling
 from pidpanel.solve.layout import DamperLayout
 
 
-class Model:
+class Model(Damper):
     """Damping with an apparent mass that depends on Γ."""
 
     nodes = None
@@ -30,7 +28,8 @@ class Model:
 
     def __call__(self, frequency, fill_fraction, gamma):
         self.asked.append(gamma)
-        return SimpleNamespace(apparent_mass=self.mass(gamma) * frequency / frequency.max())
+        mass = self.mass(gamma) * frequency / frequency.max()
+        return DampingValues(mass, mass, mass, mass > 0)
 
 
 def test_the_largest_mass_is_that_of_any_motion_of_four_decades():
@@ -38,35 +37,22 @@ def test_the_largest_mass_is_that_of_any_motion_of_four_decades():
     lines = np.array([20.0, 50.0])
     for weight, peak, expected in ((4.0, 100.0, 6.0), (8.0, 1000.0, 8.0), (np.nan, 10.0, 6.0)):
         model = Model(weight, lambda gamma, peak=peak: 6.0 if gamma == peak else 1.0)
-        assert PatchDamper(0, 0, "d", model, 1.0).largest_mass(lines) == expected
+        assert FilledDamper("d", model, 1.0).largest_mass(lines) == expected
         assert model.asked == [1.0, 10.0, 100.0, 1000.0]
     steady = Model(1.0, lambda gamma: 2.0, depends=False)
-    assert PatchDamper(0, 0, "d", steady, 0.5).largest_mass(lines) == 2.0
+    assert FilledDamper("d", steady, 0.5).largest_mass(lines) == 2.0
     assert steady.asked == [1.0]
 
 
-def test_a_patch_counts_with_its_heaviest_damper_from_end_to_end_of_the_range(monkeypatch):
+def test_a_patch_counts_with_its_heaviest_damper_from_end_to_end_of_the_range():
     # red: the last damper; the lowest frequency alone
-    asked = []
-
-    def damper(patch, source, mass):
-        def largest(lines):
-            asked.append(lines)
-            return mass
-
-        return SimpleNamespace(patch=patch, source=source, fill_fraction=1.0, largest_mass=largest)
-
-    rows = [
-        (None, "", (damper(0, "a", 3.0), damper(2, "b", 5.0))),
-        (None, "", (damper(0, "c", 2.0),)),
-    ]
     settings = SimpleNamespace(frequency_range=(20.0, 2000.0))
-    panel = SimpleNamespace(patch_area=np.ones(3), settings=settings)
-    plan = CasePlan(rows, [], {})
-    monkeypatch.setattr("pidpanel.response.cases.plan_cases", lambda *_, dead_weight: plan)
-    assert heaviest_dampers(panel, [], None).tolist() == [3.0, 0.0, 5.0]
-    assert len(asked) == 3 and len(asked[0]) == 12
-    assert asked[0][[0, -1]].tolist() == pytest.approx([20.0, 2000.0])
+    basis = SimpleNamespace(patch_names=["a", "b", "c"])
+    panel = SimpleNamespace(patch_area=np.ones(3), settings=settings, basis=basis)
+    heavy, light = Model(3.0, lambda _: 1.0, depends=False), Model(2.0, float, depends=False)
+    rising = Model(1.0, lambda _: 5.0, depends=False)  # at the highest frequency
+    scenarios = scenarios_of({"a": heavy, "c": rising}, {"a": light})
+    assert heaviest_dampers(panel, scenarios).tolist() == [3.0, 0.0, 5.0]
 
 
 def test_the_power_balance_of_a_scenario_is_that_at_its_level_and_its_worst_line(monkeypatch):
@@ -101,24 +87,35 @@ def test_the_power_balance_of_a_scenario_is_that_at_its_level_and_its_worst_line
     np.testing.assert_array_equal(given["spectrum"], 10 * given["frequency"])
 
 
+def scenarios_of(*dampers):
+    """The bare panel, and a scenario for each mapping of patches to damping models."""
+    return [
+        ResponseScenario("bare", "bare", 150.0, 2.5),
+        *(
+            ResponseScenario(
+                f"s{number}", "bare", 150.0, 2.5,
+                {patch: FilledDamper(f"d{patch}", model) for patch, model in by_patch.items()},
+            )
+            for number, by_patch in enumerate(dampers)
+        ),
+    ]  # fmt: skip
+
+
 def plan_of(*models, dead_weight=True):
-    scenario = ResponseScenario("s", "bare", 150.0, 2.5, (PatchFilling("b", "d", None),), "b", 0.5)
-    bare = ResponseScenario("bare", "bare", 150.0, 2.5, (), None, 0.0)
     settings = SimpleNamespace(stated_acceleration_g=None)
     basis = SimpleNamespace(patch_names=["a", "b"])
     panel = SimpleNamespace(basis=basis, carriers=np.array([0, 1, 1]), settings=settings)
-    names = [f"m{number}" for number in range(len(models))]
-    known = DampingModels(names, dict(zip(names, models, strict=True)), {})
-    return plan_cases(panel, [bare, scenario], known, dead_weight=dead_weight)
+    scenarios = scenarios_of(*({"b": model} for model in models))
+    return plan_cases(panel, scenarios, dead_weight=dead_weight)
 
 
 def test_masses_that_do_not_damp_are_solved_once_for_each_set_of_masses():
     # red: dead weight of damping; a mass of NaN; C_e of one; an own set for every model
     heavy, alike, unknown = Model(6.0, float), Model(6.0, float), Model(np.nan, float)
     plan = plan_of(heavy, alike, unknown)
-    dead = [key[2] for key in plan.keys[3:]]
+    dead = [key[2] for key in plan.keys[1:]]
     assert dead[0] == dead[1] and dead[2] is None
-    assert [key[2] for key in plan.keys[:3]] == [None] * 3
+    assert plan.keys[0][2] is None
     layout = plan.layouts[dead[0]]
     assert isinstance(layout, DamperLayout) and not layout.with_motion and layout.factor == 2.5
     assert [load.patch for load in layout.dampers] == [1, 2]  # both elements of the patch
@@ -135,21 +132,18 @@ def test_slopes_are_solved_where_a_damper_has_errors():
     exact, uncertain = Model(6.0, float), Model(6.0, float)
     uncertain.nodes = np.ones(1)
     plan = plan_of(exact, uncertain)
-    own = [plan.layouts[key[0]] for key in plan.keys[2:]]
+    own = [plan.layouts[key[0]] for key in plan.keys[1:]]
     assert [layout.with_slope for layout in own] == [False, True]
 
 
 def two_patches(first, second):
     """The plan of two dampers on two patches, each with its own model."""
-    fillings = (PatchFilling("b", "d", None), PatchFilling("a", "e", None))
-    scenario = ResponseScenario("s", "bare", 150.0, 2.5, fillings, "b", 0.5)
+    _, scenario = scenarios_of({"b": first, "a": second})
     assert not scenario.is_bare and scenario.patches == ("b", "a")
     settings = SimpleNamespace(stated_acceleration_g=None)
     basis = SimpleNamespace(patch_names=["a", "b"])
     panel = SimpleNamespace(basis=basis, carriers=np.array([0, 1]), settings=settings)
-    return plan_cases(
-        panel, [scenario], DampingModels(["stated"], {}, {"stated": {"d": first, "e": second}})
-    )
+    return plan_cases(panel, [scenario])
 
 
 def test_one_unknown_mass_leaves_no_dead_weight_and_one_uncertain_damper_has_slopes():
@@ -160,25 +154,4 @@ def test_one_unknown_mass_leaves_no_dead_weight_and_one_uncertain_damper_has_slo
     assert plan.keys[0][2] is None
     assert plan.layouts[plan.keys[0][0]].with_slope
     assert two_patches(known, known).keys[0][2] is not None
-    assert ResponseScenario("bare", "bare", 150.0, 1.0, (), None, 0.0).is_bare
-
-
-def test_coupled_runs_are_read_where_there_are_some_and_stated_dampers_elsewhere():
-    # red: either of both; the bed of another scenario
-    bed, stated, common = Model(1.0, float), Model(2.0, float), Model(3.0, float)
-    models = DampingModels(
-        ["coupled", "stated", "dem"], {"dem": common}, {"stated": {"d": stated}}, {("s", "b"): bed}
-    )
-    of_b, of_a = PatchFilling("b", "d", 0.5), PatchFilling("a", "d", None)
-    found = [
-        models.damper(name, scenario, filling, 7, 9)
-        for name, scenario, filling in (
-            ("coupled", "s", of_b), ("coupled", "s", of_a), ("coupled", "t", of_b),
-            ("stated", "s", of_b), ("dem", "s", of_b),
-        )
-    ]  # fmt: skip
-    assert [one.model for one in found] == [bed, stated, stated, stated, common]
-    assert [one.own_force for one in found] == [bed, None, None, None, None]
-    assert [one.source for one in found][:4] == ["d on b", "d", "d", "d"]
-    assert [one.fill_fraction for one in found] == [0.5, 1.0, 0.5, 0.5, 0.5]
-    assert {(one.patch, one.carrier) for one in found} == {(7, 9)}
+    assert ResponseScenario("bare", "bare", 150.0, 1.0).is_bare

@@ -8,10 +8,9 @@ import pytest
 
 from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.damping.atlas import AtlasDamping, atlas_bed
-from pidpanel.damping.models import DampingValues
+from pidpanel.damping.models import DampingValues, FilledDamper
 from pidpanel.damping.table_files import read_columns
 from pidpanel.damping.tables import TableDamping
-from pidpanel.response.dampers import PatchDamper
 from pidpanel.response.extrapolation import (
     FAR,
     Extrapolation,
@@ -30,7 +29,7 @@ def damper(tmp_path):
     path.write_text(
         "frequency_hz,acceleration_g,equivalent_damping_n_s_m3\n" + "\n".join(rows) + "\n"
     )
-    return PatchDamper(0, 0, "lab", TableDamping(read_columns(path), "log"), 1.0)
+    return FilledDamper("lab", TableDamping(read_columns(path), "log"), 1.0)
 
 
 @dataclasses.dataclass
@@ -129,8 +128,8 @@ def of_the_atlas(sphere):
         return DampingValues(ones, ones, ones, ones > 0)
 
     bed = atlas_bed(0.8, 0.3, 6e-3, 25e-3, 2e-3, ["flat"])
-    return PatchDamper(
-        0, 0, "rubber", AtlasDamping(surface, bed, 1.0, np.ones((2, 3)), sphere=sphere), 0.5
+    return FilledDamper(
+        "rubber", AtlasDamping(surface, bed, 1.0, np.ones((2, 3)), sphere=sphere), 0.5
     )
 
 

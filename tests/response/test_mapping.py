@@ -11,17 +11,17 @@ import xarray as xr
 from pidpanel.response import mapping
 from pidpanel.response.mapping import UNITS, _dampers, _error_of_points, map_dataset, write_paraview
 
-KEY = ("stated", "s")
+KEY = ("s",)
 
 
 def psds(psd, error=None):
     """Of points (nf, n) on lines 2 Hz apart."""
     lines = 2.0 * np.arange(len(psd))
-    names = ("reading", "scenario", "frequency", "point")
-    values = {"acceleration_psd": (names, np.array(psd, float)[None, None])}
+    names = ("scenario", "frequency", "point")
+    values = {"acceleration_psd": (names, np.array(psd, float)[None])}
     if error is not None:
-        values["acceleration_psd_log_error"] = (names, np.array(error, float)[None, None])
-    return xr.Dataset(values, {"reading": ["stated"], "scenario": ["s"], "frequency": lines})
+        values["acceleration_psd_log_error"] = (names, np.array(error, float)[None])
+    return xr.Dataset(values, {"scenario": ["s"], "frequency": lines})
 
 
 def test_the_error_is_half_of_that_of_the_mean_square_and_of_the_worst_point():
@@ -37,19 +37,19 @@ def test_the_error_is_half_of_that_of_the_mean_square_and_of_the_worst_point():
 def test_dampers_are_read_on_the_lines_of_the_maps():
     # red: patches of the file in their order; the bare panel with a damper
     lines, coarse = np.array([10.0, 20.0, 40.0]), np.array([15.0, 30.0])
-    names = ("reading", "scenario", "frequency", "patch")
-    values = np.array([[1.0, 10], [3, 20], [7, 40]])[None, None]
+    names = ("scenario", "frequency", "patch")
+    values = np.array([[1.0, 10], [3, 20], [7, 40]])[None]
     psd = xr.Dataset(
         {"equivalent_damping": (names, values), "apparent_mass": (names, 2 * values)},
-        {"reading": ["stated"], "scenario": ["s"], "frequency": lines, "patch": ["a", "b"]},
+        {"scenario": ["s"], "frequency": lines, "patch": ["a", "b"]},
     )
     panel = SimpleNamespace(coarse_frequency=coarse)
     scenario = SimpleNamespace(is_bare=False, label="s", patches=("b", "a"), factor=2.5)
-    damping, mass, factor = _dampers(panel, psd, "stated", scenario)
+    damping, mass, factor = _dampers(panel, psd, scenario)
     np.testing.assert_allclose(damping, [[15, 30], [2, 5]])
     np.testing.assert_allclose(mass, 2 * damping)
     assert factor == 2.5
-    bare = _dampers(panel, psd, "stated", SimpleNamespace(is_bare=True, factor=0.5))
+    bare = _dampers(panel, psd, SimpleNamespace(is_bare=True, factor=0.5))
     assert bare[0].shape == bare[1].shape == (0, 2) and bare[2] == 0.5
 
 
@@ -60,10 +60,8 @@ class Force:
         return np.ones(frequency.shape)
 
 
-def test_maps_are_of_every_scenario_and_model_with_the_force_of_its_own_particles(
-    tmp_path, monkeypatch
-):
-    # red: the bare panel once for each model; beds of other scenarios; the factor for its inverse;
+def test_maps_are_of_every_scenario_with_the_force_of_its_own_particles(tmp_path, monkeypatch):
+    # red: beds of other scenarios; the factor for its inverse;
     # no core where a component of its stress is none
     asked = []
 
@@ -75,9 +73,10 @@ def test_maps_are_of_every_scenario_and_model_with_the_force_of_its_own_particle
     known = {
         "modal_covariances": covariances,
         "write_paraview": lambda folder, dataset: None,
-        "is_steady": lambda psd, model, label: True,
-        "_error_of_points": lambda psd, model, label: 0.1,
-        "_dampers": lambda panel, psd, model, scenario: (model, scenario.label),
+        "is_steady": lambda psd, label: True,
+        "_error_of_points": lambda psd, label: 0.1,
+        "_dampers": lambda panel, psd, scenario: scenario.label,
+        "own_force_of": lambda panel, scenario: scenario.force,
     }
     for name, function in known.items():
         monkeypatch.setattr(mapping, name, function)
@@ -94,18 +93,14 @@ def test_maps_are_of_every_scenario_and_model_with_the_force_of_its_own_particle
         patches=SimpleNamespace(subset=tuple), particle_force=lambda sources: sources,
     )  # fmt: skip
     scenarios = [
-        SimpleNamespace(label="bare", patches=(), is_bare=True, factor=2.5),
-        SimpleNamespace(label="s", patches=("b",), is_bare=False, factor=2.5),
+        SimpleNamespace(label="bare", patches=(), is_coupled=False, factor=2.5, force=None),
+        SimpleNamespace(label="s", patches=("b",), is_coupled=True, factor=2.5, force="its own"),
+        SimpleNamespace(label="t", patches=("b",), is_coupled=False, factor=2.5, force=None),
     ]
-    beds = {("s", "b"): "its own", ("other", "a"): "another"}
     path = tmp_path / "maps.nc"
-    mapping.write_rms_maps(
-        panel, scenarios, ["coupled", "stated"], None, beds, {},
-        SimpleNamespace(maps=path, folder=tmp_path),
-    )  # fmt: skip
-    assert [dampers for *_, dampers in asked] == [
-        [("coupled", "bare")], [("coupled", "s")], [("stated", "s")],
-    ]  # fmt: skip
+    output = SimpleNamespace(maps=path, folder=tmp_path)
+    mapping.write_rms_maps(panel, scenarios, None, {}, output)
+    assert [dampers for *_, dampers in asked] == [["bare"], ["s"], ["t"]]
     assert [patches for _, patches, _ in asked] == [(), (1,), (1,)]
     assert asked[0][0] is force and asked[2][0] is force
     own = asked[1][0]

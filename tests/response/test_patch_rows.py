@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pidpanel.response.cases import SolvedCase
-from pidpanel.response.dampers import PatchFilling
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.tables import damping_on_patches, only_motion, patch_rows
 
@@ -16,7 +15,10 @@ PATCH = np.array([1, 1, 0])
 
 MOTION = np.array([3.0, 4.0, 6.0])
 BARE = SimpleNamespace(bare_patch_acceleration_g=2 * MOTION)
-FILLINGS = (PatchFilling("b", "steel", 0.5), PatchFilling("a", "acrylic", 0.8))
+FILLED = {
+    "b": SimpleNamespace(name="steel", fill_fraction=0.5, mass_per_area=5),
+    "a": SimpleNamespace(name="acrylic", fill_fraction=0.8, mass_per_area=7),
+}
 
 
 def panel(by_element=False):
@@ -32,17 +34,15 @@ def panel(by_element=False):
     return made
 
 
-def case(fillings=FILLINGS):
-    dampers = [
-        SimpleNamespace(patch=patch, source=source, mass_per_area=mass)
-        for patch, source, mass in zip(PATCH, ("steel", "steel", "acrylic"), (5, 5, 7), strict=True)
-    ]
-    made = SimpleNamespace(scenario=SimpleNamespace(fillings=fillings), dampers=dampers, bare=BARE)
+def case(filled=FILLED):
+    dampers = [FILLED[patch] for patch in ("b", "b", "a")]
+    made = SimpleNamespace(scenario=SimpleNamespace(dampers=filled), dampers=dampers, bare=BARE)
     made.masses = lambda area: SolvedCase.masses(made, area)
     return made
 
 
 RESPONSE = SimpleNamespace(
+    patches=np.arange(3),
     acceleration_g=np.array([1.0, 2.0, 5.0]),
     patch_acceleration_g=MOTION,
     cell_acceleration_g=np.array([[0.5, 9.0], [0.7, 8.0], [0.1, 0.2]]),
@@ -71,13 +71,13 @@ def test_a_patch_of_several_dampers_has_their_sums_and_mean_squares(by_element, 
 
 def test_a_case_has_the_motion_of_its_only_patch_and_the_bare_panel_that_of_the_first_filled():
     # red: of several patches; the first scenario whether filled or not
-    found = only_motion(panel(), case(FILLINGS[:1]), RESPONSE, [])
+    found = only_motion(panel(), case({"b": FILLED["b"]}), RESPONSE, [])
     assert found == pytest.approx((np.sqrt(13 / 4), np.sqrt(57 / 4)))
     assert np.isnan(only_motion(panel(), case(), RESPONSE, [])).all()
     scenarios = [SimpleNamespace(patches=()), SimpleNamespace(patches=("b", "a"))]
-    read, moved = only_motion(panel(), case(()), RESPONSE, scenarios)
+    read, moved = only_motion(panel(), case({}), RESPONSE, scenarios)
     assert np.isnan(read) and moved == pytest.approx(np.sqrt(57))
-    assert np.isnan(only_motion(panel(), case(()), RESPONSE, scenarios[:1])).all()
+    assert np.isnan(only_motion(panel(), case({}), RESPONSE, scenarios[:1])).all()
 
 
 def test_the_damping_of_a_patch_is_the_mean_over_its_area():

@@ -51,7 +51,7 @@ def test_motion_outside_the_simulated_range_is_marked_or_refused(summary_of):
         def change(values):
             values["sound"]["oaspl_db"] = 175
             values["scenarios"] = {"fill": {"patch": "PID-1", "fill_fraction": [0.3, 0.8]}}
-            values["damping"]["level"] = {"kind": "patch", "outside": outside}
+            values["damping"] = {"level": {"kind": "patch", "outside": outside}}
 
         return change
 
@@ -62,7 +62,7 @@ def test_motion_outside_the_simulated_range_is_marked_or_refused(summary_of):
 
 
 def test_without_damper_mass_the_patch_is_a_dashpot(summary_of):
-    # red: study_model that always returns the reading itself
+    # red: with_mass_of that always returns the damper itself
     heavy = summary_of("heavy", lambda values: None)
     plain = summary_of("plain", lambda values: values["response"].update(damper_mass=False))
     at = ("PID-1_r0.8_150dB", "centre")
@@ -87,7 +87,7 @@ def test_the_diagonal_form_says_what_it_costs_and_the_full_one_costs_nothing(sum
 
 def test_a_stated_motion_is_where_the_damping_is_read(summary_of):
     def stated(values):
-        values["damping"]["level"] = {"kind": "stated", "acceleration_g": 12}
+        values["damping"] = {"level": {"kind": "stated", "acceleration_g": 12}}
 
     found = summary_of("stated", stated)
     damped = found[found["patch"] != "none"]

@@ -23,7 +23,7 @@ from pidpanel.severity.tables import (
 from pidpanel.solve.stress import CORE_STRESSES
 from pidpanel.spectra.break_points import BreakPoints
 
-WHERE = {"reading": "atlas", "scenario": "A"}
+WHERE = {"scenario": "A"}
 FREQUENCY = np.linspace(20.0, 500.0, 961)
 ERROR = 0.2  # of rms values, relative
 

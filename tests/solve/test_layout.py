@@ -129,9 +129,9 @@ def test_a_scenario_without_response_is_nan_in_the_file():
     one = solve_bare(one_mode(), 1.0)
     none = np.zeros((1, one.response.frequency.size))
     case = {"acceleration_psd": one.response.acceleration_psd, "inside": none}
-    axes = {"frequency": one.response.frequency, "reading": ["dem"], "scenario": ["bare", "x"],
+    axes = {"frequency": one.response.frequency, "scenario": ["bare", "x"],
             "point": ["p"], "patch": ["PID-1"]}  # fmt: skip
-    data = cases_dataset({("dem", "bare"): case}, PSD_VARIABLES, axes)
+    data = cases_dataset({"bare": case}, PSD_VARIABLES, axes)
     assert np.isfinite(data["acceleration_psd"].sel(scenario="bare")).all()
     assert np.isnan(data["acceleration_psd"].sel(scenario="x")).all()
     assert all("units" in data[name].attrs for name in data.data_vars)

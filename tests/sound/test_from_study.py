@@ -19,7 +19,7 @@ from pidpanel.study.sound import Sound
 from tests.jobs import make_panel, make_sound
 
 STUDY = """
-damping: {{readings: [paper_corrected]}}
+dampers: {{paper: {{law: paper_corrected}}}}
 panel:
   outline_m: [0.9, 0.6]
   section: {{kind: thin, mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}}

@@ -18,35 +18,21 @@ def studied(tmp_path, change):
     return load_study(file)
 
 
-def read_as(*readings):
-    return lambda values: values.update(damping={"readings": list(readings)})
+def atlas(values):
+    for damper in values["dampers"].values():
+        damper["model"] = "atlas"
 
 
-@pytest.mark.parametrize(
-    ("readings", "read", "simulated"),
-    [
-        (["atlas"], ["acrylic", "steel"], []),
-        (["atlas", "coupled"], ["acrylic", "steel"], []),
-        (["stated", "atlas"], ["acrylic", "steel"], ["acrylic", "steel"]),
-        (["coupled"], [], []),
-    ],
-)
-def test_coupons_of_the_atlas_are_simulated_for_other_models_alone(
-    tmp_path, readings, read, simulated
-):
-    # red: ATLAS left out of BY_DAMPER, or among the models of `stated_dampers`
-    study = studied(tmp_path, read_as(*readings))
-    assert sorted(study.atlas_coupons) == read and sorted(study.coupons) == simulated
-
-
-def test_no_sweep_is_needed(tmp_path):
+def test_no_bed_of_the_atlas_is_simulated_and_none_needs_a_sweep(tmp_path):
     # red: `sweep: Sweep` without a default
     def change(values):
-        read_as("atlas")(values)
+        atlas(values)
         for damper in values["dampers"].values():
-            del damper["coupon"]["sweep"]
+            del damper["sweep"]
 
-    assert len(studied(tmp_path, change).atlas_coupons) == 2
+    study = studied(tmp_path, change)
+    assert sorted(study.beds("atlas")) == ["acrylic", "steel"]
+    assert not study.coupons and not study.is_coupled
 
 
 @pytest.mark.parametrize(
@@ -61,10 +47,10 @@ def test_no_sweep_is_needed(tmp_path):
 def test_gravity_is_along_or_across_the_motion(tmp_path, keys, direction):
     # red: the y component forgotten
     def change(values):
-        values["dampers"]["steel"]["coupon"].update(keys)
+        values["dampers"]["steel"].update(keys)
 
     study = studied(tmp_path, change)
-    assert requirements.direction_of(study.all_dampers["steel"].coupon) == direction
+    assert requirements.direction_of(study.dampers["steel"]) == direction
 
 
 def test_ranges_are_those_of_the_table():

@@ -111,10 +111,3 @@ def test_a_table_stands_in_place_of_a_sweep(tmp_path):
     study.write_text("coupon: {cases: design.csv}\n")
     with pytest.raises(StudyError, match=r"coupon.cases = design.csv: no such file"):
         load_any_study(study)
-
-
-def test_a_study_with_a_panel_has_a_sweep(tmp_path):
-    # red: mistakes_with_panel without cases
-    (tmp_path / "design.csv").write_text(TABLE)
-    coupon = Coupon.model_validate({"cases": tmp_path / "design.csv"})
-    assert [mistake.keys[-1] for mistake in coupon.mistakes_with_panel()] == ["cases"]

@@ -6,7 +6,7 @@ import pytest
 
 from pidpanel.study import Study
 
-COUPON = {"particles": {"diameter_mm": 2}}
+BED = {"particles": {"diameter_mm": 2}}
 VALUES = {
     "name": "mine",
     "panel": {
@@ -21,23 +21,22 @@ VALUES = {
         "points": {"A": [0.6, 0.4]},
     },
     "sound": {"spectrum": "smc_s_016_2014_min_third.csv"},
-    "coupon": COUPON,
-    "dampers": {"other": {"coupon": COUPON}},
+    "dampers": {"bed": BED, "other": BED},
 }  # fmt: skip
 
 
 def study_with(**cell):
     values = copy.deepcopy(VALUES)
-    values["dampers"]["other"]["coupon"] = {**COUPON, "cell": cell}
+    values["dampers"]["other"] = {**BED, "cell": cell}
     return Study.model_validate(values)
 
 
 def test_cells_are_those_of_the_core_by_default():
     # red: 6.35 mm wide, 25 mm deep, in a core of 4.76 mm × 20 mm
     study = study_with(count=2)
-    for coupon in (study.coupon, study.dampers["other"].coupon):
-        assert coupon.cell.across_flats_mm == pytest.approx(3 / 16 * 25.4)
-        assert coupon.cell.depth_mm == 20
+    for bed in study.dampers.values():
+        assert bed.cell.across_flats_mm == pytest.approx(3 / 16 * 25.4)
+        assert bed.cell.depth_mm == 20
     assert study.differing_cells == []
 
 
@@ -58,14 +57,18 @@ def test_other_cells_are_named_with_both_sizes(cell, remark):
     assert all(line.startswith(remark) for line in remarks)
 
 
+def sizes(cell):
+    return cell.across_flats_mm, cell.depth_mm
+
+
 def test_a_core_by_its_moduli_has_a_depth_alone_and_a_plate_no_cells():
     values = copy.deepcopy(VALUES)
     core = {"shear_modulus_l_mpa": 186, "shear_modulus_w_mpa": 90, "density_kg_m3": 32}
     values["panel"]["section"]["core"] = {**core, "thickness_mm": 15}
     study = Study.model_validate(values)
-    assert (study.coupon.cell.across_flats_mm, study.coupon.cell.depth_mm) == (6.35, 15)
+    assert sizes(study.dampers["bed"].cell) == (6.35, 15)
     assert study.differing_cells == []
     values["panel"]["section"] = {"mass_per_area_kg_m2": 4, "bending_stiffness_n_m": 3273}
     study = Study.model_validate(values)
-    assert (study.coupon.cell.across_flats_mm, study.coupon.cell.depth_mm) == (6.35, 25)
+    assert sizes(study.dampers["bed"].cell) == (6.35, 25)
     assert study.differing_cells == []

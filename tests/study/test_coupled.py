@@ -6,39 +6,37 @@ import tempfile
 import pytest
 import yaml
 
+from pidpanel.coupled.from_study import coupled_scenarios
 from pidpanel.paths import WORKFLOW
 from pidpanel.study import load_study
 
 SMOKE = yaml.safe_load((WORKFLOW / "studies" / "smoke.yaml").read_text())
-POT = {"pot": {"equivalent_damping_n_s_m3": 900}}
+POT = {"equivalent_damping_n_s_m3": 900}
 LEFT = {"centre_m": [0.25, 0.5], "size_m": [0.3, 0.2]}
+FILL = {"fill": {"patch": "PID-1", "damper": "acrylic", "fill_fraction": [0.4, 0.8]}}
 
 
-def values(**damping):
-    found = copy.deepcopy(SMOKE)
-    found["damping"] = {"readings": ["coupled"], **damping}
+def values(model="coupled", **coupled):
+    found = copy.deepcopy(SMOKE) | {"scenarios": FILL}
+    found["dampers"] = {"acrylic": {**found["dampers"]["acrylic"], "model": model}}
+    if coupled:
+        found["damping"] = {"coupled": coupled}
     return found
 
 
-def with_pot(found):
-    """A damper without a coupon on a patch of its own, beside the coupon."""
-    found["dampers"] = POT
+def with_pot(found, damper="pot"):
+    """A damper without particles on a patch of its own, beside the bed."""
+    found["dampers"]["pot"] = POT
     found["panel"]["patches"]["left"] = LEFT
     found["scenarios"] = {
         "both": {
             "layout": {
-                "PID-1": {"damper": "coupon", "fill_fraction": 0.5},
-                "left": {"damper": "pot"},
+                "PID-1": {"damper": "acrylic", "fill_fraction": 0.5},
+                "left": {"damper": damper},
             }
         },
         "pot": {"layout": {"left": {"damper": "pot"}}},
     }
-    return found
-
-
-def pot_alone(found):
-    found["dampers"] = POT
-    found["scenarios"] = {"pot": {"layout": {"PID-1": {"damper": "pot"}}}}
     return found
 
 
@@ -57,22 +55,17 @@ def told(refusal, found):
     return [line.removeprefix("mine.yaml:").lstrip("0123456789: ") for line in lines]
 
 
-def test_coupled_may_be_the_only_reading_and_runs_every_scenario_with_a_coupon(loaded):
-    # red: a bare scenario left in `coupled_scenarios`; `("dem",)` for coupled alone
+def test_every_scenario_with_a_coupled_bed_is_run(loaded):
+    # red: a bare scenario left in `coupled_scenarios`; dampers whatever their model
     study = loaded(values())
-    assert study.readings == ("coupled",) and study.is_coupled
+    assert study.is_coupled and dict(study.coupons) == {}
     assert [one.label for one in study.coupled_scenarios()] == [
-        "PID-1_r0.4_150dB", "PID-1_r0.8_150dB",
-    ]  # fmt: skip
-    law = loaded(values(readings=["paper_corrected"]))
-    assert not law.is_coupled and law.coupled_scenarios() == ()
-
-
-def test_the_coupon_that_is_integrated_with_the_panel_needs_no_sweep(loaded):
-    # red: `is_coupled` left out of Study.coupons; `"dem" not in` that is always True
-    assert dict(loaded(values()).coupons) == {}
-    for beside in ("dem", "stated"):
-        assert list(loaded(values(readings=[beside, "coupled"])).coupons) == ["coupon"]
+        "PID-1_r0.4_150dB",
+        "PID-1_r0.8_150dB",
+    ]
+    tones = loaded(values("tones"))
+    assert not tones.is_coupled and tones.coupled_scenarios() == ()
+    assert list(tones.coupons) == ["acrylic"]
 
 
 @pytest.mark.parametrize("radiation", ["one_side", "two_sides"])
@@ -83,51 +76,46 @@ def test_a_panel_that_radiates_may_be_integrated_with_its_particles(loaded, radi
     assert loaded(found).is_coupled
 
 
-def test_a_patch_without_a_coupon_is_read_as_stated(loaded):
-    # red: `stated_dampers` that returns all; `beds_of` of dampers without a coupon
+def test_only_the_patches_of_coupled_beds_are_integrated(loaded):
+    # red: beds of dampers of another model, or without particles
     study = loaded(with_pot(values()))
-    assert study.stated_dampers == ("pot",)
     (both,) = study.coupled_scenarios()
     assert both.label == "both"
-    ((filling, coupon, fill),) = study.beds_of(both)
-    assert (filling.patch, coupon, fill) == ("PID-1", study.coupon, 0.5)
+    (scenario,) = coupled_scenarios(study).values()
+    assert [patch.name for patch in scenario.patches] == ["PID-1"]
+    assert list(scenario.dampers) == ["left"]
+    assert {bed.fill_fraction for patch in scenario.patches for bed in patch.beds} == {0.5}
 
 
-def test_the_diagonal_form_is_not_coupled_by_default_and_refused_when_asked_for(loaded, refusal):
-    # red: `is_full` left out of Study.readings; the check left out of `_mistakes_of_coupled`
+def test_the_diagonal_form_is_refused(refusal):
+    # red: the check left out of `mistakes_of_coupled`
     found = values()
     found["response"]["modal_damping"] = "diagonal"
-    assert told(refusal, found) == [
-        "damping.readings = [coupled]: the damping model 'coupled' is only allowed with "
-        "modal_damping: full"
-    ]
-    del found["damping"]
-    assert loaded(found).readings == ("dem",)
+    message = "dampers.acrylic.model = coupled: coupled is only allowed with "
+    assert told(refusal, found) == [f"{message}response.modal_damping: full"]
 
 
-def test_a_study_without_a_coupon_in_a_scenario_cannot_be_coupled(refusal):
-    # red: `_has_filled_coupon` that is always True
-    message = "the damping model 'coupled' needs a scenario with a coupon; there is none"
-    expected = [f"damping.readings = [coupled]: {message}"]
-    assert told(refusal, pot_alone(values())) == expected
-    without = {key: value for key, value in values().items() if key != "coupon"}
-    assert told(refusal, without) == expected
+def test_simulated_tones_beside_a_coupled_bed_are_refused(refusal):
+    # red: a run that waits for no surface
+    found = with_pot(values())
+    found["dampers"]["tones"] = {"like": "acrylic", "model": "tones"}
+    found["scenarios"]["both"]["layout"]["left"] = {"damper": "tones", "fill_fraction": 0.5}
+    (line,) = told(refusal, found)
+    assert line.startswith(
+        "scenarios.both.layout.left = {damper: tones, fill_fraction: 0.5}: must "
+    )
 
 
 def test_a_damper_that_is_not_there_is_told_as_without_coupled_runs(refusal):
-    # red: `self.all_dampers[filling.damper]` of an unknown damper in `beds_of`
-    found = with_pot(values())
-    found["scenarios"]["pot"]["layout"]["left"]["damper"] = "gold"
-    message = "scenarios.pot.layout.left.damper = gold: must be one of dampers: coupon, pot"
+    # red: a KeyError of an unknown damper
+    found = with_pot(values(), damper="gold")
+    message = "scenarios.both.layout.left.damper = gold: must be one of dampers: acrylic, pot"
     assert told(refusal, found) == [message]
 
 
 def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
-    # red: `is_coupled` read from the key rather than from `readings`
-    found = values()
-    del found["scenarios"]
-    study = loaded(found)
-    assert study.readings == ("bare",) and not study.is_coupled
+    # red: `is_coupled` of a damper in no scenario
+    assert not loaded(values() | {"scenarios": {}}).is_coupled
 
 
 @pytest.mark.parametrize(
@@ -144,15 +132,12 @@ def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
 )  # fmt: skip
 def test_a_key_of_coupled_runs_that_does_not_fit_is_told(refusal, key, value, message):
     # red: a bound of a field of `Coupled`; `Coupled.mistakes` that yields nothing
-    (line,) = told(refusal, values(coupled={key: value}))
+    (line,) = told(refusal, values(**{key: value}))
     assert line.startswith(message)
 
 
-def test_the_keys_need_no_reading_where_coupled_is_the_default(loaded, refusal):
-    # red: the mistake of `coupled` told from Damping.readings
-    found = values()
-    found["damping"] = {"coupled": {"runs": 3}}
-    study = loaded(found)
-    assert study.readings == ("coupled",) and study.damping.coupled.runs == 3
-    message = "damping.coupled = {runs: 3}: only allowed with the damping model 'coupled'"
-    assert told(refusal, pot_alone(found)) == [message]
+def test_settings_of_coupled_runs_need_a_coupled_bed(loaded, refusal):
+    # red: the mistake of `coupled` left out
+    assert loaded(values(runs=3)).damping.coupled.runs == 3
+    message = "damping.coupled = {runs: 3}: only allowed with a damper with model: coupled in a "
+    assert told(refusal, values("tones", runs=3)) == [f"{message}scenario"]

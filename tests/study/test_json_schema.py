@@ -108,7 +108,7 @@ WRONG = {
     "an unknown kind of a section": _of_law(["panel", "section", "kind"], "thick"),
     "a key of another kind of section": _of_law(["panel", "section", "density_kg_m3"], 1),
     "an unknown kind of a support": _of_law(["panel", "supports"], SPRING),
-    "a reading that there is not": _of_law(["damping", "readings"], ["papre"]),
+    "a law that there is not": _of_law(["dampers", "paper", "law"], "papre"),
     "fills in percent": _of_law(["scenarios", "fill", "fill_fraction"], [30, 80]),
     "a family and a layout in one": _of_law(["scenarios", "fill", "layout"], {"PID-1": {}}),
     "a panel without sound": _without("sound"),

@@ -10,11 +10,14 @@ from pidpanel.study import StudyError, load_any_study
 
 STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
 SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
-COUPON_ALONE = {"coupon": SMOKE["coupon"]}
-PANEL_ALONE = {key: value for key, value in SMOKE.items() if key != "coupon"} | {
-    "damping": {"readings": ["paper_corrected"]}
-}
-COUPLED = SMOKE | {"damping": {"readings": ["coupled"], "coupled": {"duration_s": 1}}}
+BED = {key: value for key, value in SMOKE["dampers"]["acrylic"].items() if key != "model"}
+COUPON_ALONE = {"coupon": BED}
+FILL = {"fill": {"patch": "PID-1", "fill_fraction": [0.4, 0.8]}}
+PANEL_ALONE = SMOKE | {
+    "dampers": {"paper": {"law": "paper_corrected"}}, "scenarios": FILL, "damping": {},
+}  # fmt: skip
+SMOKE = SMOKE | {"dampers": {"bed": {**BED, "model": "tones"}}, "scenarios": FILL, "damping": {}}
+COUPLED = SMOKE | {"dampers": {"bed": BED}, "damping": {"coupled": {"duration_s": 1}}}
 SANDWICH = PANEL_ALONE | {
     "panel": yaml.safe_load((STUDIES / "sandwich_hole_hinge.yaml").read_text())["panel"],
     "scenarios": {"fill": {"patch": "centre", "fill_fraction": [0.4]}},
@@ -58,21 +61,21 @@ def told(refusal, study, key, value):
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("coupon.sweep.fill_fraction", [0.4, 1.4], "coupon.sweep.fill_fraction[1] = 1.4: must be from 0.02 to 1"),
-        ("coupon.sweep.fill_fraction", [7], "coupon.sweep.fill_fraction[0] = 7: must be from 0.02 to 1; 7 % would be 0.07"),
-        ("coupon.sweep.fill_fraction", [], "coupon.sweep.fill_fraction = []: must have at least 1 value, not 0"),
-        ("coupon.sweep.frequency_hz", [100, 100.0], "coupon.sweep.frequency_hz[1] = 100.0: duplicate value; its cases would have the same labels"),
-        ("coupon.sweep.frequency_hz", [0.1], "coupon.sweep.frequency_hz[0] = 0.1: must be from 1 to 20000; 0.1 kHz would be 100"),
-        ("coupon.sweep.frequency_hz", 5, "coupon.sweep.frequency_hz = 5: must be a mapping with keys from, to, step or a list"),
-        ("coupon.cell.shape", "triangle", "coupon.cell.shape = triangle: must be 'hexagon', 'square' or 'circle'"),
-        ("coupon.cell.count", 2.5, "coupon.cell.count = 2.5: must be a whole number"),
-        ("coupon.cell", "deep", "coupon.cell = deep: must be a mapping with keys shape, across_flats_mm, depth_mm, count"),
-        ("coupon.particles.shell_mm", 1.5, "coupon.particles.shell_mm = 1.5: must be below half of diameter_mm = 2.5"),
-        ("coupon.particles.diameter_mm", 8, "coupon.particles.diameter_mm = 8: the largest particle, 8 mm, must be at most 0.9 of the cell's across_flats_mm = 6.35 and depth_mm = 10"),
-        ("coupon.sweep.diameter_mm", [2, 8], "coupon.sweep.diameter_mm[1] = 8: the largest particle, 8 mm, must be at most 0.9 of the cell's across_flats_mm = 6.35 and depth_mm = 10"),
-        ("coupon.gravity_direction", [0, 0, 0], "coupon.gravity_direction = [0, 0, 0]: must not be zero; for no gravity set gravity_g: 0"),
-        ("coupon.sweep.displacement_mm", [0.1], "coupon.sweep.displacement_mm = [0.1]: not allowed together with acceleration_g"),
-        ("coupon.accuracy.max_cycles", 8, "coupon.accuracy.max_cycles = 8: must be at least min_cycles = 10"),
+        ("dampers.bed.sweep.fill_fraction", [0.4, 1.4], "dampers.bed.sweep.fill_fraction[1] = 1.4: must be from 0.02 to 1"),
+        ("dampers.bed.sweep.fill_fraction", [7], "dampers.bed.sweep.fill_fraction[0] = 7: must be from 0.02 to 1; 7 % would be 0.07"),
+        ("dampers.bed.sweep.fill_fraction", [], "dampers.bed.sweep.fill_fraction = []: must have at least 1 value, not 0"),
+        ("dampers.bed.sweep.frequency_hz", [100, 100.0], "dampers.bed.sweep.frequency_hz[1] = 100.0: duplicate value; its cases would have the same labels"),
+        ("dampers.bed.sweep.frequency_hz", [0.1], "dampers.bed.sweep.frequency_hz[0] = 0.1: must be from 1 to 20000; 0.1 kHz would be 100"),
+        ("dampers.bed.sweep.frequency_hz", 5, "dampers.bed.sweep.frequency_hz = 5: must be a mapping with keys from, to, step or a list"),
+        ("dampers.bed.cell.shape", "triangle", "dampers.bed.cell.shape = triangle: must be 'hexagon', 'square' or 'circle'"),
+        ("dampers.bed.cell.count", 2.5, "dampers.bed.cell.count = 2.5: must be a whole number"),
+        ("dampers.bed.cell", "deep", "dampers.bed.cell = deep: must be a mapping with keys shape, across_flats_mm, depth_mm, count"),
+        ("dampers.bed.particles.shell_mm", 1.5, "dampers.bed.particles.shell_mm = 1.5: must be below half of diameter_mm = 2.5"),
+        ("dampers.bed.particles.diameter_mm", 8, "dampers.bed.particles.diameter_mm = 8: the largest particle, 8 mm, must be at most 0.9 of the cell's across_flats_mm = 6.35 and depth_mm = 10"),
+        ("dampers.bed.sweep.diameter_mm", [2, 8], "dampers.bed.sweep.diameter_mm[1] = 8: the largest particle, 8 mm, must be at most 0.9 of the cell's across_flats_mm = 6.35 and depth_mm = 10"),
+        ("dampers.bed.gravity_direction", [0, 0, 0], "dampers.bed.gravity_direction = [0, 0, 0]: must not be zero; for no gravity set gravity_g: 0"),
+        ("dampers.bed.sweep.displacement_mm", [0.1], "dampers.bed.sweep.displacement_mm = [0.1]: not allowed together with acceleration_g"),
+        ("dampers.bed.accuracy.max_cycles", 8, "dampers.bed.accuracy.max_cycles = 8: must be at least min_cycles = 10"),
         ("panel.damping_ratio", "much", "panel.damping_ratio = much: must be a number or a list or a CSV file"),
         ("panel.supports", "glued", "panel.supports = glued: must be 'simply_supported', 'simply_supported_soft', 'clamped', 'free' or a mapping with keys outline, holes, edges, points"),
         ("panel.in_plane_edges", "fixed", "panel.in_plane_edges = fixed: must be 'free' or 'held'"),
@@ -92,9 +95,7 @@ def told(refusal, study, key, value):
         ("response.maps", ["PID-1"], "response.maps[0] = PID-1: must be one of bare_150dB, PID-1_r0.4_150dB, PID-1_r0.8_150dB"),
         ("response.frequency_hz", [400, 100], "response.frequency_hz = [400, 100]: must be two values, the second above the first"),
         ("scenarios.fill.patch", "PID-9", "scenarios.fill.patch = PID-9: must be one of panel.patches: PID-1"),
-        ("scenarios.fill.fill_fraction", [0.4, 0.95], "scenarios.fill.fill_fraction[1] = 0.95: must be in the range of coupon.sweep, 0.4 to 0.8"),
-        ("damping.readings", ["dem", "dem"], "damping.readings = [dem, dem]: must not contain a damping model twice"),
-        ("damping.readings", ["paper"], "damping.readings[0] = paper: must be 'stated', 'dem', 'paper_corrected', 'paper_printed', 'table', 'coupled' or 'atlas'"),
+        ("scenarios.fill.fill_fraction", [0.4, 0.95], "scenarios.fill.fill_fraction[1] = 0.95: must be in the range of dampers.bed.sweep, 0.4 to 0.8"),
         ("title", [3], "title = [3]: must be text"),
         ("name", "a/b", "name = a/b: must be up to 80 letters a to z or A to Z, digits, '_' and '-', the first a letter or a digit"),
         # red: LONGEST_NAME left out of NAME, and a folder of 300 letters fails at the end of a run
@@ -102,7 +103,7 @@ def told(refusal, study, key, value):
         # red: without MOST_NAMES a check of 20 000 takes an hour
         ("scenarios", {f"s{i}": {"patch": "PID-1", "fill_fraction": 0.4} for i in range(1001)}, "scenarios = {s0: {patch: PID-1, fill_fraction: 0.4}, s1: {patch: PID-1, …: has 1001 names; allowed are 1000"),
         ("dampers", {f"d{i}": {"law": "paper_corrected"} for i in range(1001)}, "dampers = {d0: {law: paper_corrected}, d1: {law: paper_corrected}, d2:…: has 1001 names; allowed are 1000"),
-        ("coupon.cell.dept_mm", 3, "coupon.cell.dept_mm = 3: unknown key; did you mean depth_mm?"),
+        ("dampers.bed.cell.dept_mm", 3, "dampers.bed.cell.dept_mm = 3: unknown key; did you mean depth_mm?"),
         ("pannel", 3, "pannel = 3: unknown key; did you mean panel?"),
         ("sound.colour", "a\tb", "sound.colour = a\\tb: unknown key; allowed are spectrum, oaspl_db, shift_db, field, incidence_deg, azimuth_deg, surroundings, loaded_sides, pressure_reference, speed_m_s, air_density_kg_m3"),
     ],
@@ -116,24 +117,22 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
     ("study", "key", "value", "at", "message"),
     [
         (SMOKE, "panel.section", None, "panel", "panel.section: missing"),
-        (SMOKE, "coupon.particles.distribution", {"kind": "normal"}, "coupon.particles.distribution", "coupon.particles.distribution.deviation_mm: missing"),
-        (SMOKE, "coupon.particles.distribution", {"deviation_mm": 1}, "coupon.particles.distribution", "coupon.particles.distribution.kind: missing; must be 'mono', 'normal', 'uniform' or 'binary'"),
-        (SMOKE, "coupon.particles.distribution", {"kind": "gauss"}, "coupon.particles.distribution.kind", "coupon.particles.distribution.kind = gauss: must be 'mono', 'normal', 'uniform' or 'binary'"),
-        (SMOKE, "coupon.particles.distribution", {"kind": "binary", "second_mm": 0.5, "second_share": 0.5}, "coupon.particles.distribution",
-         "coupon.particles.distribution = {kind: binary, second_mm: 0.5, second_share: 0.5}: the smallest particle, 0.5 mm, must be at least 0.4 of the largest, 2.5 mm: other mixtures separate by size"),
-        (SMOKE, "coupon.particles", {"shell_mm": 0.2, "distribution": {"kind": "uniform", "half_width_mm": 0.1}}, "coupon.particles.shell_mm", "coupon.particles.shell_mm = 0.2: only allowed for distribution: {kind: mono}"),
-        (SMOKE, "coupon.sweep.acceleration_g", None, "coupon.sweep", "coupon.sweep.acceleration_g: missing; required unless displacement_mm is given"),
-        (SMOKE, "coupon.sweep.frequency_hz", {"from": 5, "to": 1, "step": 1}, "coupon.sweep.frequency_hz.to", "coupon.sweep.frequency_hz.to = 1: must be at least from = 5"),
-        (SMOKE, "coupon.sweep.frequency_hz", {"from": 5, "to": 9}, "coupon.sweep.frequency_hz", "coupon.sweep.frequency_hz.step: missing"),
-        (SMOKE, "coupon.vary", {"particles.friction": [0.1]}, "coupon.vary", "coupon.vary = {particles.friction: [0.1]}: only allowed in a study without a panel"),
+        (SMOKE, "dampers.bed.particles.distribution", {"kind": "normal"}, "dampers.bed.particles.distribution", "dampers.bed.particles.distribution.deviation_mm: missing"),
+        (SMOKE, "dampers.bed.particles.distribution", {"deviation_mm": 1}, "dampers.bed.particles.distribution", "dampers.bed.particles.distribution.kind: missing; must be 'mono', 'normal', 'uniform' or 'binary'"),
+        (SMOKE, "dampers.bed.particles.distribution", {"kind": "gauss"}, "dampers.bed.particles.distribution.kind", "dampers.bed.particles.distribution.kind = gauss: must be 'mono', 'normal', 'uniform' or 'binary'"),
+        (SMOKE, "dampers.bed.particles.distribution", {"kind": "binary", "second_mm": 0.5, "second_share": 0.5}, "dampers.bed.particles.distribution",
+         "dampers.bed.particles.distribution = {kind: binary, second_mm: 0.5, second_share: 0.5}: the smallest particle, 0.5 mm, must be at least 0.4 of the largest, 2.5 mm: other mixtures separate by size"),
+        (SMOKE, "dampers.bed.particles", {"shell_mm": 0.2, "distribution": {"kind": "uniform", "half_width_mm": 0.1}}, "dampers.bed.particles.shell_mm", "dampers.bed.particles.shell_mm = 0.2: only allowed for distribution: {kind: mono}"),
+        (SMOKE, "dampers.bed.sweep.acceleration_g", None, "dampers.bed.sweep", "dampers.bed.sweep.acceleration_g: missing; required unless displacement_mm is given"),
+        (SMOKE, "dampers.bed.sweep.frequency_hz", {"from": 5, "to": 1, "step": 1}, "dampers.bed.sweep.frequency_hz.to", "dampers.bed.sweep.frequency_hz.to = 1: must be at least from = 5"),
+        (SMOKE, "dampers.bed.sweep.frequency_hz", {"from": 5, "to": 9}, "dampers.bed.sweep.frequency_hz", "dampers.bed.sweep.frequency_hz.step: missing"),
+        (SMOKE, "dampers.bed.vary", {"particles.friction": [0.1]}, "dampers.bed.vary", "dampers.bed.vary = {particles.friction: [0.1]}: only in a study of the coupon alone"),
         (SMOKE, "damping.level", {"kind": "stated"}, "damping.level", "damping.level.acceleration_g: required for kind: stated, not allowed otherwise"),
-        (SMOKE, "damping.table", "none.csv", "damping.table", "damping.table = none.csv: no such file; must be a path relative to the study, or one of acrylic_2mm.csv"),
-        (SMOKE, "damping.readings", ["dem", "table"], "damping", "damping.table: required for the damping model 'table', not allowed otherwise"),
-        (SMOKE, "damping.coupled", {"runs": 3}, "damping.coupled", "damping.coupled = {runs: 3}: only allowed with the damping model 'coupled'"),
-        (SMOKE, "damping.readings", ["random"], "damping.readings", "damping.readings[0] = random: 'random' was removed; use 'coupled', the default for sound"),
-        (SMOKE, "damping.random", {"seeds": 2}, "damping.random", "damping.random = {seeds: 2}: was removed; use 'coupled', the default for sound, with the keys of damping.coupled"),
-        (SMOKE, "damping.target", {"relative_error": 0.1}, "damping.target", "damping.target = {relative_error: 0.1}: was removed, because its errors were too small; the whole of coupon.sweep is run"),
-        (PANEL_ALONE, "damping.tones", {"batch": 4}, "damping.tones", "damping.tones = {batch: 4}: was removed; use 'coupled', or extend coupon.sweep to the motions"),
+        (PANEL_ALONE, "dampers.paper", {"table": "none.csv"}, "dampers.paper.table", "dampers.paper.table = none.csv: no such file; must be a path relative to the study, or one of acrylic_2mm.csv"),
+        (SMOKE, "damping.coupled", {"runs": 3}, "damping.coupled", "damping.coupled = {runs: 3}: only allowed with a damper with model: coupled in a scenario"),
+        (SMOKE, "damping.random", {"seeds": 2}, "damping.random", "damping.random = {seeds: 2}: was removed; the keys are those of damping.coupled, with dampers: {acrylic: {cell: …, particles: …, model: coupled}}"),
+        (SMOKE, "damping.target", {"relative_error": 0.1}, "damping.target", "damping.target = {relative_error: 0.1}: was removed, because its errors were too small; the whole of the sweep is run"),
+        (PANEL_ALONE, "damping.tones", {"batch": 4}, "damping.tones", "damping.tones = {batch: 4}: was removed; use dampers: {acrylic: {cell: …, particles: …, model: coupled}}, or extend the sweep to the motions"),
         (PANEL_ALONE, "response.radiation_beside", "one_side", "response.radiation_beside", "response.radiation_beside = one_side: was removed; run a copy of the study with response.radiation, and pidpanel compare both"),
         (COUPLED, "response.frequency_hz", [100, 104], "damping.coupled.duration_s", "damping.coupled.duration_s = 1: must be at least 2.5 for response.frequency_hz = [100, 104]"),
         (SMOKE, "sound.field", "plane_wave", "sound", "sound.incidence_deg: required for field: plane_wave, not allowed otherwise"),
@@ -204,8 +203,8 @@ def test_a_file_that_is_not_there_is_told_with_those_that_are(refusal):
     start = "sound.spectrum = nowhere.csv: no such file; must be a path relative to the study, or one of "
     assert message.startswith(start)
     assert "smc_s_016_2014_min_third.csv" in message
-    _, message = told(refusal, SMOKE, "coupon.deck", "mine.in.j2")
-    assert message.startswith("coupon.deck = mine.in.j2: no such file")
+    _, message = told(refusal, SMOKE, "dampers.bed.deck", "mine.in.j2")
+    assert message.startswith("dampers.bed.deck = mine.in.j2: no such file")
     assert "shake_lab.in.j2" in message
 
 
@@ -215,12 +214,6 @@ def test_a_varied_deck_that_is_not_there_is_told(refusal):
     at, message = told(refusal, COUPON_ALONE, "coupon.vary", decks)
     assert at == "coupon.vary.deck"
     assert message.startswith("coupon.vary.deck[1] = mine.in.j2: no such file")
-
-
-def test_the_dem_reading_needs_a_coupon(refusal):
-    # red: the validator without the branch of a missing coupon
-    lines, _ = refusal(changed(SMOKE, "coupon", None))
-    assert lines == ["mine.yaml: coupon: missing; required for the damping model 'dem'"]
 
 
 def test_a_study_of_nothing_is_refused(refusal):
@@ -235,10 +228,10 @@ def test_all_mistakes_of_a_file_are_told_in_the_order_of_its_lines(refusal):
     study = changed(study, "panel.patches.low", {"centre_m": [0.5, -3], "size_m": [1, 1]})
     study = changed(study, "panel.points.far", [3, 3])
     study = changed(study, "response.frequency_hz", [9, 3])
-    study = changed(study, "coupon.cell.depth", 3)
+    study = changed(study, "dampers.bed.cell.depth", 3)
     lines, line = refusal(study)
     ways = [
-        ("coupon", "cell", "depth"),
+        ("dampers", "bed", "cell", "depth"),
         ("panel", "patches", "far"),
         ("panel", "patches", "low"),
         ("panel", "points", "far"),

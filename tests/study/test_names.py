@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 STUDY = {
-    "damping": {"readings": ["paper_corrected"]},
+    "dampers": {"paper": {"law": "paper_corrected"}},
     "panel": {
         "outline_m": [1.5, 1.0],
         "corner_radius_m": 0.01,

@@ -69,7 +69,7 @@ class DamperSection(SectionModel):
     @property
     def text(self) -> ModelText:
         """Title and source of its damping model."""
-        return ModelText("User-defined damper", "as stated for the damper", 1)
+        return ModelText("Constants", "constants", 1)
 
     @property
     def needs_fill(self) -> bool:
@@ -115,7 +115,8 @@ class BedDamper(DamperSection, Coupon):
     kind = "particles"
     removed_keys: ClassVar[Mapping[str, str]] = {
         "coupon": "was removed; its keys are those of the damper: {cell: …, particles: …, "
-        "sweep: …, model: tones}, or without sweep and with model: coupled or atlas"
+        "sweep: …, model: tones}, or without sweep and with model: coupled or atlas",
+        **dict.fromkeys(("vary", "cases", "measured"), "only in a study of the coupon alone"),
     }
 
     model: ModelName = COUPLED
@@ -191,6 +192,11 @@ class _FileDamper(DamperSection):
 
     interpolation: Interpolation | None = None
     """Between the rows of the table: log (by default) or linear."""
+
+    @property
+    def text(self) -> ModelText:
+        """Title and source of its damping model."""
+        return ModelText("Table", "table", 1)
 
     @property
     def file(self) -> Path:
@@ -420,12 +426,12 @@ def with_likes(dampers: Mapping[str, Any]) -> dict[str, Any]:
 def _with_like(name: str, dampers: Mapping[str, Any], above: tuple[str, ...]) -> Any:
     values = dampers[name]
     like = values.get("like") if isinstance(values, Mapping) else None
-    if like is None:
+    if not isinstance(like, str):
         return values
     keys: Keys = ("dampers", name, "like")
     if like not in dampers or like == name:
         names = [other for other in dampers if other != name]
-        raise Mistakes([Mistake(keys, not_among("dampers", str(like), names))])
+        raise Mistakes([Mistake(keys, not_among("dampers", like, names))])
     if like in above:
         raise Mistakes([Mistake(keys, f"leads back to {name}")])
     base = _with_like(like, dampers, (*above, name))
