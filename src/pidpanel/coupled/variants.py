@@ -65,9 +65,9 @@ class Variants:
         observed = np.concatenate([panel.points, panel.at_cells])
         sets = [(values[owner].T, force) for values, force in sets]
         psds = linear_psds(frequency, panel.modal, panel.added, felt, observed, sets)
-        base, whole, patches = psds[0], psds[1], len(loads)
+        base, forced_psd, patches = psds[0], psds[1], len(loads)
         changed = psds[2 + patches :].reshape(patches, 2, *base.shape)
-        slope = (changed - whole) / step[:, None, :, None]
+        slope = (changed - forced_psd) / step[:, None, :, None]
         self.linear_psd = base  # (nf, p + c) without own force [m²/Hz]
         # (patches, nf, p + c) of the own force of each patch [m²/Hz]
         self.own_psd = psds[2 : 2 + patches] - base
