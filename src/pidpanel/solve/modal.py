@@ -263,8 +263,7 @@ def bare_panels(
             psds = moved.psds(patch, [patch, 0], force, is_factor=factors is not None)
             values.append([*moved.receptances(patch, [patch, 0]), *(level * psd for psd in psds)])
     together = (
-        Receptances(*(_joined(part) for part in zip(*values, strict=True)))
-        for values in parts
+        Receptances(*(_joined(part) for part in zip(*values, strict=True))) for values in parts
     )
     carried = zip(coordinates, together, strict=True)
     return [BarePanel(frequency, *values, point_psd) for values in carried]
