@@ -126,18 +126,18 @@ class Variants:
         """Return the change of ln of the mean square of the acceleration at the points, (p,)."""
         psd = self._acceleration()
         moved = np.trapezoid(psd * change[:, self.points], self.frequency, axis=0)
-        whole = np.trapezoid(psd, self.frequency, axis=0)
-        return np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0)
+        total = np.trapezoid(psd, self.frequency, axis=0)
+        return np.divide(moved, total, out=np.zeros_like(total), where=total > 0)
 
     def band_change(self, change: Array, edge: Array) -> Array:
         """Return that of the mean square in each band, (bands, p)."""
         psd = self._acceleration()
         width = np.gradient(self.frequency)[:, None]
-        moved, whole = (
+        moved, total = (
             band_sums(self.frequency, values * width, edge)
             for values in (psd * change[:, self.points], psd)
         )
-        return np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0)
+        return np.divide(moved, total, out=np.zeros_like(total), where=total > 0)
 
     def band_squares(self, psd: Array, edge: Array) -> Array:
         """Return the mean squares (bands, p) of accelerations of PSDs (nf, p) [m²/Hz]."""
