@@ -11,9 +11,9 @@ from moving import APPARENT, DAMPING, HIGHEST, RATIO, solved
 from pidpanel.base import basis_check
 from pidpanel.base.basis_check import base_errors
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.response.refinement import ATTEMPTS
 from pidpanel.solve.basis_error import (
     ALLOWED,
+    ATTEMPTS,
     check_basis,
 )
 from pidpanel.solve.elements import ElementMotion

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.solve.modal import MovedPanel
+from pidpanel.solve.modal import MovedPanel, coupled_shapes
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.receptances import Receptances, times
 
@@ -25,7 +25,7 @@ def test_shapes_themselves_move_as_any_motions_do(air, pulled):
     stiffness = BASIS.dynamic_stiffness(FREQUENCY)[:, :, None] * np.eye(N)
     inverse = np.linalg.inv(stiffness if air is None else stiffness + air)
     sets = [np.eye(N), OTHERS]
-    moved = MovedPanel(FREQUENCY, BASIS, air, [None, OTHERS])
+    moved = MovedPanel(FREQUENCY, BASIS, coupled_shapes(air, FREQUENCY, BASIS), [None, OTHERS])
     psds, factored = (
         moved.psds(pulled, [0, 1], force, is_factor=force is ROOT) for force in (FORCE, ROOT)
     )

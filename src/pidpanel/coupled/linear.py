@@ -11,7 +11,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.excitation import Matrices
-from pidpanel.solve.modal import MovedPanel, chunks_of_lines
+from pidpanel.solve.modal import CoupledShapes, MovedPanel, chunks_of_lines
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.receptances import Receptances
 
@@ -43,7 +43,7 @@ def linear_motion(
     motions = np.empty((len(frequency), len(observed)), complex)
     for lines in chunks_of_lines(len(frequency), len(felt)):
         f, force = frequency[lines], amplitude[lines, :, None]
-        moved = MovedPanel(f, modal, added and added(f), [felt, observed.T])
+        moved = MovedPanel(f, modal, _coupled(added, f, felt), [felt, observed.T])
         free = (moved.under(part, force)[:, :, 0] for part in (0, 1))
         panel = Receptances(*moved.receptances(0, [0, 1]))
         motions[lines] = panel.motions(_pull(f, load[lines]), *free)
@@ -66,7 +66,7 @@ def linear_psds(
     forces = {id(force): force for _, force in sets}
     for lines in chunks_of_lines(len(frequency), len(felt)):
         f, panels = frequency[lines], {}
-        moved = MovedPanel(f, modal, added and added(f), [felt, observed.T])
+        moved = MovedPanel(f, modal, _coupled(added, f, felt), [felt, observed.T])
         for key, force in forces.items():
             G = force(f)
             free = np.einsum("fii->fi", moved.psds(1, [1], G)[0]).real
@@ -76,6 +76,11 @@ def linear_psds(
             panel, free = panels[id(force)]
             psd[lines] = free - panel.reaction(_pull(f, load[lines])).taken
     return psds
+
+
+def _coupled(added: OverFrequency | None, frequency: Array, felt: Array) -> CoupledShapes | None:
+    """Return all shapes: dampers may be among what couples them."""
+    return added and CoupledShapes(np.arange(len(felt)), added(frequency))
 
 
 def _pull(frequency: Array, load: Complexes) -> Complexes:

@@ -65,9 +65,9 @@ class Variants:
         observed = np.concatenate([panel.points, panel.at_cells])
         sets = [(values[owner].T, force) for values, force in sets]
         psds = linear_psds(frequency, panel.modal, panel.added, felt, observed, sets)
-        base, whole, patches = psds[0], psds[1], len(loads)
+        base, forced_psd, patches = psds[0], psds[1], len(loads)
         changed = psds[2 + patches :].reshape(patches, 2, *base.shape)
-        slope = (changed - whole) / step[:, None, :, None]
+        slope = (changed - forced_psd) / step[:, None, :, None]
         self.linear_psd = base  # (nf, p + c) without own force [m²/Hz]
         # (patches, nf, p + c) of the own force of each patch [m²/Hz]
         self.own_psd = psds[2 : 2 + patches] - base
@@ -126,18 +126,18 @@ class Variants:
         """Return the change of ln of the mean square of the acceleration at the points, (p,)."""
         psd = self._acceleration()
         moved = np.trapezoid(psd * change[:, self.points], self.frequency, axis=0)
-        whole = np.trapezoid(psd, self.frequency, axis=0)
-        return np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0)
+        total = np.trapezoid(psd, self.frequency, axis=0)
+        return np.divide(moved, total, out=np.zeros_like(total), where=total > 0)
 
     def band_change(self, change: Array, edge: Array) -> Array:
         """Return that of the mean square in each band, (bands, p)."""
         psd = self._acceleration()
         width = np.gradient(self.frequency)[:, None]
-        moved, whole = (
+        moved, total = (
             band_sums(self.frequency, values * width, edge)
             for values in (psd * change[:, self.points], psd)
         )
-        return np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0)
+        return np.divide(moved, total, out=np.zeros_like(total), where=total > 0)
 
     def band_squares(self, psd: Array, edge: Array) -> Array:
         """Return the mean squares (bands, p) of accelerations of PSDs (nf, p) [m²/Hz]."""

@@ -20,9 +20,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.solve.excitation import Excitation, MatrixInput, air_at, mixed_product
+from pidpanel.solve.excitation import Excitation, MatrixInput, mixed_product
 from pidpanel.solve.lines import trapezoid_weights
-from pidpanel.solve.modal import MovedPanel, chunks_of_lines
+from pidpanel.solve.modal import MovedPanel, chunks_of_lines, coupled_shapes
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError
 from pidpanel.solve.receptances import Receptances
 
@@ -272,8 +272,7 @@ def bare_psd(
     frequency: Array, basis: ModalBasis, excitation: Excitation, air: MatrixInput | None
 ) -> tuple[Complexes, Complexes]:
     """Return Z₀⁻¹ of the bare panel (nf, n, n), in vacuum its diagonal (nf, n, 1), and S_q."""
-    n = basis.natural_frequency.size
-    moved = MovedPanel(frequency, basis, air_at(air, frequency, slice(None), n), [None])
+    moved = MovedPanel(frequency, basis, coupled_shapes(air, frequency, basis), [None])
     force = excitation.spectrum(frequency)[:, None, None] * excitation(frequency)
     receptance = moved.transfer if air is None else moved.motion(0)
     return receptance, moved.psds(0, [0], force)[0]

@@ -6,8 +6,10 @@ that of all elements. The check is of the structure alone: in vacuum, with the d
 m_a of the scenario. Where the error is above what is allowed, what the basis left out joins it.
 """
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import scipy.linalg as la
@@ -25,6 +27,8 @@ from pidpanel.solve.model import ModalBasis
 
 ALLOWED = 5e-3  # largest error of a PSD that is left to the basis
 
+ATTEMPTS = 4  # bases that are tried: each further one has the shapes that the one before lacked
+
 # Error at the lines tried above which the basis is refined: between them it may be larger.
 REFINED_ABOVE = 4e-3
 
@@ -37,6 +41,8 @@ LINES = (2, 12)  # fewest and most lines of a scenario
 # coordinates with three points and 22 scenarios the check has 3 lines each.
 WORK = 1.2e7
 
+
+T = TypeVar("T")
 
 # (frequency [Hz], basis whose face moves in n shapes) → G (n, n) [m⁴]
 ForceAt = Callable[[float, PanelBasis], Matrices]
@@ -58,6 +64,34 @@ class BasisCheck:
     def largest(self) -> Array:
         """(n_scenarios,) [1]."""
         return self.error.max(axis=1)
+
+
+def widened(
+    further_shapes: Array, check: Callable[[Array, int], tuple[T, Sequence[BasisCheck]]]
+) -> tuple[T, float]:
+    """Return what belongs to a basis that is good in all checks, and its largest error [1].
+
+    After `ATTEMPTS` bases the last is used as it is, with its error.
+
+    Parameters
+    ----------
+    further_shapes
+        (n_free, k) what joins the basis of the panel stage from the first.
+    check
+        Function of further shapes and the number of the attempt from 0.
+    """
+    for attempt in range(ATTEMPTS):
+        result, checks = check(further_shapes, attempt)
+        error = max(float(part.error.max(initial=0.0)) for part in checks)
+        missing = np.hstack([part.missing_shapes for part in checks])
+        if not missing.shape[1] or attempt == ATTEMPTS - 1:
+            break
+        print(f"the basis misses up to {error:.1%} of a PSD; it is widened", file=sys.stderr)
+        further_shapes = np.hstack([further_shapes, missing])
+    if error > ALLOWED:
+        message = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
+        print(message, file=sys.stderr)
+    return result, error
 
 
 def lines_to_try(

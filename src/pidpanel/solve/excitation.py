@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.solve.model import ResponseError
 
 Matrices = Array | Complexes
@@ -33,6 +33,14 @@ class Excitation(Protocol):
 
     def factors(self, frequency: Array) -> Matrices | None:
         """Return L (nf, n, r) with G = L Lᴴ; None where r is not small."""
+
+
+@runtime_checkable
+class AirOfShapes(Protocol):
+    """The air on a panel, known also among some of its shapes."""
+
+    def among(self, frequency: Array, shapes: Index) -> Complexes:
+        """Return −ω²M_air + iωR (nf, k, k) [N/m] of shapes (k,) at the frequencies (nf,) [Hz]."""
 
 
 @dataclass(frozen=True)
