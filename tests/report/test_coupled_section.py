@@ -62,8 +62,7 @@ def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
     # red: `is not None` left out of the verdict's section
     one_level = coupled_study.scenarios["level"].model_copy(update={"oaspl_db": (150.0,)})
     scenarios = {**coupled_study.scenarios, "level": one_level}
-    claims = coupled_study.claims[:-2]
-    study = coupled_study.model_copy(update={"scenarios": scenarios, "claims": claims})
+    study = coupled_study.model_copy(update={"scenarios": scenarios})
     page = study_page(replace(coupled, study=study, coupled=coupled_results(study)), [])
     named = [section.name for section in page.sections]
     assert "coupled" in named and "verdict" not in named
@@ -71,7 +70,6 @@ def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
     assert "10 runs of 5 scenarios" in text
     assert "the motion of each patch in the coupled runs" in text
     assert "LIGGGHTS 3" in text
-    assert len(blocks_of(page.claims)[0].rows) == len(claims)
 
 
 def test_the_section_states_the_error_by_the_air_where_there_is_some(coupled):

@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 
 from pidpanel.report import (
-    claims,
     response_figures,
     response_section,
     summary_section,
@@ -101,15 +100,9 @@ def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
     assert styles[labels.index("two")] == "-"
 
 
-def test_of_a_point_on_a_support_nothing_is_claimed_and_nothing_drawn(told):
+def test_of_a_point_on_a_support_nothing_is_drawn(told):
     # red: moving_points that returns all points
     on_support = held(told, "corner")
-    summary, study = on_support.summary, on_support.study
-    assert moving_points(summary, ["middle", "corner"]) == ["middle"]
-    distance = claims.patch_distance(on_support.basis)
-    evidence = [
-        row["evidence"] for row in claims.verdicts(study, summary, on_support.psd, distance)
-    ]
-    assert evidence and not any("corner" in text for text in evidence)
+    assert moving_points(on_support.summary, ["middle", "corner"]) == ["middle"]
     section = response_section.layouts_section(on_support)
     assert not any("corner" in picture.name for picture in section.pictures)
