@@ -7,6 +7,7 @@ import xarray as xr
 
 from pidpanel.report import claims
 from pidpanel.report.claims import verdict_table
+from pidpanel.report.from_study import partly_known
 from pidpanel.study import load_study
 from tests.page_reader import blocks_of
 
@@ -173,6 +174,11 @@ def test_stretching_is_judged_where_there_is_some(study):
         summary[f"stretched_{name}"] = np.where(loud, 0.6 * summary[name], np.nan)
     found = verdicts_of(study, (summary, psd))
     assert found["linear_stretched"] == "does not hold" and found["linear"] == "holds"
+
+
+def test_the_law_is_judged_by_its_error_against_coupled_runs(study):
+    # red: `states_error` of a law false, which leaves its scenarios without errors on the page
+    assert partly_known(study) == []
 
 
 def test_numbers_without_errors_decide_nothing(study):

@@ -178,11 +178,6 @@ class LawDamper(DamperSection):
         return True
 
     @property
-    def states_error(self) -> bool:
-        """Whether it comes with an error of its damping."""
-        return False
-
-    @property
     def bed(self) -> None:
         """None: the law is for any particles."""
 
