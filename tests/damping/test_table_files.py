@@ -91,7 +91,7 @@ FAULTS = {
     ),
     "loss factor in percent": (
         f"{F},{ETA},{M}\n100,0.2,3\n200,15,3\n300,2.1,3\n",
-        ["line 3: loss_factor = 15: must be at least 0 and at most 2 (in percent?",
+        ["line 3: loss_factor = 15: must be from 0 to 2 (in percent?",
          "line 4: loss_factor = 2.1: must be"],
     ),
     "negative error": (
