@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from atlas_fit import TREND_START, fit_riding
 
-from pidpanel.damping.atlas import TREND_START, fit_riding, riding_trend
+from pidpanel.damping.atlas import riding_trend
 from pidpanel.damping.inelastic import slug
 
 # ln A … w that no search starts from
