@@ -10,7 +10,7 @@ import pytest
 from random_panels import RandomPanel
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.models import FilledDamper
+from pidpanel.damping.models import Damper, FilledDamper
 from pidpanel.optimise.excitations import Finalist
 from pidpanel.optimise.options import Options
 from pidpanel.optimise.proposal import Proposals, damper_rows, search_table
@@ -202,6 +202,25 @@ def test_the_table_of_the_search_counts_layouts_as_good_as_the_best_within_its_e
         assert value[f"reduction_db of {name}"] == pytest.approx(decibels(bare / least), rel=1e-5)
 
 
+class Times(Damper):
+    """A damper with C_e and m_a multiplied."""
+
+    def __init__(self, model, factor):
+        self.model, self.factor = model, factor
+        self.depends_on_acceleration = model.depends_on_acceleration
+
+    def __call__(self, frequency, fill_fraction, gamma):
+        values = self.model(frequency, fill_fraction, gamma)
+        return replace(
+            values,
+            equivalent_damping=self.factor * values.equivalent_damping,
+            apparent_mass=self.factor * values.apparent_mass,
+        )
+
+    def mass_per_area(self, fill_fraction):
+        return self.model.mass_per_area(fill_fraction)
+
+
 def varied(panel, factor=1.0, level_db=0.0, mass=1.0):
     """A panel with other damping ratios, under other sound, or with other fillings."""
     other = copy.copy(panel)
@@ -211,10 +230,7 @@ def varied(panel, factor=1.0, level_db=0.0, mass=1.0):
     )
     other.excitation = ModalForce(lambda f: 10 ** (level_db / 10) * panel.spectrum(f), panel.force)
     other.fillings = [
-        replace(filling, damping=lambda f, gamma, filling=filling: (
-            mass * filling.damping(f, gamma)[0], mass * filling.damping(f, gamma)[1], f > 0,
-        ))
-        for filling in panel.fillings
+        replace(filling, model=Times(filling.model, mass)) for filling in panel.fillings
     ]  # fmt: skip
     return other
 

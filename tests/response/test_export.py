@@ -17,8 +17,8 @@ POSITION = np.array([[0.75, 0.5], [0.1, 0.3]])
 FREQUENCY = np.geomspace(50.0, 200.0, 101)
 LOW = 3.21098765e-7 * FREQUENCY**2
 CURVES = [
-    Curve("dem", "bare", "326", 1, 1e3 / FREQUENCY, 1e3 / FREQUENCY),
-    Curve("dem", "PID-1_r0.5", "middle", 2, LOW, 4 * LOW),
+    Curve("bare", "326", 1, 1e3 / FREQUENCY, 1e3 / FREQUENCY),
+    Curve("PID-1_r0.5", "middle", 2, LOW, 4 * LOW),
 ]
 
 
@@ -74,7 +74,7 @@ def test_lines_at_a_step_of_the_input_come_back_from_our_own_files(tmp_path):
     lines = frequency_grid(50.0, 200.0, 0.01, jumps=[100.0, 125.0])
     psd = np.where(lines < 100, 2.0, np.where(lines < 125, 1.0, 0.5))
     write_uff58(
-        tmp_path / "psd.uff", lines, [Curve("dem", "bare", "P", 1, psd, psd)], "s", POSITION
+        tmp_path / "psd.uff", lines, [Curve("bare", "P", 1, psd, psd)], "s", POSITION
     )
     columns = {"acceleration_psd_g2_hz_P": psd, "velocity_psd_m2_s2_hz_P": 7.0,
                "acceleration_psd_g2_hz_other": 7.0}  # fmt: skip

@@ -51,13 +51,15 @@ def test_motion_outside_the_simulated_range_is_marked_or_refused(summary_of):
         def change(values):
             values["sound"]["oaspl_db"] = 175
             values["scenarios"] = {"fill": {"patch": "PID-1", "fill_fraction": [0.3, 0.8]}}
-            values["damping"] = {"level": {"kind": "patch", "outside": outside}
+            values["damping"] = {"level": {"kind": "patch", "outside": outside}}
 
         return change
 
     marked = summary_of("mark", louder("mark"))
     assert (marked["outside_run_points_share"] == 1).sum() > 0
-    with pytest.raises(OutsideSimulatedRange, match=r"PID-1_r0\.3_175dB: C_e is read at .* g, "):
+    with pytest.raises(
+        OutsideSimulatedRange, match=r"PID-1_r0\.3_175dB: C_e is evaluated at .* g, "
+    ):
         summary_of("refuse", louder("refuse"))
 
 
@@ -87,7 +89,7 @@ def test_the_diagonal_form_says_what_it_costs_and_the_full_one_costs_nothing(sum
 
 def test_a_stated_motion_is_where_the_damping_is_read(summary_of):
     def stated(values):
-        values["damping"] = {"level": {"kind": "stated", "acceleration_g": 12}
+        values["damping"] = {"level": {"kind": "stated", "acceleration_g": 12}}
 
     found = summary_of("stated", stated)
     damped = found[found["patch"] != "none"]
