@@ -44,9 +44,11 @@ slurm: ready
 bench: ready
 	python benchmarks/stages.py
 
-# changes formulas one at a time and counts how many of the changes the tests catch
+# changes formulas one at a time and lists the changes that no test catches (benchmarks/mutants.md)
+MUTANTS ?=
 mutants: ready
-	python tests/mutation --jobs $(CORES)
+	uv run --active --no-project --with mutmut mutmut run --max-children $(CORES) $(MUTANTS)
+	uv run --active --no-project --with mutmut mutmut results
 
 # what can go wrong, at random moments, with real LIGGGHTS: forty minutes on two cores, writes benchmarks/drills.md
 REPEATS ?= 20

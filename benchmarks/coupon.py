@@ -26,7 +26,7 @@ from pidpanel.check import checked_study
 from pidpanel.coupon import cycles, rows, runs
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.cases import Case, RunTarget
-from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
+from pidpanel.coupon.estimate import PLAN, cpu_seconds
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.geometry import cell_centres, closed_cells, lowest
 from pidpanel.coupon.liggghts import deck, output
@@ -67,7 +67,7 @@ def share(study: str = "workflow/studies/paper.yaml") -> None:
     cases = cases_of(coupon)
     with tempfile.TemporaryDirectory() as name:
         results = Path(name, "results", "coupon")
-        expected = PLAN + cpu_seconds(cases, USUAL_COSTS, results)
+        expected = PLAN + cpu_seconds(cases, results)
         # every LIGGGHTS tells its own CPU time, whoever started it
         times, timed = Path(name, "times.txt"), Path(name, "bin", "liggghts")
         timed.parent.mkdir()

@@ -116,7 +116,7 @@ def test_a_file_may_have_values_up_to_one_half_and_close_rows(tmp_path):
         ("frequency_hz,damping_ratio\n50,2\n", r"line 2: damping_ratio = 2: .*in %"),
         ("frequency_hz,damping_ratio\n50,0.02\n50,0.01\n", "line 3: frequency_hz = 50 must be"),
         ("frequency_hz,damping_ratio\n50,0.02\n50,0.01\n60,0.01\n", "line 3: frequency_hz = 50"),
-        ("frequency_hz,zeta\n50,0.02\n", "line 1: column 'zeta': unknown"),
+        ("frequency_hz,loss\n50,0.02\n", "line 1: column 'loss': unknown"),
         ("frequency_hz\n50\n", "line 1: column damping_ratio: missing"),
         ("frequency_hz,damping_ratio\n", "no rows"),
     ],

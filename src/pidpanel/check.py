@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Index
 from pidpanel.columns import in_kilohertz
@@ -15,7 +16,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.polygon import overlap
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
-from pidpanel.study.base_motion import BaseMotion, RandomMotion
+from pidpanel.study.base_motion import BaseMotion, Limits, RandomMotion
 from pidpanel.study.dampers import ImpedanceDamper, TableDamper
 from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
@@ -30,8 +31,7 @@ QUIETEST, LOUDEST = 100.0, 170.0
 # Bands of levels [dB] that may be pressures [Pa]: the lowest is below, their range above
 LOWEST_BAND, WIDEST_RANGE = 60.0, 50.0
 MOST_SHIFT = 20.0  # of a table by oaspl_db [dB]
-# Difference of a stated overall value and that of its table: levels have two digits.
-OVERALL_TOLERANCE = 0.03
+LOUDEST_SHAKER = 50.0  # overall value of a table [g rms], likewise
 
 # Limit over the PSD of all of the input below which it is no notch: a lower input is meant.
 DEEPEST = 1e-3
@@ -168,11 +168,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         yield Mistake(("panel", "damping_ratio"), message)
     frequency = study.panel.modal_damping.frequency
     if frequency and in_kilohertz(frequency, low, high):
-        message = (
-            f"its frequencies are {min(frequency):g} to {max(frequency):g} Hz, all below those "
-        )
-        message += f"of the response, {low:g} to {high:g} Hz; in kHz?"
-        yield Mistake(("panel", "damping_ratio"), message)
+        yield Mistake(("panel", "damping_ratio"), _outside(frequency, study.response))
     if study.base is not None and study.base.random is not None:
         yield from _check_base(study, study.base, study.base.random)
     for point, path in study.severity.limits.items() if study.severity else ():
@@ -236,13 +232,9 @@ def _check_layouts(study: Study, *, is_meshed: bool) -> Iterator[Mistake]:
 
 def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iterator[Mistake]:
     """Yield a table with no frequency of the response, and fills beyond those of a table."""
-    low, high = study.response.frequency_hz
-    lowest, highest = (float(f(columns["frequency_hz"])) for f in (min, max))
-    if lowest > high or highest < low:
-        message = f"its frequencies are {lowest:g} to {highest:g} Hz, all outside those of the "
-        message += f"response, {low:g} to {high:g} Hz"
-        is_in_kilohertz = in_kilohertz(columns["frequency_hz"], low, high)
-        yield Mistake(keys, f"{message}; in kHz?" if is_in_kilohertz else message)
+    (low, high), frequency = study.response.frequency_hz, columns["frequency_hz"]
+    if min(frequency) > high or max(frequency) < low:
+        yield Mistake(keys, _outside(frequency, study.response))
     if "fill_fraction" not in columns:
         return
     emptiest, fullest = (float(f(columns["fill_fraction"])) for f in (min, max))
@@ -250,6 +242,14 @@ def _check_range(study: Study, keys: Keys, columns: Mapping[str, Array]) -> Iter
         if not emptiest <= fill <= fullest:
             table = ".".join(str(key) for key in keys)
             yield Mistake(way, f"must be in the range of {table}, {emptiest:g} to {fullest:g}")
+
+
+def _outside(frequency: ArrayLike, response: Response, relation: str = "all outside those") -> str:
+    """Return how frequencies (n,) [Hz] lie to those of the response, and whether they are kHz."""
+    low, high = response.frequency_hz
+    message = f"its frequencies are {np.min(frequency):g} to {np.max(frequency):g} Hz, {relation} "
+    message += f"of the response, {low:g} to {high:g} Hz"
+    return f"{message}; in kHz?" if in_kilohertz(frequency, low, high) else message
 
 
 def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
@@ -306,15 +306,12 @@ def _check_limit(point: str, path: Path, response: Response) -> Iterator[Mistake
         return
     (low, high), (lowest, highest) = response.frequency_hz, limit.frequency[[0, -1]].tolist()
     if third_octaves(max(low, lowest), max(low, min(high, highest)))[0].size == 0:
-        message = f"its frequencies are {lowest:g} to {highest:g} Hz: no third octave of the "
-        message += f"response, {low:g} to {high:g} Hz"
-        is_in_kilohertz = in_kilohertz(limit.frequency, low, high)
-        yield Mistake(keys, f"{message}; in kHz?" if is_in_kilohertz else message)
+        yield Mistake(keys, _outside(limit.frequency, response, "no third octave in those"))
 
 
 def _check_base(study: Study, motion: BaseMotion, random: RandomMotion) -> Iterator[Mistake]:
     """Yield what is wrong with the table of base motion, and an overall value it does not have."""
-    from pidpanel.spectra.acceleration_table import read_base_table
+    from pidpanel.spectra.acceleration_table import OVERALL_TOLERANCE, read_base_table
 
     response = study.response
     keys = ("base", "random")
@@ -325,29 +322,30 @@ def _check_base(study: Study, motion: BaseMotion, random: RandomMotion) -> Itera
     if stated is not None and abs(spectrum.rms / stated - 1) > OVERALL_TOLERANCE:
         message = f"the table integrates to {spectrum.rms:.3g} g rms; must agree within "
         yield Mistake((*keys, "overall_g"), f"{message}{100 * OVERALL_TOLERANCE:.0f} %")
+    if stated is None and spectrum.rms > LOUDEST_SHAKER:
+        message = f"its break points have {spectrum.rms:.3g} g rms; in (m/s²)²/Hz? "
+        message += f"base.random.overall_g = {spectrum.rms:.3g} states it if it is meant"
+        yield Mistake((*keys, "spectrum"), message)
     low, high = spectrum.frequency[[0, -1]]
     if max(low, response.frequency_hz[0]) * LEAST_SPAN > min(high, response.frequency_hz[1]):
         message = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"
         yield Mistake(("response", "frequency_hz"), message)
-    bounds = {"psd_g2_hz": float(spectrum.psd.min()) * DEEPEST}
-    bounds["rms_g"] = math.sqrt(DEEPEST) * spectrum.rms
-    for name, limit in () if motion.limits is None else motion.limits.points.items():
-        for key, lowest in bounds.items():
+    psd, rms = float(spectrum.psd.min()) * DEEPEST, math.sqrt(DEEPEST) * spectrum.rms
+    limits, mass = motion.limits or Limits(), _mass_of(study.panel)
+    bounds: list[tuple[Keys, object, Mapping[str, float], str]] = [
+        (("points", name), limit, {"psd_g2_hz": psd, "rms_g": rms}, "all of the input")
+        for name, limit in limits.points.items()
+    ]
+    if limits.force is not None and mass is not None:
+        rigid, words = mass * STANDARD_GRAVITY, "the force of the input on"
+        force = {"psd_n2_hz": rigid**2 * psd, "rms_n": rigid * rms}
+        bounds.append((("force",), limits.force, force, f"{words} {mass:.3g} kg, a rigid panel"))
+    for way, limit, least, words in bounds:
+        for key, lowest in least.items():
             value = getattr(limit, key)
             if value is not None and value < lowest:
-                message = f"must be at least {lowest:.2g}, 30 dB below all of the input; lower that"
-                yield Mistake(("base", "limits", "points", name, key), message)
-    force, mass = None if motion.limits is None else motion.limits.force, _mass_of(study.panel)
-    if force is None or mass is None:
-        return
-    rigid = mass * STANDARD_GRAVITY
-    force_bounds = {"psd_n2_hz": rigid**2 * bounds["psd_g2_hz"], "rms_n": rigid * bounds["rms_g"]}
-    for key, lowest in force_bounds.items():
-        value = getattr(force, key)
-        if value is not None and value < lowest:
-            message = f"must be at least {lowest:.2g}, 30 dB below the force of the input on "
-            message += f"{mass:.3g} kg, a rigid panel; lower the input"
-            yield Mistake(("base", "limits", "force", key), message)
+                message = f"must be at least {lowest:.2g}, 30 dB below {words}; lower the input"
+                yield Mistake(("base", "limits", *way, key), message)
 
 
 def _mass_of(panel: Panel) -> float | None:
@@ -384,7 +382,8 @@ def _check_mesh(
     except ValueError as error:
         for fault in getattr(error, "faults", (str(error),)):
             keys = key_path(panel, fault)
-            message = fault.removeprefix("mesh: ").removeprefix(f"{panel.mesh.file}: ")
+            file = getattr(panel.mesh, "file", "")
+            message = fault.removeprefix("mesh: ").removeprefix(f"{file}: ")
             yield Mistake(("panel", *keys), message)
 
 

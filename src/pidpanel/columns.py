@@ -3,15 +3,14 @@
 import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.tabular.cells import NUMBER, Quantity, value_of
+from pidpanel.tabular.cells import NUMBER, Label, value_of
 from pidpanel.tabular.rows import TableRows, rows_of
 from pidpanel.text_files import TextFileError, one_line, read_table_text
 
@@ -34,29 +33,50 @@ class ColumnsError(ValueError):
         super().__init__("\n".join(self.faults))
 
 
-class Allowed(NamedTuple):
-    """Allowed numbers of a column."""
+@dataclass(frozen=True)
+class Bounds:
+    """Bounds of a number.
+
+    Examples
+    --------
+    >>> Bounds(0, 1, low_itself=False).allowed, Bounds(0.5, 30).allowed, Bounds(2).allowed
+    ('must be above 0 and at most 1', 'must be from 0.5 to 30', 'must be at least 2')
+    """
 
     low: float = -np.inf
-    low_itself: bool = True
     high: float = np.inf
+    low_itself: bool = True  # whether the bound is allowed
+    high_itself: bool = True
+
+    @property
+    def allowed(self) -> str:
+        """Allowed values in words."""
+        low = f"{'at least' if self.low_itself else 'above'} {self.low:g}"
+        if self.high == np.inf:
+            return f"must be {low}"
+        if self.low_itself and self.high_itself:
+            return f"must be from {self.low:g} to {self.high:g}"
+        return f"must be {low} and {'at most' if self.high_itself else 'below'} {self.high:g}"
+
+    def holds(self, value: float) -> bool:
+        """Return whether a value lies within the bounds."""
+        above_low = value >= self.low if self.low_itself else value > self.low
+        return above_low and (value <= self.high if self.high_itself else value < self.high)
+
+
+@dataclass(frozen=True)
+class Allowed(Bounds):
+    """Allowed numbers of a column."""
+
     hint: str = ""  # hint for values above ``high``
     may_be_missing: bool = False  # of the whole column
     may_be_empty: bool = False  # of cells, which are NaN then
-    quantity: Quantity = Quantity()  # of a column that may have other names and units
+    label: Label = field(default_factory=Label)  # of a column that may have other names and units
 
     def refuses(self, value: float) -> str:
         """Return what is allowed in place of a value; empty if it is."""
-        too_low = value < self.low or (value == self.low and not self.low_itself)
-        if not too_low and value <= self.high:
-            return ""
-        words = []
-        if self.low > -np.inf:
-            words.append(f"{'at least' if self.low_itself else 'above'} {self.low:g}")
-        if self.high < np.inf:
-            words.append(f"at most {self.high:g}")
         hint = f" ({self.hint})" if self.hint and value > self.high else ""
-        return f"must be {' and '.join(words)}{hint}"
+        return "" if self.holds(value) else self.allowed + hint
 
 
 class LineFaults:
@@ -94,7 +114,7 @@ def read_rows(
     Parameters
     ----------
     columns
-        Columns, those with a `Quantity` by any of its usual names and units. Without any the first
+        Columns, those with a `Label` by any of its usual names and units. Without any the first
         line names the columns.
     has_overall
         Whether a row may state a level of the whole table.
@@ -106,8 +126,8 @@ def read_rows(
     """
     try:
         text, encoding = read_table_text(path, LARGEST)
-        quantities = {name: column.quantity for name, column in (columns or {}).items()}
-        rows = rows_of(path, text, quantities, has_overall=has_overall)
+        labels = {name: column.label for name, column in (columns or {}).items()}
+        rows = rows_of(path, text, labels, has_overall=has_overall)
     except TextFileError as error:
         place = path if error.line is None else f"{path}, line {error.line}"
         raise ColumnsError([f"{place}: {error.message}"]) from None
@@ -239,7 +259,7 @@ def numbers(
         lines.append(line)
         values = zip(header, cells, text.factor or [1.0] * len(cells), strict=True)
         rows.append([
-            value_of(cell, columns.get(name, Allowed()).quantity, factor)
+            value_of(cell, columns.get(name, Allowed()).label, factor)
             for name, cell, factor in values
         ])  # fmt: skip
         for name, cell, value in zip(header, cells, rows[-1], strict=True):

@@ -9,13 +9,13 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.columns import Allowed, numbers, read_rows
-from pidpanel.tabular.cells import HERTZ, Quantity
+from pidpanel.tabular.cells import HERTZ, Label
 
 COLUMNS = {
-    "frequency_hz": Allowed(0.0, low_itself=False, quantity=HERTZ),
+    "frequency_hz": Allowed(0.0, low_itself=False, label=HERTZ),
     "damping_ratio": Allowed(
         0.0, low_itself=False, high=0.5, hint="in %?",
-        quantity=Quantity.named("1", "zeta ζ ratio", "damping critical modal"),
+        label=Label.named("1", "zeta ζ ratio", "damping critical modal"),
     ),
 }  # fmt: skip
 

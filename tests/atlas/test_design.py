@@ -34,12 +34,10 @@ def cases(chosen, folder):
 
 
 def test_a_longer_design_begins_with_the_shorter():
-    # red: the number of cells of a packing from the number of points
     assert list(points(700))[:100] == list(points(100))
 
 
 def test_the_table_of_the_atlas_is_that_of_the_design():
-    # red: any number of the design: the atlas could not be made again from its table
     table = PROJECT / "workflow" / "studies" / "atlas_cases.csv"
     lines = table.read_text().splitlines()
     chosen = (groups for groups in points(1280) if not exclusion(groups, USUAL))
@@ -50,7 +48,6 @@ def test_the_table_of_the_atlas_is_that_of_the_design():
 
 @pytest.mark.parametrize("count", [64, 128, 256])
 def test_any_first_part_fills_the_space(count):
-    # red: points in the order of Γ
     first = list(points(count))
     for values, low, high in (
         ([groups.fill_fraction for groups in first], 0.05, 0.95),
@@ -81,7 +78,6 @@ def test_a_row_is_a_case_with_its_groups(tmp_path):
 
 
 def test_a_bed_that_bounces_has_short_contacts_or_those_of_its_material(tmp_path):
-    # red: BOUNCING_CONTACT for beds above Γ = 10 alone
     chosen = [g for g in points(256) if bounces(g) and not exclusion(g, USUAL)]
     assert {g.direction for g in chosen} == {"flat"} and max(g.gamma for g in chosen) < 10
     for case in cases(chosen, tmp_path):
@@ -94,7 +90,6 @@ def test_a_bed_that_bounces_has_short_contacts_or_those_of_its_material(tmp_path
 def test_packings_serve_many_cases(tmp_path):
     chosen = [groups for groups in points(256) if not exclusion(groups, USUAL)]
     poured = {run.packing for case in cases(chosen, tmp_path) for run in case.runs}
-    # red: cells of a case that depend on its fill
     assert len([packing for packing in poured if packing.seed == 1]) <= 32 < len(chosen)
     assert packings(64)[:32] == packings(32)
 
@@ -118,7 +113,6 @@ def test_a_case_that_cannot_be_is_left_out_with_its_reason(change, reason):
 
 
 def test_beds_under_gravity_across_the_motion_continue_the_design(monkeypatch, capsys):
-    # red: options.skip left out; `==` for `!=` of the direction
     table = (STUDIES / "atlas_upright_cases.csv").read_text().splitlines()
     monkeypatch.setattr("sys.argv", ["design", "1600", "--skip", "1280", "--upright"])
     design.main()

@@ -16,7 +16,6 @@ GROUPS = Groups(0.6, 30.0, 0.2, 0.8, 0.3, 3.0, 10.0, "flat")
 
 
 def test_the_drive_has_the_acceleration_and_the_stroke_of_the_groups():
-    # red: the depth in place of the clear gap; Γ without g
     small = replace(USUAL, radius=0.5e-3)
     assert stroke(GROUPS, small) == pytest.approx(0.2 * 0.4 * 10e-3, rel=1e-12)
     omega = 2 * math.pi * frequency(GROUPS, small)
@@ -31,7 +30,6 @@ def test_a_particle_four_times_as_large_has_half_the_frequency():
 
 
 def test_the_particles_that_give_a_scale_are_those_of_the_study_of_the_atlas():
-    # red: another modulus: a row of the design would not be the case that runs
     study = yaml.safe_load((PROJECT / "workflow" / "studies" / "atlas.yaml").read_text())
     particles = study["coupon"]["particles"]
     assert 2 * USUAL.radius == pytest.approx(1e-3 * particles["diameter_mm"], rel=1e-12)
@@ -41,7 +39,7 @@ def test_the_particles_that_give_a_scale_are_those_of_the_study_of_the_atlas():
 
 
 def test_gravity_lies_along_the_motion_across_it_or_is_none():
-    # the motion is along z. red: gravity of 1 g for none
+    # the motion is along z.
     gravity = {name: size * np.array(way.split(), float) for name, (size, way) in GRAVITY.items()}
     np.testing.assert_array_equal(gravity["flat"], [0, 0, -1])
     assert gravity["upright"][2] == 0 and np.linalg.norm(gravity["upright"]) == 1
@@ -50,7 +48,7 @@ def test_gravity_lies_along_the_motion_across_it_or_is_none():
 
 @pytest.mark.parametrize(("modulus", "gamma"), [(5e8, 20.0), (5e8, 300.0), (1e8, 2.0)])
 def test_soft_particles_are_hard_where_their_impacts_are_short_and_shallow(modulus, gamma):
-    # as `ElasticSphere` has them; red: R for d; only one of the two limits
+    # as `ElasticSphere` has them
     impact = replace(USUAL, youngs_modulus=modulus)
     f = np.geomspace(5, 3000, 200)
     v = gamma * 9.80665 / (2 * np.pi * f)

@@ -23,8 +23,8 @@ from pidpanel.solve.base_motion import (
     with_translation,
 )
 from pidpanel.solve.basis_error import modal_basis
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.model import Patches
+from pidpanel.solve.receptances import patch_stiffness
 from pidpanel.study import load_study
 from tests.jobs import PANEL, files, within
 
@@ -71,7 +71,7 @@ def solved(panel, frequency, damping=0.0, mass=0.0):
     """Motions (nf, n_points + 1, m) and force (nf,) per acceleration, and the transfer."""
     transfer = transfer_of(panel, frequency)
     s = patch_stiffness(frequency, *np.full((2, 1, frequency.size), [[[damping]], [[mass]]]))
-    motion = transfer.motions(slice(None), s)[:, : -transfer.width]
+    motion = transfer.motions(s)
     motion = motion.reshape(len(frequency), *panel.observed.shape[:2])
     return motion, interface_force(frequency, motion[:, -1], [0], s), transfer
 

@@ -24,7 +24,6 @@ def alone(tmp_path_factory):
 
 
 def test_a_study_of_base_motion_alone_is_allowed(alone):
-    # red: sound required
     study = checked_study(alone)
     assert study.sound is None and study.oaspl_db is None
     assert [scenario.label for scenario in study.all_scenarios()] == [
@@ -35,7 +34,6 @@ def test_a_study_of_base_motion_alone_is_allowed(alone):
 
 
 def test_a_study_needs_sound_or_base_motion(alone, tmp_path):
-    # red: default None without a check
     lines = alone.read_text().splitlines()
     start, end = lines.index("base:"), lines.index("response: {frequency_hz: [30, 300]}")
     path = tmp_path / "neither.yaml"
@@ -66,7 +64,6 @@ def test_what_is_computed_under_sound_alone_is_refused_without_it(alone, tmp_pat
 def test_layouts_are_searched_under_base_motion_but_not_under_a_sound_that_is_not_there(
     alone, tmp_path
 ):
-    # red: the search of a panel without any excitation; no rule of the search
     path = tmp_path / "asks.yaml"
     pad = "pad: {equivalent_damping_n_s_m3: 400, apparent_mass_kg_m2: 4}"
     text = alone.read_text().replace("dampers: {", f"dampers: {{{pad}, ")
@@ -83,7 +80,6 @@ def test_layouts_are_searched_under_base_motion_but_not_under_a_sound_that_is_no
 
 
 def test_panel_base_and_report_are_all_that_runs(alone, tmp_path):
-    # red: the base from the shapes of the response stage
     assert set(jobs(snakemake(tmp_path, alone, "-n"))) == {"panel", "base", "report"}
 
 
@@ -122,7 +118,6 @@ BED = """
 def test_coupled_runs_move_the_supports_of_a_study_without_sound(
     alone, tmp_path, old, new, message
 ):
-    # red: coupled and base refused together
     lines = alone.read_text().splitlines()
     lines[1] = f"dampers:\n  table: {{table: acrylic_2mm.csv}}\n  bed:{BED}"
     text = "\n".join(lines).replace("[acrylic, printed]", "[bed, table]")
@@ -143,7 +138,6 @@ def test_coupled_runs_move_the_supports_of_a_study_without_sound(
 
 
 def test_an_export_without_sound_is_refused_in_a_line(alone, tmp_path):
-    # red: a target that Snakemake does not know
     arguments = ["export", str(alone), "--directory", str(tmp_path)]
     with pytest.raises(StudyError, match="sound: missing; this is a study of base motion alone"):
         pidpanel.main(arguments, standalone_mode=False)

@@ -11,14 +11,13 @@ from moving import APPARENT, DAMPING, HIGHEST, RATIO, solved
 from pidpanel.base import basis_check
 from pidpanel.base.basis_check import base_errors
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.response.refinement import ATTEMPTS
 from pidpanel.solve.basis_error import (
     ALLOWED,
+    ATTEMPTS,
     check_basis,
-    point_vertices,
 )
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.elements import ElementMotion
+from pidpanel.solve.receptances import patch_stiffness
 
 LINES = np.array([35.0, 110.0, 224.0, 390.0])
 
@@ -53,7 +52,7 @@ def dense_gains(panel, frequency, damping, mass, kept):
     per_cell = len(plate.quadrature_weight) // len(supported.basis.cells)
     weight = plate.quadrature_weight * np.repeat(supported.basis.cell_in_patch[0], per_cell)
     force = s / w**2 * (plate.at_quadrature.T @ weight) - plate.inertia
-    points = plate.at_vertices[point_vertices(supported.basis)].toarray()
+    points = plate.at_points.toarray()
     V = supported.vectors[:, kept]
     answers = np.linalg.solve(Z, force), V @ np.linalg.solve(V.T @ Z @ V, V.T @ force)
     return [np.abs(1 - w**2 * points @ answer) ** 2 for answer in answers]

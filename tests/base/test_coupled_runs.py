@@ -94,7 +94,6 @@ def solved(panel, mass):
 
 
 def test_the_table_moves_as_the_input_asks(coupled):
-    # red: √G from nodes, whose floor is 0.1 % of the force on the table
     frequency = np.arange(60, 790) / PERIOD
     drawn = force_record.draw_modal_force(
         frequency, coupled.excitation, np.array([LOW, HIGH]), np.random.default_rng(1)
@@ -111,7 +110,6 @@ def test_the_table_moves_as_the_input_asks(coupled):
 @pytest.mark.parametrize(("mass", "tolerance"), [(0.0, 2e-3), (APPARENT, 1.5e-2)])
 def test_a_run_with_dead_weight_is_the_response_to_base_motion(panel, coupled, mass, tolerance):
     # the weights are 1 % heavier than that near 400 Hz
-    # red: start[1, free] left out; no translation in the shapes at the cells
     squares, balance = recorded(coupled, mass)
     np.testing.assert_allclose(squares, solved(panel, mass), rtol=tolerance)
     assert abs(balance.error) < 1e-2

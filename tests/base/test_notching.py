@@ -20,7 +20,6 @@ def rms(psd):
 
 
 def test_a_limit_of_a_psd_holds_and_leaves_the_rest():
-    # red: the limit over the gain once more; lowered where the response is below
     lowered = notch_input(FREQUENCY, STATED, GAIN, [Limit(0, "a", 4.0)])
     response = GAIN[0] * lowered.psd
     assert response.max() == pytest.approx(4.0)
@@ -31,7 +30,6 @@ def test_a_limit_of_a_psd_holds_and_leaves_the_rest():
 
 
 def test_a_limit_of_the_overall_value_is_met_by_lowering_the_peak():
-    # red: the whole spectrum scaled
     lowered = notch_input(FREQUENCY, STATED, GAIN, [Limit(1, "b", 20.0, is_rms=True)])
     assert rms(GAIN[1] * STATED) > 20
     assert rms(GAIN[1] * lowered.psd) == pytest.approx(20.0, rel=1e-9)
@@ -41,7 +39,6 @@ def test_a_limit_of_the_overall_value_is_met_by_lowering_the_peak():
 
 
 def test_all_limits_hold_together_whatever_their_order():
-    # red: PSDs after overall values
     limits = [Limit(0, "rms", 15.0, is_rms=True), Limit(0, "psd", 4.0), Limit(1, "b", 9.0)]
     both = [notch_input(FREQUENCY, STATED, GAIN, some).psd for some in (limits, limits[::-1])]
     np.testing.assert_allclose(*both)
@@ -53,7 +50,6 @@ def test_all_limits_hold_together_whatever_their_order():
 @pytest.mark.parametrize("unit", [1.0, 1e-3])
 @pytest.mark.parametrize(("second", "first"), [(0.05, 0.0), (0.2, 0.05)])
 def test_no_limit_takes_what_another_has_taken(unit, second, first):
-    # red: atol = 1; caps in turn, each below those before; the second is then kept with room to spare
     narrow = np.array([GAIN[0] + first * GAIN[1], GAIN[0] + second * GAIN[1]])
     for limits in (
         [Limit(0, "a", 10 * unit, is_rms=True), Limit(1, "b", 14 * unit, is_rms=True)],
@@ -74,7 +70,6 @@ def test_a_limit_that_is_kept_leaves_no_notch():
 
 
 def test_each_line_has_the_limit_that_lowers_it():
-    # red: the last limit for all
     lowered = notch_input(FREQUENCY, STATED, GAIN, [Limit(0, "a", 4.0), Limit(1, "b", 9.0)])
     low, high = (FREQUENCY[lowered.reason == index] for index in (0, 1))
     assert low.min() < 100 < low.max() < high.min() < 250 < high.max()

@@ -45,7 +45,6 @@ def oscillator(frequency, damping=0.0, mass=0.0):
 
 
 def test_the_own_force_of_particles_reaches_the_supports_through_the_spring():
-    # red: the force on the panel without its reaction; 1ᵀM u alone; the own force times the level
     frequency, own, (damping, mass) = np.array([0.05, 20.0, 45.0, 300.0]), 7.0, (90.0, 0.4)
     basis = ModalBasis([OWN, 0.0], [MASS, TABLE_MASS * MASS], [RATIO, RATIO])
     excitation = BaseExcitation(
@@ -76,7 +75,6 @@ def test_the_own_force_of_particles_reaches_the_supports_through_the_spring():
 
 
 def test_an_oscillator_on_a_moving_base_has_its_closed_forms():
-    # red: no factor 1 + (2ζr)²; force without the mass of the damper
     frequency = np.array([1.0, 20.0, 49.0, 50.0, 53.0, 120.0, 900.0])
     r = frequency / OWN
     absolute, relative, force = oscillator(frequency)
@@ -87,7 +85,6 @@ def test_an_oscillator_on_a_moving_base_has_its_closed_forms():
 
 
 def test_a_damper_is_fixed_to_the_sky_and_its_mass_to_the_panel():
-    # red: dampers on the relative motion
     frequency, C, m = np.array([3.0, 30.0, 45.0, 60.0, 400.0]), 40.0, 0.5
     omega = 2 * np.pi * frequency
     k, c = MASS * (2 * np.pi * OWN) ** 2, 2 * RATIO * MASS * 2 * np.pi * OWN
@@ -100,7 +97,6 @@ def test_a_damper_is_fixed_to_the_sky_and_its_mass_to_the_panel():
 
 
 def test_the_rms_of_an_oscillator_is_that_of_miles():
-    # red: two-sided PSDs
     frequency = frequency_grid(2e-3, 1e7, RATIO)
     absolute, _, _ = oscillator(frequency)
     exact = LEVEL * np.pi * OWN * (1 + 4 * RATIO**2) / (4 * RATIO)
@@ -110,7 +106,6 @@ def test_the_rms_of_an_oscillator_is_that_of_miles():
 
 @pytest.mark.parametrize("loaded", [False, True])
 def test_the_solver_agrees_with_transfer_functions(panel, loaded):
-    # red: factors of the excitation without the translation
     frequency = np.array([30.0, 65.0, 130.0, 224.0, 390.0])
     modal = ModalPanel(panel.modal, panel.patches, frequency, panel.observed, frequency)
     load = AttachedDamper(0, lambda f, _gamma: (0 * f + DAMPING, 0 * f + APPARENT, f > 0), False)
@@ -123,7 +118,6 @@ def test_the_solver_agrees_with_transfer_functions(panel, loaded):
 
 
 def test_the_slopes_of_the_force_are_those_of_the_solver(panel):
-    # red: m_a in the place of C_e; the force without the pull of the dampers
     frequency = np.array([30.0, 65.0, 130.0, 224.0, 390.0])
     modal = ModalPanel(panel.modal, panel.patches, frequency, panel.observed, frequency)
     solver = PanelSolver(modal, panel.excitation)
@@ -166,7 +160,6 @@ def made_up(square, inside=None, loads=(), stiffness=(0.0, 0.0), is_coupled=Fals
 
 
 def test_a_response_has_accelerations_deflections_and_the_force_of_its_patches():
-    # red: ω² for ω⁴; the integral over another patch; a line inside for one load alone
     square = np.diag([2.0, 5.0, 7.0])
     inside = np.array([[True, True], [True, False]])
     case, answer = made_up(square, inside, (0, 1), (3.0, 0.5), COUPLED)
@@ -182,7 +175,6 @@ def test_a_response_has_accelerations_deflections_and_the_force_of_its_patches()
 
 
 def test_errors_of_coupled_runs_are_of_points_alone():
-    # red: a line or a column more; on the other side
     errors = random._of_points(StandardErrors(np.ones((2, 3)), np.ones(3), np.ones(1)))
     np.testing.assert_array_equal(errors.log_psd, [[1, 1, 1, np.nan]] * 2)
     np.testing.assert_array_equal(errors.log_rms, [1, 1, 1, np.nan])
@@ -193,7 +185,6 @@ def test_errors_of_the_force_are_in_place_of_its_momentum_with_those_of_the_mode
     monkeypatch, dead
 ):
     # a force of which damping takes 3/4 of the PSD, half of the rms value
-    # red: the momentum kept; shares of a PSD for an rms value; the bare panel for dead weight
     stated = StandardErrors(np.array([[1.0, 2, 3, 4, 5]] * 2), np.arange(1.0, 6), np.ones(1))
     model = StandardErrors(np.zeros((2, 4)), np.zeros(4), np.zeros(1))
     monkeypatch.setattr(random, "standard_errors", lambda *_: stated)
@@ -216,7 +207,6 @@ def test_errors_of_the_force_are_in_place_of_its_momentum_with_those_of_the_mode
 
 
 def test_a_linear_panel_is_solved_once_more_with_its_notches(monkeypatch):
-    # red: all rounds; the change of the input from nothing
     inputs = []
 
     def lowered(_solver, _frequency, psd):
@@ -241,7 +231,6 @@ def test_a_linear_panel_is_solved_once_more_with_its_notches(monkeypatch):
 
 
 def test_errors_of_coupled_runs_are_those_of_their_own_cases(monkeypatch):
-    # red: those of another scenario
     none = SolvedCase(*[None] * len(fields(SolvedCase)))
     cases = [replace(none, scenario=SimpleNamespace(label=label)) for label in "ab"]
     plan = SimpleNamespace(solve=lambda _: cases)

@@ -5,8 +5,8 @@ import pytest
 from moving import solved, transfer_of
 
 from pidpanel.base.sine import Transfer, _other_motion, interface_force, sweep
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import AttachedDamper
+from pidpanel.solve.receptances import patch_stiffness
 
 FREQUENCY = np.linspace(55.0, 75.0, 161)
 AMPLITUDE = 1.0
@@ -35,8 +35,6 @@ def test_the_damping_is_that_of_each_frequencys_own_amplitude(panel):
 class Prescribed:
     """In place of a transfer: ln Γ that follow on each line, from a C_e of 10 + ln Γ."""
 
-    width = 1
-
     def __init__(self, frequency, outcomes):
         self.frequency, self.outcomes = np.array(frequency), outcomes
 
@@ -44,8 +42,8 @@ class Prescribed:
         log_gamma = stiffness[:, 0].imag / (2 * np.pi * self.frequency[lines]) - 10
         return np.exp(self.outcomes[lines.start](log_gamma))[None]
 
-    def motions(self, lines, stiffness):
-        return np.stack([self.frequency, 2 * self.frequency, 0 * self.frequency], axis=1)
+    def motions(self, stiffness):
+        return np.stack([self.frequency, 2 * self.frequency], axis=1)
 
 
 @pytest.mark.parametrize(("down", "last"), [(False, 2.0), (True, 0.0)])

@@ -73,7 +73,6 @@ def slopes_of(panel, damping):
 
 @pytest.mark.parametrize("power", [0.0, -0.5])
 def test_errors_are_those_of_the_damping_at_the_motion_it_leads_to(panel, power):
-    # red: Γ as without the change; the errors of C_e and m_a as independent; the whole difference
     gamma, found = errors_of(panel, PowerLaw(power))
     (patch_c, points_c), (patch_m, points_m) = slopes_of(panel, 400 * (gamma / 10) ** power)
     follows = 1 / (1 - power * patch_c)
@@ -86,7 +85,6 @@ def test_errors_are_those_of_the_damping_at_the_motion_it_leads_to(panel, power)
 
 
 def test_sources_err_independently_and_dampers_of_one_source_together(panel):
-    # red: variances of a source's dampers added
     transfer, model = transfer_of(panel, FREQUENCY), PowerLaw(0.0, 0.0)
     first = FilledDamper("law", model, 1.0)
 

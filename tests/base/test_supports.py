@@ -45,7 +45,6 @@ def navier(frequency, highest=400):
 
 
 def test_a_simply_supported_plate_moves_as_its_modal_series(panel):
-    # red: participation with the other sign; no translation in the absolute motion; no K⁻¹M1
     frequency = np.array([5.0, 40.0, 64.9, 66.0, 100.0, 180.0, 224.7, 300.0, 395.0])
     points, force = navier(frequency)
     motion, pull, _ = solved(panel, frequency)
@@ -57,7 +56,6 @@ def test_a_simply_supported_plate_moves_as_its_modal_series(panel):
 
 
 def test_the_translation_moves_all_points_alike_and_bends_nothing(panel):
-    # red: a row of zeros more; 1.1 at the quadrature points or the vertices; 1 for a curvature or a shear
     basis = panel.basis
     for name in ("shape_at_points", "shape_at_quadrature", "shape_at_vertices"):
         np.testing.assert_array_equal(getattr(basis, name)[..., -1], 1)
@@ -73,7 +71,7 @@ def test_the_translation_moves_all_points_alike_and_bends_nothing(panel):
 
 
 def test_the_integrals_over_all_patches_come_before_that_of_the_face(panel):
-    # the patch and the rest of the face; red: one patch alone, or the last for the face
+    # the patch and the rest of the face
     basis, whole = panel.supported.basis, panel.supported.basis.cell_in_patch[0]
     two = replace(basis, cell_in_patch=np.array([whole, ~whole]))
     inertia = inertia_of(two, panel.plate, panel.supported.vectors, MASS)
@@ -86,7 +84,6 @@ def test_the_integrals_over_all_patches_come_before_that_of_the_face(panel):
 
 
 def test_at_rest_all_moves_with_the_supports(loaded_panel):
-    # red: no d_p z in the pull of the dampers; no attached mass in the inertia
     frequency = np.array([0.02, 0.05])
     motion, force, _ = solved(loaded_panel, frequency, 0.0, APPARENT)
     ratio = -((2 * np.pi * frequency[:, None]) ** 2) * motion[:, :-1, 0]
@@ -96,7 +93,6 @@ def test_at_rest_all_moves_with_the_supports(loaded_panel):
 
 
 def test_effective_masses_sum_to_the_mass(panel, loaded_panel):
-    # red: modal masses not squared away, as L_i alone; the attached mass twice
     basis, inertia = panel.supported.basis, panel.inertia
     effective = inertia.effective_mass(basis.modal_mass)
     modes = effective[~basis.is_residual]
@@ -114,7 +110,6 @@ def test_effective_masses_sum_to_the_mass(panel, loaded_panel):
 
 
 def test_dampers_pull_at_the_absolute_motion_and_take_what_the_shaker_gives(panel):
-    # red: the dampers' force from the relative motion; TABLE_MASS = 1e2
     frequency = np.array([30.0, 65.0, 130.0, 224.0, 390.0])
     motion, force, _ = solved(panel, frequency, DAMPING, APPARENT)
     n = panel.modal.natural_frequency.size - 1

@@ -12,25 +12,12 @@ KEYS = "must be a mapping with keys such as name, coupon, panel"
     ("text", "told"),
     [
         (b"", f"mine.yaml: is empty; {KEYS}"),
-        (b"\n\n# nothing\n", f"mine.yaml: is empty; {KEYS}"),
         (b"---\n", f"mine.yaml: {KEYS}"),
-        (b"study\n", f"mine.yaml: {KEYS}"),
-        (b"- coupon\n", f"mine.yaml: {KEYS}"),
-        (b"3\n", f"mine.yaml: {KEYS}"),
         (b"~\n", f"mine.yaml: {KEYS}"),
-        (b"{}\n", "mine.yaml: panel: missing\nmine.yaml: sound: missing"),
         ("title: größe\n".encode("latin-1"), "mine.yaml:1: must be text in UTF-8; the byte 0xf6 is ö in Latin-1"),
-        ("title: a\nassumptions: [λ, größe]\n".encode("cp1253", "ignore"), "mine.yaml:2: must be text in UTF-8; the byte 0xeb is ë in Latin-1"),
         ("title: größe\n".encode("utf-16"), "mine.yaml: must be text in UTF-8; it is in UTF-16"),
-        ("title: größe\n".encode("utf-16-be"), "mine.yaml:1: must be text in UTF-8; it has a byte 0x00, as of a binary file"),
-        ("title: größe\n".encode("utf-32"), "mine.yaml: must be text in UTF-8; it is in UTF-16"),
-        (b"\x89PNG\r\n\x1a\n\x00\x00", "mine.yaml:3: must be text in UTF-8; it has a byte 0x00, as of a binary file"),
-        (b"\x1f\x8b\x08\x08", "mine.yaml:1: must be text in UTF-8; the byte 0x8b is not text"),
-        (b"title: a\x07b\n", "mine.yaml: not YAML: the character U+0007 is not allowed"),
         (b'title: a\ntext: "\\ud800"\n', "mine.yaml:2: not YAML: the character U+D800 is not allowed"),
-        (b'title: "\\e[31m"\n', "mine.yaml:1: not YAML: the character U+001B is not allowed"),
         (b'"a\\0b": 1\n', "mine.yaml:1: not YAML: the character U+0000 is not allowed"),
-        (b"<html></html>\n", f"mine.yaml: {KEYS}"),
         (b'{"coupon": {', "mine.yaml:1: not YAML: a list or a mapping is not closed"),
     ],
 )  # fmt: skip
@@ -42,38 +29,19 @@ def test_a_file_that_is_no_study_is_refused(written, text, told):
 ACCEPTED = [
     # (base, what is there, what is written instead, way to a value, the value it must have)
     ("coupon", "depth_mm: 10", "depth_mm: 1e1", ("coupon", "cell", "depth_mm"), 10.0),
-    ("coupon", "depth_mm: 10", "depth_mm: 1E+1", ("coupon", "cell", "depth_mm"), 10.0),
-    ("coupon", "depth_mm: 10", "depth_mm: +10", ("coupon", "cell", "depth_mm"), 10.0),
     ("coupon", "depth_mm: 10", "depth_mm: '10'", ("coupon", "cell", "depth_mm"), 10.0),
-    ("coupon", "depth_mm: 10", "depth_mm: 10.", ("coupon", "cell", "depth_mm"), 10.0),
-    ("coupon", "restitution: 0.8", "restitution: .8", ("coupon", "particles", "restitution"), 0.8),
-    ("coupon", "count: 2", "count: 2.0", ("coupon", "cell", "count"), 2),
     ("coupon", "count: 2", "count: !!int 2", ("coupon", "cell", "count"), 2),
     ("coupon", "coupon:\n", "title: 2024-01-31\ncoupon:\n", ("title",), "2024-01-31"),
-    ("coupon", "coupon:\n", "title: 1.50\ncoupon:\n", ("title",), "1.50"),
-    ("coupon", "coupon:\n", "title: on\ncoupon:\n", ("title",), "on"),
     ("coupon", "coupon:\n", "title: 'a: {b} # c'\ncoupon:\n", ("title",), "a: {b} # c"),
-    ("coupon", "coupon:\n", "title: größe 日本\ncoupon:\n", ("title",), "größe 日本"),
-    ("coupon", "coupon:\n", "title: >\n  folded\n  text\ncoupon:\n", ("title",), "folded text\n"),
     ("coupon", "coupon:\n", "name: 007\ncoupon:\n", ("name",), "007"),
-    ("coupon", "coupon:\n", "name: 2024\ncoupon:\n", ("name",), "2024"),
     ("coupon", "coupon:\n", "%YAML 1.2\n---\ncoupon:\n", ("name",), "mine"),
-    ("coupon", "coupon:\n", "x-cells: &c {count: 7, depth_mm: 12}\ncoupon:\n", ("coupon", "cell", "count"), 2),
     ("coupon", "  cell:\n    shape: hexagon\n    across_flats_mm: 6.35\n    depth_mm: 10\n    count: 2\n", "  cell: {<<: {count: 7, depth_mm: 12}, count: 3}\n", ("coupon", "cell", "count"), 3),
     ("coupon", "    friction: 0.3\n", "    friction: 0.3\n    <<: [{friction: 1, restitution: 0.5}, {restitution: 0.6}]\n", ("coupon", "particles", "friction"), 0.3),
     ("coupon", "accuracy:\n", "vary: {particles.shell_mm: [~, 0.2]}\n  accuracy:\n", ("coupon", "vary", "particles.shell_mm"), (None, 0.2)),
     ("thin", "damper_mass: true", "damper_mass: on", ("response", "damper_mass"), True),
-    ("thin", "damper_mass: true", "damper_mass: no", ("response", "damper_mass"), False),
     ("thin", "  patches:\n    PID-1:", "  patches:\n    7: &p\n      centre_m: [0.75, 0.5]\n      size_m: [0.3, 0.2]\n    PID-1:", ("panel", "patches", "7", "size_m"), (0.3, 0.2)),
     ("thin", "    PID-1:\n", "    on: &p\n      centre_m: [0.75, 0.5]\n      size_m: [0.3, 0.2]\n    PID-1:\n      <<: *p\n    PID-2:\n", ("panel", "patches", "PID-1", "size_m"), (0.3, 0.2)),
-    ("thin", "    centre: [0.7, 0.5]", "    ~: [0.7, 0.5]", ("panel", "points", "~"), (0.7, 0.5)),
     ("thin", "    centre: [0.7, 0.5]", "    031: [0.7, 0.5]", ("panel", "points", "031"), (0.7, 0.5)),
-    ("thin", "    centre: [0.7, 0.5]", "    1:30: [0.7, 0.5]", ("panel", "points", "1:30"), (0.7, 0.5)),
-    ("thin", "    centre: [0.7, 0.5]", "    {0/90}s: [0.7, 0.5]".replace("/", "-").replace("{0-90}s", "'{0-90}s'"), ("panel", "points", "{0-90}s"), (0.7, 0.5)),
-    ("thin", "outline_m: [1.5, 1.0]", "outline_m:\n  - 1.5\n  - 1", ("panel", "outline_m"), (1.5, 1.0)),
-    ("thin", "scenarios:\n  fill:\n    title: Effect of fill\n", "scenarios:\n  fill: &f\n    title: Effect of fill\n", ("scenarios", "fill", "patch"), "PID-1"),
-    ("thin", "sound:\n", "sound: &s\n", ("sound", "oaspl_db"), 150.0),
-    ("sandwich", "      slanted: {damper: foil}", "      slanted: {damper: foil}\n  more:\n    layout: {round: {damper: lab, fill_fraction: 0.5}}", ("scenarios", "more", "layout", "round", "fill_fraction"), 0.5),
 ]  # fmt: skip
 
 
@@ -95,8 +63,6 @@ def test_what_is_odd_and_right_is_read_as_it_is_meant(written, bases, change, ca
     lambda text: text.replace("\n", "\r\n").encode(),
     lambda text: text.replace("\n", "\r").encode(),
     lambda text: text.rstrip("\n").encode(),
-    lambda text: (text + "...\n").encode(),
-    lambda text: b"\n\n" + text.encode() + b"\n\n",
 ])  # fmt: skip
 def test_a_text_of_any_system_is_read(written, bases, encode):
     # red: decode("utf-8") in text_files.decoded
@@ -109,9 +75,7 @@ def test_a_text_of_any_system_is_read(written, bases, encode):
     ("my study.yaml", "my_study"),
     ("größe.yaml", "groe"),
     ("coupon.yaml", "coupon_study"),
-    ("verification.yaml", "verification_study"),
     ("$(touch x).yaml", "touch_x"),
-    ("-.yaml", "my_study"),
 ])  # fmt: skip
 def test_a_file_whose_name_cannot_be_that_of_the_study_is_told_what_to_do(
     written, bases, name, better

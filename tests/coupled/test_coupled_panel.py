@@ -31,7 +31,6 @@ def patch(overlap=None, parts=1, width=0.3, height=0.3):
 
 def test_motions_that_a_patch_hardly_feels_are_left_out():
     # eigenvalues of D of any size: those below 1e-8 of the largest
-    # red: value[-1] → value[-2]; 1e-8 * → 1e-8 /
     value = np.array([1e-12, 5e-9, 1e-3, 1.0])
     vector, _ = np.linalg.qr(np.random.default_rng(1).standard_normal((4, 4)))
     for size in (1e-4, 1.0, 1e4):
@@ -44,7 +43,6 @@ def test_motions_that_a_patch_hardly_feels_are_left_out():
 @pytest.mark.parametrize("frequency", [20.0, 150.0, 1000.0])
 def test_the_shared_area_is_the_double_integral_of_the_coherence(frequency):
     # by a plain sum over 30 × 30 points, each with itself as a disc of its area
-    # red: length / f → length * f
     width, height, length = 0.3, 0.2, 30.0
     place = middles(30, width, height)
     apart = np.hypot(*(place[:, None] - place[None]).transpose(2, 0, 1))
@@ -56,7 +54,6 @@ def test_the_shared_area_is_the_double_integral_of_the_coherence(frequency):
 
 
 def test_the_bare_panel_answers_by_its_receptances():
-    # red: shape.shape[1] → the number of motions
     modal = ModalBasis([60.0, 90.0, 200.0], [1.0, 2.0, 1.5], [0.02, 0.03, 0.01])
     root = np.random.default_rng(2).standard_normal((3, 3))
     frequency = np.linspace(40.0, 300.0, 50)

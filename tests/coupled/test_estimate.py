@@ -1,5 +1,6 @@
 """Records of a linear panel, drawn tone by tone, give back its impedance and its response."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -145,7 +146,6 @@ def noisy(coupled):
 @pytest.mark.slow
 def test_a_linear_panel_has_its_impedance_and_no_residual(coupled, quiet):
     # what is left leaks through Hann's window at 40 Hz, and is the chance of the records' motion
-    # red: PASSES = 1; `self._omega * motion` → `self.velocity` in impedance_sums
     z = quiet.patches[0].impedance
     damping = z.value.real
     assert damping == pytest.approx(np.full(len(CENTRE), damping.mean()), rel=0.01)
@@ -159,8 +159,35 @@ def test_a_linear_panel_has_its_impedance_and_no_residual(coupled, quiet):
     assert quiet.psd == pytest.approx(wanted, rel=0.03)
 
 
+def test_the_response_is_that_of_the_whole_panel(coupled, plate):
+    # the records are of a panel without air, the response has a full matrix of it; C_e follows the
+    # motion from one to the other
+    row = plate.shape(np.array([0.6]), np.array([0.3]))
+
+    def air(frequency):
+        omega = 2 * np.pi * frequency[:, None, None]
+        return (20j * omega - 0.2 * omega**2) * row.T @ row
+
+    whole = replace(coupled.panel, added=air)
+    record = drawn(coupled, 3, own=0.0)
+    found, same = estimated(coupled, record, whole=whole), estimated(coupled, record)
+    patch = found.patches[0]
+    full = coupled.stiffness(LINES)[:, :, None] * np.eye(plate.count) + air(LINES)
+    load = 2j * np.pi * LINES * patch.impedance(LINES)
+    full = full + load[:, None, None] * coupled.panel.patches[0].overlap
+    rows = coupled.panel.points @ np.linalg.inv(full)
+    wanted = (np.abs(rows @ coupled.root) ** 2).sum(axis=2)
+    assert found.linear_psd == pytest.approx(wanted, rel=1e-6)
+    assert found.residual == pytest.approx(same.residual, rel=1e-9)
+    # less motion, more damping
+    ratio = patch.impedance.value.real / same.patches[0].impedance.value.real
+    velocities = [mean_square(e.psd, 2)[0] for e in (found, same)]
+    assert np.all(ratio > 1.02)
+    assert velocities[0] < 0.95 * velocities[1]
+
+
 def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
-    # three errors, four of many; red: `part(carried.deviation)` left out; `(n - 1) / n` → 1 / n
+    # three errors, four of many
     patch, patch_quiet = noisy.patches[0], quiet.patches[0]
     apart = np.abs(patch.impedance.value.real - DAMPING) / patch.equivalent_damping_error
     assert apart.max() < 4
@@ -186,7 +213,6 @@ def test_with_own_force_all_is_within_its_errors(coupled, noisy, quiet):
 @pytest.mark.parametrize(("own", "size"), [(0.0, (0.6, 1.4)), (OWN, (0.4, 1.3))])
 def test_stated_errors_are_those_of_many_records(coupled, own, size):
     # 6 records know the ratio of scatter to error to 29 %
-    # red: LINES_PER_FREEDOM = 0.3; `z.deviated()` left out; `- by_cell` left out of impedance
     load = own * CELL_AREA * coupled.panel.patches[0].overlap
     wanted = np.log(mean_square(closed_form(coupled, coupled.panel.points, load)))
     scores = []
@@ -198,7 +224,6 @@ def test_stated_errors_are_those_of_many_records(coupled, own, size):
 
 def test_packings_that_differ_are_an_error(coupled, quiet):
     # C_e of eight cells that scatter by 40 %: their mean is known to 14 %, weighted by their motion
-    # red: impedances_of_fewer_cells left out of `jackknifed`, or of _patch_estimate
     packings = 1 + 0.4 * np.array([-1, 1, 1, -1, 1, -1, -1, 1]) * np.sqrt(7 / 8)
     found = estimated(coupled, drawn(coupled, 1, own=0.0, packings=packings))
     error = found.patches[0].equivalent_damping_error
@@ -208,7 +233,6 @@ def test_packings_that_differ_are_an_error(coupled, quiet):
 
 def test_own_force_that_cells_share_moves_the_whole_patch(coupled, plate):
     # that of eight cells of 0.01 m² as the truth has it over the whole: by Gauss' rule in both
-    # red: `c * self.parts` → `self.parts`; `own.length / f` → `own.length`
     share = 0.8
     records = [drawn(coupled, seed, coherence=share) for seed in (3, 8)]
     found = estimated(coupled, *records)
@@ -229,7 +253,6 @@ def test_own_force_that_cells_share_moves_the_whole_patch(coupled, plate):
 
 def test_damping_is_that_of_the_motion_that_the_panel_has(coupled, quiet):
     # C_e ∝ v^−0.75 through the records' motion, which the sound makes larger or smaller
-    # red: EXPONENT = 0.825 in at_motion; `+ EXPONENT * by_damping` → `- EXPONENT * by_damping`
     records = [drawn(coupled, seed, own=0.0, louder=1.6) for seed in (1, 2)]
     found = estimated(coupled, *records)
     squares = []
@@ -255,7 +278,7 @@ def test_damping_is_that_of_the_motion_that_the_panel_has(coupled, quiet):
 
 
 def test_the_bias_of_soft_contacts_is_part_of_every_error(coupled):
-    # of g rms, so twice of ln of its square; red: `(2 * bias)` → `bias`
+    # of g rms, so twice of ln of its square
     record = drawn(coupled, 4, seconds=2.0)
     without, found = (estimated(coupled, record, bias=bias) for bias in (0.0, 0.03))
     for name in ("log_error", "log_band_error", "log_psd_error"):
@@ -264,7 +287,7 @@ def test_the_bias_of_soft_contacts_is_part_of_every_error(coupled):
 
 
 def test_what_the_split_leaves_out_is_an_error(coupled):
-    # points that move 5 % more than the linear panel and its own force; red: `excess` left out
+    # points that move 5 % more than the linear panel and its own force
     record = drawn(coupled, 1, own=0.0, seconds=2.0)
     more = SettledRecord(**{**vars(record), "at_points": 1.05 * record.at_points})
     found = estimated(coupled, more)
@@ -274,7 +297,6 @@ def test_what_the_split_leaves_out_is_an_error(coupled):
 
 
 def test_two_patches_are_told_apart(plate):
-    # red: `[values[owner].T` → those of the other patch; `part = slices[patch]` of the first
     two = made(plate, [(0.3, 0.4), (0.4, 0.7)], [1200.0, 300.0])
     found = estimated(two, drawn(two, 1, own=0.0))
     for patch, damping in zip(found.patches, two.damping, strict=True):

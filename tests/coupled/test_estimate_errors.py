@@ -60,7 +60,6 @@ def same(one, other):
 
 
 def test_what_is_left_out_of_the_own_force_is_as_if_it_had_not_been_recorded():
-    # red: `segments > 0` → `<= 0`; `cells > 0` → `<= 0` or `> 1`
     fit = fitted()
     segments, cells = np.array([0, 1, 1, 0, 1, 1.0]), np.array([1, 1, 0, 1, 1, 0, 1, 1.0])
     few = _PatchFit(fit.patch, fit.sums, CENTRE, fit.force_sums[segments > 0], fit.lines[:4])
@@ -73,7 +72,6 @@ def test_what_is_left_out_of_the_own_force_is_as_if_it_had_not_been_recorded():
 
 def test_a_patch_feels_what_its_cells_share_by_its_area():
     # c A² of what all share, at any distance, and (1 − c) A A_cell of what each has for itself
-    # red: `cell_area *` → `/`; 1 − c → 1 + c; `shared +` → `-`
     force = OwnForce(np.array([5.0, 7.0]), np.array([0.002, 0.0]), 1e9)
     found = fitted().resultant(force)
     area = SIDE**2
@@ -83,7 +81,6 @@ def test_a_patch_feels_what_its_cells_share_by_its_area():
 
 def test_the_error_of_the_own_force_is_the_scatter_of_many_records():
     # one force of all cells, of 100 and 200 lines; 40 records know its scatter to 11 %
-    # red: np.sqrt left out of it
     values, stated = [], []
     for seed in range(40):
         fit = fitted(seed, segments=10, shared=True)
@@ -97,7 +94,7 @@ def test_the_error_of_the_own_force_is_the_scatter_of_many_records():
 
 
 def test_cells_that_differ_make_an_error_of_damping_and_of_mass():
-    # s/√n of each, with no other chance; red: 2π → 3π; np.imag → np.real
+    # s/√n of each, with no other chance
     turn = np.array([1, -1, 1, 1, -1, -1, 1, -1]) * np.sqrt(7 / 8)
     fit = fitted(own=0.0, damping=1 + 0.2 * turn, mass=1 + 0.3 * turn[::-1])
     z = fit.sums.impedance()
@@ -109,7 +106,7 @@ def test_cells_that_differ_make_an_error_of_damping_and_of_mass():
 
 
 def test_of_a_single_cell_the_deviations_are_the_error():
-    # 3-4-5 and 5-12-13; red: `by_cell` of no cell
+    # 3-4-5 and 5-12-13
     fit = fitted(cells=1)
     deviation = np.array([[3.0 + 5j, 4.0 - 12j], [6.0 + 10j, -8.0 + 24j]])
     z = BandImpedance(CENTRE, np.array([400.0 + 9j, 300.0 + 8j]), deviation)
@@ -121,7 +118,7 @@ def test_of_a_single_cell_the_deviations_are_the_error():
 @pytest.mark.parametrize("factor", [0.5, 3.0])
 def test_the_common_error_is_that_of_another_exponent(factor):
     # C_e ∝ v^−γ with γ = 0.75 ± 0.35: of the same two motions the factor is to the power of
-    # (0.75 ± 0.35)/0.75; red: abs left out; `* EXPONENT_ERROR` → `/`; 0.35 → 0.385
+    # (0.75 ± 0.35)/0.75
     fit = fitted(cells=1, segments=1)
     z = BandImpedance(CENTRE, np.ones(2) + 0j, np.zeros((2, 0)))
     found = _patch_estimate(fit, z, fit.own_force(), factor)
@@ -132,7 +129,6 @@ def test_the_common_error_is_that_of_another_exponent(factor):
 
 
 def test_each_is_left_out_in_turn_and_a_single_one_never():
-    # red: `count > 1` → `> 2` or `>= 1`
     assert _leave_one_out(2).tolist() == [[0, 1], [1, 0]]
     assert _leave_one_out(1).shape == (0, 1)
     assert not fitted(cells=1, segments=1).ratios(unit="segments")
@@ -141,7 +137,6 @@ def test_each_is_left_out_in_turn_and_a_single_one_never():
 def test_a_residual_within_its_scatter_is_no_excess():
     # recorded squares are four times what was predicted, with a scatter of 0.3 from segment to
     # segment: what is taken off the square of the residual is its variance over 600 records
-    # red: `- _jackknife_variance` → `+`; np.log left out of the parts
     rng = np.random.default_rng(1)
     predicted = np.exp(0.05 * rng.standard_normal((600, 8, 3)))
     recorded = 4.0 * predicted * (1 + 0.3 * rng.standard_normal((600, 8, 3)))

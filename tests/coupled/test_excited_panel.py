@@ -9,6 +9,7 @@ from pidpanel.coupled.scenario import CoupledScenario, SimulatedPatch
 from pidpanel.coupled.softening import RmsMotion, softened_modulus, softening_bias
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.damping.models import Damper, DampingValues, FilledDamper
+from pidpanel.damping_ratio import DampingRatio
 from pidpanel.study.coupon import Coupon
 
 STIFF = 3.3e9
@@ -45,11 +46,11 @@ def sine(place, m=1, n=1):
     return np.sin(m * np.pi * place[:, 0] / 1.5) * np.sin(n * np.pi * place[:, 1])
 
 
-def psds(excited):
+def psds(excited, twice_ratio=0.04):
     """Cross-PSDs (nf, n, n) of the coordinates of the bare panel."""
     basis = excited.basis
     omega, own = 2 * np.pi * LINES[:, None], 2 * np.pi * basis.natural_frequency
-    per_force = 1 / (basis.modal_mass * (own**2 - omega**2 + 0.04j * own * omega))
+    per_force = 1 / (basis.modal_mass * (own**2 - omega**2 + 1j * twice_ratio * own * omega))
     force = excited.excitation(LINES)[0] * (2.0 + LINES / 50)[:, None, None]
     return per_force[:, :, None] * force * per_force[:, None, :].conj()
 
@@ -61,7 +62,6 @@ def mean_square(excited, overlap, order):
 
 
 def test_modes_have_the_damping_ratio_of_the_panel(excited):
-    # red: frequency_range[1] → [0], which residual vectors would have
     wanted = 44.9332 * (1 / 1.5**2 + 1)
     assert excited.modal.natural_frequency[0] == pytest.approx(wanted, rel=1e-3)
     assert excited.modal.damping_ratio[:4].tolist() == [0.02] * 4
@@ -69,7 +69,7 @@ def test_modes_have_the_damping_ratio_of_the_panel(excited):
 
 
 def test_coarse_lines_give_rms_values_within_a_thousandth(excited):
-    # the lines of one g rms per lg f; red: LINES_PER_BANDWIDTH = 1
+    # the lines of one g rms per lg f
     def rms(f):
         own = excited.basis.natural_frequency[0]
         psd = f**4 / np.abs(own**2 - f**2 + 0.04j * own * f) ** 2
@@ -83,7 +83,6 @@ def test_coarse_lines_give_rms_values_within_a_thousandth(excited):
 
 def test_cells_stand_at_their_stations_and_stand_for_their_area(excited):
     # the first shapes are products of sines
-    # red: `* per_cell +` → `-`; cells // stations → *; stations.area / cells → *
     patch = excited.with_patches(scenario()).patches[0]
     assert patch.shape.shape[0] == len(patch.area) == len(patch.position) == 8
     assert patch.area.sum() == pytest.approx(0.8)
@@ -102,7 +101,6 @@ def test_cells_stand_at_their_stations_and_stand_for_their_area(excited):
 
 
 def test_the_level_of_a_scenario_multiplies_the_excitation(excited):
-    # red: `factor *` → `/`
     panel = excited.with_patches(scenario(factor=4.0))
     frequency = np.array([50.0, 100.0])
     wanted = 4.0 * np.array([3.0, 4.0])[:, None, None] * excited.excitation(frequency)
@@ -112,7 +110,6 @@ def test_the_level_of_a_scenario_multiplies_the_excitation(excited):
 
 def test_a_given_damper_has_the_motion_of_the_bare_patch(excited):
     # C_e = 10 Γ r f with Γ = √2 a_rms/g, the mean of the patch, which the modes' damping shows
-    # red: `2 * factor` → `3 *`; ω⁴ → ω⁵; `/ area` → `*`; sqrt left out; maximum → minimum
     damper = FilledDamper("pot", ByAcceleration(), 0.7)
     found = excited.with_patches(scenario(factor=3.0, dampers={"side": damper})).modal
     overlap = excited.basis.patch_overlap[1]
@@ -127,10 +124,37 @@ def test_a_given_damper_has_the_motion_of_the_bare_patch(excited):
     assert more[0] > 0.02 * modal.damping[0]
 
 
+def test_the_whole_panel_has_all_of_its_air_and_the_dampers_in_it(excited):
+    # air that doubles each modal mass, with which a patch moves less
+    mass = excited.modal.modal_mass
+
+    def air(frequency):
+        return -((2 * np.pi * frequency[:, None, None]) ** 2) * np.diag(mass) + 0j
+
+    wet, damper = replace(excited, air=air), FilledDamper("pot", ByAcceleration(), 0.7)
+    level = scenario(factor=3.0, dampers={"side": damper})
+    frequency = np.array([50.0, 120.0])
+    found = wet.whole(level).dynamic_stiffness(frequency)
+    heavy = replace(excited, basis=replace(excited.basis, modal_mass=2 * mass,
+        natural_frequency=excited.basis.natural_frequency / np.sqrt(2)))  # fmt: skip
+    # 2 ζ_i m_i ω_i of the bare panel, of a mass that is twice as large
+    ratio = DampingRatio((0.02 / np.sqrt(2),))
+    heavy = replace(heavy, settings=replace(excited.settings, damping_ratio=ratio))
+    overlap = excited.basis.patch_overlap[1]
+    square = np.trapezoid((2 * np.pi * LINES) ** 4 * np.einsum(
+        "fij,ij->f", psds(heavy, 0.04 / np.sqrt(2)), overlap).real, LINES) / (0.25 * 0.8)  # fmt: skip
+    gamma = np.sqrt(2 * 3.0 * square) / 9.80665
+    damping = 10 * gamma * 0.7 * frequency * 2j * np.pi * frequency
+    wanted = excited.modal.dynamic_stiffness(frequency)[:, :, None] * np.eye(len(mass))
+    wanted = wanted + air(frequency) + damping[:, None, None] * overlap
+    assert np.abs(found - wanted).max() < 2e-3 * np.abs(damping[:, None, None] * overlap).max()
+    (run,) = [wet.with_patches(level)]
+    assert run.added is None
+
+
 @pytest.mark.parametrize("share", [0.97, 1.03])
 def test_contacts_follow_the_rms_motion_of_the_stations(excited, share):
     # at a level where the bed just does not cross its gap, and where it does
-    # red: (2, 4) → (3, 4), (2, 5); sqrt left out; `@ patch.area / sum` → `*`; `or` → `and`
     patch = excited.with_patches(scenario()).patches[0]
     weight = patch.area / patch.area.sum()
     stations = (patch.shape * weight[:, None]).T @ patch.shape

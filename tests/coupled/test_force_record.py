@@ -25,7 +25,6 @@ def field(complex_valued):
 def test_drawn_forces_have_the_cross_psds_of_the_field(complex_valued):
     # 40000 tones in a narrow band, over which G is one: a cross-PSD is known to 1/200 of
     # √(G_ii G_jj), four errors allowed
-    # red: `before.T` twice in `draw_modal_force`; 2 left out of the amplitude
     modal_force = field(complex_valued)
     frequency = np.linspace(149.9, 150.1, 40001)
     nodes = np.array([140.0, 160.0])
@@ -48,7 +47,6 @@ def squares(matrix, frequency, nodes, seed=1):
 
 def test_a_tone_has_the_size_of_the_field_at_its_frequency():
     # √G of one shape is linear between nodes, at them exact and held beyond; sizes are not drawn
-    # red: `len(nodes) - 1` → + 1; np.clip(…, 2, …); np.clip(part, 0, 2)
     def matrix(frequency):
         return (1.0 + (frequency / 100.0) ** 3)[:, None, None]
 
@@ -60,7 +58,7 @@ def test_a_tone_has_the_size_of_the_field_at_its_frequency():
 
 
 def test_phases_have_no_preference():
-    # 4000 of them, whose mean is known to 1/√4000; red: `2j * np.pi *` → `2j * np.pi /`
+    # 4000 of them, whose mean is known to 1/√4000
     frequency = np.linspace(100.0, 200.0, 4000)
     _, drawn = squares(np.eye(1), frequency, np.array([100.0, 200.0]))
     turned = drawn[:, 0] / np.abs(drawn[:, 0])
@@ -78,7 +76,6 @@ class Columns(ModalForce):
 @pytest.mark.parametrize("columns", [1, 2])
 def test_a_field_with_few_columns_is_drawn_from_them(columns):
     # 40000 tones: a correlation is known to 1/200, and a phase at random has no mean
-    # red: 2 left out of the amplitude; `2j * np.pi *` → `2j * np.pi /`; one phase for all columns
     root = np.array([[2.0, 1.0 + 1j], [0.5, 1j], [0.0, 3.0]])[:, :columns]
     frequency = np.linspace(149.9, 150.1, 40001)
     excitation = Columns(lambda f: np.full(f.shape, 3.0), root)
@@ -94,7 +91,6 @@ def test_a_field_with_few_columns_is_drawn_from_them(columns):
 
 def test_what_is_below_zero_in_a_table_counts_as_none():
     # correlation 1.01 of two shapes: what is left is that along (1, 1), of half of 2.01 each
-    # red: maximum(value, 0) → minimum; sqrt left out; `size[:, None] *` → `/`
     size = np.array([2.0, 0.5])
     matrix = np.outer(size, size) * np.array([[1.0, 1.01], [1.01, 1.0]])
     found, drawn = squares(matrix, np.linspace(100.0, 110.0, 11), np.array([90.0, 120.0]))
@@ -103,7 +99,6 @@ def test_what_is_below_zero_in_a_table_counts_as_none():
 
 
 def test_nodes_are_close_where_waves_are_long_and_end_where_they_should():
-    # red: min → max in `force_nodes`
     nodes = force_nodes(30.0, 2000.0, 343.0, 1.8)
     assert (nodes[0], nodes[-1]) == (30.0, 2000.0)
     assert np.all(np.diff(nodes) > 0)
@@ -113,7 +108,6 @@ def test_nodes_are_close_where_waves_are_long_and_end_where_they_should():
 
 
 def test_samples_are_the_sum_of_the_tones():
-    # red: count / 2 → count in `samples`
     amplitude = np.array([[1.0 + 2j], [0.5 - 1j]])
     time = np.arange(64) / 64
     wanted = sum(
@@ -124,7 +118,6 @@ def test_samples_are_the_sum_of_the_tones():
 
 def test_a_tone_joined_linearly_keeps_its_size():
     # ten samples a period, joined by 50 steps each: its first harmonic is that of the tone
-    # red: 1/sinc² → 1
     time = np.arange(10) / 10
     rows = np.cos(2 * np.pi * time) * before_hold(np.array([1.0]), 0.1)[0]
     fine = np.arange(500) / 500

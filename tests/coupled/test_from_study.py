@@ -59,7 +59,6 @@ def stored(tmp_path):
 
 
 def test_the_table_of_points_has_rms_and_its_error(stored):
-    # red: `/ 2` left out of g_rms_error; STANDARD_GRAVITY² → 1; DECIBEL = 20 / ln 10
     table = estimate_tables("one", stored)["summary"]
     assert table["point"].tolist() == ["326", "7"]
     assert set(table["scenario"]) == {"one"}
@@ -74,7 +73,6 @@ def test_the_table_of_points_has_rms_and_its_error(stored):
 
 
 def test_the_tables_of_bands_and_lines_have_every_point(stored):
-    # red: `[:, p]` → `[:, 0]`; one of the columns exchanged
     bands = estimate_tables("one", stored)["third_octaves"].set_index("point")
     lines = estimate_tables("one", stored)["psd"].set_index("point")
     for name, psd, scale in (("326", 4.0, 1.0), ("7", 1.0, 2.0)):
@@ -91,7 +89,6 @@ def test_the_tables_of_bands_and_lines_have_every_point(stored):
 
 
 def test_the_table_of_patches_has_what_the_response_reads(stored):
-    # red: `value.imag` without ω; `stored.sel` of the first patch
     table = estimate_tables("one", stored)["impedance"].set_index("patch")
     assert table.groupby(level=0).size().to_dict() == {"P": BANDS, "Q": BANDS}
     for name, scale, area, mass, modulus in (("P", 1, 4e-5, 6.0, 50), ("Q", 2, 5e-5, 7.0, 200)):
@@ -118,7 +115,6 @@ def test_the_table_of_patches_has_what_the_response_reads(stored):
 
 
 def test_the_file_has_units_and_attributes(stored):
-    # red: units of apparent_mass left out; `**attributes` left out
     assert all("units" in stored[name].attrs for name in stored.data_vars)
     assert stored.attrs["study"] == "mine"
     assert stored["equivalent_damping"].dims == ("patch", "band")
@@ -134,8 +130,6 @@ def record():
 
 
 def test_a_record_comes_back_rounded_to_single_precision(tmp_path, record):
-    # red: `+ 1j *` → `- 1j *`; cells and points exchanged; impulse in single precision, whose
-    # differences from row to row then scatter
     path = tmp_path / "run1.nc"
     write_record(path, record, {IDENTITY: "abc", "moduli": [1.0, 2.0]})
     found = read_record(path, "abc")
@@ -148,7 +142,6 @@ def test_a_record_comes_back_rounded_to_single_precision(tmp_path, record):
 
 
 def test_a_record_of_another_run_is_none_and_one_that_cannot_be_read_is_named(tmp_path, record):
-    # red: the identity left out of read_record; what cannot be read taken for another run's
     path = tmp_path / "run1.nc"
     assert read_record(path, "abc") is None
     write_record(path, record, {IDENTITY: "abc"})

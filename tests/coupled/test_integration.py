@@ -7,7 +7,7 @@ import pytest
 
 from pidpanel.coupled.force_record import before_hold, samples
 from pidpanel.coupled.integration import Balance, Integration, Rows
-from pidpanel.coupled.linear import Receptances
+from pidpanel.coupled.linear import linear_motion
 from pidpanel.coupled.spectra import band_sums
 from pidpanel.solve.bands import third_octaves
 from pidpanel.solve.model import ModalBasis
@@ -27,8 +27,8 @@ def run(plate, particles, impedance, cell_area=None, intervals=INTERVALS, subste
     amplitude = rng.standard_normal(size) + 1j * rng.standard_normal(size)
     cells = plate.at_cells
     seen = np.concatenate([cells, plate.at_points, np.eye(plate.count)])
-    exact = Receptances(frequency, plate.stiffness, cells.T, seen).motion(
-        impedance(frequency), amplitude
+    exact = linear_motion(
+        frequency, plate.modal, None, cells.T, seen, impedance(frequency), amplitude
     )
     omega = 2j * np.pi * frequency[:, None]
     q = exact[:, len(cells) + 2 :]

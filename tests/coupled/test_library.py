@@ -65,8 +65,7 @@ def shaken(bed, folder, intervals, substeps, acceleration):
 
 
 def test_the_spheres_of_every_cell_feel_its_walls_its_motion_and_gravity(bed, tmp_path):
-    # to rounding; red: `- self._weight` left out; `kick[self._cell]` → `kick.mean()`;
-    # `atom_modify sort 0 0` left out of the deck
+    # to rounding
     found = shaken(bed, tmp_path, 3000, 1, 100.0)
     assert np.ptp(found.kicks) > 0.1 * np.abs(found.kicks).max()
     size = np.abs(found.walls).max() + np.abs(found.kicks).max()
@@ -75,7 +74,6 @@ def test_the_spheres_of_every_cell_feel_its_walls_its_motion_and_gravity(bed, tm
 
 
 def test_the_impulse_of_some_steps_is_that_of_the_walls_alone(bed, tmp_path):
-    # red: `substeps * self._time_step` → `self._time_step`; `before` taken ahead of the kick
     found = shaken(bed, tmp_path, 750, 4, 100.0)
     size = np.abs(found.impulse).max() + np.abs(found.kicks).max()
     assert found.gained == pytest.approx(
@@ -88,7 +86,6 @@ def test_the_impulse_of_some_steps_is_that_of_the_walls_alone(bed, tmp_path):
 @pytest.mark.parametrize("substeps", [1, 4])
 def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate, integrate, substeps):
     # 0.15 s after a blow; the weight of the bed alone does not move the panel by a tenth of it
-    # red: the sign of `kick`, with which the spheres are moved the other way
     def work(progress):
         from pidpanel.coupon.liggghts.library import load_library
 
@@ -120,7 +117,6 @@ def test_the_energy_of_panel_and_spheres_balances(bed, tmp_path, plate, integrat
 
 
 def test_an_error_of_liggghts_has_its_words(bed, tmp_path):
-    # red: os.dup2 left out of `pieces._work`; a library that is loaded in the caller aborts it
     found, beds = bed
     soft = replace(found, constants=replace(found.constants, poissons_ratio=7.0))
 
@@ -134,5 +130,4 @@ def test_an_error_of_liggghts_has_its_words(bed, tmp_path):
 
 
 def test_a_deck_becomes_commands():
-    # red: replace of " &\n" left out
     assert commands("fix a all &\n  b # c\n\nrun 0\n") == ["fix a all b", "run 0"]

@@ -22,7 +22,6 @@ def damper(overlap, damping, mass):
 
 
 def test_a_damper_on_the_whole_panel_lowers_all_frequencies_alike():
-    # red: `heavy` without the dampers; own = 1; C_e times the mass
     found = loaded_shapes(PANEL, EXTENT, damper(WHOLE, 30.0, 2.0))
     ratio = np.sqrt(PER_AREA / (PER_AREA + 2.0))
     np.testing.assert_allclose(found.modal.natural_frequency, NATURAL * ratio, rtol=1e-12)
@@ -33,7 +32,6 @@ def test_a_damper_on_the_whole_panel_lowers_all_frequencies_alike():
 
 
 def test_the_new_shapes_have_the_response_of_the_whole_matrices():
-    # red: vectors.T for vectors in `shape`
     row = np.array([0.8, -0.5, 0.3])
     overlap, heavy = 0.05 * np.outer(row, row), 8.0
     found = loaded_shapes(PANEL, EXTENT, damper(overlap, 0.0, heavy))
@@ -51,7 +49,6 @@ def test_the_new_shapes_have_the_response_of_the_whole_matrices():
 
 
 def test_the_mass_of_the_air_makes_new_shapes():
-    # red: the sign of the mass; the diagonal alone of `added` in `heavy`
     mass = 0.5 * (np.eye(3) + 0.4)
 
     def air(frequency):
@@ -66,7 +63,6 @@ def test_the_mass_of_the_air_makes_new_shapes():
 
 
 def test_the_air_adds_the_diagonal_of_its_resistance():
-    # red: omega left out of the resistance
     def air(frequency):
         return 1j * (2 * np.pi * frequency)[:, None, None] * 7.0 * (np.eye(3) + 0.1)
 
@@ -76,7 +72,7 @@ def test_the_air_adds_the_diagonal_of_its_resistance():
 
 
 def test_the_air_is_that_at_the_frequency_of_each_shape():
-    # held beyond the range; red: np.log left out of the nodes or the natural frequencies
+    # held beyond the range
     modal = ModalBasis([10.0, 50.0, 120.0, 3000.0], np.ones(4), 0.01)
 
     def resistance(frequency):
@@ -91,7 +87,7 @@ def test_the_air_is_that_at_the_frequency_of_each_shape():
 
 
 def test_a_slow_oscillator_has_its_damping():
-    # 0.1 Hz, below a radian per second; red: `omega > 0` → `omega > 1`
+    # 0.1 Hz, below a radian per second
     slow = ModalBasis([0.1, 100.0], [4.0, 1.0], 0.01)
     found = loaded_shapes(slow, EXTENT, damper(np.diag([1.0, 0.2]), 5.0, 0.0)).modal
     c = 2 * found.damping_ratio * found.angular_frequency
@@ -100,7 +96,6 @@ def test_a_slow_oscillator_has_its_damping():
 
 
 def test_a_panel_that_is_free_keeps_its_motion_as_a_rigid_body():
-    # red: `where=omega > 0` left out
     free = ModalBasis([0.0, 100.0], [4.0, 1.0], 0.01)
     found = loaded_shapes(free, EXTENT, damper(np.diag([1.0, 0.2]), 5.0, 1.0)).modal
     assert found.natural_frequency[0] == pytest.approx(0.0, abs=1e-4)
@@ -109,7 +104,7 @@ def test_a_panel_that_is_free_keeps_its_motion_as_a_rigid_body():
 
 @pytest.mark.parametrize("power", [-1.5, 1.0])
 def test_a_shape_has_the_resonance_of_the_mass_that_changes_with_frequency(power):
-    # one oscillator, whose exact response is known; red: `at_modes(masses, 1) / 2` left out; ROUNDS = 1
+    # one oscillator, whose exact response is known
     modal, frequency = ModalBasis([100.0], [2.0], 0.01), np.linspace(60.0, 110.0, 4000)
 
     def air(frequency):
@@ -129,7 +124,7 @@ def test_a_shape_has_the_resonance_of_the_mass_that_changes_with_frequency(power
 
 
 def test_the_mass_of_a_shape_stays_positive():
-    # before a close wall the mass falls by more than itself; red: LEAST_INERTIA = 0
+    # before a close wall the mass falls by more than itself
     def air(frequency):
         omega = 2 * np.pi * frequency
         return (-(omega**2) * np.interp(frequency, [90, 130], [1.5, -0.5]))[:, None, None] + 0j

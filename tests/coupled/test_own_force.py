@@ -39,8 +39,6 @@ def fitted(frequency, own, place):
 def test_coherence_length_and_psd_come_back(length):
     # of 3000 lines a correlation scatters by 1/√6000 = 1.3 %, that of 120 pairs less; PSDs of 16
     # cells by 1/√3000 to that over √16; steps of λ are 8 %
-    # red: `* centre[None, :, None]` → `* 100`; `length` of the prior alone; `/ norm` left out;
-    # `max(used.sum(), 1)` → 1; `.conj()` left out of the sums
     coherence, psd = np.array([0.9, 0.6, 0.3]), np.array([2.0, 5.0, 0.5])
     found = fitted(*drawn(1, PLACE, coherence, length, psd), PLACE)
     assert found.length == pytest.approx(length, rel=0.15)
@@ -49,7 +47,6 @@ def test_coherence_length_and_psd_come_back(length):
 
 
 def test_impacts_that_have_nothing_to_do_with_each_other_have_no_coherence():
-    # red: np.clip left out, with which chance makes some negative
     for seed in range(2, 8):
         found = fitted(*drawn(seed, PLACE, np.zeros(3), 30.0), PLACE)
         assert np.all(found.coherence >= 0)
@@ -57,7 +54,6 @@ def test_impacts_that_have_nothing_to_do_with_each_other_have_no_coherence():
 
 
 def test_of_cells_at_one_place_the_length_is_the_usual_one():
-    # red: the prior left out, after which it is the shortest
     place = np.zeros((4, 2))
     found = fitted(*drawn(3, place, np.array([0.9, 0.6, 0.3]), 100.0), place)
     assert found.coherence == pytest.approx([0.9, 0.6, 0.3], abs=0.05)
@@ -65,7 +61,6 @@ def test_of_cells_at_one_place_the_length_is_the_usual_one():
 
 
 def test_a_single_cell_has_a_psd_and_no_coherence():
-    # red: the branch left out
     found = fitted(*drawn(4, PLACE[:1], np.zeros(3), 30.0, (2.0, 5.0, 0.5)), PLACE[:1])
     assert found.psd == pytest.approx([2.0, 5.0, 0.5], rel=0.1)
     assert found.coherence.tolist() == [0.0, 0.0, 0.0]
@@ -74,14 +69,12 @@ def test_a_single_cell_has_a_psd_and_no_coherence():
 
 def test_two_cells_that_feel_one_force_have_the_coherence_one():
     # of a single line, with λ at about the usual one, at which two cells would have less
-    # red: np.clip(…, 1.1)
     found = fitted_own_force(np.ones((3, 2, 2)), np.ones(3), CENTRE, 0.1 * (1 - np.eye(2)))
     assert 30 < found.length < 80
     assert found.coherence.tolist() == [1.0, 1.0, 1.0]
 
 
 def test_a_cell_that_is_louder_changes_the_psd_alone():
-    # red: `power[:, upper[0]] * power[:, upper[1]]` → its square
     gain = np.linspace(0.2, 3.0, len(PLACE))
     frequency, own = drawn(5, PLACE, np.array([0.9, 0.6, 0.3]), 30.0)
     one, other = (fitted(frequency, scale * own, PLACE) for scale in (1.0, gain))

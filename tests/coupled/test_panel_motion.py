@@ -20,7 +20,6 @@ def moved(omega, ratio, q, speed, steps):
     ("omega", "ratio"), [(30.0, 0.01), (5000.0, 0.3), (200.0, 2.5), (80.0, 1.0)]
 )
 def test_a_shape_moves_as_the_closed_form(omega, ratio):
-    # red: −2 ζ ω → −ζ ω; other (q̇, q) → other (q, q̇)
     time, q, speed = 25 * STEP, 0.3, -4.0
     root = np.sqrt(complex(ratio**2 - 1)) * omega
     if ratio == 1.0:
@@ -33,12 +32,10 @@ def test_a_shape_moves_as_the_closed_form(omega, ratio):
 
 
 def test_a_rigid_body_keeps_its_speed():
-    # red: [1, 1/Δt] → [1, 1] in the scale
     assert moved(0.0, 0.0, 1.0, 2.0, 500) == pytest.approx([2.0, 2.0], rel=1e-12)
 
 
 def test_energy_is_kept_without_damping_and_is_that_of_its_parts():
-    # red: ω² q² → ω q² in `energy`
     mass, omega = np.array([2.0]), np.array([40.0])
     before = energy(mass, omega, np.array([[0.1], [3.0]]))
     assert before == pytest.approx(0.5 * 2 * (9 + 16), rel=1e-14)
@@ -48,7 +45,6 @@ def test_energy_is_kept_without_damping_and_is_that_of_its_parts():
 
 def test_a_free_shape_comes_back_to_its_place_after_a_period():
     # impulse by impulse, of forces that are linear between rows; their sum need not be zero
-    # red: `force[:-1]` and `force[1:]` exchanged; `/ mass` → `*`; `interval *` → `/`
     rng = np.random.default_rng(1)
     force = rng.standard_normal((13, 2))
     force[-1] = force[0]

@@ -62,7 +62,6 @@ def stopped(run, folder, monkeypatch, after):
 
 
 def test_a_stopped_run_goes_on_to_the_same_bits(run, tmp_path, monkeypatch, capsys):
-    # red: forces not restored; `read_restart` of the start; `total` begun anew in `advance`
     undisturbed = run(tmp_path / "one")
     # the spheres have hit the walls in every piece
     pushed = np.diff(undisturbed.impulse, axis=0).reshape(-1, 8)
@@ -74,7 +73,6 @@ def test_a_stopped_run_goes_on_to_the_same_bits(run, tmp_path, monkeypatch, caps
     assert again.balance == undisturbed.balance
     assert len(list((tmp_path / "two").glob("*.restart"))) == 1
     # and as in one piece, until LIGGGHTS sorts its neighbours anew and sums in another order
-    # red: torques not restored (1e-5 within four rows)
     monkeypatch.setattr(pieces, "PIECE_S", 1000.0)
     smooth = run(tmp_path / "smooth")
     given = np.diff([undisturbed.impulse, smooth.impulse], axis=1)
@@ -84,7 +82,6 @@ def test_a_stopped_run_goes_on_to_the_same_bits(run, tmp_path, monkeypatch, caps
 
 
 def test_a_damaged_checkpoint_is_not_believed(run, tmp_path, monkeypatch, capsys):
-    # red: the hash of the restart not looked at: LIGGGHTS hangs in it, or goes another way
     folder = tmp_path / "run"
     stopped(run, folder, monkeypatch, 1)
     restart, state = *folder.glob("*.restart"), folder / FILE
@@ -102,7 +99,6 @@ def test_a_damaged_checkpoint_is_not_believed(run, tmp_path, monkeypatch, capsys
 
 
 def test_other_bits_of_a_run_need_another_integration_version(run, tmp_path):
-    # red: MODULUS changed by 1e-6; if integration changes, give it the next number and new values
     row = 100
     record = run(tmp_path)
     impulse = record.impulse[row]

@@ -11,7 +11,6 @@ from pidpanel.coupon.liggghts.failures import EnergyNotClosed, RunStopped
 
 
 def test_a_child_returns_what_it_found_and_tells_how_far_it_is():
-    # red: `progress(value)` left out of `in_child`
     said = []
 
     def work(progress):
@@ -23,7 +22,7 @@ def test_a_child_returns_what_it_found_and_tells_how_far_it_is():
 
 
 def test_an_abort_is_a_failure_with_the_last_words():
-    # as LIGGGHTS does on an error; red: os.dup2 of 2 left out
+    # as LIGGGHTS does on an error
     def work(progress):
         os.write(1, b"all is well\n")
         os.write(2, b"ERROR: Atom lost (./src/domain.cpp:12)\n")
@@ -34,7 +33,6 @@ def test_an_abort_is_a_failure_with_the_last_words():
 
 
 def test_a_named_failure_comes_through():
-    # red: `except Exception` left out of `_work`
     def work(progress):
         raise EnergyNotClosed("half is missing")
 
@@ -43,7 +41,6 @@ def test_a_named_failure_comes_through():
 
 
 def test_silence_ends_a_child():
-    # red: here.poll(None)
     def work(progress):
         time.sleep(60)
 
@@ -53,7 +50,7 @@ def test_silence_ends_a_child():
 
 @pytest.mark.slow
 def test_cpu_time_ends_a_child_and_wall_time_does_not():
-    # a second of the one and of the other; red: setrlimit left out; SIGXCPU not looked for
+    # a second of the one and of the other
     def idle(progress):
         for share in np.linspace(0, 1, 8):
             time.sleep(0.2)

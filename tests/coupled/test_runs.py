@@ -28,7 +28,6 @@ def study(tmp_path):
 
 
 def test_every_filled_scenario_has_its_runs_and_every_patch_its_bed(study):
-    # red: bare scenarios not left out; one seed for all beds
     found = coupled_scenarios(
         study(
             {
@@ -52,7 +51,6 @@ def test_every_filled_scenario_has_its_runs_and_every_patch_its_bed(study):
 
 def test_the_cost_is_that_of_a_run_that_was_measured(study):
     # 752 spheres, 240000 steps at 50 MPa: 35 to 50 CPU-seconds
-    # red: settle_s left out; 1e6 left out of the modulus
     scenarios = {"level": {"patch": "PID-1", "fill_fraction": 0.5, "oaspl_db": [136.7]}}
     soft = estimated_cpu_seconds(study(scenarios, youngs_modulus_mpa=50))
     assert 25 < soft < 60
@@ -62,7 +60,6 @@ def test_the_cost_is_that_of_a_run_that_was_measured(study):
 
 
 def test_spheres_belong_to_the_nearest_cell():
-    # red: axis=1
     centres = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     position = np.array([[0.1, 0.9], [0.8, 0.1], [-0.2, 0.0]])
     assert cell_of(position, centres).tolist() == [2, 1, 0]

@@ -66,7 +66,7 @@ def runs(excited, tmp_path):
 
 
 def test_tones_fill_the_range_with_a_common_period(runs):
-    # k/period from 20.2 to 75.6 Hz periods; red: floor of the first, `+ 1` → `+ 2` of the last
+    # k/period from 20.2 to 75.6 Hz periods
     drawn = runs.drawn(1)
     number = drawn.frequency * DURATION
     assert number == pytest.approx(np.arange(21, 76))
@@ -75,7 +75,6 @@ def test_tones_fill_the_range_with_a_common_period(runs):
 
 def test_the_forces_are_those_of_the_tones_and_repeat(runs):
     # joined linearly: over a period from row `settled` on their harmonics are the amplitudes
-    # red: before_hold left out; `-settled` → `settled`; `% rows` → `* rows`
     drawn = runs.drawn(1)
     run = drawn.integration
     assert run.force[: SETTLED + 1] == pytest.approx(run.force[ROWS:], abs=1e-9)
@@ -91,7 +90,6 @@ def test_the_forces_are_those_of_the_tones_and_repeat(runs):
 
 def test_a_run_starts_in_the_motion_of_the_bare_panel(runs):
     # Re Σ X e^{iωt}/Z₀ at the first row, its slope by differences
-    # red: any change of `turned`; 2π → 2/π; real → imag
     drawn = runs.drawn(1)
     modal = runs.panel.modal
     omega, own = 2 * np.pi * drawn.frequency[:, None], 2 * np.pi * modal.natural_frequency
@@ -121,7 +119,6 @@ class Nothing:
 
 def test_a_table_that_nothing_holds_is_where_it_was_after_a_period(runs):
     # as are all other shapes, but for the steps of the integration
-    # red: `: rows + 1` → `: rows - 1`; `<` → `>=`; start[1] → start[0]
     excited = runs.excited
     inertia = inertia_of(excited.basis, excited.plate, excited.vectors, 6.0)
     moved = replace(
@@ -144,7 +141,6 @@ def test_a_table_that_nothing_holds_is_where_it_was_after_a_period(runs):
 
 
 def test_every_run_has_beds_and_forces_of_its_own(runs):
-    # red: `number - 1` → `number - 2`; one seed for all
     first, second = runs.drawn(1), runs.drawn(2)
     for number, drawn in ((0, first), (1, second)):
         labels = [patch.beds[number].label for patch in runs.scenario.patches]
@@ -157,7 +153,7 @@ def test_every_run_has_beds_and_forces_of_its_own(runs):
 
 
 def test_what_the_beds_weigh(runs):
-    # on hexagons of 6.35 mm across flats; red: `number - 1` → `number - 2`
+    # on hexagons of 6.35 mm across flats
     area = np.sqrt(3) / 2 * 6.35e-3**2
     for number in (1, 2):
         counts = np.array([3, 20]) + number - 1
@@ -166,7 +162,6 @@ def test_what_the_beds_weigh(runs):
 
 
 def test_the_bias_is_the_largest_of_all_patches(runs):
-    # red: max → min
     biases = [soft.bias for soft in runs.softened]
     assert biases[0] != biases[1]
     assert runs.bias == max(biases)
@@ -191,7 +186,6 @@ def finished(runs, missing):
 
 
 def test_a_run_that_is_through_is_recorded_with_its_shares(runs):
-    # red: `particles / excitation` → `*`; checkpoints kept; the stored record not read
     rows = finished(runs, 0.0095)
     found = runs.record(1)
     assert found.at_points == pytest.approx(rows.at_points, rel=1e-6)
@@ -211,13 +205,13 @@ def test_a_run_that_is_through_is_recorded_with_its_shares(runs):
 
 @pytest.mark.parametrize("missing", [0.0105, -0.0105, np.nan])
 def test_a_run_that_loses_energy_is_refused(runs, missing):
-    # more than a hundredth; red: BALANCE_LIMIT = 0.011; abs left out; `not … <=` → `>`
+    # more than a hundredth
     finished(runs, missing)
     with pytest.raises(EnergyNotClosed, match="allowed is 1 %"):
         runs.record(1)
 
 
 def test_an_interval_is_a_whole_number_of_steps_that_fit():
-    # of 1.5 and 2.5 of the longest steps: one and two; red: max(1, …) → max(2, …); `steps *` → `/`
+    # of 1.5 and 2.5 of the longest steps: one and two
     assert _steps(50e-6, 8e-6 / 1.5, 8e-6) == (10, 1)
     assert _steps(50e-6, 3.2e-6, 8e-6) == (8, 2)

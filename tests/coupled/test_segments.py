@@ -22,7 +22,7 @@ def record(lowest, interval, rows, settled=0, spacing=1.0):
 
 @pytest.mark.parametrize("settled", [0, 150])
 def test_a_short_record_has_two_segments_side_by_side(settled):
-    # of the differences of its rows, one fewer; red: `- settled` → `+`; `- 1` → `- 2`, `+ 1`
+    # of the differences of its rows, one fewer
     assert record(40.0, 1e-3, settled + 401, settled).segment == 200
     assert record(40.0, 1e-3, settled + 402, settled).segment == 200
     assert record(40.0, 1e-3, settled + 403, settled).segment == 201

@@ -46,7 +46,6 @@ def contact_time(modulus, velocity):
 
 
 def test_a_sine_has_its_stroke():
-    # red: √2 left out
     amplitude, omega = 1e-4, 2 * np.pi * 130
     rms = RmsMotion(amplitude * omega / np.sqrt(2), amplitude * omega**2 / np.sqrt(2))
     assert rms.stroke == pytest.approx(amplitude)
@@ -54,7 +53,6 @@ def test_a_sine_has_its_stroke():
 
 @pytest.mark.parametrize("velocity", [0.02, 0.1, 0.3])
 def test_a_bed_that_rides_is_late_by_the_contact_time_of_its_layers(velocity):
-    # red: `layers *` left out; the material's own time not taken off
     for modulus in CHOICES[:2]:
         late = contact_time(modulus, velocity) - contact_time(OWN, velocity)
         wanted = PER_LAYER * LAYERS * late * 9.80665 / velocity
@@ -63,7 +61,7 @@ def test_a_bed_that_rides_is_late_by_the_contact_time_of_its_layers(velocity):
 
 
 def test_a_bed_that_crosses_is_shorter_by_its_overlaps():
-    # 2.94 δ/v is the contact time; red: FASTEST * → 1 * ; `motion.stroke >=` → `<`
+    # 2.94 δ/v is the contact time
     fast = motion(2.0, frequency=100.0)
     apart = [
         contact_time(modulus, FASTEST * 2.0) * FASTEST * 2.0 / 2.943 for modulus in (50e6, OWN)
@@ -76,7 +74,6 @@ def test_a_bed_that_crosses_is_shorter_by_its_overlaps():
 
 @pytest.mark.parametrize(("velocity", "frequency"), [(0.1, 300.0), (2.0, 100.0)])
 def test_a_stiffer_contact_is_never_worse_and_the_own_one_has_no_bias(velocity, frequency):
-    # red: `max(…, 0.0)` left out (negative above the own modulus)
     biases = [softening_bias(OWN, BED, motion(velocity, frequency), m) for m in CHOICES]
     assert all(softer >= stiffer for softer, stiffer in pairwise(biases))
     assert biases[0] > biases[1] > 0
@@ -85,7 +82,7 @@ def test_a_stiffer_contact_is_never_worse_and_the_own_one_has_no_bias(velocity, 
 
 
 def test_a_louder_motion_allows_softer_contacts():
-    # until beds cross; red: `<= LARGEST_BIAS` → `>=`; CHOICES from the stiffest on
+    # until beds cross
     speeds = np.geomspace(0.005, 1.0, 30)
     moduli = [softened_modulus(OWN, BED, motion(speed, 1000.0)) for speed in speeds]
     assert all(slow >= fast for slow, fast in pairwise(moduli))
@@ -96,20 +93,19 @@ def test_a_louder_motion_allows_softer_contacts():
 
 
 def test_each_choice_takes_half_the_steps_of_the_next():
-    # the Rayleigh time goes as 1/√E; red: any of CHOICES 10 % off
+    # the Rayleigh time goes as 1/√E
     rayleigh = 1 / np.sqrt(CHOICES)
     assert rayleigh / rayleigh[0] == pytest.approx(0.5 ** np.arange(6), rel=1e-9)
     assert CHOICES[0] == 50e6
 
 
 def test_where_none_is_allowed_the_modulus_is_that_of_the_material():
-    # and a choice above that of the material is none; red: `modulus < own and` left out
+    # and a choice above that of the material is none
     assert softened_modulus(3.1e9, BED, motion(1e-4)) == 3.1e9
     assert softened_modulus(60e6, BED, motion(1e-3)) == 60e6
 
 
 def test_the_usual_modulus_is_never_above_that_of_the_material():
-    # red: min left out
     assert usual_modulus(60e6, DENSITY) == 60e6
     assert usual_modulus(OWN, DENSITY) == pytest.approx(400e6, rel=0.01)
     # heavier spheres stay longer in contact

@@ -13,13 +13,11 @@ EDGE = np.array([[50.0, 100.0], [100.0, 200.0]])
 
 
 def test_a_line_at_an_edge_counts_once():
-    # red: side="right" in `band_sums`
     frequency = np.array([50.0, 75.0, 100.0, 150.0])
     assert band_sums(frequency, np.ones((4, 1)), EDGE).ravel().tolist() == [2.0, 2.0]
 
 
 def test_bands_are_summed_along_any_axis():
-    # red: `np.moveaxis(sums, 0, axis)` → `sums`
     rng = np.random.default_rng(1)
     frequency = np.linspace(40, 210, 60)
     values = rng.standard_normal((3, 60, 2)) + 1j * rng.standard_normal((3, 60, 2))
@@ -30,7 +28,7 @@ def test_bands_are_summed_along_any_axis():
 
 def test_white_noise_has_its_level_in_every_segment_and_band():
     # 199 segments, half of them as good as independent, of 360 lines with a standard deviation of 1
-    # each: 0.5 % with Hann's window; red: 2 → 1 in the scale; no window in it
+    # each: 0.5 % with Hann's window
     rows = 3.0 * np.random.default_rng(5).standard_normal((100000, 1))
     interval = 1e-3
     found = segment_spectra(rows, interval, 1000, (100.0, 460.0))
@@ -44,7 +42,7 @@ def test_white_noise_has_its_level_in_every_segment_and_band():
 
 
 def test_segments_overlap_by_half_and_cover_the_record():
-    # a blow is seen by the two segments that contain it; red: `rows // length` without 2
+    # a blow is seen by the two segments that contain it
     rows = np.zeros((1000, 1))
     rows[310] = 1.0
     found = segment_spectra(rows, 1e-3, 100, (10.0, 500.0))
@@ -55,7 +53,6 @@ def test_segments_overlap_by_half_and_cover_the_record():
 
 def test_the_first_and_the_last_row_are_seen():
     # of two segments, of one that is the whole record, and of many
-    # red: linspace(0, …) → linspace(1, …); `2 * len(rows)` → `len(rows)`
     for rows, segments in ((100, 1), (150, 2), (1000, 19)):
         for blow, segment in ((0, 0), (rows - 1, segments - 1)):
             record = np.zeros((rows, 1))
@@ -67,7 +64,6 @@ def test_the_first_and_the_last_row_are_seen():
 
 
 def test_a_tone_has_its_mean_square():
-    # red: window @ window → window.sum(); `part - part.mean(axis=0)` → `part`
     interval, time = 1e-3, np.arange(4000) * 1e-3
     rows = (5.0 + 2.0 * np.cos(2 * np.pi * 123.37 * time + 0.4))[:, None]
     found = segment_spectra(rows, interval, 800, (1.0, 500.0))
@@ -78,7 +74,6 @@ def test_a_tone_has_its_mean_square():
 
 def test_a_force_comes_back_from_its_impulse_with_its_phase():
     # the lines beside the tone turn with their own frequency: 5 Hz × π/2 × 0.5 ms = 0.4 %
-    # red: `np.exp(-1j` → `np.exp(1j`; `/ np.sinc(delay)` left out (8 % at 450 Hz)
     interval, omega = 5e-4, 2 * np.pi * 450.0
     time = np.arange(2001) * interval
     pressure = 3.0 * np.cos(omega * time)

@@ -24,7 +24,6 @@ OUTLINES = {
 @pytest.mark.parametrize("outline", OUTLINES)
 @pytest.mark.parametrize("count", [1, 5, 16])
 def test_every_station_stands_for_the_same_area_and_all_for_the_patch(outline, count):
-    # red: `first = 1` in `_parts`, with which areas come out as halves, quarters, eighths
     position, weight = grid(OUTLINES[outline])
     found = stations_of(position, weight, count)
     assert found.area.sum() == pytest.approx(weight.sum(), rel=1e-12)
@@ -36,7 +35,6 @@ def test_every_station_stands_for_the_same_area_and_all_for_the_patch(outline, c
 @pytest.mark.parametrize("outline", OUTLINES)
 def test_a_sum_over_stations_is_the_integral_over_the_patch(outline):
     # the midpoint rule errs by (2κh)²/24 of what oscillates, 5 % for half a wave in four parts
-    # red: the first point of a part in place of the nearest to its middle (19 % for the square)
     position, weight = grid(OUTLINES[outline])
     found = stations_of(position, weight, 16)
     wave = np.sin(np.pi * position[:, 0]) * np.cos(2 * position[:, 1])
@@ -45,7 +43,6 @@ def test_a_sum_over_stations_is_the_integral_over_the_patch(outline):
 
 
 def test_more_stations_than_points_are_refused():
-    # red: the check left out, after which the error is that of an empty slice
     with pytest.raises(ValueError, match="5 stations of a patch with 4 points"):
         stations_of(np.zeros((4, 2)), np.ones(4), 5)
 
@@ -55,7 +52,6 @@ def test_more_stations_than_points_are_refused():
 def test_stations_do_not_depend_on_the_size_of_a_patch_or_on_its_last_digits(size, shape):
     # columns that differ by 2e-10, of which some are cut; a square that is longer in y by 2e-7 is
     # cut across x as others are; weights tell which points a part has
-    # red: `/ size` → `* size`; extent.max() → extent.min(); 9 → 10, 6 → 7 digits
     rng = np.random.default_rng(1)
     place = np.array([(a, b) for a in np.arange(5) / 4 for b in np.arange(5) / 4])
     weight = 1 + 0.1 * rng.random(25)
@@ -67,7 +63,6 @@ def test_stations_do_not_depend_on_the_size_of_a_patch_or_on_its_last_digits(siz
 
 
 def test_a_heavy_point_leaves_points_for_all_stations():
-    # red: `len(part) - (count - first)` → `+`; `count - first` → `count + first`
     place = np.stack([np.arange(5.0), np.zeros(5)], axis=1)
     found = stations_of(place, np.array([1.0, 1.0, 1.0, 1.0, 100.0]), 4)
     assert len(set(found.point.tolist())) == 4

@@ -34,7 +34,6 @@ def table(*, rows=({},), **coupon):
 
 
 def test_a_row_has_the_groups_and_the_dimensionless_results():
-    # red: m″ without ω in the scale of the states
     (row,) = table().to_dict("records")
     assert (row["width_per_diameter"], row["depth_per_diameter"]) == (3.175, 12.5)
     assert row["stroke_per_gap"] == pytest.approx(20 * 9.80665 / (200 * math.pi) ** 2 / 12.5e-3)
@@ -65,13 +64,11 @@ def test_cases_that_failed_are_left_out():
     [(1, [0, 0, -1], "flat"), (1, [3, 0, 0], "upright"), (1, [0, 1, 0], "upright"), (0, [0, 0, -1], "none")],
 )  # fmt: skip
 def test_gravity_has_its_name(gravity, direction, name):
-    # red: the direction compared with that of the study, which is no unit vector
     (row,) = table(gravity_g=gravity, gravity_direction=direction).to_dict("records")
     assert row["direction"] == name
 
 
 def test_walls_of_glass_that_is_not_softened_are_those_of_the_particles():
-    # red: the modulus times itself over itself, which rounding leaves beside it
     glass = {"youngs_modulus_mpa": 65_000, "poissons_ratio": 0.22}
     sweep = {**SWEEP, "frequency_hz": [6000]}
     (row,) = table(sweep=sweep, particles=glass).to_dict("records")

@@ -214,7 +214,6 @@ def hertz(relative_radius, depth, modulus=MODULUS):
 def test_a_sphere_that_a_wall_stops_trades_its_kinetic_energy_for_elastic(offset, pressed):
     # ½ m v² = (8/15) E* √R δ^(5/2) (Johnson, Contact Mechanics, eq. 11.22), with the modulus of
     # the wall, wherever that lies
-    # red: 2 / 5 * hertz * depth → 3 / 5 in `contact_losses`; radius + offset → radius - offset
     radius, mass, speed, modulus = 1e-3, 5e-6, 0.2, 2 * MODULUS
     depth = (15 * mass * speed**2 / (16 * modulus * np.sqrt(radius))) ** 0.4
     place, velocity = np.zeros((3, 1, 3)), np.zeros((3, 1, 3))
@@ -234,7 +233,6 @@ def test_a_sphere_that_a_wall_stops_trades_its_kinetic_energy_for_elastic(offset
 
 def test_two_spheres_that_have_stopped_each_other_hold_theirs():
     # unequal spheres, R* = R₁R₂/(R₁+R₂), speeds so that both stop at once
-    # red: r1 * r2 / (r1 + r2) → r1 * r2 / (r1 - r2); 2 / 5 → 3 / 5
     r1, r2, m1, m2 = 1e-3, 2e-3, 5e-6, 4e-5
     relative = r1 * r2 / (r1 + r2)
     v1, v2 = 0.4, -0.4 * m1 / m2
@@ -249,7 +247,7 @@ def test_two_spheres_that_have_stopped_each_other_hold_theirs():
 
 
 def test_a_sphere_that_rolls_has_seven_tenths_of_m_v_squared():
-    # ½ m v² + ½ (2/5 m R²)(v/R)²; red: 0.4 * spheres.mass → 0.44; (spheres.spin**2) → * 2
+    # ½ m v² + ½ (2/5 m R²)(v/R)²
     radius, mass, speed = 1e-3, 5e-6, 0.3
     moving = spheres(
         [radius], [mass], np.zeros((2, 1, 3)), [[[0, 0, 0]], [[speed, 0, 0]]],
@@ -276,7 +274,6 @@ def pair_in_touch(spin1, spin2, velocity, force, torque=None, earlier=None):
 
 def test_spheres_geared_to_each_other_rub_nothing():
     # equal speeds of both surfaces at the contact, ω₁ a₁ = −ω₂ a₂, on top of a common motion
-    # red: other[:, None] * normal → its negative; overlap / 2 → overlap * 2 in `contact_losses`
     arms = 1e-3 - 1e-6, 2e-3 - 1e-6
     common = [[0.3, 0.2, -0.1]] * 2
     found, _ = pair_in_touch([0, 0, 90.0], [0, 0, -90.0 * arms[0] / arms[1]], common, [0, 1e-6, 0])
@@ -287,7 +284,6 @@ def test_spheres_geared_to_each_other_rub_nothing():
 
 def test_spheres_that_turn_alike_rub_force_times_way():
     # both surfaces move apart along y at ω (a₁ + a₂); the force on the first points the other way
-    # red: np.cross(spin, …) with + in `contact_losses`; dx=step left out
     still = np.zeros((2, 3))
     found, (a1, a2) = pair_in_touch([0, 0, 90.0], [0, 0, 90.0], still, [0, 1e-6, 0])
     # the contact lies at −x of the first: its surface moves along −y there, the second's along +y
@@ -296,7 +292,6 @@ def test_spheres_that_turn_alike_rub_force_times_way():
 
 def test_damping_along_the_normal_takes_force_times_the_speed_half_a_step_before():
     # the first comes at −0.3 m/s and came at −0.5; the second leaves at −0.1 and left at −0.05
-    # red: earlier - spheres.earlier_velocity[f, j] → +; earlier → velocity in `contact_losses`
     found, _ = pair_in_touch(
         [0, 0, 0], [0, 0, 0], [[-0.3, 0, 0], [-0.1, 0, 0]], [2e-4, 0, 0],
         earlier=[[-0.5, 0, 0], [-0.05, 0, 0]],
@@ -306,7 +301,7 @@ def test_damping_along_the_normal_takes_force_times_the_speed_half_a_step_before
 
 def test_what_is_left_of_the_torque_is_rolling_friction_of_the_relative_spin():
     # torque of the tangential force about the first centre, (−a₁, 0, 0) × (0, F, 0), less a
-    # resistance M against the spin; red: spin - spheres.spin[f, j] → + in `contact_losses`
+    # resistance M against the spin
     resisting, force = 1e-9, 1e-6
     arm = 1e-3 - 1e-6
     torque = [0, 0, -arm * force - resisting]
@@ -316,7 +311,6 @@ def test_what_is_left_of_the_torque_is_rolling_friction_of_the_relative_spin():
 
 def test_rolling_is_no_matter_of_a_force_along_the_normal():
     # the torque of a normal force about the centre is none, however large; the one listed is all
-    # red: contacts.force - along[:, None] * normal → + in the torque of `contact_losses`
     found, _ = pair_in_touch(
         [0, 0, 90.0], [0, 0, 0], np.zeros((2, 3)), [-5e-3, 0, 0], [0, 0, -1e-9]
     )
@@ -325,7 +319,6 @@ def test_rolling_is_no_matter_of_a_force_along_the_normal():
 
 def test_a_force_that_pulls_rubs_as_one_that_pushes():
     # cohesive or damped contacts pull: μ |F_n| bounds their friction too
-    # red: np.abs(along) → along in `contact_losses`
     pull = 3 * hertz(1e-3 * 2e-3 / 3e-3, 2e-6)
     found, _ = pair_in_touch([0, 0, 0], [0, 0, 0], [[0, -0.2, 0], [0, 0, 0]], [-pull, 9.0, 0])
     assert found.sphere_tangential == pytest.approx(0.3 * 2 / 3 * pull * 0.2 * 2 * STEP)
@@ -333,14 +326,12 @@ def test_a_force_that_pulls_rubs_as_one_that_pushes():
 
 def test_two_unlike_materials_are_springs_in_series():
     # 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂: the softer decides, its Poisson's ratio counts
-    # red: 1 - n**2 → 1 + n**2 in `contact_material`
     found = contact.contact_material((3e9, 0.3), (5e7, 0.4), 0.3, 0.5)
     assert 1 / found.effective_modulus == pytest.approx(0.91 / 3e9 + 0.84 / 5e7)
 
 
 def test_gravity_works_on_what_falls_and_losses_and_work_close():
     # two spheres of two masses, one moved along gravity: m g h; all parts of the sum
-    # red: self.work + self.gravity_work → -; spheres.position[-1] - spheres.position[0] → +
     place = [[[1, 2, 3.0], [0, 0, 0]], [[1, 2, 9.0], [0, 5, 0]], [[1, 2, 2.5], [0, 0.1, 0]]]
     moving = spheres([1e-3, 1e-3], [2e-6, 3e-6], place, np.zeros((3, 2, 3)))
     found = balance_of(moving, gravity=(0.0, 1.0, -9.81))
@@ -351,7 +342,7 @@ def test_gravity_works_on_what_falls_and_losses_and_work_close():
 
 
 def test_the_effective_shear_modulus_is_that_of_mindlin():
-    # 1/G* = (2 − ν)/G for each, G = E/(2(1 + ν)); red: (1 + ν) in the denominator
+    # 1/G* = (2 − ν)/G for each, G = E/(2(1 + ν))
     moduli, ratios = (3.0e9, 7.0e10), (0.35, 0.2)
     compliance = sum((2 - n) / (e / (2 * (1 + n))) for e, n in zip(moduli, ratios, strict=True))
     material = contact.contact_material(*zip(moduli, ratios, strict=True), 0.3, 0.5)
@@ -367,7 +358,7 @@ def test_the_effective_shear_modulus_is_that_of_mindlin():
 )  # fmt: skip
 def test_a_contact_slides_at_its_limit_and_sticks_below(share, speed, slides):
     # a sphere on a floor, v′ half a step before v: the spring is a share of μ|F_n| with v′, or the
-    # listed force is μ|F_n| with v, also where it pulls. red: v for v′; |F_n| with v′ in the list
+    # listed force is μ|F_n| with v, also where it pulls.
     material = contact.contact_material((5e7, 0.3), (5e7, 0.3), 0.4, 0.6)
     radius, mass, depth = 1e-3, 5e-6, 2e-5
     earlier_speed, slip, earlier_slip = -0.3, 0.1, 0.15

@@ -29,12 +29,6 @@ def test_every_combination_is_a_case_with_a_label_of_its_own():
     assert found[0].label.startswith("r0.3_f50Hz_a5g_d2mm_")
 
 
-def test_sphere_sizes_multiply_the_cases():
-    found = cases_of(coupon(sweep={"diameter_mm": [1.5, 2.0, 2.5]}))
-    assert len(found) == 24
-    assert {case.point.packing.diameter for case in found} == {1.5e-3, 2.0e-3, 2.5e-3}
-
-
 def test_combinations_too_fast_are_left_out():
     found = cases_of(coupon(sweep={"max_velocity_m_s": 1.0}))
     # 50 g at 50 Hz is 1.56 m/s
@@ -137,7 +131,6 @@ def steel_at(gamma, **changes):
 
 def test_contacts_are_harder_where_the_bed_may_cross_its_gap():
     # steel at r = 0.7, 80 Hz, 80 g rides at 50 MPa and crosses from 100 MPa on: W/L = 0.41
-    # red: `limits` without the range; the gap r depth for (1 − r) depth; W/L of the loosening
     run = steel_at(80).point
     assert run.bed.stroke_per_gap(run.drive) == pytest.approx(3.105e-3 / 7.5e-3, rel=1e-3)
     modulus = run.constants.youngs_modulus
@@ -156,7 +149,6 @@ def test_contacts_are_harder_where_the_bed_may_cross_its_gap():
 
 
 def test_limits_of_the_study_hold_where_it_says():
-    # red: the wider limits taken where `crossing` is wider still
     wide = {"stiffness": {"crossing": {"stroke_per_gap": [0.5, 1], "overlap_per_radius": 0.04}}}
     assert steel_at(80, **wide).point.constants.youngs_modulus == 50e6
     assert steel_at(110, **wide).point.overlap_at(800e6) > 0.04
@@ -166,7 +158,6 @@ def test_limits_of_the_study_hold_where_it_says():
 
 
 def test_a_full_bed_has_no_gap_and_the_limits_of_any_other():
-    # red: a division by zero
     full = cases_of(coupon(sweep={"fill_fraction": [1.0], "acceleration_g": [50]}))[0].point
     assert full.bed.stroke_per_gap(full.drive) == math.inf
     assert full.constants.youngs_modulus == 50e6
@@ -186,7 +177,6 @@ def test_a_bed_that_does_not_reach_the_lid_has_no_states_to_be_looked_for(
     gravity, direction, rides
 ):
     # 4 g at 30 Hz, r = 0.7: W/L = 0.15, and the bed rises by 0.3 of the gap under 1 g
-    # red: `return stroke` in _stroke_of_crossing; gravity in place of its part along the motion
     sweep = {"fill_fraction": [0.7], "frequency_hz": [30], "acceleration_g": [4]}
     (case,) = cases_of(coupon(sweep=sweep, gravity_g=gravity, gravity_direction=direction))
     assert 0.1 < case.point.bed.stroke_per_gap(case.point.drive) < 0.5
@@ -201,7 +191,6 @@ def deep(fill, gamma, frequency=250.0):
 
 def test_deep_beds_thrown_as_one_body_are_shaken_with_harder_contacts():
     # r = 0.9, 250 Hz: η at 200 MPa over that at 3200 is 1.21 at 20 g, 1.14 at 40 g
-    # red: `deepening` left at 1; its power 1; Γ ≥ 80 for Γ < 80
     assert [deep(0.5, gamma).point.constants.youngs_modulus for gamma in (20, 40)] == [200e6, 200e6]
     for gamma in (20, 40):
         assert deep(0.9, gamma).point.constants.youngs_modulus == 3200e6
@@ -213,7 +202,7 @@ def test_deep_beds_thrown_as_one_body_are_shaken_with_harder_contacts():
 
 
 def test_the_bias_of_a_deep_bed_is_larger_as_the_cube_of_its_layers():
-    # 2.5 (t_c f − t_c0 f) (0.7 25 mm/(6.25 · 2 mm))³; red: the square; layers of the cell's depth
+    # 2.5 (t_c f − t_c0 f) (0.7 25 mm/(6.25 · 2 mm))³
     case = deep(0.7, 20, 90.0)
     run = case.point
     assert run.constants.youngs_modulus == 200e6
@@ -222,7 +211,6 @@ def test_the_bias_of_a_deep_bed_is_larger_as_the_cube_of_its_layers():
 
 
 def test_the_bias_of_overlaps_counts_where_the_bed_crosses():
-    # red: `contact.CROSSING` compared the other way round; the material's overlap left out
     crossing, riding = steel_at(80), steel_at(15)
     run = crossing.point
     deeper = run.overlap_at(800e6) - run.overlap_at(200e9)

@@ -60,7 +60,6 @@ def rayleigh_share(nu):
 def test_a_rayleigh_wave_crosses_half_the_girth_of_a_sphere_in_the_rayleigh_time(nu):
     # π R over c_R, whose share of the shear wave's speed the linear fit 0.1631 ν + 0.8766 meets
     # within 0.3 % from ν = 0.2 up
-    # red: 2 * (1 + self.poissons_ratio) → 2 / …; 0.1631 → 0.17941 in `rayleigh_time`
     radius, density, modulus = 2e-3, 1190.0, 5e7
     shear_wave = np.sqrt(modulus / (2 * (1 + nu)) / density)
     time = np.pi * radius / (rayleigh_share(nu) * shear_wave)
@@ -70,7 +69,6 @@ def test_a_rayleigh_wave_crosses_half_the_girth_of_a_sphere_in_the_rayleigh_time
 
 def test_the_bias_of_a_soft_sphere_grows_with_its_contact_and_is_none_of_the_material_itself():
     # 2.5 of the difference of contact times over the period, as measured
-    # red: - → + in `modulus_bias`; max → min
     assert contact.modulus_bias(0.02, 0.005) == pytest.approx(0.0375)
     assert contact.modulus_bias(0.005, 0.005) == 0.0
     assert contact.modulus_bias(0.001, 0.005) == 0.0
@@ -78,7 +76,6 @@ def test_the_bias_of_a_soft_sphere_grows_with_its_contact_and_is_none_of_the_mat
 
 def test_the_bias_of_a_bed_that_crosses_is_that_of_its_overlaps_where_they_say_more():
     # 1.5 of the difference of overlaps over the radius, as measured; the larger of the two
-    # red: overlap - material_overlap → +; the sum of the two in place of the larger
     assert contact.modulus_bias(0.01, 0.01, 0.05, 0.01) == pytest.approx(0.06)
     assert contact.modulus_bias(0.03, 0.005, 0.05, 0.01) == pytest.approx(0.0625)
     assert contact.modulus_bias(0.01, 0.01, 0.01, 0.02) == 0.0
@@ -87,7 +84,6 @@ def test_the_bias_of_a_bed_that_crosses_is_that_of_its_overlaps_where_they_say_m
 def test_a_modulus_serves_up_to_the_very_limits_of_time_and_depth():
     # a choice whose contact lasts and sinks in just as long and deep as allowed is taken, one a
     # thousandth beyond is not
-    # red: * frequency → / frequency; overlap_per_radius * sphere.radius → / sphere.radius; <= → < modulus >=
     speed, frequency = 0.15, 100.0
     time = SPHERE.wall_contact_time(speed) * frequency
     depth = SPHERE.wall_overlap(speed) / R
@@ -104,7 +100,7 @@ def test_a_modulus_serves_up_to_the_very_limits_of_time_and_depth():
 
 
 def test_a_contact_rebounds_at_its_restitution_and_resists_slip_with_mindlins_stiffness():
-    # m δ″ = −F(δ) − c(δ) δ′ until the spheres part; red: 5/6 → 1, 2 E* → 3 E*, 8 G* → 9 G*
+    # m δ″ = −F(δ) − c(δ) δ′ until the spheres part
     material = contact.contact_material((2e8, 0.3), (2e8, 0.3), 0.3, 0.7)
     curvature, mobility = np.array([2e3]), np.array([2e6])
 
@@ -132,7 +128,6 @@ def test_a_contact_rebounds_at_its_restitution_and_resists_slip_with_mindlins_st
 
 
 def test_rolling_friction_of_either_side_is_in_the_words_of_the_law():
-    # red: `and` for `or`; a default that resists rolling
     smooth = contact.Constants.alike(1e7, 0.3, 0.7, 0.3)
     assert smooth.contact_model == "hertz tangential history"
     for name in ("rolling_friction", "wall_rolling_friction"):

@@ -113,7 +113,6 @@ def test_what_a_bed_only_stores_takes_no_part_in_the_error():
 def test_the_transient_ends_where_the_marginal_standard_error_is_least(count):
     # White (1997) as it stands: Σ_{i≥d}(x_i − x̄_d)²/(n − d)² of each d up to half the series,
     # on batches of five, or of a tenth of a series shorter than fifty
-    # red: / kept twice → once in `transient_end`; n // 2 + 1 → n; min(5, …) → max
     rng = np.random.default_rng(count)
     for start in (0.0, 0.5, 4.0):
         series = rng.normal(size=count) + start * np.exp(-np.arange(count) / (count / 8))
@@ -125,7 +124,6 @@ def test_the_transient_ends_where_the_marginal_standard_error_is_least(count):
 
 
 def test_a_drift_is_the_difference_of_the_halves_over_its_error():
-    # red: halves[1].mean() - halves[0].mean() → +; math.hypot of one half alone
     series = np.random.default_rng(4).normal(size=90) + np.linspace(0, 1, 90)
     found = cycles.estimate(series, start=10)
     first, second = series[10:50], series[50:]
@@ -146,7 +144,6 @@ def stored_series(count, seed=5):
 
 
 def test_what_follows_the_stored_energy_alone_is_taken_off_to_the_last_digit():
-    # red: rise[:-1] → rise[1:] in `without_storage`; controls @ multiples with +
     _, stored = stored_series(80)
     rise, series = np.diff(stored), np.full(80, 2.0)
     series[1:-1] += 0.7 * rise[1:] - 0.4 * rise[:-1]
@@ -158,7 +155,6 @@ def test_what_follows_the_stored_energy_alone_is_taken_off_to_the_last_digit():
 @pytest.mark.parametrize("start", [0, 1, 6])
 def test_the_multiples_are_those_of_least_squares_from_the_start_on(start):
     # by numpy on the rows that are left; three constants are gone from the freedom of the error
-    # red: slice(max(start - 1, 0), None) → start; len(steady) - freedom → + in `estimate`
     series, stored = stored_series(90)
     rise, first = np.diff(stored), max(start, 1)
     controls = np.column_stack([rise[1:], rise[:-1]])[first - 1 :]
@@ -179,7 +175,6 @@ def test_the_multiples_are_those_of_least_squares_from_the_start_on(start):
 
 
 def test_sixty_rows_are_enough_for_the_stored_energy_and_fifty_nine_are_not():
-    # red: ROWS_FOR_STORAGE = 61; >= → > in `estimate`
     series, stored = stored_series(60)
     alone = cycles.estimate(series, start=0)
     assert cycles.estimate(series, start=0, stored=stored).error < 0.5 * alone.error
@@ -188,7 +183,6 @@ def test_sixty_rows_are_enough_for_the_stored_energy_and_fifty_nine_are_not():
 
 
 def test_seeds_are_combined_by_the_larger_of_within_and_between():
-    # red: / n → * n in `combine`; n > 1 → n > 2
     mean, error = cycles.combine(np.array([1.0, 2.0, 6.0]), np.array([0.3, 0.4, 1.2]))
     assert mean == pytest.approx(3.0)
     assert error == pytest.approx(np.sqrt(7) / np.sqrt(3))
@@ -196,7 +190,6 @@ def test_seeds_are_combined_by_the_larger_of_within_and_between():
 
 
 def test_a_series_without_scatter_has_no_drift_to_speak_of():
-    # red: else 0.0 → else 1.0 in `estimate`; and → or
     for series in (np.ones(40), np.repeat([1.0, 2.0], 20)):
         found = cycles.estimate(series, start=0)
         assert found.drift == 0.0

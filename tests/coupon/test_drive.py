@@ -9,7 +9,6 @@ from pidpanel.coupon.drive import Tone
 
 
 def test_speed_and_amplitude_are_those_of_the_motion_whose_acceleration_it_is():
-    # red: ω for ω², 2π left out
     tone = Tone(frequency=80.0, acceleration=50.0)
     assert tone.angular_frequency == pytest.approx(2 * math.pi * 80.0)
     assert tone.period * tone.frequency == 1
@@ -26,6 +25,5 @@ def test_speed_and_amplitude_are_those_of_the_motion_whose_acceleration_it_is():
 
 
 def test_gamma_is_the_acceleration_over_standard_gravity():
-    # red: 9.81
     assert Tone(100.0, 98.0665).gamma == pytest.approx(10, rel=1e-12)
     assert Tone(62.5, 98.0665).label == "f62.5Hz_a10g"

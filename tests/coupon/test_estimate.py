@@ -6,16 +6,12 @@ from pidpanel.coupon import estimate
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.study.coupon import Coupon
 
-COSTS = estimate.Costs(
-    estimate.StepCost(fixed=1e-5, per_sphere=2e-7, per_travel=4e-5),
-    poured_sphere=0.02,
-    diameter=2e-3,
-)
+SWEEP = {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [10]}
 
 
 def coupon(**changes):
     values = {
-        "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [10]},
+        "sweep": SWEEP,
         "accuracy": {"relative_error": 0.05, "seeds": 2, "min_cycles": 20, "max_cycles": 300},
     }
     return Coupon.model_validate(values | changes)
@@ -24,7 +20,7 @@ def coupon(**changes):
 def test_twice_the_seeds_take_twice_as_long(tmp_path):
     accuracy = {"relative_error": 0.5, "min_cycles": 20, "max_cycles": 300}
     two, four = (
-        estimate.cpu_seconds(cases_of(coupon(accuracy={**accuracy, "seeds": n})), COSTS, tmp_path)
+        estimate.cpu_seconds(cases_of(coupon(accuracy={**accuracy, "seeds": n})), tmp_path)
         for n in (2, 4)
     )
     assert four == pytest.approx(2 * two)
@@ -32,12 +28,15 @@ def test_twice_the_seeds_take_twice_as_long(tmp_path):
 
 def test_what_is_there_already_costs_nothing(tmp_path):
     cases = cases_of(coupon())
-    before = estimate.cpu_seconds(cases, COSTS, tmp_path)
-    assert before > 0
-    file = cases[0].outcome_file(tmp_path)
-    file.parent.mkdir(parents=True)
-    file.touch()
-    assert estimate.cpu_seconds(cases, COSTS, tmp_path) == 0
+    before = estimate.cpu_seconds(cases, tmp_path)
+    bed = cases[0].point.bed
+    for folder, made in (("bed", bed), ("packing", bed.packing)):
+        file = tmp_path / folder / made.label / f"{folder}.json"
+        file.parent.mkdir(parents=True)
+        file.touch()
+    after = estimate.cpu_seconds(cases, tmp_path)
+    assert 0 < after < before
+    assert estimate.cpu_seconds([], tmp_path) == 0
 
 
 def test_a_tighter_error_asks_for_more_cycles_until_the_most_that_are_allowed():
@@ -54,5 +53,9 @@ def test_a_tighter_error_asks_for_more_cycles_until_the_most_that_are_allowed():
 
 
 def test_what_moves_far_in_a_step_costs_more():
-    assert COSTS.step.seconds(100) == pytest.approx(1e-5 + 100 * 2e-7)
-    assert COSTS.step.seconds(100, 0.005) == pytest.approx(1e-5 + 100 * (2e-7 + 0.005 * 4e-5))
+    (slow,), (fast,) = (cases_of(coupon(sweep={**SWEEP, "acceleration_g": [g]})) for g in (10, 20))
+    step = slow.point.time_step / fast.point.time_step
+    spheres = estimate.spheres_in(slow.point.packing, 0.5)
+    still = estimate.STEP + spheres * estimate.PER_SPHERE
+    moved = [estimate.steps_seconds(case.point, 1.0) - still for case in (slow, fast)]
+    assert moved[1] * step == pytest.approx(2 * moved[0])

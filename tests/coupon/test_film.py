@@ -36,8 +36,6 @@ def left(tmp_path_factory):
 
 
 def test_the_frames_go_on_where_the_run_ended(left):
-    # red: run.deck_text() for that of the restart; `time` in steps of half the length; a dump of
-    # the start file
     run, folder = left
     before = {file.name: file.read_bytes() for file in folder.iterdir()}
     shot = film.watch(run, folder, cycles=2, frames=24)
@@ -60,7 +58,6 @@ def test_the_frames_go_on_where_the_run_ended(left):
 
 
 def test_a_run_without_its_restart_is_not_watched(left, tmp_path):
-    # red: `is_file` left out; the identity of the run not compared
     run, folder = left
     assert film.watch(run, tmp_path, cycles=1, frames=24) is None
     state = folder / film.RunState.read(folder).restart
@@ -70,7 +67,6 @@ def test_a_run_without_its_restart_is_not_watched(left, tmp_path):
 
 
 def test_a_run_that_is_not_watched_leaves_a_file_that_can_be_read(tmp_path, monkeypatch):
-    # red: arrays without frames: NetCDF 3 could not read its own file, and there was no page
     table = tmp_path / "cases.csv"
     table.write_text("case,status,fill_fraction,frequency_hz,acceleration_g\nc,ok,0.5,100,10\n")
     case = SimpleNamespace(point=None, folders=lambda folder: [folder])

@@ -86,8 +86,6 @@ def alike(one, other):
 
 
 def test_what_ran_before_changes_no_bit(shaken, tmp_path):
-    # red: `run {steps}` for all cycles at once in `run_cycles`; the balance of another end taken in
-    # `_end_at`; `done == state.cycles` left out (the balance of the last restart)
     folder, row, longer = shaken
     assert alike(shake(tmp_path / "anew", 24), longer)
     assert alike(shake(tmp_path / "anew", 18), row)  # less than has been run
@@ -119,7 +117,6 @@ HEALED = [
 def test_a_run_whose_checkpoint_cannot_be_read_begins_anew_to_the_same_numbers(
     shaken, tmp_path, where, name, kind
 ):
-    # red: `check_files` left out in `_started`; a bed that is not there not made
     folder, _, longer = shaken
     own = tmp_path / "coupon"
     shutil.copytree(folder, own)
@@ -170,7 +167,6 @@ def written(shaken):
     ],
 )
 def test_a_column_that_no_motion_can_have_is_named(written, column, factor, message):
-    # red: each of the five conditions of `check_physics` left out in turn
     folder, run, mass = written
     read = rows.read_rows(run, folder, [12], 12)
     read = np.tile(read, (30, 1))  # what the work of a few cycles hides shows in many
@@ -182,7 +178,6 @@ def test_a_column_that_no_motion_can_have_is_named(written, column, factor, mess
 
 def test_momentum_in_the_place_of_its_quadrature_gives_more_than_the_bed_had(written):
     # p cos ωt is negative where the bed moves as a mass, so that it would be work returned
-    # red: the condition on the work left out
     folder, run, mass = written
     read = rows.read_rows(run, folder, [12], 12)
     read = np.tile(read[:, [0, 2, 1, 3, 4, 5, 6]], (30, 1))

@@ -131,7 +131,6 @@ PAPER_HEXAGON = SHAPES["hexagon"].outline(6.35e-3)
 def test_a_chimney_holds_the_spheres_at_the_loose_fraction_where_centres_can_reach():
     # a square of 10 mm and spheres of 2 mm at most: centres reach (1 − 1/5)² of its area; two
     # of the widest on top
-    # red: 2 * widest → 3 * widest; ** 2 left out of `reachable` in `chimney_height`
     square = SHAPES["square"].outline(10e-3)
     diameters = np.array([2e-3] * 3 + [1e-3] * 5)
     volume = np.pi / 6 * (3 * 8e-9 + 5 * 1e-9)
@@ -141,7 +140,6 @@ def test_a_chimney_holds_the_spheres_at_the_loose_fraction_where_centres_can_rea
 
 def test_a_chimney_of_an_uneven_cell_is_as_narrow_as_its_narrow_side_and_turns_either_way():
     # a box of 10 by 20 mm, its corners in either order: 4 of 5 mm are left of the inradius
-    # red: .min() → .max() in `_inradius`; abs left out of `polygon_area`
     box = np.array([[-5, -10], [5, -10], [5, 10], [-5, 10]]) * 1e-3
     diameters = np.full(7, 2e-3)
     expected = 7 * np.pi / 6 * 8e-9 / (0.18 * 2e-4 * 0.64) + 4e-3
@@ -150,7 +148,6 @@ def test_a_chimney_of_an_uneven_cell_is_as_narrow_as_its_narrow_side_and_turns_e
 
 
 def test_a_sphere_counts_where_its_top_is_below_the_lid_and_an_empty_cell_counts_too():
-    # red: diameters / 2 → / 3; int(cell.max()) + 1 → - 1 in `full_count`
     cell, d = np.array([0, 0, 1, 1, 2]), np.full(5, 2e-3)
     z = np.array([1.0, 8.9, 1.0, 9.2, 2.0]) * 1e-3
     assert geometry.full_count(cell, z, 10e-3, d) == 1
@@ -159,14 +156,12 @@ def test_a_sphere_counts_where_its_top_is_below_the_lid_and_an_empty_cell_counts
 
 
 def test_a_mass_is_density_times_volume():
-    # red: diameters ** 3 → * 3 in `masses`
     found = geometry.masses(np.array([1e-3, 2e-3]), 1190.0)
     np.testing.assert_allclose(found, 1190.0 * 4 / 3 * np.pi * np.array([0.5e-3, 1e-3]) ** 3)
 
 
 def test_spheres_fill_a_low_prism_up_to_both_ends_and_keep_one_percent_clear():
     # 1000 tries of one sphere at a time reach the ends of z: 0.51 of the diameter from either
-    # red: height - 0.51 * size[n] → height - 0.61 *; 1.01 → 1.111 in `scatter`
     rng = np.random.default_rng(3)
     d, height = 2e-3, 10e-3
     points = np.concatenate(
@@ -189,7 +184,6 @@ def test_spheres_fill_a_low_prism_up_to_both_ends_and_keep_one_percent_clear():
 
 def test_spheres_come_back_in_the_order_of_their_sizes_as_given():
     # the largest is placed first, and returned where it was; walls are as far as each asks
-    # red: kept[np.argsort(order)] → kept[order] in `scatter`
     d = np.array([1e-3, 3e-3, 2e-3, 1.5e-3])
     rng = np.random.default_rng(1)
     nearest = np.full(4, np.inf)
@@ -201,7 +195,7 @@ def test_spheres_come_back_in_the_order_of_their_sizes_as_given():
 
 
 def test_the_deepest_overlap_is_found_whatever_lies_between_in_height():
-    # a hundred spheres by hand, every pair; red: range(1, …) → range(2, …) in `deepest_overlap`
+    # a hundred spheres by hand, every pair
     rng = np.random.default_rng(2)
     for _ in range(20):
         places, d = rng.uniform(0, 12e-3, (100, 3)), rng.uniform(1e-3, 3e-3, 100)

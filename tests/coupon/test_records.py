@@ -18,7 +18,6 @@ BEGUN = RunState("a", 1, 1e-6, (), (), 0, {})
 
 @pytest.mark.parametrize("state", [STATE, BEGUN])
 def test_a_state_survives_its_way_through_a_file(tmp_path, state):
-    # red: legs left a list; a balance left a dictionary
     state.write(tmp_path)
     assert RunState.read(tmp_path) == state
     assert not list(tmp_path.glob(".new*"))
@@ -28,13 +27,11 @@ def test_a_state_survives_its_way_through_a_file(tmp_path, state):
     "outcome", [Outcome("ok", "", Poured(9, 4, 0.5)), Outcome("Lost", "m", None)]
 )
 def test_an_outcome_survives_its_way_through_a_file(tmp_path, outcome):
-    # red: the product left a dictionary
     records.write(tmp_path / "packing.json", outcome)
     assert records.read(Outcome[Poured], tmp_path / "packing.json") == outcome
 
 
 def test_a_state_of_somebody_else_puts_no_word_of_its_own_into_a_deck(tmp_path):
-    # red: the name of the restart, or of a file to be hashed, taken from the record
     values = json.loads(json.dumps(dataclasses.asdict(STATE)))
     files = {"../victim": "d" * 64, "x\nshell touch hit": ""}
     (tmp_path / "state.json").write_text(json.dumps(values | {"restart": "x\ny", "files": files}))
@@ -45,13 +42,11 @@ def test_a_state_of_somebody_else_puts_no_word_of_its_own_into_a_deck(tmp_path):
 
 @pytest.mark.parametrize("name", ["../victim", "/etc/hostname", "s1/start.data"])
 def test_a_record_of_somebody_else_names_no_file_outside_its_folder(tmp_path, name):
-    # red: `folder / name` of any name
     with pytest.raises(FileDamaged, match="name of a file in it"):
         records.check_files(tmp_path, {name: "d" * 64})
 
 
 def test_a_file_that_changed_since_it_was_left_is_named(tmp_path):
-    # red: the restart not among the files
     for name in BEGUN.start_files:
         (tmp_path / name).write_text(name)
     state = BEGUN.with_files(tmp_path)
@@ -89,7 +84,6 @@ def values(**changes):
     ],
 )
 def test_a_file_with_anything_else_in_it_is_refused_by_name(tmp_path, text, message):
-    # red: a missing key filled in by a default; values converted
     (tmp_path / "state.json").write_text(text)
     with pytest.raises(RecordUnreadable, match=r"state\.json: .*" + message):
         RunState.read(tmp_path)
@@ -101,6 +95,5 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
 
 
 def test_a_whole_number_will_do_for_a_number(tmp_path):
-    # red: every whole number refused for a float
     (tmp_path / "state.json").write_text(json.dumps(values(mass=1)))
     assert type(RunState.read(tmp_path).mass) is float

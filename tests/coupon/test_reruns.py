@@ -67,7 +67,6 @@ COMMENTED = ("header.j2", "contacts.j2", "fill.in.j2", "shake.in.j2")
 
 @pytest.mark.parametrize("name", COMMENTED)
 def test_a_comment_in_a_template_leaves_every_run_as_it_is(templates, name):
-    # red: the text of the template hashed as it is
     before = identities()
     path = templates / name
     lines = path.read_text().splitlines()
@@ -90,7 +89,6 @@ def test_a_comment_in_a_template_leaves_every_run_as_it_is(templates, name):
     ],
 )  # fmt: skip
 def test_a_command_in_a_template_makes_anew_what_is_run_with_it(templates, name, old, new, others):
-    # red: fill.in.j2 not in the label of a bed; a run without its deck from a restart
     before = identities()
     edit(templates / name, old, new)
     assert changed(before) == others
@@ -99,7 +97,6 @@ def test_a_command_in_a_template_makes_anew_what_is_run_with_it(templates, name,
 def test_a_deck_of_the_users_own_enters_with_what_it_includes_and_not_with_its_place(
     tmp_path, monkeypatch
 ):
-    # red: the text of the file itself hashed, or its path
     monkeypatch.setenv(TRUST, "1")
     here, there = tmp_path / "here", tmp_path / "there"
     for folder in (here, there):
@@ -115,7 +112,6 @@ def test_a_deck_of_the_users_own_enters_with_what_it_includes_and_not_with_its_p
 
 
 def test_a_comment_ends_where_the_line_does_and_is_none_in_quotes():
-    # red: the line cut at any '#'
     text = "run 10  # ten\n\n  # nothing\nprint 'a # b'   &\n\tx\n"
     assert deck.without_comments(text) == "run 10\nprint 'a # b' &\nx"
 
@@ -127,7 +123,6 @@ def test_a_comment_ends_where_the_line_does_and_is_none_in_quotes():
     "field", [field.name for field in dataclasses.fields(packing_module.Pouring)]
 )
 def test_every_constant_of_the_pour_makes_new_packings(monkeypatch, field):
-    # red: POURING left out of the identity of a packing
     before = identities()
     other = {field: 1.1 * getattr(packing_module.POURING, field)}
     monkeypatch.setattr(
@@ -147,21 +142,18 @@ def test_every_constant_of_the_pour_makes_new_packings(monkeypatch, field):
     ],
 )
 def test_every_constant_of_the_loosening_makes_new_beds_of_the_same_packings(monkeypatch, other):
-    # red: LOOSENING left out of the identity of a bed
     before = identities()
     monkeypatch.setattr(bed_module, "LOOSENING", dataclasses.replace(bed_module.LOOSENING, **other))
     assert changed(before) == ["bed", "run"]
 
 
 def test_another_liggghts_makes_everything_anew(monkeypatch):
-    # red: VERSION left out of the identity of a packing
     before = identities()
     monkeypatch.setattr(process, "VERSION", "3.9.0")
     assert changed(before) == ALL
 
 
 def test_what_only_the_bed_or_the_run_depends_on_leaves_the_packing():
-    # red: the fill fraction in the identity of a packing
     before = identities()
     assert changed(before, sweep=SWEEP | {"fill_fraction": [0.6]}) == ["bed", "run"]
     assert changed(before, gravity_g=0.5) == ["bed", "run"]
@@ -184,7 +176,6 @@ def test_what_only_the_bed_or_the_run_depends_on_leaves_the_packing():
     ],
 )
 def test_another_version_of_an_algorithm_makes_anew_what_it_made(monkeypatch, module, name, others):
-    # red: a version left out of an identity
     before = identities()
     monkeypatch.setattr(module, name, getattr(module, name) + 1)
     assert changed(before) == others

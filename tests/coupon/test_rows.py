@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import rows
-from pidpanel.coupon.cycles import Estimate
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts.failures import LogTruncated, Unphysical
 from pidpanel.coupon.records import Shaken
@@ -29,7 +28,6 @@ def write(folder, leg, steps, values):
 
 
 def test_the_rows_of_all_legs_follow_one_another(tmp_path):
-    # red: before = 0 → 1; enumerate(legs, 1) → 2; before += leg → -=
     one = run()
     steps = one.steps_per_cycle * np.arange(1, 6)
     write(tmp_path, 1, steps[:2], [1, 2])
@@ -48,7 +46,6 @@ def as_rows(columns):
 
 @pytest.mark.parametrize("direction", [(0, 0, -1), (0.6, 0, -0.8), (1, 0, 0)])
 def test_stored_energy_is_that_of_motion_and_of_height_against_gravity(direction):
-    # red: -mass → mass; direction[2] → direction[1]; kinetic + rotational → -; * height → /
     one = run(gravity_g=2.0, gravity_direction=direction)
     found = rows.stored_energy(
         one, as_rows([[0, 0, 0, 0, 3.0, 0.5, 4e-3], [0, 0, 0, 0, 0, 0, 2e-3]]), 0.7
@@ -58,7 +55,7 @@ def test_stored_energy_is_that_of_motion_and_of_height_against_gravity(direction
 
 
 def test_spheres_that_move_with_the_cells_are_so_much_mass_and_no_damping():
-    # in the frame of the cells they rest; red: p_sin and p_cos exchanged; mass / area → * area
+    # in the frame of the cells they rest
     one = run()
     damping, mass = rows.harmonic(one, np.zeros((3, 7)), 0.7)
     np.testing.assert_array_equal(damping, 0)
@@ -69,25 +66,6 @@ def test_spheres_that_move_with_the_cells_are_so_much_mass_and_no_damping():
     speed = 98.0665 / (2 * math.pi * 80)
     expected = 2 * 2.0 * 2 * math.pi * 80 / (speed * one.packing.area)
     np.testing.assert_allclose(damping, expected, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("start", "drift", "steady"),
-    [
-        (44, 0.0, True), (46, 0.0, False), (48, 0.0, False),
-        (0, 2.9, True), (0, -2.9, True), (0, 3.1, False), (0, -3.1, False), (46, 3.1, False),
-    ],
-)  # fmt: skip
-def test_a_run_is_steady_if_its_transient_ends_early_and_its_halves_agree(start, drift, steady):
-    # of 100 cycles; red: 0.45 → 0.495; DRIFT_LIMIT = 3.3; and → or; abs left out
-    assert rows.is_steady(Estimate(1.0, 0.1, start, 100 - start, drift), 100) is steady
-
-
-def test_the_smallest_error_is_a_share_of_the_bound_of_inelastic_mass():
-    # 2e-4 of 8 m″ f; red: FLOOR = 2.2e-4; FLOOR * → FLOOR /; mass / area → * area
-    one = run()
-    expected = 2e-4 * 8 * 0.7 / one.packing.area * 80
-    assert rows.smallest_error(one, 0.7) == pytest.approx(expected, rel=1e-12)
 
 
 # ------------------------------------------------------------------ what no motion can have
@@ -123,7 +101,6 @@ def refused(what, **changes):
 
 def test_the_harmonics_of_the_momentum_are_within_the_kinetic_energy():
     # ⟨p²⟩ ≤ 2M⟨E⟩ is an equality for a rigid body; six digits are written, 1e-5 is allowed
-    # red: 2 * p_sin**2 → 3 *; + p_mean**2 → -; 2 * mass → 3 *; ROUNDING 1e-5 → 1e-3
     energy = AMPLITUDE**2 / (4 * MASS)
     what = "more momentum than its kinetic energy allows"
     assert not refused(what, kinetic_energy=energy * (1 - 0.9e-5))
@@ -136,7 +113,6 @@ def test_the_harmonics_of_the_momentum_are_within_the_kinetic_energy():
 
 
 def test_energies_have_the_sign_that_they_must():
-    # red: kinetic <= 0 → < 0; rotational < 0 → <= 0
     still = {"p_sin": 0.0, "p_cos": 0.0, "p_mean": 0.0}
     assert refused("a kinetic energy that is not positive", kinetic_energy=0.0, **still)
     assert refused("a kinetic energy that is not positive", kinetic_energy=-1.0, **still)
@@ -146,7 +122,6 @@ def test_energies_have_the_sign_that_they_must():
 def test_the_centre_of_mass_has_half_the_height_of_the_solid_below_and_above_it():
     # a third of the cell is solid: at least 25/6 mm from floor and lid, less a tenth of that for
     # the overlaps
-    # red: / 2 left out; (1 - OVERLAP) → (1 + …); packing.depth - lowest → + lowest
     what = "a centre of mass outside the free space of the cells"
     lowest = 0.9 * 25e-3 / 6
     assert refused(what, height=0.999 * lowest) and not refused(what, height=1.001 * lowest)
@@ -156,7 +131,6 @@ def test_the_centre_of_mass_has_half_the_height_of_the_solid_below_and_above_it(
 
 def test_a_bed_returns_no_more_work_than_it_had():
     # ½ M (ωW)² of the motion of the cells and M g L of the height; 10 g at 80 Hz, L = 25 mm
-    # red: speed**2 / 2 → * 2; gravity * depth → /; the sum of the rows for their running sum
     speed = 98.0665 / (2 * math.pi * 80)
     had = MASS * (0.5 * speed**2 + 9.80665 * 25e-3)
     one = run(cell={"count": 1})
@@ -181,7 +155,6 @@ def test_a_bed_returns_no_more_work_than_it_had():
 
 
 def test_the_cells_together_have_the_momentum_of_the_run():
-    # red: sum(axis=1) → sum(axis=0); ROUNDING * → / ; .max(axis=1) → .min(axis=1)
     cells = np.array([[[0.3, -0.2], [0.1, 0.05]], [[-0.2, 0.1], [0.2, -0.3]]])
     read = np.zeros((2, 7))
     read[:, 1:3] = cells.sum(axis=1)
@@ -198,7 +171,6 @@ def test_the_cells_together_have_the_momentum_of_the_run():
 
 
 def test_cells_are_judged_by_the_second_half_of_their_rows_each_with_its_share():
-    # red: mass / count → * count; area / count → area; half → 0; a cell without spheres kept
     one = run(cell={"count": 3})
     cells = np.zeros((48, 3, 2))
     cells[:24, :2] = 7.0
@@ -214,38 +186,5 @@ def test_cells_are_judged_by_the_second_half_of_their_rows_each_with_its_share()
     assert first.error == pytest.approx(0, abs=1e-9)
 
 
-def write_cells(folder, leg, steps, values):
-    """A file of rows of two cells; the four columns hold the number of the row and ten of it."""
-    head = [
-        "# Time-averaged data for fix cycle_cells",
-        "# TimeStep v_p1_sin v_p1_cos v_p2_sin v_p2_cos",
-    ]
-    lines = [f"{s} {v} {v + 10} {v + 20} {v + 30}" for s, v in zip(steps, values, strict=True)]
-    (folder / f"cells_{leg}.txt").write_text("\n".join(head + lines) + "\n")
-
-
 def shaken(legs, count):
     return Shaken(count, legs, 9, MASS, "accuracy", None)
-
-
-def test_the_cells_of_all_legs_follow_one_another(tmp_path):
-    # red: [:, 1:] → [:, 2:]; the columns of a cell taken for those of its neighbour
-    one = run(cell={"count": 2})
-    steps = one.steps_per_cycle * np.arange(1, 6)
-    for leg, part in ((1, slice(0, 2)), (2, slice(2, 5))):
-        write_cells(tmp_path, leg, steps[part], range(1, 6)[part])
-    read = rows.read_cells(one, tmp_path, shaken((2, 3), 4))
-    np.testing.assert_array_equal(read[:, 0], [[k, k + 10] for k in range(1, 5)])
-    np.testing.assert_array_equal(read[:, 1], [[k + 20, k + 30] for k in range(1, 5)])
-
-
-def test_a_single_cell_is_the_run(tmp_path):
-    # red: 1:3 → 2:4
-    one = run(cell={"count": 1})
-    steps = one.steps_per_cycle * np.arange(1, 3)
-    write(tmp_path, 1, steps, [1, 2])
-    text = (tmp_path / "cycles_1.txt").read_text().splitlines()
-    text[2:] = [f"{step} 1 2 3 4 5 6" for step in steps]
-    (tmp_path / "cycles_1.txt").write_text("\n".join(text) + "\n")
-    read = rows.read_cells(one, tmp_path, shaken((2,), 2))
-    np.testing.assert_array_equal(read, [[[1, 2]], [[1, 2]]])

@@ -19,13 +19,13 @@ def drawn(scatter, error, seeds=2, cases=400, seed=1):
 @pytest.mark.parametrize(("scatter", "error"), [(0.05, 0.005), (0.05, 0.05), (0.02, 0.02)])
 def test_the_scatter_that_was_drawn_is_found(scatter, error, seeds):
     # 400 pairs know a variance of their own to 7 %, where the errors are as large as the scatter
-    # to twice that; red: freedom = sum(len(c)); own without its square
+    # to twice that
     found = cycles.scatter_of_packings(*drawn(scatter, error, seeds))
     assert found == pytest.approx(scatter, rel=0.15)
 
 
 def test_pairs_then_disagree_by_as_much_as_their_errors_say():
-    # with equal errors of both seeds exactly, else nearly; red: low returned in any case
+    # with equal errors of both seeds exactly, else nearly
     means, errors = drawn(0.05, 0.005, cases=90, seed=3)
     s = cycles.scatter_of_packings(means, errors)
     z = [
@@ -38,7 +38,6 @@ def test_pairs_then_disagree_by_as_much_as_their_errors_say():
 
 
 def test_where_errors_explain_the_scatter_there_is_none():
-    # red: `<= 0` → `>= 0`
     means, _ = drawn(0.0, 0.02)
     assert cycles.scatter_of_packings(means, [0.05 * c for c in means]) == 0.0
     assert cycles.scatter_of_packings([np.array([3.0])], [np.array([0.1])]) == 0.0
@@ -50,14 +49,13 @@ def test_where_errors_explain_the_scatter_there_is_none():
     [(0.1, 0.1 * np.sqrt(2 / 1.5), 0.1 * np.sqrt(2 / 3)), (0.5, 0.0, np.sqrt(0.5)), (0.9, 0.0, 1)],
 )
 def test_a_single_pair_has_the_scatter_that_its_deviation_leaves(deviation, error, scatter):
-    # 2 d²/(e² + s²) = 1, with s at most 1; red: freedom == 1; left(low) <= 1; high = 1.1
+    # 2 d²/(e² + s²) = 1, with s at most 1
     pair = 3.0 * np.array([1 - deviation, 1 + deviation])
     found = cycles.scatter_of_packings([pair], [np.full(2, 3.0 * error)])
     assert found == pytest.approx(scatter, rel=1e-6)
 
 
 def test_a_bed_with_few_cases_is_judged_by_all_and_states_apart_by_none():
-    # red: FEWEST_FREEDOM = 0; `alike` left out
     means, errors = drawn(0.05, 0.001, cases=60)
     other_means, other_errors = drawn(0.01, 0.001, cases=60, seed=9)
     groups = ["half"] * 60 + ["full"] * 57 + ["few"] * 3
@@ -72,6 +70,5 @@ def test_a_bed_with_few_cases_is_judged_by_all_and_states_apart_by_none():
 
 
 def test_the_mean_of_seeds_is_as_uncertain_as_runs_and_packings_make_it():
-    # red: scatter * np.mean(means) without its square; len(means) → its root
     found = cycles.packed(np.array([90.0, 110.0]), np.array([3.0, 4.0]), 0.05)
     assert found == pytest.approx(np.sqrt(9 + 16 + 25 + 25) / 2)

@@ -6,9 +6,7 @@ import pytest
 from pidpanel.coupon import attempts, cycles, records, rows, states, summary
 from pidpanel.coupon.bed import HARD_CYCLES
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts import failures
 from pidpanel.coupon.records import CaseOutcome
-from pidpanel.paths import TEMPLATES
 from pidpanel.study.coupon import Coupon
 
 
@@ -17,7 +15,6 @@ def split(means, errors):
 
 
 def test_values_apart_by_a_quarter_and_four_errors_are_of_two_states():
-    # red: MARGIN 0.25 → 0.5; ERRORS 4 → 2; the order of the values for that of their size
     assert split([3.0, 1.0, 3.1, 1.1], [0.1] * 4) == [[1, 3], [0, 2]]
     assert split([1.0, 1.25], [0.01] * 2) == [[0, 1]]  # less than a quarter of their mean
     assert split([1.0, 1.3], [0.01] * 2) == [[0], [1]]
@@ -30,7 +27,6 @@ def test_values_apart_by_a_quarter_and_four_errors_are_of_two_states():
 
 def test_states_are_as_many_as_there_are_gaps_between_neighbours():
     # one bed of acrylic, single cells at 100 Hz, 80 g, r = 0.5: η of each
-    # red: the lowest and the highest compared alone
     eta = [0.05, 0.103, 0.049, 0.25, 0.104, 0.05]
     assert split(eta, [0.002] * 6) == [[2, 0, 5], [1, 4], [3]]
     # what lies between closes the gap
@@ -38,7 +34,6 @@ def test_states_are_as_many_as_there_are_gaps_between_neighbours():
 
 
 def test_the_error_of_states_reaches_the_one_that_is_farthest():
-    # red: the distance between the states in place of that from the mean
     means = np.array([1.0, 1.0, 1.0, 5.0])
     found = states.states_of(means, np.full(4, 0.01))
     assert states.farthest(means, found) == 3.0
@@ -47,7 +42,6 @@ def test_the_error_of_states_reaches_the_one_that_is_farthest():
 
 
 def test_a_motion_that_repeats_after_a_few_cycles_has_no_scatter():
-    # red: blocks of 4 cycles; the blocks counted from the first row
     for period in ([0.05], [0.0, 0.2], [-0.55, 0.03, 0.86], [1.0, 2.0, 3.0, -1.0, 0.0, 1.0]):
         series = np.resize(period, 72)
         mean, error = cycles.settled(series)
@@ -60,7 +54,6 @@ def test_a_motion_that_repeats_after_a_few_cycles_has_no_scatter():
 
 def test_independent_rows_have_the_error_of_their_mean():
     # within 15 %: twelve hundred blocks know their deviation to 2 %, and 100 series are averaged
-    # red: / math.sqrt(count) → * ; ddof=1 left out does not show
     rng = np.random.default_rng(1)
     found = [cycles.settled(rng.normal(size=600)) for _ in range(100)]
     stated = np.sqrt(np.mean([error**2 for _, error in found]))
@@ -83,7 +76,6 @@ def coupon(**changes):
 
 
 def test_beds_that_may_ride_or_cross_come_from_both_sides_and_have_a_reserve():
-    # red: every seed begun at rest; a reserve of every case; / 3 → / 2 in `least_cycles`
     (case,) = cases_of(coupon())
     assert [run.start for run in case.runs] == ["rest", "hard"]
     assert [run.packing.seed for run in case.reserve] == [3]
@@ -115,7 +107,6 @@ def shaken(tmp_path_factory):
 @pytest.mark.liggghts
 def test_a_case_of_two_states_says_both_with_their_shares_and_an_error_that_covers_them(shaken):
     # acrylic, r = 0.5, 100 Hz, 80 g: from rest η = 0.25, shaken hard first 0.05
-    # red: `found.damping_error` left out of the error; the reserve not run; the mean of the runs
     # in place of that of the settled cells
     folder, case = shaken
     row = summary.summarise(case, *summary.read_seeds(case, folder))
@@ -137,7 +128,6 @@ def test_a_case_of_two_states_says_both_with_their_shares_and_an_error_that_cove
 
 @pytest.mark.liggghts
 def test_a_run_shaken_hard_has_its_rows_after_that(shaken):
-    # red: `start {{ first_step }}` in the deck: the first row is that of the last hard cycle
     folder, case = shaken
     run, home = case.runs[1], case.folders(folder)[1]
     steps = np.loadtxt(home / "cycles_1.txt")[:, 0]
@@ -149,7 +139,6 @@ def test_a_run_shaken_hard_has_its_rows_after_that(shaken):
 
 @pytest.mark.liggghts
 def test_what_was_run_is_not_run_again(shaken):
-    # red: the restart of a run not read
     folder, case = shaken
     before = summary.summarise(case, *summary.read_seeds(case, folder))
     third = case.with_reserve.folders(folder)[2]
@@ -187,8 +176,6 @@ def celled(tmp_path_factory):
 
 @pytest.mark.liggghts
 def test_the_cells_together_are_the_run_and_a_restart_goes_on_with_both(celled):
-    # red: the groups of the cells not made again after a restart; `first_step` of a leg that
-    # starts from a restart; `unfix cycle_cells` left out (a row of the window follows)
     folder, case = celled
     run, home = case.runs[1], case.folders(folder)[1]
     found = records.read(CaseOutcome, case.outcome_file(folder)).runs[1].product
@@ -205,37 +192,3 @@ def test_the_cells_together_are_the_run_and_a_restart_goes_on_with_both(celled):
     damping, mass = rows.harmonic(run, read, found.mass_kg)
     assert (one.damping + other.damping) / 2 == pytest.approx(damping[7:].mean(), rel=1e-4)
     assert (one.apparent_mass + other.apparent_mass) / 2 == pytest.approx(mass[7:].mean(), rel=1e-4)
-
-
-@pytest.mark.liggghts
-def test_rows_that_are_not_those_of_the_cells_together_are_named(celled):
-    # a digit that is wrong before anyone has a hash of the rows
-    # red: the tolerance of `check_cells` times a hundred; the row of the cosine left out
-    folder, case = celled
-    run, home = case.runs[1], case.folders(folder)[1]
-    found = records.read(CaseOutcome, case.outcome_file(folder)).runs[1].product
-    read, cells = rows.read_shaken(run, home, found), rows.read_cells(run, home, found)
-    rows.check_cells(read, cells, home)
-    for column in (1, 2):
-        wrong = read.copy()
-        wrong[5, column] += 1e-3 * np.abs(cells[5]).sum()
-        with pytest.raises(
-            failures.Unphysical, match="the momentum of cycle 6 is not the sum over its cells"
-        ):
-            rows.check_cells(wrong, cells, home)
-    file = home / "cells_2.txt"
-    kept = file.read_text()
-    file.write_text(kept.replace("1", "2"))
-    with pytest.raises(failures.SolverFailure, match=r"cells_2|momentum|not those"):
-        rows.read_shaken(run, home, found)
-    file.write_text(kept)
-
-
-def test_cells_are_listed_one_by_one_where_there_are_several_and_not_too_many():
-    # red: a single cell listed; more cells than LIGGGHTS has groups
-    def listed(count, **changes):
-        (case,) = cases_of(coupon(cell={"count": count}, **changes))
-        return case.point.cells_listed, case.point.deck_text().count("group cell")
-
-    assert [listed(count) for count in (1, 2, 24, 25)] == [(0, 0), (2, 2), (24, 24), (0, 0)]
-    assert listed(3, deck=TEMPLATES / "shake_lab.in.j2")[0] == 0

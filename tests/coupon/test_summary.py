@@ -56,7 +56,6 @@ def read(case, folder):
 
 
 def test_a_row_is_what_the_recorded_momentum_says(tmp_path):
-    # red: p_cos for p_sin; the mass of one sphere; E_d per radian
     (case,) = recorded_case()
     record(case, tmp_path)
     row = summary.summarise(case, *summary.read_seeds(case, tmp_path))
@@ -81,7 +80,6 @@ def test_a_row_is_what_the_recorded_momentum_says(tmp_path):
 
 
 def test_an_apparent_mass_without_an_error_is_known_to_the_mass_of_the_particles(tmp_path):
-    # red: infinity, which no fit can weigh
     (case,) = recorded_case()
     record(case, tmp_path)
     ((seed,), problems) = summary.read_seeds(case, tmp_path)
@@ -99,7 +97,6 @@ def test_an_apparent_mass_without_an_error_is_known_to_the_mass_of_the_particles
     ],
 )
 def test_what_cannot_be_read_of_a_run_is_its_status(tmp_path, spoil, status, message):
-    # red: a file that is not there ends the table
     (case,) = recorded_case()
     record(case, tmp_path)
     spoil(case.folders(tmp_path)[0] / "cycles_1.txt")
@@ -110,7 +107,6 @@ def test_what_cannot_be_read_of_a_run_is_its_status(tmp_path, spoil, status, mes
 
 
 def test_an_energy_that_does_not_close_is_named_and_its_value_kept(tmp_path):
-    # red: `closure > CLOSURE_LIMIT` without its absolute value
     (case,) = recorded_case()
     record(case, tmp_path, closure=-0.021)
     found, home = read(case, tmp_path)
@@ -132,13 +128,11 @@ def problems(folder, **changes):
 
 
 def test_a_closure_that_is_no_number_is_not_closed(tmp_path):
-    # red: `abs(balance.closure) > CLOSURE_LIMIT`, which NaN is not
     assert "EnergyNotClosed" in problems(tmp_path, closure=math.nan)
 
 
 def test_losses_of_the_contacts_are_of_the_size_of_those_of_the_rows(tmp_path):
     # the golden rows: 12 cycles, whose work is known
-    # red: the ratio upside down; `abs(ratio)`; the window's cycles or the area left out
     p_sin = np.loadtxt(GOLDEN / "cycles_1.txt")[:, 1]
     work = float(98.0665 * p_sin[4:].mean() / 200)
 
@@ -164,7 +158,6 @@ def table_of(*statuses):
 
 
 def test_a_table_of_too_few_good_cases_is_refused_with_the_others_named():
-    # red: `<=` for `<`; the good cases named
     table = table_of("ok", "ok", "ok", "NotSteady")
     summary.check_coverage(table, 0.75)
     with pytest.raises(summary.CoverageMissed) as missed:
@@ -175,7 +168,6 @@ def test_a_table_of_too_few_good_cases_is_refused_with_the_others_named():
 
 
 def test_a_table_is_written_before_it_is_refused(tmp_path):
-    # red: check_coverage before write_cases
     one, other = recorded_case(acceleration_g=[10, 12])
     record(one, tmp_path, status="NotSteady")
     record(other, tmp_path, status="NotSteady")
@@ -188,7 +180,6 @@ def test_a_table_is_written_before_it_is_refused(tmp_path):
 
 def test_a_run_that_drifts_counts_with_the_error_that_says_so(tmp_path):
     # halves that differ by five errors of their difference: the mean may be off by half of that
-    # red: `return damping.error` without a look at the drift
     (case,) = recorded_case()
     record(case, tmp_path)
     found, _ = read(case, tmp_path)
@@ -203,7 +194,6 @@ def test_a_run_that_drifts_counts_with_the_error_that_says_so(tmp_path):
 
 def test_runs_that_are_not_steady_count_by_their_error():
     """Sixty cycles of noise with memory, on which a transient of fifteen dies away."""
-    # red: `max(1.0, abs(damping.drift))` → `1.0` in total_damping_error
     rng, count, memory = np.random.default_rng(0), 60, 0.3
     transient = 0.5 * np.exp(-np.arange(count) / 15)
     off = []
@@ -222,7 +212,6 @@ def test_runs_that_are_not_steady_count_by_their_error():
 
 @pytest.mark.parametrize("spoil", [lambda file: file.unlink(), lambda file: file.write_text("{}")])
 def test_an_outcome_that_cannot_be_read_is_an_error_that_names_its_file(tmp_path, spoil):
-    # red: a row with a status in place of it, which Snakemake would keep
     (case,) = recorded_case()
     record(case, tmp_path)
     spoil(case.outcome_file(tmp_path))

@@ -62,7 +62,6 @@ def digest(*texts):
 
 @pytest.mark.parametrize("shape", ["hexagon", "square"])
 def test_spheres_and_walls_are_placed_as_by_this_version(tmp_path, shape):
-    # red: 0.51 * size[n] → 0.52 * size[n] in geometry; {x:.12g} → {x:.9g} in start_files
     poured = case(shape).point.packing
     start = scattered(poured)
     box = np.array([[0.0, 1.0]] * 3)
@@ -86,7 +85,6 @@ def prepared(tmp_path_factory):
 
 @pytest.mark.liggghts
 def test_a_packing_is_poured_as_by_this_version(prepared):
-    # red: `energy < rest` → `energy < 2 * rest`; 1.5 * packing.depth → 1.6 * packing.depth
     found = {
         "version": packing.POUR_VERSION,
         "digest": digest((prepared[0] / PACKING_FILE).read_text()),
@@ -96,7 +94,6 @@ def test_a_packing_is_poured_as_by_this_version(prepared):
 
 @pytest.mark.liggghts
 def test_a_bed_is_shaken_loose_as_by_this_version(prepared):
-    # red: argmin → argmax of the overlaps
     found = {
         "version": bed.LOOSEN_VERSION,
         "digest": digest((prepared[1] / BED_FILE).read_text()),
@@ -106,7 +103,6 @@ def test_a_bed_is_shaken_loose_as_by_this_version(prepared):
 
 @pytest.mark.liggghts
 def test_a_run_is_judged_and_its_energy_measured_as_by_this_version(prepared, tmp_path):
-    # red: DRIFT_LIMIT, FLOOR; FRAMES_PER_CONTACT; the half step not taken back in `window`
     one = case()
     run = one.point
     found = runs.shake(run, one.target, prepared[1], tmp_path / "run")

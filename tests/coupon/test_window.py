@@ -13,7 +13,6 @@ from pidpanel.study.coupon import Coupon
 
 
 def test_files_that_end_at_the_same_frame_are_told(monkeypatch, tmp_path):
-    # red: `frames = len(motion.position)`
     coupon = Coupon.model_validate(
         {
             "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 1},

@@ -18,7 +18,6 @@ from pidpanel.damping.surface_cases import (
     groups,
     onset,
 )
-from pidpanel.damping.surface_files import to_frame
 
 FILLS = np.array([0.1, 0.5, 0.9])
 FREQUENCIES = np.geomspace(30.0, 2000.0, 5)
@@ -223,13 +222,6 @@ def test_a_sweep_without_spread_along_an_axis_has_a_domain_all_the_same(of, aske
     assert (found.equivalent_damping > 0).all()
 
 
-def test_cases_of_one_level_know_no_level():
-    surface = DampingSurface.from_frame(frame(levels=LEVELS[:1]))
-    assert not surface.depends_on_acceleration
-    asked = np.array([100.0])
-    assert surface(asked, 0.3, np.nan) == surface(asked, 0.3, 3.0)
-
-
 # ------------------------------------------------------------------------ what counts
 
 
@@ -251,13 +243,6 @@ def test_two_rows_at_one_point_are_refused():
     rows = frame()
     with pytest.raises(DampingError, match="duplicate rows at fill_fraction"):
         DampingSurface.from_frame(pd.concat([rows, rows.iloc[:1]]))
-
-
-def test_leaving_one_out_foretells_the_errors_of_the_law(surface):
-    left = surface.leave_one_out()
-    assert len(left) == 45
-    # a power law with a bend, two thirds of it at the edge of the sweep
-    assert np.sqrt((left["log_error"] ** 2).mean()) < 0.2
 
 
 # ------------------------------------------------------------------------ covariance
@@ -379,29 +364,6 @@ def test_the_bound_is_that_of_an_inelastic_bed_where_the_mass_is_known(lab_surfa
     assert lab_surface.bound == pytest.approx(8 * LAB_MASS_PER_FILL)
     unknown = DampingSurface.from_frame(cases().drop(columns=PARTICLE_MASS))
     assert unknown.bound == np.inf
-
-
-def test_a_sweep_of_one_acceleration_has_a_hull_in_the_other_two():
-    # without the corner of high fill and high frequency; the line from (0.5, 2000) to (0.8, 250)
-    # red: dimensions < 2 → <= 2 in SimulatedRange
-    frame = cases(levels=(30.0,))
-    lacking = (frame["fill_fraction"] == 0.8) & (frame["frequency_hz"] == 2000)
-    found = DampingSurface.from_frame(frame[~lacking])
-    middle = np.sqrt(250 * 2000)
-    inside = [
-        found.simulated.contains(np.array([[0.65 + d, middle, 30.0]]))[0] for d in (-0.01, 0.01)
-    ]
-    assert inside == [True, False]
-
-
-def test_the_table_of_a_surface_has_its_columns_and_the_mass_of_its_particles(lab_surface):
-    # red: surface.mass_per_fill * frame["fill_fraction"] → / in `to_frame`; drop=True → False
-    assert list(lab_surface.cases.columns) == [*AXES, VALUE, ERROR, MASS, MASS_ERROR]
-    frame = to_frame(lab_surface, 2, 3, 2)
-    np.testing.assert_allclose(frame[PARTICLE_MASS], LAB_MASS_PER_FILL * frame["fill_fraction"])
-    values = lab_surface.evaluate(*(frame[axis] for axis in AXES))
-    np.testing.assert_allclose(frame[VALUE], values.equivalent_damping)
-    np.testing.assert_allclose(frame[MASS], values.apparent_mass)
 
 
 def test_a_surface_of_one_acceleration_has_its_covariance_whatever_is_asked():

@@ -11,10 +11,11 @@ from pidpanel.damping import gaussian_process
 from pidpanel.damping.inelastic import slug, slug_energy
 from pidpanel.damping.jump import WHOLE
 from pidpanel.damping.surface_cases import (
+    AXES,
     SurfaceBed,
     TrainingData,
-    _axes_of_one_scale,
     _side,
+    logarithmic,
     training_data,
 )
 
@@ -152,7 +153,8 @@ def test_many_cases_are_thinned_by_ratios_of_frequency_and_level():
          "acceleration_g": [4.0, 8, 16]}
     )  # fmt: skip
     steps = np.array([-1, 0, 1]) * np.sqrt(1.5)  # of standard deviation 1
-    axes = _axes_of_one_scale(cases)
+    points = logarithmic(cases[list(AXES)].to_numpy(float))
+    axes = points / gaussian_process.spreads(points)
     np.testing.assert_allclose(axes - axes.mean(axis=0), np.outer(steps, np.ones(3)), atol=1e-12)
 
 

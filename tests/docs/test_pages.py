@@ -18,7 +18,6 @@ EXCEPTIONS = {"ValueError", "RuntimeError", "Exception"}
 
 
 def test_the_pages_are_built_without_a_warning(built):
-    # red: a link to a page or a heading that there is not, in docs/start.md
     folder, done = built
     assert done.returncode == 0, done.stderr
     assert {path.stem for path in SOURCES} <= {path.stem for path in folder.rglob("*.html")}
@@ -38,7 +37,6 @@ def anchors_of(page):
 
 @pytest.mark.parametrize("page", ROOT_PAGES, ids=lambda page: page.name)
 def test_links_of_the_pages_outside_of_docs_lead_somewhere(page):
-    # red: docs/start.md renamed in README.md; #dead-weight misspelt there
     for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
         if "://" in link:
             continue
@@ -49,19 +47,10 @@ def test_links_of_the_pages_outside_of_docs_lead_somewhere(page):
 
 
 def test_every_shipped_study_has_its_row():
-    # red: the row of `wing.yaml` left out
     text = (DOCS / "studies.md").read_text(encoding="utf-8")
     for path in (PROJECT / "workflow" / "studies").glob("*.yaml"):
         name = path.stem.replace("coupon_", "_")
         assert path.stem in text or f"`{name}`" in text, path.name
-
-
-def test_formulas_are_drawn_by_the_browser_itself(built):
-    # red: "mathml" left out of the extensions in conf.py
-    page = (built[0] / "theory/index.html").read_text(encoding="utf-8")
-    assert page.count("<math") > 20
-    assert "MathJax" not in page
-    assert "<merror" not in page
 
 
 def errors_of_the_package():
@@ -79,7 +68,6 @@ def errors_of_the_package():
 
 
 def test_every_failure_is_on_the_page_of_messages():
-    # red: the row of `RunHung` left out of messages.md
     page = (DOCS / "reference" / "messages.md").read_text(encoding="utf-8")
     told = set(re.findall(r"`([A-Z]\w+)`", page))
     # what holds others together, what is told as the lines of a study's mistakes, and the end of
@@ -101,7 +89,6 @@ def texts_of_the_package():
 
 
 def test_the_page_of_messages_quotes_what_is_said():
-    # red: `unknown key` misspelt in messages.md
     page = (DOCS / "reference" / "messages.md").read_text(encoding="utf-8")
     said = "\n".join(texts_of_the_package())
     quoted = []
@@ -133,14 +120,8 @@ QUICK = ("cp ", "sed ", "pidpanel check ")
 CHECKED = [page for page in SOURCES if any(c.startswith(QUICK[2]) for c, _ in commands_of(page))]
 
 
-def test_some_pages_have_commands_to_check():
-    # red: r"^> " in place of r"^\$ " in commands_of
-    assert {page.name for page in CHECKED} == {"start.md", "panel.md", "bead.md"}
-
-
 @pytest.mark.parametrize("page", CHECKED, ids=lambda page: page.stem)
 def test_the_quick_commands_of_a_page_print_what_it_shows(page, tmp_path):
-    # red: the scenarios `place` left out of tutorials/panel.md
     (tmp_path / "workflow").symlink_to(PROJECT / "workflow")
     (tmp_path / "mine").mkdir()
     # a tutorial goes on with the files of the one before

@@ -13,8 +13,6 @@ pytestmark = pytest.mark.liggghts
 
 
 def test_killed_it_comes_to_the_same_bytes(tmp_path):
-    # red: `end_with` left out of job.started (LIGGGHTS stays); `release` left out of `run`;
-    # `snakemake` in place of `pidpanel run` in the Makefile
     world = World(tmp_path / "a$(touch hit)b", made=True)
     world.write()
     process = world.start()
@@ -35,7 +33,6 @@ def test_killed_it_comes_to_the_same_bytes(tmp_path):
 
 
 def test_every_drill_is_told_in_a_line():
-    # red: a drill without a docstring, which the table of the documents shows
     for drill in DRILLS.values():
         assert drill.__doc__.endswith(".") and "\n" not in drill.__doc__
     assert Path(__file__).with_name("__main__.py").is_file()

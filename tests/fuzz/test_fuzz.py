@@ -84,7 +84,6 @@ READINGS = readings()
 
 @pytest.mark.parametrize("kind", list(READINGS))
 def test_a_garbled_file_is_read_or_refused_by_name(kind, tmp_path_factory):
-    # red: a conversion without a `try` in any of the readers
     right, read, refusal = READINGS[kind]
     folder = tmp_path_factory.mktemp(kind)
     file = folder / right.name
@@ -110,7 +109,6 @@ def test_a_garbled_file_is_read_or_refused_by_name(kind, tmp_path_factory):
 @fuzzed
 @given(data=st.binary(max_size=200))
 def test_a_mesh_of_gmsh_is_read_or_refused_by_name(data, tmp_path_factory):
-    # red: an exception of meshio let through
     file = tmp_path_factory.mktemp("gmsh") / "mesh.msh"
     file.write_bytes(b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" + data)
     with pytest.raises(ValueError, match=r"mesh\.msh"):
@@ -127,7 +125,6 @@ JSON = st.recursive(
 @fuzzed
 @given(st.sampled_from(sorted(RunState.__dataclass_fields__)), JSON)
 def test_a_record_takes_what_is_of_its_kind_or_refuses_it(tmp_path_factory, key, value):
-    # red: `strict=False`
     file = tmp_path_factory.mktemp("record") / "state.json"
     values = dataclasses.asdict(RunState("a", 1, 1e-6, (), (), 0, {})) | {key: value}
     file.write_text(json.dumps(values))

@@ -20,7 +20,6 @@ SEEDS = range(FIRST, FIRST + MANY) if MANY else (1, 3)
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_study_that_check_accepts_is_carried_out(tmp_path, seed):
-    # red: `raise ValueError` in place of the return of any function of a stage
     file = random_studies.written(tmp_path, random_studies.drawn(seed))
     try:
         study = checked_study(file)
@@ -37,7 +36,6 @@ def test_a_study_that_check_accepts_is_carried_out(tmp_path, seed):
 
 
 def test_most_of_what_is_drawn_is_accepted(tmp_path):
-    # red: a key misspelt in random_studies
     refused = 0
     for seed in range(8):
         try:

@@ -10,7 +10,6 @@ from pidpanel.study.coupon import Cell
 
 
 def test_every_name_a_study_may_say_has_a_shape():
-    # red: a name without a line in SHAPES
     assert set(get_args(ShapeName)) == set(SHAPES)
     for name in SHAPES:
         assert Cell(shape=name).shape == name
@@ -18,7 +17,6 @@ def test_every_name_a_study_may_say_has_a_shape():
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_an_outline_is_convex_and_goes_round_the_origin_anticlockwise(name):
-    # red: sine and cosine exchanged
     outline = SHAPES[name].outline(6e-3)
     following = np.roll(outline, -1, axis=0)
     assert len(outline) == SHAPES[name].corners
@@ -30,7 +28,7 @@ def test_an_outline_is_convex_and_goes_round_the_origin_anticlockwise(name):
     ("name", "area"), [("hexagon", np.sqrt(3) / 2), ("square", 1.0), ("circle", np.pi / 4)]
 )
 def test_an_outline_has_the_area_of_its_cell(name, area):
-    # over the square of the width; red: another number of corners in SHAPES; round=True → False
+    # over the square of the width
     outline = SHAPES[name].outline(6e-3)
     x, y = outline.T
     found = 0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)

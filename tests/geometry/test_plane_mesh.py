@@ -18,16 +18,13 @@ RING = np.array(
 
 
 def test_areas_are_signed_and_independent_of_where_the_mesh_lies():
-    # red: 0.5 * → 1.0 *; the two products exchanged; corners - corners[:, :1] → corners[:, :1]
     np.testing.assert_array_equal(cell_areas(VERTICES, RING), np.full(8, 6.0))
     np.testing.assert_array_equal(cell_areas(VERTICES, RING[:, ::-1]), np.full(8, -6.0))
     halves = RING[:, [0, 1, 2]]
-    # red: corners - corners[:, :1] → corners + corners[:, :1], which loses all digits so far away
     np.testing.assert_array_equal(cell_areas(VERTICES + 2.0**40, halves), np.full(8, 3.0))
 
 
 def test_edges_of_a_cell_start_at_its_first_vertex():
-    # red: np.roll(cells, -1, axis=1) → np.roll(cells, 1, axis=1) in `edge_lengths`
     np.testing.assert_array_equal(
         edge_lengths(VERTICES, RING), np.tile([2.0, 3.0, 2.0, 3.0], (8, 1))
     )
@@ -36,7 +33,6 @@ def test_edges_of_a_cell_start_at_its_first_vertex():
 
 
 def test_boundary_goes_round_the_ring_and_clockwise_round_its_hole():
-    # red: count == 1 → count == 2; np.sort(edges, axis=1) → edges
     edges = boundary_edges(RING)
     assert len(edges) == 12 + 4
     # the area by Green's theorem, ½ ∮ x dy − y dx: the hole counts negative

@@ -30,8 +30,6 @@ def waves(position, weight, values, kappa):
 @pytest.mark.parametrize(("share", "error"), [(1.0, 1e-6), (0.5, 1e-10), (0.0, 1e-13)])
 def test_condensed_points_answer_to_every_wave_as_all_of_them_do(sides, corner, share, error):
     # the accuracy that `condensed` states; at κ = 0 the integral of the shapes, to rounding
-    # red: TOLERANCE = 1e-2 or degree(…) - 4 in `condensed`; whole_weight → 1 in `lagrange`;
-    # place == (column, row) → (row, column)
     position, weight, values = points(3, sides, corner)
     few = condensed(PanelQuadrature(position, weight, values), KAPPA)
     size = weight @ np.abs(values)
@@ -42,8 +40,7 @@ def test_condensed_points_answer_to_every_wave_as_all_of_them_do(sides, corner, 
 
 
 def test_the_points_are_gauss_points_of_the_box_whose_weights_sum_to_its_area():
-    # as many as the degree of a wave across either side; red: edge / 2 → edge in `degree(…)` of
-    # `whole`; / 4 left out of the weights
+    # as many as the degree of a wave across either side
     position, weight, values = points(4, (2.0, 1.0))
     few = condensed(PanelQuadrature(position, weight, values), KAPPA)
     assert len(few.weight) == degree(KAPPA) * degree(KAPPA / 2)
@@ -54,7 +51,7 @@ def test_the_points_are_gauss_points_of_the_box_whose_weights_sum_to_its_area():
 
 
 def test_the_boxes_in_which_points_are_gathered_change_nothing(monkeypatch):
-    # one box of 19 wavelengths against sixty; red: (1 + node) / 2 → node / 2 in `spread`
+    # one box of 19 wavelengths against sixty
     position, weight, values = points(5, (2.0, 1.0))
     found = []
     for size in (2.0, 100.0):

@@ -97,15 +97,12 @@ def test_what_does_not_lie_on_the_panel_is_named(outline, holes, patches, points
 
 
 def test_an_area_keeps_its_digits_far_from_the_origin():
-    # red: the first corner added instead of subtracted in `signed_area`
     far = np.array(L_SHAPE.points) + 2.0**40
     assert signed_area(far) == 0.75
     assert signed_area(far[::-1]) == -0.75
 
 
 def test_an_equilateral_triangle_loses_what_the_chords_of_its_arcs_leave():
-    # red: radius * np.tan → radius / np.tan. A corner of 60° loses the kite r² √3 without 16 sectors
-    # of 7.5° each, r²/2 sin 7.5°
     r, side = 0.1, 1.0
     triangle = [(0, 0), (side, 0), (side / 2, side * np.sqrt(3) / 2)]
     left = np.sqrt(3) / 4 * side**2 - 3 * r**2 * (np.sqrt(3) - 8 * np.sin(np.radians(7.5)))
@@ -114,8 +111,6 @@ def test_an_equilateral_triangle_loses_what_the_chords_of_its_arcs_leave():
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 10.0, 1e6])
 def test_arcs_scale_with_their_polygon_and_a_circle_remains_of_a_square(scale):
-    # red: radius == 0 → radius == 1; SLACK * length.max() → SLACK / length.max(); roll by 2 of arc;
-    # arc - np.roll → arc + np.roll; - SLACK → + SLACK in the pieces of an arc
     square = scale * np.array(SQUARE)
     arcs = rounded(square, 0.1 * scale)
     assert len(arcs) == 4 * 13  # the ends of twelve pieces of 7.5° at each corner
@@ -128,8 +123,6 @@ def test_arcs_scale_with_their_polygon_and_a_circle_remains_of_a_square(scale):
 def test_the_edge_that_its_two_arcs_fill_first_is_named():
     # a right trapezium with corners of 90°, 45°, 135°, 90°: its arcs take r (1, 1 + √2, √2 - 1, 1)
     # of the edges beside them, which first fills the upper edge, at r = 1/√2
-    # red: np.roll(cut, -1) → np.roll(cut, 1), np.roll(cut, -2); np.argmax → np.argmin;
-    # needed / length → needed * length
     points = [(0, 0), (2.5, 0), (1, 1.5), (0, 1.5)]
     assert len(rounded(points, 0.70)) > 4
     with pytest.raises(
@@ -140,8 +133,6 @@ def test_the_edge_that_its_two_arcs_fill_first_is_named():
 
 @pytest.mark.parametrize("scale", [1e-5, 1e5])
 def test_checks_are_the_same_at_every_scale(scale):
-    # red: SLACK * extent → SLACK / extent in `check_simple`; SLACK * float → SLACK / float in
-    # `check_panel`
     outline = Polygon(tuple((scale * x, scale * y) for x, y in L_SHAPE.points))
     hole = {"H": Circle((0.25 * scale, 0.25 * scale), 0.1 * scale)}
     check_panel(outline, hole, {}, {"7": (0.5 * scale, 0.0)})

@@ -6,7 +6,7 @@ from pidpanel.geometry.sizes import Sizes
 
 
 def test_no_more_numbers_are_drawn_than_are_needed():
-    # the beds behind the labels depend on it; red: len(found) < count → len(found) <= count
+    # the beds behind the labels depend on it
     one, other = np.random.default_rng(0), np.random.default_rng(0)
     found = Sizes("normal", 1e-3, 3e-3).draw(1, one)
     assert found == [other.normal(2e-3, 0.5e-3)]

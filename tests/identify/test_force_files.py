@@ -47,7 +47,6 @@ def apparent_mass():
     ],
 )
 def test_constants_come_back(tmp_path, values, options):
-    # red: +ω Im M; the fixture not subtracted; force over acceleration not divided by the area
     bands = read_force(written(tmp_path / "a.uff", values, **options), None, AREA, FIXTURE)
     np.testing.assert_allclose(bands.damping, DAMPING, rtol=1e-5)
     np.testing.assert_allclose(bands.mass, MASS, rtol=1e-5)
@@ -57,7 +56,6 @@ def test_constants_come_back(tmp_path, values, options):
 
 
 def test_scatter_of_the_lines_is_the_error_of_a_band(tmp_path):
-    # red: the standard deviation of the lines not divided by √n
     rng = np.random.default_rng(4)
     noisy = apparent_mass() * (1 + 0.1 * rng.standard_normal(F.size))
     bands = read_force(written(tmp_path / "a.uff", noisy), None, AREA, FIXTURE)
@@ -67,7 +65,6 @@ def test_scatter_of_the_lines_is_the_error_of_a_band(tmp_path):
 
 @pytest.mark.parametrize(("first", "size"), [(-1, 0.5), (12, 300.0)])
 def test_a_band_has_the_mean_of_its_lines(tmp_path, first, size):
-    # red: five lines or more; standard deviation over n; bands from 1 Hz on; C_e above 1 alone
     bands = np.arange(first, first + 4)  # 10^(n/10) Hz, from 0.8 and 16 Hz on
     shares = np.array([-0.04, -0.02, 0.01, 0.045])
     f = 10 ** ((bands[:, None] + 10 * shares) / 10)
@@ -100,6 +97,5 @@ def test_a_band_has_the_mean_of_its_lines(tmp_path, first, size):
     ],
 )
 def test_other_functions_are_refused(tmp_path, values, options, message):
-    # red: one of the conditions left out
     with pytest.raises(ColumnsError, match=message):
         read_force(written(tmp_path / "a.uff", values, **options), None, AREA, FIXTURE)

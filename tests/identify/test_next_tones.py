@@ -43,7 +43,6 @@ def test_tones_cover_what_a_strong_shaker_can_run():
 
 
 def test_the_shaker_limits_the_tones():
-    # red: the stroke from f in place of ω; the least Γ below gravity
     tones = candidates((20.0, 2000.0), 50.0, 5e-3, 1.0)
     assert tones.frequency.min() >= 20 and tones.frequency.max() == pytest.approx(2000)
     assert tones.acceleration_g.max() == pytest.approx(50) and tones.acceleration_g.min() >= 1.5
@@ -65,10 +64,9 @@ def expected(posterior):
 
 
 def test_the_proposed_tone_narrows_more_than_others(posterior, expected):
-    # red: the prediction without what was measured; noise left out; argmin
     assert (expected.information > -1e-9).all()
     errors = expected.restitution_error, expected.friction_error
-    for axis, after in enumerate(errors):  # red: errors of the drawn particles
+    for axis, after in enumerate(errors):
         before = posterior.estimate(axis).error
         assert (after <= before * (1 + 1e-9)).all() and after.min() < 0.95 * before
     best, *others = (
@@ -89,7 +87,6 @@ def area(posterior):
 
 
 def test_a_tone_that_was_measured_tells_less_than_the_best(posterior, expected):
-    # red: errors of the atlas taken as independent between tests
     first = measured(*FIRST)
     again = next_tones(ATLAS, SPECIMEN, first, posterior, first.tones, ERROR).information
     assert again.max() < 0.7 * expected.information.max()

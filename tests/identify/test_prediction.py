@@ -31,7 +31,6 @@ def reading(specimen, e, log_friction, *, is_broadband):
 @pytest.mark.parametrize("specimen", [STEEL, UPRIGHT], ids=["flat", "upright"])
 @pytest.mark.parametrize("is_broadband", [False, True])
 def test_particles_have_the_damping_of_the_atlas(specimen, is_broadband):
-    # red: the onset without gravity; the broadband share left out; h left out of m_a
     predicted = predict(
         ATLAS, specimen, PARTICLES, TONES._replace(is_broadband=np.full(4, is_broadband))
     )
@@ -54,7 +53,6 @@ def test_particles_have_the_damping_of_the_atlas(specimen, is_broadband):
 
 
 def test_errors_between_tones_of_one_amplitude_are_those_of_the_atlas():
-    # red: `_by_particles` with the axes interchanged; errors without their correlation
     tones = Tones(F, np.full(4, 20.0), np.zeros(4, bool))
     predicted = predict(ATLAS, STEEL, PARTICLES, tones)
     for row, (e, log_friction, fill) in enumerate(PARTICLES):
@@ -68,7 +66,7 @@ def test_errors_between_tones_of_one_amplitude_are_those_of_the_atlas():
 
 
 def test_particles_that_were_not_weighed_have_the_mass_of_their_fill():
-    # known to 3 % from the atlas; red: the error of C_e alone
+    # known to 3 % from the atlas
     weighed = predict(ATLAS, STEEL, PARTICLES, TONES)
     free = predict(ATLAS, replace(STEEL, particle_mass=None), PARTICLES, TONES)
     np.testing.assert_allclose(free.mean, weighed.mean, rtol=1e-12)  # 90 kg/m² · 0.4
@@ -79,13 +77,11 @@ def test_particles_that_were_not_weighed_have_the_mass_of_their_fill():
 
 def test_particles_on_a_floor_ride_along_up_to_gravity():
     # a bed that gravity presses on a side wall moves from the least acceleration on
-    # red: 1 g whatever the direction
     assert STEEL.onset_g == 1.0 and replace(STEEL, gravity=0.2).onset_g == 0.2
     assert UPRIGHT.onset_g == 0.0
 
 
 def test_many_particles_are_predicted_in_blocks(monkeypatch):
-    # red: a block that begins where the one before began
     whole = predict(ATLAS, STEEL, PARTICLES, TONES)
     monkeypatch.setattr("pidpanel.identify.prediction.BLOCK", 4)
     for once, in_blocks in zip(whole, predict(ATLAS, STEEL, PARTICLES, TONES), strict=True):

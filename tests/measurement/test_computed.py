@@ -26,7 +26,6 @@ def under_sound(error=0.1):
 
 
 def test_a_psd_under_sound_is_in_g():
-    # red: one division by g; the other point
     computed = computed_psd(under_sound(), PLACE, over_base=False)
     np.testing.assert_array_equal(computed.frequency, FREQUENCY)
     np.testing.assert_allclose(computed.psd, PSD / 9.80665**2, rtol=1e-12)
@@ -60,7 +59,6 @@ def test_a_psd_over_that_of_the_supports_has_no_unit():
 
 
 def test_a_sine_has_the_square_of_its_transmissibility_and_twice_the_error_of_its_logarithm():
-    # red: the amplitude over that of the supports without its square
     amplitude = np.array([1.0, 3.0, 0.5]) * 2.5 * 9.80665
     dataset = curves("acceleration", amplitude, "acceleration_log_error", np.full(3, 0.05))
     dataset.attrs["acceleration_g"] = 2.5

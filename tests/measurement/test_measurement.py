@@ -9,6 +9,7 @@ from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.measurement.differences import band_differences
 from pidpanel.measurement.files import PSD_COLUMN, RATIO_COLUMN, MeasuredPsd, read_measured
+from pidpanel.measurement.universal import RecordChoice
 from pidpanel.response.exports import Curve, write_uff58
 from pidpanel.solve.bands import band_rms
 
@@ -35,7 +36,6 @@ def universal(path, **changes):
 
 
 def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
-    # red: the factor of (m/s²)² left out; g²/Hz taken for SI
     table = tmp_path / "test.csv"
     frame = pd.DataFrame({"frequency_hz": FREQUENCY, "acceleration_psd_g2_hz": PSD})
     frame.to_csv(table, index=False)
@@ -51,7 +51,7 @@ def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.csv", "frequency_hz,psd\n20,1\n", "column 'psd': unknown"),
+        ("a.csv", "frequency_hz,phase\n20,1\n", "column 'phase': unknown"),
         ("a.csv", "frequency_hz,acceleration_psd_g2_hz\n20,1\n", "at least two lines"),
         ("a.csv", "frequency_hz,transmissibility\n20,0\n30,0\n", "the transmissibility must be"),
         (
@@ -72,7 +72,6 @@ def test_a_table_and_universal_files_in_either_unit_give_one_psd(tmp_path):
     ],
 )
 def test_a_file_that_is_wrong_is_refused_in_a_line(tmp_path, name, content, message):
-    # red: `except ColumnsError: raise` alone around the library
     path = tmp_path / name
     path.write_text(content)
     with pytest.raises(ColumnsError) as error:
@@ -82,7 +81,6 @@ def test_a_file_that_is_wrong_is_refused_in_a_line(tmp_path, name, content, mess
 
 
 def test_two_lines_at_one_frequency_are_a_step(tmp_path):
-    # red: refused; the higher value from the line below on. ∫ = 60·4 + 40·1
     path = tmp_path / "steps.csv"
     path.write_text(f"{HEAD}40,4\n100,4\n100,1\n140,1\n")
     measured = read_measured(path)
@@ -92,61 +90,57 @@ def test_two_lines_at_one_frequency_are_a_step(tmp_path):
 
 
 def test_a_table_of_several_points_gives_that_of_a_point(tmp_path):
-    # red: the first point; a short row as the row of another point
     path = tmp_path / "points.csv"
     head = (
         "frequency_hz,acceleration_psd_g2_hz_P,velocity_psd_m2_s2_hz_P,acceleration_psd_g2_hz_Q\n"
     )
     path.write_text(f"{head}20,1,7,4\n30,2,8,5\n")
     for point, values in (("P", [1, 2]), ("Q", [4, 5])):
-        measured = read_measured(path, None, point)
+        measured = read_measured(path, point=point)
         assert measured.frequency.tolist() == [20, 30] and measured.psd.tolist() == values
     with pytest.raises(ColumnsError, match="'acceleration_psd_g2_hz_P': unknown"):
-        read_measured(path, None, "R")
+        read_measured(path, point="R")
     path.write_text(f"{head}20,1,7,4\n30,2,8\n40,3,9,6\n")
     with pytest.raises(ColumnsError, match="line 3: has 3 values, must have 2"):
-        read_measured(path, None, "Q")
+        read_measured(path, point="Q")
 
 
 @pytest.mark.parametrize(("over_base", "name"), [(False, PSD_COLUMN), (True, RATIO_COLUMN)])
 def test_columns_of_a_curve_are_those_of_its_table(over_base, name):
-    # red: the square of a transmissibility
     columns = MeasuredPsd(np.array([20.0, 30.0]), np.array([4.0, 9.0]), over_base).columns
     assert list(columns) == ["frequency_hz", name]
     assert columns[name].tolist() == ([2, 3] if over_base else [4, 9])
 
 
 def test_a_step_below_1_hz_has_its_lower_side_below(tmp_path):
-    # red: the neighbour towards 1
     path = tmp_path / "slow.csv"
     path.write_text(f"{HEAD}0.4,4\n0.5,4\n0.5,1\n0.9,1\n")
     assert read_measured(path).frequency.tolist() == [0.4, np.nextafter(0.5, 0), 0.5, 0.9]
 
 
 def test_the_number_of_a_data_set_belongs_to_universal_files(tmp_path):
-    # red: ignored with a table
     path = tmp_path / "a.csv"
     path.write_text(f"{HEAD}20,1\n30,1\n")
-    with pytest.raises(ColumnsError, match="record is only allowed with a universal file"):
-        read_measured(path, 1)
+    with pytest.raises(
+        ColumnsError, match="record, node and direction are only allowed with a universal file"
+    ):
+        read_measured(path, RecordChoice(1))
 
 
 def test_a_universal_file_of_another_function_or_of_several_is_refused(tmp_path):
-    # red: func_type not looked at; the first of several taken
     with pytest.raises(ColumnsError, match="6 is a coherence"):
         read_measured(universal(tmp_path / "coherence.uff", func_type=6))
     with pytest.raises(ColumnsError, match="must be an acceleration"):
         read_measured(universal(tmp_path / "force.uff", ordinate_spec_data_type=13))
     two = universal(universal(tmp_path / "two.uff"), data=3 * PSD)
-    with pytest.raises(ColumnsError, match="has 2 data sets 58; the key record selects one"):
+    with pytest.raises(ColumnsError, match="has 2 data sets 58, 2 of them as selected; record, or"):
         read_measured(two)
-    np.testing.assert_allclose(read_measured(two, 2).psd, 3 * PSD, rtol=1e-6)
-    with pytest.raises(ColumnsError, match="record is 3"):
-        read_measured(two, 3)
+    np.testing.assert_allclose(read_measured(two, RecordChoice(2)).psd, 3 * PSD, rtol=1e-6)
+    with pytest.raises(ColumnsError, match="has 2 data sets 58, none of them as selected"):
+        read_measured(two, RecordChoice(3))
 
 
 def test_a_transmissibility_is_read_from_a_table_and_a_frequency_response(tmp_path):
-    # red: the real part; the magnitude as a PSD; g²/Hz
     gain = PSD * np.exp(2j * FREQUENCY)
     table = tmp_path / "gain.csv"
     frame = pd.DataFrame({"frequency_hz": FREQUENCY, "transmissibility": np.abs(gain)})
@@ -163,7 +157,6 @@ def test_a_transmissibility_is_read_from_a_table_and_a_frequency_response(tmp_pa
 
 
 def test_differences_are_those_of_the_bands_that_both_have():
-    # red: measured over computed; 20 lg
     frequency = np.linspace(50.0, 900.0, 2000)
     computed = 2 * np.interp(frequency, FREQUENCY, PSD)
     error = np.full(frequency.size, 0.1)
@@ -179,7 +172,6 @@ def test_differences_are_those_of_the_bands_that_both_have():
 
 
 def test_all_frequencies_of_a_computation_within_a_measurement_are_compared():
-    # red: the last frequency but one; errors of the bands that have no line without one
     frequency = np.linspace(50.0, 200.0, 151)
     measured, psd = MeasuredPsd(np.array([20.0, 400.0]), np.full(2, 4.0)), np.full(151, 1.0)
     gap = np.where(frequency == 60, np.nan, 0.1)
@@ -195,7 +187,6 @@ def test_all_frequencies_of_a_computation_within_a_measurement_are_compared():
     ("over_base", "end", "power"), [(False, "psd_g2_hz", 1), (True, "transmissibility", 0.5)]
 )
 def test_a_band_has_its_mean_psd_or_the_rms_of_its_transmissibility(over_base, end, power):
-    # red: 0.5 → 0.55; 1.0 → 1.1; × for the power
     measured = MeasuredPsd(np.array([20.0, 400.0]), np.full(2, 25.0), over_base)
     bands = band_differences(measured, np.linspace(50.0, 200.0, 151), np.full(151, 9.0))
     assert bands[f"measured_{end}"].tolist() == pytest.approx([25.0**power] * len(bands))

@@ -8,6 +8,7 @@ import pytest
 from pidpanel.columns import ColumnsError
 from pidpanel.identify.force_files import read_force
 from pidpanel.measurement.files import read_measured
+from pidpanel.measurement.universal import RecordChoice
 
 G = 9.80665
 LINES = 20 + 19.8 * np.arange(101)
@@ -47,10 +48,10 @@ def units(code, length, force):
 MILLIMETRES, INCHES, SI = units(5, 1e3, 1e3), units(7, 39.37008, 0.2248089), units(1, 1.0, 1.0)
 
 
-def read(tmp_path, text, encoding="latin-1", record=None):
+def read(tmp_path, text, encoding="latin-1", choice=RecordChoice()):  # noqa: B008
     path = tmp_path / "test.uff"
     path.write_bytes(text.encode(encoding))
-    return read_measured(path, record)
+    return read_measured(path, choice)
 
 
 def refused(tmp_path, text, message):
@@ -64,7 +65,6 @@ def refused(tmp_path, text, message):
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "cp1252"])
 @pytest.mark.parametrize("label", ["g²/Hz", "(m/s²)²/Hz", "g·g/Hz", "µm²/s⁴/Hz"])
 def test_a_label_is_read_in_utf8_and_in_latin1(tmp_path, encoding, label):
-    # red: undecoded bytes replaced, by which g²/Hz counted as SI
     if "⁴" in label and encoding != "utf-8":
         label = "µm²/s^4/Hz"
     factor = {"g": G**2, "(": 1.0, "µ": 1e-12}[label[0]]
@@ -74,13 +74,11 @@ def test_a_label_is_read_in_utf8_and_in_latin1(tmp_path, encoding, label):
 
 @pytest.mark.parametrize("label", ["g", "g/sqrt(Hz)", "g^2", "dB", "V^2/Hz", "EU", "m/s^2", "m/s"])
 def test_what_is_no_psd_of_an_acceleration_is_refused_with_its_label(tmp_path, label):
-    # red: g as g²/Hz, the others as (m/s²)²/Hz
     assert "g^2/Hz" in refused(tmp_path, data_set(0.01, label), f"unit {label!r}")
 
 
 @pytest.mark.parametrize("label", ["", NONE, "none"])
 def test_a_missing_unit_is_refused_or_that_of_data_set_164(tmp_path, label):
-    # red: a missing label as (m/s²)²/Hz; millimetres of data set 164 not looked at
     refused(tmp_path, data_set(0.01, label), "the unit of the ordinate is missing")
     refused(tmp_path, MILLIMETRES + data_set(0.01, label, kind=0), "the unit of the ordinate is")
     for system, metre in ((SI, 1.0), (MILLIMETRES, 1e-3), (INCHES, 0.0254)):
@@ -88,12 +86,11 @@ def test_a_missing_unit_is_refused_or_that_of_data_set_164(tmp_path, label):
         np.testing.assert_allclose(measured.psd, 0.01 * (metre / G) ** 2, rtol=1e-5)
     # the units of a function stand before it, the last of several
     several = SI + data_set(0.01, label) + INCHES + MILLIMETRES + data_set(0.01, label) + SI
-    measured = read(tmp_path, several, record=2)
+    measured = read(tmp_path, several, choice=RecordChoice(2))
     np.testing.assert_allclose(measured.psd, 0.01e-6 / G**2, rtol=1e-5)
 
 
 def test_a_label_agrees_with_data_set_164(tmp_path):
-    # red: either of the two alone
     measured = read(tmp_path, MILLIMETRES + data_set(9617.0, "mm2/s4/Hz"))
     np.testing.assert_allclose(measured.psd, 9617e-6 / G**2, rtol=1e-9)
     for system in (MILLIMETRES, INCHES, SI):
@@ -114,7 +111,7 @@ def test_a_label_agrees_with_data_set_164(tmp_path):
      (7, 39.37008, 0.2248089, 0.0254), (8, 1e3, 0.1019716, 1e-3), (9, 10.0, 1.0, 0.1)],
 )  # fmt: skip
 def test_all_units_of_data_set_164(tmp_path, code, length, force, metre):
-    # the factors of its specification (SDRC); red: one of the codes
+    # the factors of its specification (SDRC)
     measured = read(tmp_path, units(code, length, force) + data_set(0.01, NONE))
     np.testing.assert_allclose(measured.psd, 0.01 * (metre / G) ** 2, rtol=1e-5)
     if code != 9:
@@ -125,13 +122,12 @@ def test_all_units_of_data_set_164(tmp_path, code, length, force, metre):
 
 
 def test_units_of_force_alone_may_be_others_than_si(tmp_path):
-    # metre and kilogram-force: a label in mm contradicts the metre; red: all → any of the two
+    # metre and kilogram-force: a label in mm contradicts the metre
     refused(tmp_path, units(3, 1.0, 0.1019716) + data_set(0.01, "mm2/s4/Hz"), "states others")
 
 
 @pytest.mark.parametrize("shift", [0, 1])
 def test_a_label_may_begin_early_and_be_longer_than_the_format_has(tmp_path, shift):
-    # red: its first or last letters left out
     lines = data_set(0.01, "x" * 20).splitlines(keepends=True)
     lines[10] = lines[10].replace(" " * shift + "x" * 20, "( meters / second ^ 2 ) ^ 2 / Hz")
     np.testing.assert_allclose(read(tmp_path, "".join(lines)).psd, 0.01 / G**2, rtol=1e-9)
@@ -139,12 +135,51 @@ def test_a_label_may_begin_early_and_be_longer_than_the_format_has(tmp_path, shi
 
 @pytest.mark.parametrize(
     ("function", "name"),
-    [(1, "a time history"), (2, "an auto spectrum without a width"), (3, "a cross spectrum"),
-     (6, "a coherence"), (12, "a spectrum"), (24, "a shock response spectrum"),
+    [(1, "a time history"), (3, "a cross spectrum"),
+     (6, "a coherence"), (24, "a shock response spectrum"),
      (7, "another function")],
 )  # fmt: skip
 def test_other_functions_are_named(tmp_path, function, name):
     refused(tmp_path, data_set(0.01, "g^2/Hz", function), f"{function} is {name}")
+
+
+@pytest.mark.parametrize("function", [2, 12])
+def test_spectra_with_the_unit_of_a_psd_are_one(tmp_path, function):
+    # red: function type 9 alone; a missing unit taken from data set 164
+    psd = read(tmp_path, data_set(0.01, "(m/s^2)^2/Hz", function)).psd
+    np.testing.assert_allclose(psd, 0.01 / G**2, rtol=1e-6)
+    refused(
+        tmp_path, SI + data_set(0.01, NONE, function), f"function type {function} must have the"
+    )
+    refused(tmp_path, data_set(0.01, "g", function), "a PSD must be in")
+
+
+def test_records_are_chosen_by_node_and_direction(tmp_path):
+    # red: the sign of a direction without one; the node of the reference
+    text = "".join(
+        data_set(value, "g^2/Hz").replace(f"{1:10}{3:4} ", f"{node:10}{axis:4} ", 1)
+        for value, node, axis in ((1.0, 7, 1), (2.0, 7, -3), (3.0, 8, 3))
+    )
+    for choice, value in (
+        (RecordChoice(node=8), 3.0),
+        (RecordChoice(node=7, direction="z"), 2.0),
+        (RecordChoice(direction="+z"), 3.0),
+        (RecordChoice(direction="-z"), 2.0),
+        (RecordChoice(record=1), 1.0),
+    ):
+        np.testing.assert_allclose(read(tmp_path, text, choice=choice).psd, value, rtol=1e-5)
+    fault = refused(tmp_path, text, "has 3 data sets 58, 3 of them as selected; record, or node")
+    assert fault.endswith("1 at node 7 x, 2 at node 7 -z, 3 at node 8 z")
+
+
+def test_a_record_padded_by_zeros_has_the_values_that_it_states(tmp_path):
+    # red: more than a line of values refused; values other than 0 left out
+    text = data_set(0.01, "g^2/Hz", count=5)
+    padded = text.replace("  1.00000E-02", "  0.00000E+00").replace(
+        "  0.00000E+00", "  1.00000E-02", 5
+    )
+    assert read(tmp_path, padded).frequency.size == 5
+    refused(tmp_path, text, "has 101 values; it states 5")
 
 
 @pytest.mark.parametrize(
@@ -166,7 +201,6 @@ def test_other_functions_are_named(tmp_path, function, name):
 def test_both_units_of_a_transmissibility_count(
     tmp_path, value, above, below, ratio, function, system
 ):
-    # red: the unit of the denominator not looked at
     if system and "m/s" in above + below[1]:
         system = SI
     text = system + data_set(complex(0.6 * value, 0.8 * value), above, function, below=below)
@@ -190,7 +224,6 @@ def test_both_units_of_a_transmissibility_count(
     ],
 )
 def test_other_transmissibilities_are_refused(tmp_path, above, below, message):
-    # red: −6 dB as 6; a denominator of another dimension
     refused(tmp_path, data_set(0.5 + 0j, above, FRF, below=below), message)
 
 
@@ -200,7 +233,6 @@ def test_other_transmissibilities_are_refused(tmp_path, above, below, message):
      ((18, "rad/s"), 0.15915494309), ((1, "rpm"), 1 / 60), ((18, "cpm"), 1 / 60)],
 )  # fmt: skip
 def test_the_abscissa_is_in_the_unit_of_its_label(tmp_path, x, factor):
-    # red: kHz as Hz
     measured = read(tmp_path, data_set(0.01, "g^2/Hz", x=x))
     np.testing.assert_allclose(measured.frequency, factor * LINES, rtol=1e-9)
 
@@ -211,7 +243,6 @@ def test_another_abscissa_is_refused(tmp_path, x):
 
 
 def test_a_file_that_was_cut_or_padded_has_the_values_that_it_states(tmp_path):
-    # red: zeros behind the last value as values
     padded = read(tmp_path, data_set(0.01, "g^2/Hz", count=99))
     assert padded.psd.size == 99
     refused(tmp_path, data_set(0.01, "g^2/Hz", count=102), "has 101 of the 102 values")
@@ -231,7 +262,6 @@ def test_a_binary_file_has_its_labels_too(tmp_path, end, order):
 
 
 def test_force_over_acceleration_without_labels_has_the_units_of_data_set_164(tmp_path):
-    # red: mN over mm/s² as N over m/s²; both are 1 kg here
     path = tmp_path / "force.uff"
     for system, factor in ((MILLIMETRES, 1.0), (INCHES, 175.1268), (SI, 1.0)):
         text = data_set(2.0 - 0.1j, NONE, FRF, kind=13, below=(12, NONE), first=100.0, step=1.0)
@@ -249,7 +279,6 @@ def test_force_over_acceleration_without_labels_has_the_units_of_data_set_164(tm
 @pytest.mark.parametrize("system", [SI, MILLIMETRES])
 @pytest.mark.parametrize(("above", "below"), [("g", NONE), (NONE, "g")])
 def test_a_label_on_one_side_does_not_go_with_another_system(tmp_path, system, above, below):
-    # red: g over the m/s² of a data set 164 that programs write into each file: 9.8 times too much
     text = system + data_set(0.5 + 0j, above, FRF, below=(12, below))
     refused(tmp_path, text, "no unit on the other side")
 
@@ -261,13 +290,11 @@ def test_a_ratio_in_one_label_goes_with_each_system(tmp_path):
 
 @pytest.mark.parametrize(("code", "length"), [(9, 1e-3), (10, 1e-3)])
 def test_inverse_factors_of_data_set_164_are_refused(tmp_path, code, length):
-    # red: read as kilometres
     text = units(code, length, 1.0) + data_set(0.01, NONE)
     refused(tmp_path, text, f"contradict units code {code}")
 
 
 def test_numbers_of_another_width_are_refused(tmp_path):
-    # red: 1.0, as the thirteenth character is the first of the exponent
     lines = data_set(0.01, "g^2/Hz", count=5).splitlines()
     text = "\n".join([*lines[:13], *5 * ["   1.00000E-02"], "    -1", ""])
     refused(tmp_path, text, "another width")
@@ -276,7 +303,7 @@ def test_numbers_of_another_width_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"count": 50}, "has 101 values; it states 50"),  # red: half of the curve
+        ({"count": 50}, "has 101 values; it states 50"),
         ({"first": -20.0}, "must rise from 0 Hz"),
         ({"first": 2000.0, "step": -19.8}, "must rise from 0 Hz"),
     ],
@@ -286,6 +313,5 @@ def test_lines_are_those_that_are_stated_and_rise(tmp_path, options, message):
 
 
 def test_values_have_the_range_of_a_table(tmp_path):
-    # red: 1e30 g²/Hz, as of bytes in another order
     refused(tmp_path, data_set(1e30, "g^2/Hz"), "from 0 to 1e+06")
     refused(tmp_path, data_set(1e7 + 0j, "g", FRF, below=(12, "g")), "from 0 to 1e+06")

@@ -80,7 +80,6 @@ def test_with_heavy_dampers_search_and_confirmed_layouts_agree_within_two_tenths
 ):
     # 19.77, 16.96 and 13.28 dB; with four motions, no static response and the lines of the bare
     # panel 18.24, 18.19 and 12.34
-    # red: each of the three left out
     found, plate = search
     panels = found.panels(1.0)
     fidelity = FIDELITIES[first_fidelity(panels, found.fillings, found.mass)]
@@ -109,7 +108,6 @@ def test_with_heavy_dampers_search_and_confirmed_layouts_agree_within_two_tenths
 def test_a_search_that_differs_from_the_details_of_its_layouts_is_repeated(
     search, monkeypatch, capsys
 ):
-    # red: the first fidelity alone; the comparison with itself
     found, plate = search
     monkeypatch.setattr(stage, "first_fidelity", lambda *_: 0)
     quick = found._replace(section=found.section.model_copy(update={"patches_at_most": 2}))
@@ -121,7 +119,6 @@ def test_a_search_that_differs_from_the_details_of_its_layouts_is_repeated(
 
 
 def test_the_static_response_to_places_is_limited_to_the_softest(search, monkeypatch):
-    # red: the stiffest; a limit below the number of modes
     found, *_ = search
     basis, plate = found.panels(1.0)[0].basis, found.plate
     assert static_shapes(basis, plate, 1.0).shape[1] == 0
@@ -152,7 +149,7 @@ def test_the_least_damping_ratio_is_that_of_a_mode_whose_antinode_carries_all_ma
         patches=Patches(np.array([np.diag([0.1, 0.025, 0.1])]), [0.1]),
         mass_per_area=4.0,
     )
-    # 3 kg: ν = 3 of the first, 0.75 of the second; red: the mean over the panel, the translation
+    # 3 kg: ν = 3 of the first, 0.75 of the second
     free = constant(0.0, 40.0)
     assert least_loaded_ratio(panel, [free], 3.0) == pytest.approx(0.005)
     # at most m_a/m″
@@ -164,7 +161,7 @@ def test_the_least_damping_ratio_is_that_of_a_mode_whose_antinode_carries_all_ma
     assert least_loaded_ratio(panel, [damped], 3.0) == pytest.approx(min(first, second))
     follows = constant(200.0, 40.0, follows=True)
     assert least_loaded_ratio(panel, [follows, damped], 3.0) == pytest.approx(0.005)
-    # a search begins finer where the lines miss a resonance; red: dampers that follow the motion
+    # a search begins finer where the lines miss a resonance
     assert [first_fidelity([panel], [each], 3.0) for each in (free, follows)] == [0, 0]
     panel.settings.frequency_range = (5.0, 100.0)
     assert first_fidelity([panel], [free], 12.0) == 1

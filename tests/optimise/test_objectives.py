@@ -15,10 +15,10 @@ from pidpanel.optimise.objectives import (
 from pidpanel.optimise.reduced_panel import ReducedPanel
 from pidpanel.severity.oscillators import response_spectrum
 from pidpanel.solve import layouts
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import AttachedDamper, DamperLayout
 from pidpanel.solve.model import root_mean_square
 from pidpanel.solve.panel import ModalPanel
+from pidpanel.solve.receptances import patch_stiffness
 from pidpanel.solve.stress import QUANTITIES, Layers, layer_psd
 
 PLACES = (0, 7)

@@ -66,8 +66,6 @@ def designed(stages, folder, **keys):
 
 
 def test_the_best_layout_moves_as_the_base_stage_says(stages, tmp_path):
-    # red: no integrals over the places; the force of the modes without that of the table; motion
-    # relative to the supports
     tables = designed(stages, tmp_path, excitation="base")
     front, best = tables["front"], tables["layouts"].query("layout == 1")
     assert set(front["excitation"]) == {"base"} and front["reduction_db"].iloc[0] > 2
@@ -106,7 +104,6 @@ def test_the_best_layout_moves_as_the_base_stage_says(stages, tmp_path):
 
 
 def test_of_both_excitations_the_smaller_reduction_is_stated(stages, tmp_path):
-    # red: the larger; reductions under one excitation alone
     tables = designed(stages, tmp_path, excitation="both")
     front = tables["front"]
     both = front[["sound_reduction_db", "base_reduction_db"]]

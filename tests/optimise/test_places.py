@@ -18,7 +18,6 @@ def test_a_grid_covers_the_panel_to_its_edges():
 
 
 def test_a_grid_begins_at_the_corner_of_the_panel_wherever_that_is():
-    # red: x1 + x0
     places = places_on(shapely.box(1.0, 2.0, 2.5, 3.0), (0.2, 0.2), (0.1, 0.1), [])
     from_corner = places_on(PANEL, (0.2, 0.2), (0.1, 0.1), []).lower
     np.testing.assert_allclose(places.lower, np.add(from_corner, [1.0, 2.0]))
@@ -28,14 +27,12 @@ def test_a_grid_begins_at_the_corner_of_the_panel_wherever_that_is():
 
 
 def test_a_panel_of_millimetres_has_its_places():
-    # red: SLACK / min(size)
     places = places_on(shapely.box(0, 0, 5e-3, 5e-3), (5e-4, 5e-4), (5e-4, 5e-4), [])
     assert len(places.lower) == 100
 
 
 @pytest.mark.parametrize("spacing", [(0.1, 0.1), (0.07, 0.15)])
 def test_places_overlap_where_their_areas_do(spacing):
-    # red: without abs; any axis; (1 + SLACK)
     places = places_on(PANEL, (0.2, 0.3), spacing, [])
     boxes = shapely.box(*places.lower.T, *np.add(places.lower, [0.2, 0.3]).T)
     common = shapely.area(shapely.intersection(boxes[:, None], boxes))
@@ -57,7 +54,6 @@ def test_no_place_meets_a_hole_a_support_or_leaves_the_outline():
 
 
 def test_a_group_has_places_that_all_overlap():
-    # red: groups of one column more
     for spacing in ((0.1, 0.1), (0.07, 0.2), (0.2, 0.05)):
         places = places_on(PANEL, (0.2, 0.2), spacing, [])
         same = places.group[:, None] == places.group
@@ -82,6 +78,5 @@ def test_a_place_between_elements_keeps_its_area():
     ones = sp.csr_array(np.ones((len(position), 1)))
     weight, overlap, error = overlaps_of(places, position, np.full(len(position), 1e-4), ones)
     assert [matrix.sum() for matrix in overlap] == pytest.approx([places.area] * len(overlap))
-    # red: weights that are not scaled to the area
     assert weight.sum(axis=1) == pytest.approx([places.area] * len(overlap))
     assert 0 < error.max() < 0.06

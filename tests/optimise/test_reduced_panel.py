@@ -8,10 +8,10 @@ from random_panels import RandomPanel
 
 from pidpanel.optimise import reduced_panel as module
 from pidpanel.solve import layouts
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import AttachedDamper, DamperLayout
 from pidpanel.solve.model import ResponseError
 from pidpanel.solve.panel import ModalPanel
+from pidpanel.solve.receptances import patch_stiffness
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["forces", "moving base"])

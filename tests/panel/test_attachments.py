@@ -40,7 +40,6 @@ def monomials(asked):
 
 
 def test_a_spring_and_a_mass_at_a_point_add_the_squares_of_the_deflection_there():
-    # red: stiffness + → -; attached.mass * → /; the spring added to the mass
     plate = with_attachments(
         monomials([]),
         [Attachment([(0.1, 0.3)], stiffness=7.0), Attachment([(0.2, 0.1)], 11.0)],
@@ -56,8 +55,6 @@ def test_a_spring_and_a_mass_at_a_point_add_the_squares_of_the_deflection_there(
 @pytest.mark.parametrize("reach", [0.05, 1.0, 3.0])
 def test_a_line_mass_integrates_the_products_of_the_deflection_along_it(reach):
     # from (0.1, 0.2) by s (3, 2) reach: products are quartics, exact with three Gauss points
-    # red: leggauss(3) → 4 leaves this and changes the count below; points + 1 → points - 1;
-    # weights / 2 → weights * 2; end - start → end + start
     line = Attachment([(0.1, 0.2), (0.1 + 3 * reach, 0.2 + 2 * reach)], 5.0)
     added = with_attachments(monomials([]), [line], MESH).mass.toarray() - MASS
     x = np.polynomial.Polynomial([0.1, 3 * reach])

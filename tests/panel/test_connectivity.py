@@ -67,7 +67,6 @@ REFUSED = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_elements_that_overlap_or_do_not_join_are_refused_with_their_place(tmp_path, case):
-    # red: accepted, with up to twice the area; "every element twice" was a traceback of GEOS
     nodes, elements, message = REFUSED[case]
     path = deck(tmp_path / "panel.bdf", nodes, elements)
     with pytest.raises(ValueError) as caught:
@@ -95,7 +94,6 @@ def test_meshes_of_the_same_plate_have_its_area_and_state_what_is_unusual(tmp_pa
 
 
 def test_what_a_deck_has_beyond_the_mesh_is_counted_with_its_mass(tmp_path):
-    # red: "field 45. after the nodes is not read", END BULK, more than 64 fields of SPC1
     more = [
         "CONM2,90,1,,0.5", "CONM2,91,2,,0.25", "CORD2R,1,,0.,0.,0.,0.,0.,1.", "+,1.,0.,0.",
         "SPC1,1,123,1", *["+,2,3,4,5,6,7,8,9"] * 20, "END BULK",
@@ -113,7 +111,6 @@ def test_what_a_deck_has_beyond_the_mesh_is_counted_with_its_mass(tmp_path):
 
 @pytest.mark.parametrize("card", ["INCLUDE,'half.inc'", "CQUAD8,9,1,1,2,7,6", "GRDSET,,1"])
 def test_a_card_that_places_nodes_or_elements_cannot_be_ignored(tmp_path, card):
-    # red: 0.48 m² of 0.96 m² without the included file
     path = deck(tmp_path / "panel.bdf", NODES, QUADS, [card])
     with pytest.raises(ValueError, match="is not read"):
         read_nastran(path, (card.partition(",")[0],))
@@ -146,7 +143,6 @@ def two_groups(tmp_path_factory):
 @pytest.mark.parametrize("version", [2.2, 4.1])
 @pytest.mark.parametrize("binary", [0, 1])
 def test_an_element_in_two_groups_is_one_element_in_both(two_groups, version, binary):
-    # red: in format 2.2 it stood twice, 0.13 m²; in 4.1 it was in the first group alone
     flat = read_gmsh(two_groups[version, binary])
     assert area(flat) == pytest.approx(AREA, rel=1e-12)
     mesh = flat.panel_mesh({"all": "panel", "P": "patch"}, {})
@@ -183,7 +179,6 @@ $EndElements
 
 
 def test_groups_of_format_2_are_those_of_the_elements(tmp_path):
-    # red: gmsh puts both elements of surface 1 in both groups
     path = tmp_path / "panel.msh"
     path.write_text(OLD)
     groups = read_gmsh(path).groups
@@ -203,7 +198,6 @@ def test_groups_of_format_2_are_those_of_the_elements(tmp_path):
     ],
 )
 def test_what_gmsh_would_drop_from_format_2_is_refused(tmp_path, old, new, message):
-    # red: of two elements with one number gmsh takes the last, and half of the panel is missing
     path = tmp_path / "panel.msh"
     path.write_text(OLD.replace(old, new, 1))
     with pytest.raises(ValueError, match=message) as caught:
@@ -213,7 +207,6 @@ def test_what_gmsh_would_drop_from_format_2_is_refused(tmp_path, old, new, messa
 
 @pytest.mark.parametrize("number", [2**63, 2**64 - 2])
 def test_a_node_number_beyond_64_bits_is_refused(tmp_path, number):
-    # red: OverflowError
     path = tmp_path / "panel.msh"
     text = """$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 3 1 {0}\n2 1 0 3\n1\n2\n{0}
 0 0 0\n1 0 0\n1 1 0\n$EndNodes\n$Elements\n1 1 1 1\n2 1 2 1\n1 1 2 {0}\n$EndElements\n"""
@@ -231,8 +224,8 @@ NEW = """$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 6 1 6\n2 1 0 6\n1\n2\n3
 @pytest.mark.parametrize(
     ("text", "old", "new", "message"),
     [
-        (NEW, "1 6 1 6", "1 3 1 6", "not a gmsh mesh|is missing"),  # red: the process was killed
-        (NEW, "1 2 1 2\n", "1 1 1 2\n", "not a gmsh mesh|states 1 elements"),  # red: likewise
+        (NEW, "1 6 1 6", "1 3 1 6", "not a gmsh mesh|is missing"),
+        (NEW, "1 2 1 2\n", "1 1 1 2\n", "not a gmsh mesh|states 1 elements"),
         (NEW, "1 2 1 2\n2 1 3 2", "1 2 1 2\n2 1 3 1", "states 2 elements and has 1"),
         (
             OLD,
@@ -240,7 +233,6 @@ NEW = """$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 6 1 6\n2 1 0 6\n1\n2\n3
             "5\n1 0 0 0",
             "not a gmsh mesh|is missing",
         ),  # gmsh reads what memory holds
-        # red: 1 m² in place of 2 m²; gmsh lists the elements of a surface by the first order alone
         (OLD, "2 3 2 2 1 2 3 6 5", "2 16 2 2 1 2 3 6 5 1 2 3 4", "1 of them in first order"),
     ],
 )

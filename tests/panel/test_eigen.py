@@ -36,8 +36,6 @@ def test_all_eigenvalues_below_the_limit_are_found_once_pairs_included(
     monkeypatch, rigid, slices, lost
 ):
     # a square of 40 × 40 springs: nearly all eigenvalues are pairs
-    # red: value >= low → value > shift; CONVERGED = 1e-2; `or count … % 3` left out; what is known
-    # shifted where the room grows; (size, size, 0) → (size, size, 1)
     monkeypatch.setattr(eigen, "LOST", lost)
     monkeypatch.setattr(eigen, "ROOM", 48)
     K, M, exact = membrane((40, 40), rigid)
@@ -52,7 +50,7 @@ def test_all_eigenvalues_below_the_limit_are_found_once_pairs_included(
 
 
 def test_eigenpairs_do_not_depend_on_units():
-    # stiffness of a panel is 1e10 of ours; red: CONVERGED * |θ| → CONVERGED, → CONVERGED / |θ|
+    # stiffness of a panel is 1e10 of ours
     K, M, exact = membrane((40, 40))
     limit = (exact[119] + exact[122]) / 2 + 1e-9
     expected = exact[exact < limit]
@@ -64,7 +62,6 @@ def test_eigenpairs_do_not_depend_on_units():
 
 def test_slices_meet_and_have_their_shifts_inside(monkeypatch):
     # by frequency, in equal steps; below the first shift lies no eigenvalue
-    # red: SLICE → 2 * SLICE; frequency**2 → frequency
     monkeypatch.setattr(eigen, "SLICE", 100)
     slices = list(eigen._slices(900.0, 250))
     assert [low for low, _, _ in slices] == pytest.approx([-np.inf, 100.0, 400.0])
@@ -74,7 +71,6 @@ def test_slices_meet_and_have_their_shifts_inside(monkeypatch):
 
 def test_a_slice_without_eigenvalues_is_empty(monkeypatch):
     # two blocks far apart: the middle of the spectrum is empty
-    # red: good.any() and left out is not seen; inside.size and → loops to the end
     value = np.concatenate([np.linspace(1, 2, 20), np.linspace(80, 400, 980)])
     K, M = sp.csr_array(sp.diags_array(value)), sp.csr_array(sp.eye_array(1000))
     monkeypatch.setattr(eigen, "SLICE", 20)
@@ -83,7 +79,7 @@ def test_a_slice_without_eigenvalues_is_empty(monkeypatch):
 
 
 def test_more_vectors_than_coordinates_are_refused(monkeypatch):
-    # 36 coordinates have no fifth block of eight; red: raise → return columns, whole
+    # 36 coordinates have no fifth block of eight
     K = sp.csr_array(sp.diags_array(np.arange(1.0, 37.0)))
     monkeypatch.setattr(eigen, "CONVERGED", 0.0)
     with pytest.raises(RuntimeError, match="Lanczos iteration ended before"):
@@ -92,7 +88,6 @@ def test_more_vectors_than_coordinates_are_refused(monkeypatch):
 
 def test_blocks_are_all_orthogonalised_once_a_solver_has_erred(monkeypatch):
     # the seventh to eighteenth answers err by 1e-3 of their largest entry in one direction
-    # red: the least that was lost; two blocks of three orthogonalised as before
     K, M, exact = membrane((40, 40))
     factors, calls = eigen.factors, []
 
@@ -116,7 +111,6 @@ def test_blocks_are_all_orthogonalised_once_a_solver_has_erred(monkeypatch):
 def test_an_error_along_an_earlier_block_is_taken_out_and_remembered(monkeypatch, scale):
     # the fourth and the sixth block err by 1e-3 of their own size against the first: by three,
     # the fourth is orthogonalised, and says that the sixth has to be, whatever sign and unit
-    # red: np.abs(lost) → lost; LOST / np.abs(…); count // BLOCK % 4
     K, M, exact = membrane((40, 40))
     factors, forces = eigen.factors, []
 

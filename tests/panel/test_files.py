@@ -34,9 +34,9 @@ def test_a_basis_comes_back_as_it_was_written(tmp_path, request, which):
     for field in dataclasses.fields(basis):
         before, after = getattr(basis, field.name), getattr(again, field.name)
         assert type(after) is type(before)
-        if field.name in SINGLE:  # red: np.float32 → np.float16 in `write_basis`
+        if field.name in SINGLE:
             np.testing.assert_allclose(after, before, rtol=6e-8, atol=1e-37)
-        elif field.name in PACKED:  # half a step of 32767; red: (0, 1) → () of the largest value
+        elif field.name in PACKED:  # half a step of 32767
             largest = np.abs(before).max(axis=(0, 1))
             assert np.all(np.abs(after - before) <= 0.51 / 32767 * largest)
         else:

@@ -258,7 +258,6 @@ def test_a_hinged_foot_turns_and_does_not_heave(tmp_path):
 
 @pytest.mark.slow
 def test_a_hinged_foot_of_a_thin_plate_turns_about_its_middle(tmp_path):
-    # red: w.x[0] * v → w.x[0] / v, w.x[0] → w.x[1] in `RIGID_LOADS` of `thin`
     foot = Circle((0.6, 0.4), 0.1, 24)
     mesh = mesh_triangles(tmp_path / "f.msh", OUTLINE, 0.4, {}, {}, imprints={"H": foot})
     held = Supports("free", points={"H": PointSupport((0.6, 0.4), "hinge", 0.1)})
@@ -272,7 +271,6 @@ def test_a_hinged_foot_of_a_thin_plate_turns_about_its_middle(tmp_path):
 
 def test_points_hold_a_plate_with_shear_as_they_hold_a_thin_one():
     # a point that is held leaves two rotations, two leave one, a hold-down none
-    # red: point.radius == 0 → == 1; point.kind == "hold_down" → != in `_support_blocks` of `mindlin`
     mesh = split_quads(6, 4)
     hinge, other = PointSupport((0.5, 0.5), "hinge"), PointSupport((1.0, 0.75), "hinge")
     for points, rigid in (
@@ -285,7 +283,6 @@ def test_points_hold_a_plate_with_shear_as_they_hold_a_thin_one():
 
 
 def test_a_point_held_down_and_a_hinged_foot_each_hold_their_own():
-    # red: np.eye(2) → np.eye(3) beside "hold_down" in `_support_blocks` of `mindlin`
     points = {"A": PointSupport((0.25, 0.25), "hold_down"),
               "F": PointSupport((1.0, 0.5), "hinge", 0.3)}  # fmt: skip
     plate = assemble_shear_plate(split_quads(6, 4), SANDWICH, Supports("free", points=points))
@@ -294,8 +291,7 @@ def test_a_point_held_down_and_a_hinged_foot_each_hold_their_own():
 
 
 def test_one_clamped_edge_holds_the_same_whichever_of_two_opposite_ones_it_is():
-    # the mesh is its own image under half a turn; red: np.eye(2) → np.eye(3) in
-    # `_forbidden_rotation`
+    # the mesh is its own image under half a turn
     mesh = split_quads(6, 4)
     found = [
         normal_modes(
@@ -398,7 +394,6 @@ SKEW = Polygon(((0, 0), (1, 0), (1.5, 0.8), (0.5, 0.8)))
 @pytest.mark.parametrize("kind", ["clamped", "free"])
 def test_a_thin_solid_does_not_lock(tmp_path, kind):
     # beside quintics of a thin plate; at 0.5 mm shear takes (k t)²/7 = 1e-5 of a frequency
-    # red: SOLID_DEGREE = 3: 4 % clamped, 0.3 % free
     solid = SolidSection(70e9, 0.33, 2700.0, 0.5e-3)
     thin = ThinSection(float(solid.bending[0, 0]), solid.mass_per_area, 0.33, 0.5e-3)
     mesh = mesh_triangles(tmp_path / "s.msh", SKEW, 0.08, {}, {})
@@ -424,8 +419,6 @@ def test_a_thin_solid_does_not_lock(tmp_path, kind):
 )
 def test_quartics_hold_more_shapes_than_cubics_under_every_support(monkeypatch, supports):
     # both conform, so that frequencies of the same mesh fall; at 25 cm they differ by 0.1 to 8 %
-    # red: reshape(-1, 2) → reshape(2, -1).T of the nodes of an edge; without interior_dofs in
-    # `along_x`
     mesh = split_quads(6, 4)
     cubic = normal_modes(assemble_shear_plate(mesh, SANDWICH, supports), 600.0)[0]
     monkeypatch.setattr(mindlin, "SANDWICH_DEGREE", 4)

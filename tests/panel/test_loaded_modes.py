@@ -34,7 +34,6 @@ def frequencies_in(plate, vectors, mass):
 
 
 def test_mass_all_over_the_panel_makes_the_modes_of_a_heavier_panel(plate):
-    # red: in loaded_modes, mass + 1.1 * value * overlap
     shapes = panel_shapes(plate, 400.0, damper_mass={"all": 12.0})
     expected = panel_shapes(plate, 600.0, residual_tolerance=1.0).frequency / np.sqrt(16.0 / 4.0)
     found = frequencies_in(plate, shapes.vectors, {"all": 12.0})[: len(expected)]
@@ -43,7 +42,6 @@ def test_mass_all_over_the_panel_makes_the_modes_of_a_heavier_panel(plate):
 
 
 def test_under_a_heavy_damper_the_modes_that_it_lowers_are_kept(plate):
-    # red: modes up to 200 Hz, so that those of the loaded panel had the damping of residual vectors
     shapes = panel_shapes(plate, 200.0, damper_mass={"all": 60.0})
     expected = panel_shapes(plate, 200.0 * np.sqrt(16.0), residual_tolerance=1.0).frequency
     np.testing.assert_allclose(shapes.frequency, expected, rtol=1e-9)
@@ -53,7 +51,6 @@ def test_under_a_heavy_damper_the_modes_that_it_lowers_are_kept(plate):
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 0.5, 1.0])
 def test_the_basis_carries_every_mass_up_to_the_heaviest(plate, share):
-    # red: in panel_shapes, return shapes before the loaded modes join them (3 % at the full mass)
     shapes = panel_shapes(plate, 400.0, damper_mass={"part": 80.0})
     mass = {"part": 80.0 * share}
     expected = np.sqrt(
@@ -70,7 +67,6 @@ def test_the_basis_carries_every_mass_up_to_the_heaviest(plate, share):
 
 
 def test_shapes_are_the_same_bits_on_two_cores(monkeypatch, plate):
-    # red: modes_of(True) and modes_of(False) exchanged where there are two cores
     alone = panel_shapes(plate, 400.0, damper_mass={"part": 80.0})
     monkeypatch.setenv("PIDPANEL_CORES", "2")
     together = panel_shapes(plate, 400.0, damper_mass={"part": 80.0})
@@ -79,7 +75,6 @@ def test_shapes_are_the_same_bits_on_two_cores(monkeypatch, plate):
 
 
 def test_a_light_damper_adds_few_shapes(plate):
-    # red: in Shapes.joined_by, kept = energy > 0
     none = panel_shapes(plate, 400.0).vectors.shape[1]
     light = panel_shapes(plate, 400.0, damper_mass={"part": 0.01}).vectors.shape[1]
     heavy = panel_shapes(plate, 400.0, damper_mass={"part": 80.0}).vectors.shape[1]
@@ -87,7 +82,6 @@ def test_a_light_damper_adds_few_shapes(plate):
 
 
 def test_modes_of_the_loaded_panel_are_those_below_the_limit(plate):
-    # red: in loaded_modes, normal_modes(heavy, 1.5 * frequency_limit)
     _, modes = loaded_modes(plate, {"part": 80.0}, 150.0)
     M = (plate.mass + 80.0 * plate.patch_overlap["part"]).toarray()
     value = la.eigh(plate.stiffness.toarray(), M, eigvals_only=True)
@@ -97,7 +91,6 @@ def test_modes_of_the_loaded_panel_are_those_below_the_limit(plate):
 def test_shapes_that_rest_at_all_vertices_are_as_large_as_the_others(tmp_path):
     # sin(5πx/a) on five elements: scaled by what rounding leaves at the vertices, it was 1e13 times
     # the others, and cut them all off from the patch (g rms of a whole panel full as of a bare one)
-    # red: HIDDEN = 0
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", SIZE, (5, 4), {"all": PATCHES["all"]}, {})
     coarse = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))
     shapes = panel_shapes(coarse, 900.0, damper_mass={"all": 60.0})
@@ -109,7 +102,6 @@ def test_shapes_that_rest_at_all_vertices_are_as_large_as_the_others(tmp_path):
 
 
 def test_the_plate_comes_back_from_its_file(plate, tmp_path):
-    # red: in read_plate, return found without its lower triangle
     shapes = panel_shapes(plate, 300.0)
     write_plate(tmp_path / "plate.nc", plate.with_shapes(shapes.vectors), {"study_hash": "x"})
     found = read_plate(tmp_path / "plate.nc")
@@ -127,7 +119,6 @@ def test_the_plate_comes_back_from_its_file(plate, tmp_path):
 
 
 def test_another_file_is_no_plate(tmp_path):
-    # red: in read_plate, no check for stiffness_data
     xr.Dataset({"a": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="scipy")
     with pytest.raises(ResultsDamaged, match=r"other\.nc: has no stiffness_data"):
         read_plate(tmp_path / "other.nc")
@@ -135,7 +126,6 @@ def test_another_file_is_no_plate(tmp_path):
 
 def test_a_patch_on_the_whole_panel_needs_no_residual_vectors(tmp_path):
     # D = M/m″, so that the modes answer their own forces; what is left is rounding
-    # red: ROUNDING = 0
     whole = {"all": PATCHES["all"]}
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", SIZE, (15, 10), whole, {})
     shapes = panel_shapes(assemble_thin_plate(mesh, ThinSection(3273.07, 4.0)), 1000.0)
@@ -144,7 +134,7 @@ def test_a_patch_on_the_whole_panel_needs_no_residual_vectors(tmp_path):
 
 def test_a_basis_has_the_static_answers_of_all_higher_modes_down_to_one_in_ten_thousand(tmp_path):
     # singular values of φᵀ D Φ / ω over the modes φ that are left out, of which one is 1.05e-4 of
-    # the largest; red: residual_tolerance = 1.1e-4; the first residual vector counted as a mode
+    # the largest
     patch = {"a": Rectangle((0.35, 0.2), (0.3, 0.2))}
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", (1.0, 0.8), (10, 8), patch, {})
     plate = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))

@@ -31,11 +31,6 @@ TABLE_1 = [
     (6, 4, 1437.87), (7, 2, 1158.28), (7, 4, 1697.48), (8, 1, 1323.04), (5, 1, 544.19),
     (7, 1, 1023.48), (9, 1, 1662.53),
 ]  # fmt: skip
-# modes below 1700 Hz that Table 1 leaves out
-NOT_IN_TABLE_1 = [
-    (4, 1), (5, 2), (6, 1), (3, 4), (6, 2), (5, 3), (1, 5), (2, 5), (5, 4), (3, 5), (7, 3),
-    (4, 5), (8, 2), (5, 5), (1, 6), (8, 3), (2, 6),
-]  # fmt: skip
 
 
 def table_frequency(m, n):
@@ -59,21 +54,17 @@ def test_table_1_is_reproduced(frequency_of_order, m, n, frequency):
     assert frequency_of_order[m, n] == pytest.approx(frequency, rel=6e-4)
 
 
-@pytest.mark.parametrize(("m", "n"), NOT_IN_TABLE_1)
-def test_modes_missing_from_table_1_are_found(frequency_of_order, m, n):
-    assert frequency_of_order[m, n] == pytest.approx(table_frequency(m, n), rel=6e-4)
-
-
-def test_39_modes_lie_below_1700_hz(paper_basis):
+def test_39_modes_lie_below_1700_hz_pairs_and_those_missing_from_table_1_included(
+    paper_basis, frequency_of_order
+):
+    m, n = (grid.ravel() for grid in np.mgrid[1:12, 1:12])
+    exact = {(i, j): table_frequency(i, j) for i, j in zip(m.tolist(), n.tolist(), strict=True)}
+    below = [order for order, frequency in exact.items() if frequency < 1700]
+    # the element tells exact pairs apart by its own error only
+    for order in below:
+        assert frequency_of_order[order] == pytest.approx(exact[order], rel=6e-4)
     modes = paper_basis.natural_frequency[~paper_basis.is_residual]
-    assert np.sum(modes < 1700) == len(TABLE_1) + len(NOT_IN_TABLE_1) == 39
-
-
-@pytest.mark.parametrize("pair", [((3, 4), (6, 2)), ((7, 4), (2, 6))])
-def test_both_modes_of_an_exact_pair_are_there(frequency_of_order, pair):
-    first, second = (frequency_of_order[order] for order in pair)
-    # the element tells them apart by its own error only
-    assert first == pytest.approx(second, rel=6e-4)
+    assert np.sum(modes < 1700) == len(below) == 39
 
 
 def test_inertia_counts_the_modes_of_navier(paper_plate):
@@ -237,7 +228,6 @@ def test_a_strong_patch_moves_as_in_a_direct_solve_of_the_whole_plate(
 ):
     C_e, m_a = 3e4, 3.0  # N s/m^3 and kg/m^2: at 2 kHz the patch all but pins the panel
     loss = 0.02  # K (1 + 0.02 i): structural, 1 % critical
-    points = list(paper_mesh.point_vertices.values())
     weight = paper_plate.quadrature_weight[:, None]
     K, M, D = paper_plate.stiffness, paper_plate.mass, paper_plate.patch_overlap[patch]
 
@@ -253,7 +243,7 @@ def test_a_strong_patch_moves_as_in_a_direct_solve_of_the_whole_plate(
 
         dynamic = K * (1 + 1j * loss) - omega**2 * M + Z * D
         direct = spla.splu(dynamic.tocsc()).solve(paper_plate.at_quadrature.T @ pressure)
-        expected = (paper_plate.at_vertices @ direct)[points]
+        expected = paper_plate.at_vertices[[325, 188, 317]] @ direct
 
         modal = np.diag(modal_stiffness * (1 + 1j * loss) - omega**2 * modal_mass) + Z * overlap
         q = np.linalg.solve(modal, paper_basis.shape_at_quadrature.T @ pressure)
@@ -264,15 +254,6 @@ def test_a_strong_patch_moves_as_in_a_direct_solve_of_the_whole_plate(
         np.testing.assert_allclose(w[:, 0], expected[:, 0], rtol=5e-3)
         psd, expected_psd = (np.sum(np.abs(d[:, 1:]) ** 2, axis=1) for d in (w, expected))
         np.testing.assert_allclose(psd, expected_psd, rtol=5e-3)
-
-
-@pytest.mark.parametrize("tolerance", [0.0, 1e-4, 1.0])
-def test_residual_vectors_grow_fewer_with_the_tolerance(paper_plate, tolerance):
-    _, modes = normal_modes(paper_plate, 500.0)
-    _, residuals = residual_vectors(paper_plate, modes, tolerance)
-    _, all_of_them = residual_vectors(paper_plate, modes, 0.0)
-    assert residuals.shape[1] <= all_of_them.shape[1] <= 3 * modes.shape[1]
-    assert (residuals.shape[1] == 0) == (tolerance == 1.0)
 
 
 def test_a_patch_of_one_element_has_no_more_residual_vectors_than_coordinates(tmp_path):

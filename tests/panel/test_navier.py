@@ -78,7 +78,6 @@ def made_of_sines(size, orders, frequency, change=None):
 
 @pytest.mark.parametrize("size", [(20.0, 1.0), (1.0, 20.0)])
 def test_the_modes_of_a_strip_have_their_half_waves_along_it(size):
-    # red: n_modes + 1 → n_modes - 1; n_modes // m + 1 → n_modes // m - 1
     along = [(k, 1) if size[0] > 1 else (1, k) for k in (1, 2, 3, 4)]
     orders, share = mode_orders(made_of_sines(size, along, [10, 20, 30, 40]), size)
     assert orders.tolist() == [list(order) for order in along]
@@ -87,7 +86,6 @@ def test_the_modes_of_a_strip_have_their_half_waves_along_it(size):
 
 def test_a_share_is_the_energy_of_the_sine_in_the_mode():
     # (1, 1) with half of (2, 1) beside it: 1/(1 + 1/4) of the sine lies in the mode
-    # red: np.sqrt(weight) → weight; ** 2 → ** 3 in in_subspace; /= → *= of the sines
     mixed = made_of_sines(SIZE, [(1, 1), (2, 1)], [60, 120], [[1, 0], [0.5, 1]])
     orders, share = mode_orders(mixed, SIZE)
     assert orders.tolist() == [[1, 1], [2, 1]]
@@ -99,7 +97,6 @@ def test_a_share_is_the_energy_of_the_sine_in_the_mode():
 def test_the_size_of_a_shape_does_not_decide_its_order(size, sign):
     # in one subspace, the first 10° off (1, 1), the second 40° off it and of another size:
     # cos² 10° + sin² 40° > sin² 10° + cos² 40°, so (1, 1) is the first's
-    # red: alike /= → alike *=; ** 2 → * 2 in alike; ** 2 → ** 3 in what it is divided by
     ten, forty = np.radians(10), np.radians(40)
     change = [[sign * np.cos(ten), size * np.cos(forty)],
               [sign * np.sin(ten), size * np.sin(forty)]]  # fmt: skip

@@ -133,7 +133,6 @@ def carried_out(panel, frequency, folder):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ACCEPTED)
 def test_an_odd_panel_that_is_accepted_is_carried_out(tmp_path, name):
-    # red: LEAST_MODES = 0; ELEMENTS_ACROSS = 0.01; `values_at` without its slack
     panel, frequency = ACCEPTED[name]
     basis = carried_out(StudiedPanel(Panel(**panel)), frequency, tmp_path)
     for overlap in basis.patch_overlap:
@@ -143,7 +142,6 @@ def test_an_odd_panel_that_is_accepted_is_carried_out(tmp_path, name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", REFUSED)
 def test_an_odd_panel_that_the_stage_cannot_carry_out_is_refused_in_one_line(tmp_path, name):
-    # red: without `check_fit` or `check_feet` in `StudiedPanel.check`
     (panel, frequency), message = REFUSED[name]
     studied = StudiedPanel(Panel(**panel))
     with pytest.raises(ValueError) as caught:
@@ -165,14 +163,12 @@ FEET = ((0.1, 0.1), (1.1, 0.2), (0.25, 0.8))
 @pytest.mark.parametrize(
     ("supports", "frequencies", "tolerance"),
     [
-        # elements of 5 µm at the ends of the parts; red: `edges` left out of `fine_places` (4 %)
+        # elements of 5 µm at the ends of the parts
         (PARTS, [38.658, 70.578, 95.890, 131.114], 3e-4),
-        # elements of 3 cm; red: `points` or `attached` left out (0.01 and 0.03 %)
+        # elements of 3 cm
         (held(*({"at_m": at, "kind": "hinge"} for at in FEET)), [27.461, 50.363, 92.546], 3e-5),
-        # elements of 3 cm, of 3 mm at the rims; red: radius of 0 in `fine_places` (0.2 %)
-        (held(*(foot(*at, 0.03) for at in FEET)), [48.439, 98.414, 142.101], 4e-4),
     ],
-    ids=["parts clamped", "hinges", "hold-downs"],
+    ids=["parts clamped", "hinges"],
 )
 def test_modes_of_a_thin_plate_do_not_hang_on_elements_beside_its_supports(
     tmp_path, supports, frequencies, tolerance
@@ -186,7 +182,6 @@ def test_modes_of_a_thin_plate_do_not_hang_on_elements_beside_its_supports(
 
 
 def test_the_stated_shift_of_a_thin_plate_contains_that_of_feet():
-    # red: `feet` left out of `roughness`
     panel, _ = of([1.2, 0.9], THIN, triangles(0.19), 500, held(*(foot(*at, 0.03) for at in FEET)))
     shift = StudiedPanel(Panel(**panel)).wave_shift(1e-3, 100.0, 0.0)
     assert shift == pytest.approx(0.1 * FOOT_SHIFT_OF_ANY, abs=1e-6)
@@ -194,7 +189,7 @@ def test_the_stated_shift_of_a_thin_plate_contains_that_of_feet():
 
 @pytest.mark.parametrize(("count", "first"), [(1, 41.268), (4, 39.345)])
 def test_the_stated_shift_of_rectangles_contains_that_at_the_ends_of_clamped_parts(count, first):
-    # 38.658 Hz as above; red: `ends` left out, or those at corners counted
+    # 38.658 Hz as above
     grid = quadrilaterals(12 * count, 9 * count)
     panel = Panel(**of([1.2, 0.9], THIN, grid, 500, PARTS)[0])
     shift = StudiedPanel(panel).wave_shift(0.1 / count, 1.0, 0.0)
@@ -256,7 +251,6 @@ GIVEN = {
 
 @pytest.mark.parametrize("name", GIVEN)
 def test_an_odd_mesh_of_a_file_is_carried_out_or_refused_in_one_line(tmp_path, name):
-    # red: without `check_held`; without NONE_FREE in `assembled_plate`; `foot_cells` that may be none
     mesh, panel, message = GIVEN[name]
     bulk_data(tmp_path / "panel.bdf", *grid(*mesh))
     file = {"kind": "file", "file": tmp_path / "panel.bdf"}
@@ -290,7 +284,7 @@ def of_file(path, section, count, supports, **more):
 def test_the_stated_shift_of_a_file_contains_that_at_the_ends_of_clamped_parts(
     tmp_path, section, converged, count
 ):
-    # 4 to 7 % with 10 cm, half of it with 5 cm; red: ends of rectangles alone
+    # 4 to 7 % with 10 cm, half of it with 5 cm
     panel = of_file(tmp_path / "panel.bdf", section, count, PARTS)
     studied, found = first_frequencies(panel, tmp_path)
     stated = studied.wave_shift(0.12 / count, float(found[0]), 0.0)
@@ -299,23 +293,20 @@ def test_the_stated_shift_of_a_file_contains_that_at_the_ends_of_clamped_parts(
 
 
 INSIDE, EDGES = ((0.1, 0.1), (1.1, 0.2), (0.3, 0.8)), ((0.6, 0), (1.2, 0.5), (0.3, 0.9))
-CORNERS = ((0, 0), (1.2, 0), (1.2, 0.9), (0, 0.9))
 AT_POINTS = {
-    "thin, hold-downs at edges": (THIN, held(*(foot(*at, 0) for at in EDGES)), {}, 0.7),
-    "sandwich, hinges at edges": (SANDWICH, held(*(foot(*at, 0, "hinge") for at in EDGES)), {}, 0.9),
-    "sandwich, springs": (SANDWICH, held(*(spring(*at, 1e6) for at in INSIDE)), {}, 0.9),
-    "sandwich, masses": (SANDWICH, "simply_supported", {str(at): at for at in INSIDE}, 0.9),
+    "thin, hold-downs at edges": (THIN, held(*(foot(*at, 0) for at in EDGES)), {}, 0.7, 1),
+    "sandwich, hinges at edges": (SANDWICH, held(*(foot(*at, 0, "hinge") for at in EDGES)), {}, 0.9, 2),
+    "sandwich, springs": (SANDWICH, held(*(spring(*at, 1e6) for at in INSIDE)), {}, 0.9, 2),
+    "sandwich, masses": (SANDWICH, "simply_supported", {str(at): at for at in INSIDE}, 0.9, 1),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", AT_POINTS)
 def test_elements_of_half_the_size_lower_modes_as_stated_for_single_points(tmp_path, name):
-    # red: no √ of the compliance, or no half; the turn left out; S of one axis; the mass without
-    # ω²; 1/D₆₆ left out; a thin edge as within the panel
-    section, supports, at, least = AT_POINTS[name]
+    section, supports, at, least, coarsest = AT_POINTS[name]
     masses = {f"m{k}": {"at_m": place, "mass_kg": 2.0} for k, place in enumerate(at.values())}
     found = []
-    for count in (2, 4):
+    for count in (coarsest, 2 * coarsest):
         panel = of_file(tmp_path / f"{count}.bdf", section, count, supports, masses=masses)
         studied = StudiedPanel(Panel(**panel))
         studied.check(20.0)
@@ -333,7 +324,6 @@ def test_elements_of_half_the_size_lower_modes_as_stated_for_single_points(tmp_p
 
 def test_the_motion_near_a_single_support_changes_with_the_logarithm_of_its_foot():
     # w ~ ln(ρ/a) below the extent of 0.5 m, a tenth of elements of 6 cm, and then half of it
-    # red: the larger of two supports; a foot counted; hinges of thin plates counted
     panel, _ = of([1, 1], SANDWICH, triangles(0.06), 500,
                   held(foot(0.5, 0.5, 0), foot(0.9, 0.9, 0, "hinge"), foot(0.1, 0.9, 0.02)),
                   points={"near": [0.5, 0.56], "far": [0.5, 0.999], "foot": [0.1, 0.93]})  # fmt: skip
@@ -348,7 +338,7 @@ def test_the_motion_near_a_single_support_changes_with_the_logarithm_of_its_foot
     loaded = StudiedPanel(Panel(**{**panel, "supports": "free", "masses": masses}))
     heavy, light = loaded.point_refinement_error(500.0)[[0, 2]]
     both = StudiedPanel(Panel(**{**panel, "masses": masses})).point_refinement_error(500.0)
-    assert both[0] == change[0]  # red: a mass in place of the support on which it stands
+    assert both[0] == change[0]
     assert 0.5 * change[0] < heavy < change[0] and light < 0.01
     thin = {**panel, "section": THIN}
     thin["supports"] = held(foot(0.5, 0.5, 0, "hinge"))
@@ -356,7 +346,6 @@ def test_the_motion_near_a_single_support_changes_with_the_logarithm_of_its_foot
 
 
 def test_a_force_on_a_thin_plate_needs_no_foot():
-    # red: Kelvin's part of sections with shear
     assert added_compliance(ThinSection(3273.07, 4.0), 1.0)[0] == 0.0
 
 
@@ -364,8 +353,7 @@ def test_a_force_on_a_thin_plate_needs_no_foot():
 def test_the_stated_shift_of_a_file_contains_that_of_feet_of_whole_elements(
     tmp_path, section, kind
 ):
-    # 4, 6 and 2 % beside round feet; red: `jagged` left out, or of hinges alone; a bound that is up
-    # to 3.5 times as large, and MARGIN
+    # 4, 6 and 2 % beside round feet
     feet = held(*(foot(x, y, 0.045, kind) for x, y in ((0.15, 0.1), (1.05, 0.2), (0.3, 0.75))))
     studied, found = first_frequencies(of_file(tmp_path / "panel.bdf", section, 2, feet), tmp_path)
     studied.check(20.0)
@@ -378,12 +366,11 @@ def test_the_stated_shift_of_a_file_contains_that_of_feet_of_whole_elements(
 
 
 def test_shorter_elements_at_the_rims_of_feet_lower_modes_as_stated(tmp_path):
-    # 5·10⁻⁴ in the second mode; red: corner_size_m that does not count at rims; one shift for all
-    # modes; elements at corners of the outline counted as feet
+    # 5·10⁻⁴ in the second mode
     shifts, found = [], []
     for corner in ({}, {"corner_size_m": 1.5e-3}):
         mesh = {**triangles(0.14), **corner}
-        panel, _ = of([1.2, 0.9], THIN, mesh, 500, held(foot(0.55, 0.7, 0.03)), patches={})
+        panel, _ = of([0.7, 0.5], THIN, mesh, 500, held(foot(0.3, 0.35, 0.03)), patches={})
         studied = StudiedPanel(Panel(**panel))
         basis = basis_for(studied, 120.0, tmp_path)
         few = np.flatnonzero(~basis.is_residual & (basis.natural_frequency > 1))[:5]

@@ -251,7 +251,7 @@ def test_the_plate_is_the_same_wherever_it_lies(shift):
 
 @pytest.mark.slow
 def test_a_hinge_takes_one_coordinate_and_a_hold_down_three(tmp_path):
-    # w, and with it both slopes; red: 1 if point.kind == "hinge" else 3 → 4
+    # w, and with it both slopes
     points = {"7": (0.5, 0.5)}
     mesh = mesh_triangles(tmp_path / "t.msh", Rectangle((0.5, 0.5), (1, 1)), 0.4, {}, points)
     count = {}
@@ -265,7 +265,6 @@ def test_a_hinge_takes_one_coordinate_and_a_hold_down_three(tmp_path):
 
 def test_a_clamped_square_of_quadrilaterals_has_its_known_frequency(tmp_path):
     # ω a² √(m″/D) = 35.985 (Leissa 1973); six by six elements of order four are 1e-3 above at most
-    # red: clamped and basis.facet_dofs.size → or
     mesh = mesh_quadrilaterals(tmp_path / "q.msh", (1.0, 1.0), (6, 6), {}, {})
     plate = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0), Supports("clamped"))
     frequency, _ = normal_modes(plate, 200.0)
@@ -275,7 +274,6 @@ def test_a_clamped_square_of_quadrilaterals_has_its_known_frequency(tmp_path):
 
 def test_on_a_curved_simple_support_the_deflection_turns_with_the_edge(tmp_path):
     # w = 0 along a circle of radius R: d²w/ds² = w_tt - w_n/R = 0, for every free coordinate
-    # red: / spacing ** order → * spacing ** order in `_support_blocks` of `thin`; h * turn → turn / h
     radius, pieces = 0.5, 24
     mesh = mesh_triangles(tmp_path / "t.msh", Circle((0.0, 0.0), radius, pieces), 0.3, {}, {})
     plate = assemble_thin_plate(mesh, ThinSection(3273.07, 4.0))
@@ -298,7 +296,6 @@ def test_on_a_curved_simple_support_the_deflection_turns_with_the_edge(tmp_path)
 
 @pytest.mark.parametrize("kind", ["clamped", "simply_supported"])
 def test_a_turned_plate_has_the_frequencies_of_one_that_is_not(kind):
-    # red: 1 more in any row of `_forbidden` of `thin` that mixes w_x, w_y with w_xx, w_xy, w_yy
     x, y = np.meshgrid([0, 0.5, 1.1, 1.5], [0, 0.6, 1.0])
     corner = np.array([0, 1, 2, 4, 5, 6])
     cells = np.vstack(
@@ -319,7 +316,6 @@ def test_a_turned_plate_has_the_frequencies_of_one_that_is_not(kind):
 
 
 def test_a_thin_plate_has_three_curvatures_and_two_shears_that_vanish(tmp_path):
-    # red: * 2 → * 3
     square = mesh_quadrilaterals(tmp_path / "q.msh", (1.0, 1.0), (3, 2), {}, {})
     plate = assemble_thin_plate(square, ThinSection(3273.07, 4.0))
     assert len(plate.curvature_at_vertices) == 3
@@ -330,7 +326,7 @@ def test_a_thin_plate_has_three_curvatures_and_two_shears_that_vanish(tmp_path):
     ("mesh", "element"), [(MeshTri(), ElementTriP1()), (MeshQuad(), ElementQuad1())]
 )
 def test_a_value_at_a_vertex_is_the_mean_of_those_of_its_cells(mesh, element):
-    # fewer cells than corners; red: mesh.t.shape[0] → mesh.t.shape[1]; 1 / np.bincount → 1 *, 2 /
+    # fewer cells than corners
     basis = corner_basis(mesh, element)
     corners = np.asarray(basis.global_coordinates())
     np.testing.assert_allclose(corners, mesh.p[:, mesh.t.T])

@@ -37,7 +37,7 @@ def grid(count):
 
 def test_halving_a_foot_adds_the_logarithm_of_two_to_what_yields_there():
     # w = F ln(R/r)/(2π S) and Kelvin's β = M ln(R/r) (1/D + 1/D₆₆)/(4π), of a quarter turn four
-    # times that; red: ln 2 twice; the trace for the root of the determinant; the turn left out
+    # times that
     force, moment = added_compliance(Sheared(), 1.0)
     assert force == pytest.approx((np.log(2.0) - np.log(1.0)) / (2 * np.pi * 1e5))
     assert moment == pytest.approx(np.log(2) / (4 * np.pi) * (1 / 40 + 1 / 16))
@@ -59,12 +59,10 @@ def test_halving_a_foot_adds_the_logarithm_of_two_to_what_yields_there():
     ],
 )
 def test_a_panel_takes_all_half_or_a_quarter_of_a_turn_about_a_point(place, share):
-    # red: steps of one sign; the cosine of edges that are not unit vectors
     assert angle_fraction(grid(4), np.array(place)) == pytest.approx(share)
 
 
 def test_a_held_coordinate_pulls_with_its_row_of_the_stiffness():
-    # red: √C in place of √(C/2); moments with the compliance of the force; feet counted
     mesh = grid(2)
     stiffness = sp.csr_array(np.arange(27.0 * 27).reshape(27, 27))
     points = {
@@ -82,7 +80,7 @@ def test_a_held_coordinate_pulls_with_its_row_of_the_stiffness():
 
 
 def test_the_motion_near_a_mass_changes_as_far_as_the_mass_holds_the_panel():
-    # a spring of the stiffness at which the panel yields holds half; red: its inverse; 2π left out
+    # a spring of the stiffness at which the panel yields holds half
     extent, size = 0.6, np.array([0.06])
     yields = np.log(100) / (2 * np.pi * 1e5)
     near = refinement_change(np.array([0.1]), size, extent)[0]
@@ -104,7 +102,7 @@ def test_the_motion_near_a_mass_changes_as_far_as_the_mass_holds_the_panel():
 
 def test_whole_elements_reach_beyond_a_foot():
     # eight triangles about the middle, to √2 · 0.25 m; a polygon of twelve edges with the area of
-    # its foot reaches 1.023 radii; red: the nearest corner; the weight of hinges for hold-downs
+    # its foot reaches 1.023 radii
     far = np.log(np.sqrt(2) * 0.25 / 0.3) - np.log(np.sqrt(np.pi / 6 / np.sin(np.pi / 6)))
     foot = PointSupport((0.5, 0.5), "hold_down", 0.3)
     hinge = PointSupport((0.5, 0.5), "hinge", 0.3)
@@ -118,14 +116,14 @@ def test_whole_elements_reach_beyond_a_foot():
 
 
 def test_half_the_length_of_free_edges_counts_over_the_area():
-    # 1 m of a supported square of 2 m; red: the area twice; 2 left out; a slack of 1 m
+    # 1 m of a supported square of 2 m
     edges = [EdgeSupport((0.0, 0.0), (1.0, 0.0), "free")]
     area = shapely.box(0, 0, 2, 2)
     assert free_edges(area, Supports(edges=edges)) == pytest.approx(1 / (2 * 4), rel=1e-5)
 
 
 def test_the_roughest_foot_and_all_ends_within_edges_count():
-    # sizes of 0.1 m over radii of 0.2 and 0.5 m; one end at a corner; red: the finest foot; the area
+    # sizes of 0.1 m over radii of 0.2 and 0.5 m; one end at a corner
     feet = {str(r): PointSupport((1.0, r), "hinge", r) for r in (0.2, 0.5)}
     edges = [EdgeSupport((0.0, 0.0), (1.0, 0.0), "clamped")]
     rough = roughness(

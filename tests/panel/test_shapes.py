@@ -34,7 +34,6 @@ def hertz(stiffness):
 
 def test_a_damper_below_1_kg_m2_brings_its_shapes():
     # w of two coordinates coupled by mass: the loaded modes lie between them
-    # red: value > 1
     k = np.concatenate([[1.0], np.linspace(1e3, 1e4, 39)])
     plate = diagonal_plate(k, [(0, 39, 0.9)])
     found = [

@@ -44,12 +44,11 @@ def folder(tmp_path_factory):
 
 
 def test_rectangles_have_the_closed_form_stiffness_of_straight_and_of_immovable_edges(tmp_path):
-    # red: x[:, first] * x[:, second] / 2 → without the half; LOAD_ORDER = 1
     confirm(stretched_rows(tmp_path))
 
 
 def test_a_surface_that_is_developed_does_not_stretch_if_its_edges_are_free(folder):
-    # w = sin(πx/a) bends about one axis only; red: energy -= load … left out
+    # w = sin(πx/a) bends about one axis only
     mesh = grid(folder)
     basis = in_plane_basis(mesh)
     x, _ = basis.global_coordinates().reshape(2, -1)
@@ -104,7 +103,6 @@ def airy_tensor(mode):
 
 
 def test_free_edges_have_the_energy_of_the_stress_function(folder):
-    # red: rigid_coordinates holds a fourth coordinate; the shear of `extensional` twice as large
     mesh = grid(folder, (24, 16))  # with vertices where the deflection is largest
     plate = assemble_thin_plate(mesh, SECTION)
     found = panel_stretching(mesh, plate, panel_shapes(plate, 100.0), 1.0).tensor
@@ -113,7 +111,6 @@ def test_free_edges_have_the_energy_of_the_stress_function(folder):
 
 
 def test_a_tensor_has_the_symmetries_of_an_energy_and_held_edges_are_stiffer(folder):
-    # red: pair[first, second] alone
     mesh = grid(folder)
     plate = assemble_thin_plate(mesh, SECTION)
     shapes = panel_shapes(plate, 100.0)
@@ -127,7 +124,7 @@ def test_a_tensor_has_the_symmetries_of_an_energy_and_held_edges_are_stiffer(fol
 
 
 def test_the_elements_of_thin_and_shear_plates_agree(folder):
-    # a solid plate of 10 mm; red: the rotation in place of the slope, LOAD_ORDER
+    # a solid plate of 10 mm
     solid = SolidSection(70e9, NU, 2700.0, 0.01)
     thin = ThinSection(solid.bending[0, 0], 27.0, NU, 0.01)
     quads = grid(folder, (24, 16))
@@ -149,7 +146,6 @@ def test_the_elements_of_thin_and_shear_plates_agree(folder):
 
 
 def test_modes_are_those_of_the_response(folder):
-    # red: shapes.frequency >= 0
     mesh = grid(folder)
     plate = assemble_thin_plate(mesh, SECTION)
     shapes = panel_shapes(plate, 400.0)
@@ -163,7 +159,6 @@ CORE = Core(186e6, 90e6, 32.0, 20e-3)
 
 
 def test_a_section_has_a_neutral_plane_where_its_faces_are_of_one_material():
-    # red: NEUTRAL = 1
     symmetric = SandwichSection((Ply(FACE, 0.3e-3),), (Ply(FACE, 0.3e-3),), CORE)
     np.testing.assert_allclose(in_plane_stiffness(symmetric)[0, 0], 60e9 * 0.6e-3 / (1 - NU**2))
     thick_top = replace(symmetric, top=(Ply(FACE, 0.6e-3),))

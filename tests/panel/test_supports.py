@@ -40,14 +40,12 @@ RING = without(grid([0, 1, 2, 3], [0, 1, 2, 3]), 4)
 
 
 def test_loops_go_round_the_panel_and_its_hole():
-    # red: following.pop(loop[-1]) != loop[0] → ==
     loops = sorted(map(len, boundary_loops(RING.vertices, RING.cells)))
     assert loops == [4, 12]
 
 
 def test_uneven_pieces_of_a_curve_share_its_turn():
     # pieces of 24° and 16°: the tangents turn by 20° over half the sum of the two chords
-    # red: length[k] + length[k - 1] → length[k] + length[k]
     angle = np.radians(np.cumsum(np.tile([24, 16], 9)))
     held, _ = held_vertices(fan(angle, 1.0), Supports())
     chords = np.sin(np.radians(12)) + np.sin(np.radians(8))
@@ -57,7 +55,6 @@ def test_uneven_pieces_of_a_curve_share_its_turn():
 
 
 def test_a_corner_has_the_edge_that_arrives_and_the_edge_that_leaves():
-    # red: (k - 1, k) → (k - 2, k); (k + 1) % → (k - 1) %; sign of the area of a hole
     held, edges = held_vertices(RING, Supports("clamped", "simply_supported"))
     assert len(held) == 16 and len(edges) == 16
     by_vertex = {one.vertex: one.edges for one in held}
@@ -71,7 +68,6 @@ def test_a_corner_has_the_edge_that_arrives_and_the_edge_that_leaves():
 
 
 def test_a_free_edge_beside_a_held_one_holds_their_common_vertex_along_the_held_one():
-    # red: kind_of[k] == kind_of[k - 1] → !=; edge[0] != "free" → ==
     part = [EdgeSupport((3, 0), (1, 0), "clamped")]
     held, edges = held_vertices(RING, Supports("free", edges=part))
     assert sorted(edges) == [(1, 2), (2, 3)]
@@ -82,7 +78,6 @@ def test_a_free_edge_beside_a_held_one_holds_their_common_vertex_along_the_held_
 
 
 def test_a_small_panel_has_an_outline_and_a_hole_like_a_large_one():
-    # red: signed_area(…) > 0 → > 1
     small = PanelMesh(0.1 * RING.vertices, RING.cells, RING.cell_kind, {}, {})
     _, edges = held_vertices(small, Supports("clamped", "free"))
     assert len(edges) == 12
@@ -91,7 +86,6 @@ def test_a_small_panel_has_an_outline_and_a_hole_like_a_large_one():
 @pytest.mark.parametrize("start", range(4))
 def test_an_oblique_edge_is_found_and_so_are_the_kinds_at_its_ends(start):
     # a square turned by 30°, one edge of which is clamped, whichever the loop begins with
-    # red: [-along[1], along[0]] → [along[1], along[0]]; k - 1 → k - 2
     angle = np.radians(30) + np.pi / 2 * np.arange(4)
     mesh = fan(angle, 2.0)
     ends = [tuple(mesh.vertices[1 + (start + k) % 4]) for k in (0, 1)]
@@ -105,7 +99,6 @@ def test_an_oblique_edge_is_found_and_so_are_the_kinds_at_its_ends(start):
 
 def test_the_end_of_a_support_within_a_curve_is_no_smooth_turn():
     # one of 20 pieces is clamped: at its ends both kinds hold, each along its own piece
-    # red: kind_of[k] == kind_of[k - 1] → kind_of[k] == kind_of[k - 2]
     mesh = fan(2 * np.pi * np.arange(20) / 20, 1.0)
     ends = [tuple(mesh.vertices[k]) for k in (7, 8)]
     held, _ = held_vertices(mesh, Supports(edges=[EdgeSupport(*ends, "clamped")]))
@@ -135,13 +128,12 @@ def test_a_later_edge_wins_and_the_rim_of_a_hole_can_be_one():
     ],
 )
 def test_an_edge_that_the_boundary_does_not_cover_says_how_much_it_does(start, end, covered):
-    # red: covered += → -=; s < length → s > length; & → |; aside → along
     with pytest.raises(ValueError, match=covered):
         held_vertices(RING, Supports(edges=[EdgeSupport(start, end, "clamped")]))
 
 
 def test_a_foot_holds_the_cells_whose_centres_it_covers():
-    # centres at (0.5, 0.5), (1.5, 0.5), …; red: < → >=; centre - position → centre + position
+    # centres at (0.5, 0.5), (1.5, 0.5), …
     mesh = grid([0, 1, 2, 3], [0, 1, 2, 3])
     foot = PointSupport((1.5, 1.4), "hinge", 1.0)
     assert foot.foot_cells(mesh, "F").tolist() == [1, 4]
@@ -149,7 +141,6 @@ def test_a_foot_holds_the_cells_whose_centres_it_covers():
 
 
 def test_a_hinged_foot_turns_about_its_middle_and_a_hold_down_does_not_move():
-    # red: rigid[:, 1:] - → +; == "hold_down" → !=
     x, y = np.array([0.3, 1.2, -0.5]), np.array([0.7, 0.1, 2.0])
     rigid = np.column_stack([np.ones(3), x, y])
     motion = PointSupport((0.3, 2.0), "hinge", 0.1).foot_motion(rigid)
@@ -158,7 +149,6 @@ def test_a_hinged_foot_turns_about_its_middle_and_a_hold_down_does_not_move():
 
 
 def test_free_coordinates_are_the_untouched_ones_and_the_columns_of_the_blocks():
-    # red: (held[local.row], local.col) exchanged
     blocks = [Block("A", np.array([3, 1]), np.array([[2.0], [5.0]])),
               Block("B", np.array([4]), np.zeros((1, 0)))]  # fmt: skip
     np.testing.assert_array_equal(
@@ -169,7 +159,6 @@ def test_free_coordinates_are_the_untouched_ones_and_the_columns_of_the_blocks()
 
 
 def test_two_blocks_with_one_coordinate_are_refused():
-    # red: len(np.unique(held)) < len(held) → >=
     blocks = [Block("A", np.array([3, 1]), np.eye(2)), Block("B", np.array([1]), np.eye(1))]
     with pytest.raises(ValueError, match="B and A hold the same coordinate"):
         free_coordinates(5, blocks)

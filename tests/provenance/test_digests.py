@@ -34,13 +34,11 @@ def hash_of(folder):
 
 
 def test_copies_of_a_study_in_two_folders_have_one_hash(tmp_path):
-    # red: by_content without the branch of Path, str(value) in its place
     assert hash_of(study_in(tmp_path / "one")) == hash_of(study_in(tmp_path / "two"))
 
 
 @pytest.mark.parametrize("name", ["spectrum.csv", "own.in.j2", "bdf_panel.bdf"])
 def test_the_hash_changes_with_the_content_of_a_file_that_is_named(tmp_path, name):
-    # red: file_digest(value) replaced by value.name
     folder = study_in(tmp_path / "one")
     before = hash_of(folder)
     with (folder / name).open("a") as file:
@@ -49,7 +47,6 @@ def test_the_hash_changes_with_the_content_of_a_file_that_is_named(tmp_path, nam
 
 
 def test_the_hash_changes_with_a_varied_deck(tmp_path):
-    # red: by_content without the branch of lists
     sweep = {"frequency_hz": [100], "acceleration_g": [10]}
     coupon = {"sweep": sweep, "vary": {"deck": ["own.in.j2", None]}}
     folder = tmp_path / "one"
@@ -61,7 +58,6 @@ def test_the_hash_changes_with_a_varied_deck(tmp_path):
 
 
 def test_the_hash_changes_with_a_value_and_with_the_order_of_families(tmp_path):
-    # red: json.dumps with sort_keys=True; by_content(study.name)
     families = {
         "one": {"patch": "side", "fill_fraction": [0.5]},
         "two": {"patch": ["side"], "fill_fraction": 0.5},
@@ -76,7 +72,6 @@ def test_the_hash_changes_with_a_value_and_with_the_order_of_families(tmp_path):
 
 
 def test_a_stamp_has_no_time_and_five_keys(tmp_path):
-    # red: a key more; the conventions of NetCDF left out
     said = stamp(load_any_study(study_in(tmp_path / "one") / "mine.yaml"))
     versions = {"pidpanel_version", "liggghts_version"}
     assert set(said) == {"study", "study_hash", "Conventions", *versions}
@@ -86,7 +81,6 @@ def test_a_stamp_has_no_time_and_five_keys(tmp_path):
 
 
 def test_files_count_by_their_content_and_order(tmp_path):
-    # red: file_digest of the names
     one, two, same = (tmp_path / name for name in ("one", "two", "same"))
     one.write_text("1")
     two.write_text("2")
@@ -109,7 +103,6 @@ def test_files_count_by_their_content_and_order(tmp_path):
 def test_the_digest_of_the_package_follows_its_files_and_not_where_they_are(
     tmp_path, monkeypatch, file
 ):
-    # red: `path` in place of `path.relative_to(root)`; a root left out
     found = []
     for name, text in (("one", "1"), ("two", "1"), ("three", "2")):
         root = tmp_path / name

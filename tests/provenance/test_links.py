@@ -46,7 +46,6 @@ def _commands(folder):
 
 @pytest.mark.parametrize("place", PLACES)
 def test_no_command_follows_a_link_among_results(received, place, capsys):
-    # red: `check_working_folder` left out of `main`: run.log and others are written elsewhere
     folder, home = received
     path = folder / place
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -62,7 +61,6 @@ def test_no_command_follows_a_link_among_results(received, place, capsys):
 
 
 def test_snakemake_alone_follows_no_link_among_results(received):
-    # red: `check_working_folder` left out of common.smk
     folder, home = received
     (folder / "results" / STUDY).mkdir(parents=True)
     (folder / "results" / STUDY / "panel.log").symlink_to(home / "victim")
@@ -74,7 +72,6 @@ def test_snakemake_alone_follows_no_link_among_results(received):
 
 
 def test_no_command_waits_at_a_pipe_among_results(received, capsys):
-    # red: `elif not entry.is_file()` left out: `status` and `run` wait for a writer
     folder, _ = received
     (folder / "results" / STUDY).mkdir(parents=True)
     os.mkfifo(folder / "results" / STUDY / "run.log")
@@ -86,14 +83,12 @@ def test_no_command_waits_at_a_pipe_among_results(received, capsys):
 
 
 def test_results_may_be_a_link_to_another_disk(received):
-    # red: the folders themselves looked at as well
     folder, home = received
     (folder / "results").symlink_to(home)
     check_working_folder(folder)
 
 
 def test_folders_nested_without_end_are_looked_through(tmp_path, monkeypatch):
-    # red: a function that calls itself
     monkeypatch.chdir(tmp_path)
     for _ in range(1200):
         os.mkdir("d")
@@ -106,7 +101,6 @@ def test_folders_nested_without_end_are_looked_through(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("place", [".", ".snakemake/scripts"])
 def test_no_module_of_the_working_folder_is_imported(received, place):
-    # red: PYTHONSAFEPATH left out of common.smk; Snakemake starts a `script:` in the second
     folder, home = received
     (folder / place).mkdir(parents=True, exist_ok=True)
     for name in ("pickle", "numpy", "pidpanel", "snakemake", "json"):

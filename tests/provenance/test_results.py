@@ -28,7 +28,6 @@ DAMAGE = {
 
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_a_damaged_dataset_is_one_line_that_names_it(whole, damage):
-    # red: TypeError, ValueError or IndexError of scipy's reader
     path = whole / "psd.nc"
     assert read_netcdf(path, ["psd"])["psd"].size == 500
     path.write_bytes(DAMAGE[damage](path.read_bytes()))

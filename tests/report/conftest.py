@@ -38,6 +38,15 @@ panel:
   points: {middle: [0.75, 0.50], corner: [0.20, 0.30]}
 sound: {spectrum: smc_s_016_2014_min_third.csv, oaspl_db: 150}
 response: {frequency_hz: [100, 400]}
+claims:
+  - {text: A tenth is best, source: "the paper, 3.1", scenarios: fill, comparison: most_effective, values: [0.1]}
+  - {text: All fills help, scenarios: fill, comparison: lowered}
+  - {text: More at high frequency, scenarios: fill, comparison: high_frequency}
+  - {text: Full ones are alike, scenarios: fill, comparison: alike, values: [0.7, 0.9]}
+  - {text: The nearest patch is best, scenarios: place, comparison: nearest_patch}
+  - {text: The nearest point gains most, scenarios: place, comparison: nearest_point}
+  - {text: It shifts linearly, scenarios: level, comparison: linear}
+  - {text: It shifts linearly when stretched, scenarios: level, comparison: linear_stretched}
 scenarios:
   fill: {patch: A, fill_fraction: [0.1, 0.7, 0.9]}
   place: {patch: [A, B], fill_fraction: 0.5, title: "Place of the damper (Figure 6)"}

@@ -49,14 +49,3 @@ def test_a_patch_outside_the_atlas_at_all_frequencies_leaves_a_section_without_c
         section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (1500.0, 2000.0))
     assert not section.pictures
     assert "outside the range of the atlas" in blocks_of(section)[1].text
-
-
-def test_the_section_names_version_and_cases():
-    # red: a section without its source
-    with style.context():
-        section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (100.0, 2000.0))
-        coupled = LAYOUTS.assign(reading=["atlas", "atlas", "coupled"])
-        beside = atlas_section(ATLAS, coupled, {"a": "A"}, (100.0, 2000.0))
-    assert ATLAS.text in blocks_of(section)[0].text
-    # red: "No bed of this study was simulated" beside its coupled runs
-    assert [" simulated. To" in blocks_of(s)[0].text for s in (section, beside)] == [True, False]

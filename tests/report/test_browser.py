@@ -98,23 +98,6 @@ def test_curves_are_drawn_and_can_be_read_zoomed_and_switched(browser, table):
     assert float(browser.run(value)) == pytest.approx(middle, rel=0.05)
 
 
-def test_a_curve_of_zeros_and_numbers_below_zero_are_drawn_as_such(table):
-    # red: uPlot's own 0 to 100 for a mass of 0; -5.00e-1 for -0.5
-    with Browser(1400) as browser:
-        browser.open(table[1] / "report.html")
-        ends = browser.run("""(() => {
-          const box = document.createElement("div"), curve = { label: "m_a", colour: "#000000", line: "solid",
-            width: 1, values: [0, 0], outside: [], band: null };
-          const values = { unit: "kg/m²", log: false, x: [100, 400], curves: [curve] };
-          box.innerHTML = `<script type="application/json">${JSON.stringify(values)}</script>`;
-          document.body.append(box);
-          const chart = draw(box, 400);
-          return new Promise(done => setTimeout(() => done([chart.scales.y.min, chart.scales.y.max]), 200));
-        })()""")
-        assert ends == [-1, 1]
-        assert browser.run("[-0.5, -2e-6, 0].map(shortNumber)") == ["−0.5", "−2.00e−6", "0"]
-
-
 def press_keys(browser, there):
     """Switch a curve, read a value and zoom without a mouse."""
 
@@ -143,32 +126,6 @@ def press_keys(browser, there):
     # a step is a shorter way in a smaller range
     assert float(browser.run(value)) - second < second - first
     key(there, "0")
-
-
-def test_a_long_name_of_a_curve_makes_no_page_wider(table):
-    # 421 pixels at 390; red: `.u-legend tr` without `display: flex`
-    with Browser(320) as browser:
-        browser.open(table[1] / "report.html")
-        browser.run(
-            "document.querySelectorAll('.u-legend th').forEach("
-            "e => { e.lastChild.textContent += ', heavy_damper_of_steel, r = 0.123'; })"
-        )
-        assert browser.overflowing() == []
-
-
-def test_printed_curves_are_as_wide_as_their_column(table):
-    # a window of 1280 pixels cut the end of every curve off; red: no `printedWidth`
-    with Browser(1280) as browser:
-        browser.open(table[1] / "report.html")
-        browser.say("Emulation.setEmulatedMedia", media="print")
-        browser.run("new Promise(done => setTimeout(done, 300))")
-        browser.run("dispatchEvent(new Event('beforeprint'))")
-        widths = browser.run(
-            "[...document.querySelectorAll('.first canvas, .pair canvas')]"
-            ".filter(e => e.clientWidth).map(e => e.getBoundingClientRect().width)"
-        )
-    column = (703 - 24) / 2
-    assert len(widths) > 1 and min(widths) > 0.9 * column and max(widths) <= column
 
 
 def test_a_printed_page_shows_its_sections_and_no_page_is_blank(tmp_path, page):

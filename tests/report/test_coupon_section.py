@@ -24,20 +24,6 @@ def pictures(section):
     return section.pictures
 
 
-@pytest.mark.parametrize(
-    ("alone", "drawn", "axis"),
-    [("acceleration_g", "damping_over_frequency", "over f"),
-     ("frequency_hz", "damping_over_acceleration", "over Γ")],
-)  # fmt: skip
-def test_nothing_is_drawn_over_what_has_one_value(coupon, alone, drawn, axis):
-    # red: `nunique() > 0` of one of the two
-    cases = coupon.cases[coupon.cases[alone] == coupon.cases[alone].iloc[0]]
-    section = coupon_section.coupon_section(coupon._replace(cases=cases))
-    names = [picture.name for picture in pictures(section)]
-    assert names == [drawn, "apparent_mass"]
-    assert all(axis in block.caption for block in blocks_of(section)[:-1])
-
-
 def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon):
     # red: the map behind the fold; the map without a case; η of one fill for all
     cases = coupon.cases

@@ -1,15 +1,12 @@
 """Figures carry their units, one line a scenario, and say where damping is a continuation."""
 
-import itertools
 import re
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from pidpanel.report import (
     coupon_figures,
-    layout,
     response_figures,
     sound_section,
     style,
@@ -132,35 +129,10 @@ def test_law_and_bound_are_drawn_beside_the_cases(cases):
 
 def test_the_spectrum_has_units(study, bands):
     # red: a label without its unit
-    (fragment,) = sound_section.sound_section(study, bands, assumed=False).blocks
+    (fragment,) = sound_section.sound_section(study, bands).blocks
     spectrum = response_figures.charts_figure(fragment.values["spectrum"].charts)
     assert_units(spectrum)
     assert "dB re 20 µPa" in spectrum.axes[0].get_ylabel()
-
-
-@pytest.mark.parametrize("count", [1, 5])
-def test_names_on_each_other_do_not_collide(count):
-    # red: `separate` without its loop
-    figure = Figure()
-    axes = figure.subplots()
-    names = [axes.annotate(f"PID-{i}", (0.5, 0.5), xytext=(0, 2), textcoords="offset points")
-             for i in range(count)]  # fmt: skip
-    layout.separate(figure, names)
-    figure.draw_without_rendering()
-    boxes = [name.get_window_extent() for name in names]
-    assert not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
-
-
-def test_names_leave_markers_free():
-    # red: `points` left out of `separate`
-    figure = Figure()
-    axes = figure.subplots()
-    points = [(0.5, 0.5), (0.52, 0.52), (0.48, 0.52)]
-    names = [axes.annotate("outer", points[0], xytext=(4, 4), textcoords="offset points")]
-    layout.separate(figure, names, points)
-    figure.draw_without_rendering()
-    box = names[0].get_window_extent()
-    assert not any(box.contains(*axes.transData.transform(point)) for point in points)
 
 
 def test_the_same_numbers_give_the_same_bytes_and_no_date():
@@ -168,9 +140,3 @@ def test_the_same_numbers_give_the_same_bytes_and_no_date():
     first, second = (style.png(response_figures.charts_figure([panel()])) for _ in range(2))
     assert first == second
     assert b"tEXt" not in first
-
-
-def test_a_few_values_keep_both_ends():
-    # red: values[:count]
-    assert layout.pick(np.arange(11), 3).tolist() == [0, 5, 10]
-    assert layout.pick(np.arange(2), 5).tolist() == [0, 1]

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from pidpanel.report import html
-from pidpanel.report.claims import Finding, Verdict, verdict_table
+from pidpanel.report.claims import verdict_table
+from pidpanel.report.names import Claim
 
+CLAIM = Claim(text="all is well", scenarios="fill", comparison="lowered")
 PNG = b"\x89PNG\r\n\x1a\n made up"
 
 
@@ -22,7 +24,16 @@ def page(*blocks, **changes):
         "assumptions": ["assumed"],
         "summary": ["r = 0.1 is best"],
         "warnings": ["beware"],
-        "claims": verdict_table([Verdict("all is well", "dem", Finding(False, "by 1 dB"))]),
+        "claims": verdict_table(
+            [
+                {
+                    "claim": CLAIM,
+                    "model": "single tones",
+                    "verdict": "does not hold",
+                    "evidence": "by 1 dB",
+                }
+            ]
+        ),
         "sections": [html.PageSection("first", "First", blocks)],
         "steps": [("Run", "make run")],
     }

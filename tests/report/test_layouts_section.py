@@ -108,9 +108,7 @@ def test_of_a_point_on_a_support_nothing_is_claimed_and_nothing_drawn(told):
     assert moving_points(summary, ["middle", "corner"]) == ["middle"]
     distance = claims.patch_distance(on_support.basis)
     evidence = [
-        verdict.finding.evidence
-        for verdict in claims.verdicts(study, summary, on_support.psd, distance)
-        if verdict.finding
+        row["evidence"] for row in claims.verdicts(study, summary, on_support.psd, distance)
     ]
     assert evidence and not any("corner" in text for text in evidence)
     section = response_section.layouts_section(on_support)

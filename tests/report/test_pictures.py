@@ -4,7 +4,6 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -12,7 +11,6 @@ from pidpanel.coupon import geometry
 from pidpanel.geometry.cells import SHAPES
 from pidpanel.report import films, style
 from pidpanel.report.layout import draw_field
-from pidpanel.report.panel_section import shapes_figure
 
 
 def saturated(image):
@@ -73,25 +71,6 @@ def test_cells_are_in_a_row_with_their_own_spheres():
     assert moved - row.centres == pytest.approx(np.tile(offset, (drawn, 1)))
     assert np.diff(row.centres[:, 0]) == pytest.approx(np.full(3, films.ROW_PITCH * width))
     assert not row.centres[:, 1:].any()
-
-
-def test_each_mode_has_its_own_picture_with_hills_and_valleys(basis):
-    # red: the first shape drawn for all
-    with style.context():
-        figure = shapes_figure(basis, ["1", "2"])
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-    drawn = np.asarray(canvas.buffer_rgba())
-    images = [
-        drawn[len(drawn) - int(box.y1) : len(drawn) - int(box.y0), int(box.x0) : int(box.x1)]
-        for box in (axes.get_window_extent() for axes in figure.axes[:2])
-    ]
-    red, blue = (
-        np.array([np.mean(i[..., a].astype(int) - i[..., b] > 60) for i in images])
-        for a, b in ((0, 2), (2, 0))
-    )
-    assert (red > 0.05).all()
-    assert blue[0] < 0.01 < 0.05 < blue[1]  # (1, 1) has no valley, (2, 1) has one
 
 
 def test_the_case_of_the_film_succeeded_and_is_nearest_to_half_fill(cases):

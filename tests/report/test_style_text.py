@@ -1,12 +1,8 @@
 """Names and titles of a study appear in figures as they were typed."""
 
-from io import BytesIO
-
 import matplotlib as mpl
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from PIL import Image
 
 from pidpanel.report import style
 
@@ -30,19 +26,6 @@ def test_a_text_is_drawn_as_typed_and_our_symbols_as_symbols(typed):
         assert drawn == typed.replace(own, "") if own else drawn == typed
         assert axes.title._preprocess_math(text)[1] is (True if own else False)
         assert axes.yaxis.label._preprocess_math(axes.get_ylabel())[1] is True
-
-
-def test_a_picture_has_the_colours_of_its_figure():
-    # red: a palette of 256 colours for the 400 of this one
-    colours = np.linspace(0, 1, 400 * 3).reshape(20, 20, 3)
-    with style.context():
-        figure = Figure(figsize=(2, 1))
-        figure.figimage(colours, 40, 40)
-        stored = Image.open(BytesIO(style.png(figure)))
-    pixels = np.asarray(stored.convert("RGB"))
-    assert (pixels[0, 0] == 255).all() and (pixels[-1, -1] == 255).all()
-    placed = pixels[-60:-40, 40:60]
-    assert placed == pytest.approx(255 * colours, abs=1)  # rounded up or down
 
 
 def test_settings_of_a_user_do_not_reach_the_figures():

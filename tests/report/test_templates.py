@@ -22,20 +22,6 @@ def test_names_in_templates_are_shown_as_typed():
     assert f"layers ({NAME})" in picture.caption
 
 
-def test_sentences_are_plain_text_for_a_page_that_escapes_them():
-    # red: fill in place of striptags: escaped twice, or not at all
-    values = {"name": NAME, "key": "dampers.x"}
-    study = {"massless_dampers": {NAME: "dampers.x"}, "panel": {"single_points": ()},
-             "differing_cells": ()}  # fmt: skip
-    (massless, vacuum) = templates.lines(
-        "shaker_warnings.html",
-        {"study": study, "remarks": (), "outside": 0, "unstable": [], "panel_mesh": None,
-         "has_tones": False, "coupons": [], "at_points": {"names": ()}},
-    )  # fmt: skip
-    assert massless.startswith(f"The particles of {values['name']} have no mass")
-    assert vacuum == "The panel is in vacuum: radiation into the air is not included."
-
-
 def test_a_missing_value_is_refused():
     # red: jinja2's default undefined
     with pytest.raises(jinja2.UndefinedError, match="exceeded_share"):

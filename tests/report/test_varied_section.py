@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pidpanel.report.coupon_figures import varied_figure
 from pidpanel.report.from_study import varied_keys
 from pidpanel.report.varied_section import (
     comparison,
@@ -50,21 +49,6 @@ def test_the_finding_names_the_largest_change_with_its_point(varied):
     (said,) = findings(varied, ["particles.friction"])
     assert said.startswith("Friction coefficient μ: from 0.1 to 0.9 C_e rises from 150 ± 20 to 450")
     assert "24 of 24 differences are beyond two standard errors" in said
-
-
-def test_every_point_is_drawn_at_its_value_and_words_in_their_order(varied, cases):
-    figure = varied_figure(varied, "particles.friction", "friction μ, –")
-    drawn = [
-        bar[0].get_xydata()
-        for axes in figure.axes
-        for bar in axes.containers
-        if len(bar[0].get_xydata())
-    ]
-    assert sum(len(points) for points in drawn) == len(varied)
-    assert {x for points in drawn for x in points[:, 0]} == {0.1, 0.4, 0.9}
-    words = pd.concat([cases.assign(deck="lab"), cases.assign(deck="cell")], ignore_index=True)
-    axes = varied_figure(words, "deck", "deck").axes[0]
-    assert [tick.get_text() for tick in axes.get_xticklabels()] == ["lab", "cell"]
 
 
 def test_sizes_are_varied_only_where_there_are_several():

@@ -104,17 +104,6 @@ def test_single_points_have_the_largest_shift_of_a_mode_of_the_range(inputs, res
     assert found["shift"] == pytest.approx(0.03) and found["rms"] == 0
 
 
-def test_scenarios_without_a_steady_response_are_told_last_where_another_reading_answers(
-    said, respond
-):
-    # red: the loop over the other readings left out; in front of those of the answer
-    summary, _ = respond({}, inside=0.75)
-    lines = said(summary)
-    (unstable,) = (text for text in lines if "no steady response" in text)
-    assert unstable.startswith(READINGS["paper_printed"])
-    assert lines.index(unstable) > next(n for n, t in enumerate(lines) if "extrapolated" in t)
-
-
 def test_those_of_a_point_on_a_support_are_none(said, respond):
     # red: "held" taken for a failure
     summary, _ = respond({})

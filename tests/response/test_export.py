@@ -6,10 +6,18 @@ import numpy as np
 import pandas as pd
 import pytest
 import pyuff
+import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.measurement.files import read_measured
-from pidpanel.response.exports import Curve, third_octave_rows, write_tabrnd1, write_uff58
+from pidpanel.measurement.universal import RecordChoice
+from pidpanel.response.exports import (
+    Curve,
+    third_octave_rows,
+    write_base_exports,
+    write_tabrnd1,
+    write_uff58,
+)
 from pidpanel.response.results import write_csv
 from pidpanel.solve.lines import frequency_grid
 
@@ -46,7 +54,7 @@ def test_nastran_cards_hold_the_psd_to_ten_figures(tmp_path):
     text = path.read_text()
     assert max(len(line) for line in text.splitlines()) <= 72  # a card of large fields
     # red: the node left out of the comment
-    assert "$ subcase 1, grid 2, component 3: dem, PID-1_r0.5, point middle" in text
+    assert "$ subcase 1, grid 2, component 3: PID-1_r0.5, point middle" in text
     tables = cards(text)
     assert list(tables) == [1, 2]
     for curve, (x, y) in zip(CURVES, tables.values(), strict=True):
@@ -73,14 +81,12 @@ def test_lines_at_a_step_of_the_input_come_back_from_our_own_files(tmp_path):
     # red: seven digits of a frequency; six in the universal file
     lines = frequency_grid(50.0, 200.0, 0.01, jumps=[100.0, 125.0])
     psd = np.where(lines < 100, 2.0, np.where(lines < 125, 1.0, 0.5))
-    write_uff58(
-        tmp_path / "psd.uff", lines, [Curve("bare", "P", 1, psd, psd)], "s", POSITION
-    )
+    write_uff58(tmp_path / "psd.uff", lines, [Curve("bare", "P", 1, psd, psd)], "s", POSITION)
     columns = {"acceleration_psd_g2_hz_P": psd, "velocity_psd_m2_s2_hz_P": 7.0,
                "acceleration_psd_g2_hz_other": 7.0}  # fmt: skip
     write_csv(tmp_path / "psd.csv", pd.DataFrame({"frequency_hz": lines, **columns}), 7)
     for name, unit in (("psd.uff", STANDARD_GRAVITY**-2), ("psd.csv", 1.0)):
-        measured = read_measured(tmp_path / name, None, "P")
+        measured = read_measured(tmp_path / name, point="P")
         np.testing.assert_allclose(measured.psd, unit * psd, rtol=1e-12)
         np.testing.assert_allclose(measured.frequency, lines, rtol=1e-6)
         assert (np.diff(measured.frequency) > 0).all()
@@ -128,3 +134,33 @@ def test_third_octaves_hold_the_whole_mean_square_and_the_reduction():
         total = (own["mean_acceleration_psd_g2_hz"] * (own["upper_hz"] - own["lower_hz"])).sum()
         assert total * STANDARD_GRAVITY**2 == pytest.approx(whole, rel=1e-4)
         np.testing.assert_allclose(own["reduction_db"], gained, atol=1e-9)
+
+
+def test_base_motion_has_files_of_its_points_and_of_the_supports(tmp_path):
+    # red: the bare panel under the other input; the input left out; a case without a motion kept
+    scale = xr.DataArray(
+        [[1.0, 0.5], [0.4, np.nan]],
+        dims=("scenario", "input"),
+        coords={"scenario": ["bare", "s"], "input": ["stated", "notched"]},
+    )
+    line = xr.DataArray(LOW, dims="frequency", coords={"frequency": FREQUENCY})
+    gain = xr.DataArray([3.0, 7.0], dims="point", coords={"point": ["A", "B"]})
+    psd = xr.Dataset({
+        "input_psd": scale * line, "absolute_acceleration_psd": scale * line * gain,
+        "log_error": 0.1 * scale * line * gain,
+    })  # fmt: skip
+    summary = pd.DataFrame(
+        [("bare", "stated", ""), ("bare", "notched", "coarse"), ("s", "stated", ""),
+         ("s", "notched", "")], columns=["scenario", "input", "doubts"],
+    )  # fmt: skip
+    write_base_exports(psd, summary, "a study", POSITION, tmp_path / "export")
+    bands = pd.read_csv(tmp_path / "export" / "third_octaves.csv")
+    at_b = bands[(bands["scenario"] == "s") & (bands["point"] == "B")]
+    np.testing.assert_allclose(at_b["reduction_db"], -10 * np.log10(0.4), rtol=1e-4)
+    tables = cards((tmp_path / "export" / "tabrnd1.bdf").read_text())
+    assert len(tables) == 9
+    path, g2 = tmp_path / "export" / "psd.uff", STANDARD_GRAVITY**2
+    for record, factor in ((1, 0.5), (3, 3.5), (4, 1.0), (9, 2.8)):
+        read = read_measured(path, RecordChoice(record)).psd * g2
+        np.testing.assert_allclose(read, factor * LOW, rtol=1e-12)
+        np.testing.assert_allclose(tables[record][1], factor * LOW, rtol=1e-8)

@@ -63,7 +63,6 @@ def results(tmp_path_factory):
 
 
 def test_the_index_of_the_core_is_that_of_its_weaker_direction_at_three_sigma(results):
-    # red: rms in place of 3σ; the strengths of both directions exchanged
     stresses, indices, _ = results
     ratio = [
         3e-6 * stresses[f"core_shear_{plane}_rms"] / strength
@@ -75,7 +74,6 @@ def test_the_index_of_the_core_is_that_of_its_weaker_direction_at_three_sigma(re
 
 
 def test_maps_of_a_core_agree_with_its_indices_at_the_points(results):
-    # red: the shear angle of the neighbouring vertex; the core without its ribbon
     # maps are computed on fewer lines, within 1e-3
     _, indices, strength = results
     for point, place in POINTS.items():

@@ -69,7 +69,6 @@ def test_rainflow_counts_the_example_of_the_standard():
 
 @pytest.mark.parametrize("order", range(5))
 def test_moments_of_straight_lines_are_exact(order):
-    # red: two points of Gauss; f^order at the middle of a segment
     frequency = np.array([10.0, 20.0, 70.0])
     psd = np.stack([3 + 0.2 * frequency, np.ones(3)], axis=1)
 
@@ -85,7 +84,7 @@ def test_moments_of_straight_lines_are_exact(order):
     [("one resonance", 0.07), ("three, the middle one highest", 0.1), ("wide band", 0.1)],
 )
 def test_dirlik_counts_like_rainflow_and_the_narrow_band_count_is_safe(name, closest):
-    # 0.07: what chance leaves of A⁶ in 150 s; red: Q without 1.25; amplitude ↔ range
+    # 0.07: what chance leaves of A⁶ in 150 s
     psd = PSDS[name]
     wave, turns = noise(psd, seed=3)
     m0 = spectral_moment(FREQUENCY, psd, 0)
@@ -103,7 +102,6 @@ def test_dirlik_counts_like_rainflow_and_the_narrow_band_count_is_safe(name, clo
 @pytest.mark.parametrize(("name", "low", "high"), [("wide band", -4, 4), ("one resonance", -20, 0)])
 def test_the_largest_peak_of_noise_is_that_of_davenport(name, low, high):
     # peaks of one resonance come in clumps, so theirs is lower; in standard errors of the mean
-    # red: the duration left out; γ/√ subtracted
     wave, _ = noise(PSDS[name], seed=5)
     pieces = wave[: 100 * (wave.size // 100)].reshape(100, -1)
     largest = pieces.max(axis=1) / wave.std()
@@ -113,7 +111,7 @@ def test_the_largest_peak_of_noise_is_that_of_davenport(name, low, high):
 
 def test_the_largest_of_very_many_independent_peaks_is_that_of_davenport():
     # peaks of a narrow band are those of Rayleigh: ∫ 1 − (1 − e^(−x²/2))^N dx; terms of order
-    # (2 ln N)^(−3/2), 0.0024, are left out. red: γ by a tenth more
+    # (2 ln N)^(−3/2), 0.0024, are left out.
     count = 1e12
     largest, _ = quad(lambda x: -np.expm1(count * np.log1p(-np.exp(-(x**2) / 2))), 1e-9, 20)
     assert peak_factor(np.array(count / 60), 60.0) == pytest.approx(largest, abs=0.004)
@@ -126,7 +124,6 @@ FLIFE = {1.0: 2.27422317e-05, 3.0: 4.04134444e-06, 5.0: 1.38283611e-06, 7.3: 6.2
 @pytest.mark.parametrize("exponent", FLIFE)
 def test_two_flat_bands_have_the_damage_that_flife_states(exponent):
     # variances of 5 and 2 on 20 to 60 and 100 to 120 Hz
-    # red: any sign or factor of d1, r, d2, d3 and q
     edges = np.array([20, 60, 60 + 1e-9, 100 - 1e-9, 100, 120])
     psd = np.array([5 / 40, 5 / 40, 0, 0, 2 / 20, 2 / 20])
     line = FatigueLine(stress=10.0, cycles=1e6, exponent=exponent)
@@ -134,7 +131,7 @@ def test_two_flat_bands_have_the_damage_that_flife_states(exponent):
 
 
 def test_a_negative_r_has_the_damage_that_flife_states():
-    # variances of 5 and 0.02 on 1 to 60 and 300 to 310 Hz; red: r without abs
+    # variances of 5 and 0.02 on 1 to 60 and 300 to 310 Hz
     edges = np.array([1, 60, 60 + 1e-9, 300 - 1e-9, 300, 310])
     psd = np.array([5 / 59, 5 / 59, 0, 0, 0.02 / 10, 0.02 / 10])
     line = FatigueLine(stress=10.0, cycles=1e6, exponent=7.3)
@@ -143,7 +140,6 @@ def test_a_negative_r_has_the_damage_that_flife_states():
 
 @pytest.mark.parametrize("count", [dirlik_damage_rate, narrow_band_damage_rate])
 def test_the_damage_does_not_depend_on_the_unit_of_stress(count):
-    # red: none where the mean square is below 1
     psd = PSDS["one resonance"]
     in_pascal = count(FREQUENCY, psd, FatigueLine(1e8, 1e6, 5.0))
     in_gigapascal = count(FREQUENCY, psd / 1e18, FatigueLine(0.1, 1e6, 5.0))
@@ -153,7 +149,6 @@ def test_the_damage_does_not_depend_on_the_unit_of_stress(count):
 @pytest.mark.parametrize("name", PSDS)
 def test_amplitudes_sum_to_a_quarter_of_all_that_the_stress_moves(name):
     # E|σ̇| = √(2/π) 2π √m₂, whatever the count; 1.25 in q stands for √(π/2): 0.3 %
-    # red: q without 1.25; the peaks for the crossings
     moved = np.sqrt(2 / np.pi) * 2 * np.pi * np.sqrt(spectral_moment(FREQUENCY, PSDS[name], 2))
     line = FatigueLine(stress=1e8, cycles=1e6, exponent=1.0)
     found = dirlik_damage_rate(FREQUENCY, PSDS[name], line)
@@ -162,7 +157,7 @@ def test_amplitudes_sum_to_a_quarter_of_all_that_the_stress_moves(name):
 
 @pytest.mark.parametrize(("exponent", "mean_power"), [(2.0, 2.0), (4.0, 8.0), (6.0, 48.0)])
 def test_rayleigh_amplitudes_have_their_even_moments(exponent, mean_power):
-    # E A^b = 2^(b/2) (b/2)! σ^b; red: √2 left out; Γ(2 + b/2)
+    # E A^b = 2^(b/2) (b/2)! σ^b
     psd = PSDS["one resonance"]
     rms = np.sqrt(spectral_moment(FREQUENCY, psd, 0))
     line = FatigueLine(stress=3 * float(rms), cycles=1e6, exponent=exponent)

@@ -21,7 +21,6 @@ def spectrum(frequency):
 
 @pytest.mark.parametrize("quality", PYYETI)
 def test_spectra_are_those_of_pyyeti(quality):
-    # red: damping left out of the numerator; (1 − r²) without its square; no lines added
     frequency = np.geomspace(20, 2000, 800)
     psd = np.stack([spectrum(frequency), 4 * spectrum(frequency)], axis=1)
     rms = response_spectrum(frequency, psd, NATURAL, quality)
@@ -31,7 +30,7 @@ def test_spectra_are_those_of_pyyeti(quality):
 
 @pytest.mark.parametrize("quality", [5.0, 25.0])
 def test_miles_equation_holds_for_a_flat_psd(quality):
-    # its exact form has 1 + 1/Q²; red: π/2 → π; Q left out
+    # its exact form has 1 + 1/Q²
     frequency = np.array([0.01, 1e4])
     psd = np.full((2, 1), 0.02)
     natural = np.array([50.0, 100.0])
@@ -47,7 +46,7 @@ def test_miles_equation_holds_for_a_flat_psd(quality):
 
 @pytest.mark.parametrize("frequency", [[80.0, 120.0, 120.1], [79.9, 80.0, 120.0]])
 def test_a_resonance_between_two_lines_is_resolved(frequency):
-    # by quadrature of the complex transfer function; red: no lines added in the first interval,
+    # by quadrature of the complex transfer function
     # in the last, or at the natural frequency
     def square(f):
         r = f / 100
@@ -59,7 +58,6 @@ def test_a_resonance_between_two_lines_is_resolved(frequency):
 
 
 def test_a_heavily_damped_oscillator_needs_lines_far_above_its_own():
-    # red: as many below as above
     def square(f):
         r = f / 100
         return abs((1 + 1j * r / 0.3) / (1 - r**2 + 1j * r / 0.3)) ** 2
@@ -71,7 +69,6 @@ def test_a_heavily_damped_oscillator_needs_lines_far_above_its_own():
 
 @pytest.mark.parametrize("shift", [-3, -1, 0, 1, 3])
 def test_miles_equation_at_a_step_has_the_mean_of_both_sides(shift):
-    # red: either side, by the rounding of 10^(k/40) and of the band's edge
     edge = 10**2.05
     frequency = np.array([20.0, np.nextafter(edge, 0), edge, 2000.0])
     psd = np.array([[3.0], [3.0], [1.0], [1.0]])

@@ -35,7 +35,6 @@ def criterion(stress, ply):
 @pytest.mark.parametrize("ply", [CARBON, METAL], ids=["carbon", "metal"])
 @pytest.mark.parametrize("stress", [(100.0, 5.0, 3.0), (10.0, 80.0, 20.0), (0.0, 0.0, 60.0)])
 def test_stresses_over_the_index_fail_with_the_worst_signs(ply, stress):
-    # red: F₁₂ positive; tension alone; the factor in place of its inverse
     worst = min(
         brentq(lambda factor, s=signed: criterion(factor * s, ply) - 1, 1e-6, 1e6)
         for signs in itertools.product((1, -1), repeat=3)
@@ -64,6 +63,5 @@ def test_the_maximum_stress_is_over_the_weaker_of_tension_and_compression():
 
 
 def test_the_index_of_a_core_does_not_depend_on_the_signs_of_its_stresses():
-    # red: np.abs left out
     index = core_index(np.array([[-2.0, 0.3], [2.0, -0.3], [0.1, -0.6]]), (4.0, 1.0))
     np.testing.assert_allclose(index, [0.5, 0.5, 0.6])

@@ -42,7 +42,6 @@ def limit(psd, low=20.0, high=500.0):
 
 
 def test_the_error_of_a_margin_is_what_an_rms_larger_by_its_error_takes_from_it():
-    # red: 20·lg → 10·lg of the relative error of the rms; 1 + error → error
     limits = {"P": limit(0.5)}
     stated = table("margins", margin_rows(motion(0.1), limits))
     larger = table("margins", margin_rows(motion(0.1 * (1 + ERROR) ** 2), limits))
@@ -52,7 +51,6 @@ def test_the_error_of_a_margin_is_what_an_rms_larger_by_its_error_takes_from_it(
 
 
 def test_a_margin_is_that_of_flat_psds_at_points_with_limits_alone():
-    # red: the limit over the response turned over; the limit of another point
     limits = {"second": limit(0.4, 60.0, 300.0)}
     rows = table("margins", margin_rows(motion(0.1, points=("first", "second")), limits))
     assert set(rows["point"]) == {"second"}
@@ -65,7 +63,6 @@ def test_a_margin_is_that_of_flat_psds_at_points_with_limits_alone():
 
 
 def test_margins_are_of_all_bands_that_the_response_and_the_limit_share():
-    # red: the second line or break point of either in place of the first or last
     lines = np.array([20.0, 60.0, 200.0, 500.0])
     moved = PointMotion(WHERE, ["P"], lines, np.full((4, 1), 0.1), np.zeros(1))
     wide = BreakPoints(np.array([10.0, 100.0, 1000.0]), np.full(3, 0.4))
@@ -92,7 +89,6 @@ def stress_of(level, layers=("top", "bottom")):
 @pytest.mark.parametrize("exponent", [4.0, 9.0])
 def test_the_error_of_damage_is_what_a_stress_larger_by_its_error_does(exponent):
     # damage grows with the power b of the stress
-    # red: the exponent left out; log1p → log
     places = pd.MultiIndex.from_product([["P0", "P1"], ["top", "bottom"], STRESSES])
     error = pd.Series(0.01 * np.arange(1.0, len(places) + 1), places)
     line = FatigueLine(100e6, 1e6, exponent)
@@ -120,7 +116,6 @@ def test_the_error_of_damage_is_what_a_stress_larger_by_its_error_does(exponent)
 
 def test_a_peak_is_that_of_the_rms_with_its_error():
     # a flat PSD from a to b: ν₀² = (b³ − a³) / 3(b − a); Davenport's factor of ν₀T crossings
-    # red: 3 → 2 rms; the error of the rms without the peak factor
     rows = pd.DataFrame(peak_rows(motion(1e-4, points=("P", "Q")), 60.0)).iloc[0]
     rate = math.sqrt((500.0**3 - 20.0**3) / 3 / 480.0)
     root = math.sqrt(2 * math.log(60.0 * rate))
@@ -141,7 +136,6 @@ def three_sigmas():
 
 
 def test_indices_are_those_of_the_strengths_that_a_study_states():
-    # red: the strength of the layers without the core, or of the core for the layers
     layers, core = LayerStrength(100.0, 100.0, 50.0, 50.0, 60.0), (4.0, 4.0)
     both = table("strength", strength_rows(WHERE, three_sigmas(), layers, core))
     expected = {"top": max(10 / 100, 20 / 50, 30 / 60), CORE: 2.0 / 4}
@@ -157,7 +151,6 @@ def test_indices_are_those_of_the_strengths_that_a_study_states():
 
 
 def test_maps_of_indices_are_of_three_sigma():
-    # red: 3e-6 → 1e-6
     fields = {f"{name}_rms": (("case", "layer", "vertex"), np.full((1, 1, 3), 1e6 * k))
               for k, name in enumerate(STRESSES[:3], 1)}  # fmt: skip
     fields |= {f"{name}_rms": (("case", "vertex"), np.full((1, 3), 1e5 * k))

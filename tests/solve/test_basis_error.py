@@ -23,7 +23,7 @@ from pidpanel.solve.basis_error import (
     principal,
     refined,
 )
-from pidpanel.solve.dampers import patch_stiffness
+from pidpanel.solve.receptances import patch_stiffness
 
 ZETA, HIGHEST = DampingRatio((0.01,)), 400.0
 CUTOFF = 2 * HIGHEST
@@ -233,18 +233,16 @@ def test_a_point_that_does_not_move_has_no_error_and_misses_nothing(panel, other
     # red: in `pressure_errors`, ratio without where=moved; in check_basis, all columns over their energy
     _, basis, stored = panel
     lines = np.array([90.0])
-    still = stored.at_vertices.tolil()
-    corner = int(np.argmin(np.linalg.norm(basis.vertex_position, axis=1)))
-    still[corner] = 0
-    plate = replace(stored, at_vertices=still.tocsr())
-    points = np.vstack([basis.point_position[:others], basis.vertex_position[[corner]]])
-    held = replace(basis, point_position=points)
-    found = checked((panel[0], held, plate), held, stored.shapes, lines, [heavy(lines)])
+    rows = sp.csr_array(sp.vstack([stored.at_points[:others], 0 * stored.at_points[:1]]))
+    found = checked(
+        (panel[0], basis, replace(stored, at_points=rows)), basis, stored.shapes, lines,
+        [heavy(lines)],
+    )  # fmt: skip
     if not others:
         assert found.error.max() == 0 and found.missing_shapes.shape[1] == 0
         return
-    alone = replace(basis, point_position=basis.point_position[:1])
-    wanted = checked(panel, alone, stored.shapes, lines, [heavy(lines)])
+    alone = replace(stored, at_points=sp.csr_array(stored.at_points[:1]))
+    wanted = checked((panel[0], basis, alone), basis, stored.shapes, lines, [heavy(lines)])
     np.testing.assert_allclose(found.error, wanted.error, rtol=1e-9)
     # shapes of either sign
     products = found.missing_shapes.T @ wanted.missing_shapes

@@ -3,8 +3,7 @@
 import numpy as np
 
 from pidpanel.solve import dampers
-from pidpanel.solve.direct import DiagonalPanel
-from pidpanel.solve.modal import bare_panels
+from pidpanel.solve.modal import bare_panels, panel_in_shapes
 from pidpanel.solve.model import ModalBasis, Patches
 
 FREQUENCY = np.linspace(50.0, 200.0, 7)
@@ -17,12 +16,12 @@ SOUND = np.linspace(2.0, 9.0, 7)
 
 def test_the_slope_of_the_papers_form_is_that_of_its_response_under_any_sound():
     # central differences over 1e-4 of the damper, their error 1e-8 of the slope
-    # red: * self.spectrum[lines] → / self.spectrum[lines] in `DirectPanel.response`
-    panel = DiagonalPanel(FREQUENCY, BASIS, PATCH, POINTS[:, None], SOUND, FORCE)
+    # red: spectrum[:, None, None] * force → force in `panel_in_shapes`
+    panel = panel_in_shapes(FREQUENCY, BASIS, PATCH.diagonal, POINTS[:, None], SOUND, FORCE)
     damping, mass, step = np.full(7, 900.0), np.full(7, 2.0), 1e-4
-    slope = panel.response(damping[None], mass[None], with_slope=True).slope[0]
+    slope = dampers.attach_dampers(panel, damping[None], mass[None], with_slope=True).slope[0]
     up, down = (
-        panel.response(sign * damping[None], mass[None]).acceleration_psd
+        dampers.attach_dampers(panel, sign * damping[None], mass[None]).acceleration_psd
         for sign in (1 + step, 1 - step)
     )
     change = 2j * np.pi * FREQUENCY[:, None] * damping[:, None]
@@ -41,7 +40,7 @@ def test_a_patch_in_other_units_keeps_as_many_columns():
 
 
 def test_the_slope_is_that_of_the_first_motion_where_a_point_has_several():
-    # red: width::m → width:: in `_updates`
+    # red: reaction.receptance[:, :, ::m] → [:, :, ::1] in `attach_dampers`
     damping, mass = np.full(7, 900.0), np.full(7, 2.0)
     several = np.stack([POINTS, 5 * POINTS[::-1], POINTS + 3], axis=1)
     found = [

@@ -98,8 +98,6 @@ PULLS = [
 
 @pytest.mark.parametrize("mass", [None, {"left": 30.0, "right": 60.0}])
 def test_all_elements_answer_as_dense_matrices_do(tmp_path, mass):
-    # red: in _applied, omega**2 / cutoff in place of omega / cutoff
-    # red: in _together, found + 0.5 * step * direction
     found = panel(tmp_path, mass=mass)
     for one in PULLS:
         motion = found.motion(one)
@@ -120,7 +118,6 @@ def test_all_elements_answer_as_dense_matrices_do(tmp_path, mass):
     ],
 )
 def test_a_few_steps_find_what_the_basis_leaves_out(tmp_path, monkeypatch, support, mass, most):
-    # red: ends where one column of several is near; the static answer as it is, without what it has of the shapes; a singular K
     asked = []
 
     def static(self, right, known=Elements._static):
@@ -137,7 +134,6 @@ def test_a_few_steps_find_what_the_basis_leaves_out(tmp_path, monkeypatch, suppo
 
 
 def test_the_factorisation_line_by_line_gives_the_same(tmp_path, monkeypatch):
-    # red: in _direct, 1 / (2j * omega * factor[kept])
     monkeypatch.setattr(elements, "MOST_STEPS", 0)
     found = panel(tmp_path)
     for one in PULLS:
@@ -146,7 +142,6 @@ def test_the_factorisation_line_by_line_gives_the_same(tmp_path, monkeypatch):
 
 
 def test_a_panel_that_can_move_as_a_rigid_body_is_solved_too(tmp_path):
-    # red: in preconditioned, `in_shapes` without `- taken`
     found = panel(tmp_path, "free")
     for one in PULLS:
         motion = found.motion(one)
@@ -161,7 +156,6 @@ def test_a_panel_that_can_move_as_a_rigid_body_is_solved_too(tmp_path):
 def test_what_a_static_answer_pulls_at_the_shapes_is_known_from_what_they_have_of_it(
     tmp_path, support, mass
 ):
-    # red: in _on_shapes, without self._shift; without the dampers
     found = panel(tmp_path, support, mass).elements
     V, M = found.shapes, found.plate.mass
     random = np.random.default_rng(2)
@@ -176,7 +170,6 @@ def test_what_a_static_answer_pulls_at_the_shapes_is_known_from_what_they_have_o
 
 
 def test_what_the_basis_leaves_out_joins_it(tmp_path):
-    # red: in Shapes.joined_by, kept = energy > 1.0
     found = panel(tmp_path)
     one = PULLS[2]
     motion = found.motion(one)
@@ -195,7 +188,6 @@ def test_what_the_basis_leaves_out_joins_it(tmp_path):
 
 
 def test_the_size_of_a_residual_weighs_each_coordinate_by_its_stiffness(tmp_path):
-    # red: without abs
     found = panel(tmp_path).elements
     stiffness = found.plate.stiffness.diagonal()
     residual = np.zeros((len(stiffness), 2), complex)
@@ -206,7 +198,6 @@ def test_the_size_of_a_residual_weighs_each_coordinate_by_its_stiffness(tmp_path
 
 
 def test_a_symmetric_system_is_solved_where_its_pivots_fail():
-    # red: in _factorised_solution, `if True` for the check of what is left
     right = np.array([[1.0 + 2.0j], [3.0]])
     for small in (0.0, 1e-14):
         matrix = sp.csr_array(np.array([[small, 1.0], [1.0, small]], dtype=complex))
@@ -215,7 +206,6 @@ def test_a_symmetric_system_is_solved_where_its_pivots_fail():
 
 
 def test_sets_of_dampers_are_solved_together_two_by_two(tmp_path, monkeypatch):
-    # red: stiffness[:at_once] of every part; the dampers of the first set for all columns
     found = panel(tmp_path)
     stiffness = np.array([one.stiffness for one in PULLS])
     monkeypatch.setattr(elements, "COLUMNS_AT_ONCE", 4)

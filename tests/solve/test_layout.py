@@ -59,7 +59,6 @@ def test_where_nothing_is_searched_nothing_is_left():
 
 
 def test_responses_are_the_same_bits_on_two_cores(monkeypatch):
-    # red: parts of the range in the order in which they end
     layouts = [
         DamperLayout([AttachedDamper(0, law)]) for law in (falling, dashpot(300.0), dashpot(-1.0))
     ]
@@ -139,7 +138,6 @@ def test_a_scenario_without_response_is_nan_in_the_file():
 
 
 def test_the_entry_for_arrays_answers_as_a_solver_that_is_kept():
-    # red: PanelSolver(panel, excitation) → another panel in `layouts`
     solver, louder = one_mode(), DamperLayout([AttachedDamper(0, falling)], 100.0)
     kept = solve_with(solver, [DamperLayout(()), louder])
     for found, wanted in zip(
@@ -153,7 +151,6 @@ def test_the_entry_for_arrays_answers_as_a_solver_that_is_kept():
 
 def test_the_bare_panel_states_its_own_level_under_any_sound():
     # one mode whose patch moves as its point does: √2 a_rms/g of either
-    # red: root * solver.bare → / in `_response`
     frequency = frequency_grid(20.0, 300.0, 0.02, [65.0])
     patch = Patches(np.array([[[0.04]]]), np.array([0.04]))
     basis = ModalBasis([65.0], [1.5], 0.02)
@@ -167,7 +164,6 @@ def test_the_bare_panel_states_its_own_level_under_any_sound():
 
 
 def test_a_stated_level_is_one_level():
-    # red: fixed_points: int = 1 → 2 in `_Motion`
     frequency = frequency_grid(20.0, 300.0, 0.02, [65.0])
     patch = Patches(np.array([[[0.04]]]), np.array([0.04]))
     basis = ModalBasis([65.0], [1.5], 0.02)

@@ -32,13 +32,11 @@ def test_rms_is_converged_on_the_default_grid(panel, mass):
     panel = replace(panel, modes=panel.modes[::3])  # a third is enough
     # against four times the lines, bare and with resonances moved by undamped mass: the added
     # natural frequencies cost 0.05 %; 0.5 % is what a reader can tell
-    # red: step = 2 * damping_ratio / … → 20 * damping_ratio / …
     default, fine = rms_with(panel, 8.0, mass), rms_with(panel, 32.0, mass)
     np.testing.assert_allclose(default, fine, rtol=5e-4)
 
 
 def test_lines_are_no_further_apart_than_a_share_of_the_bandwidth():
-    # red: np.ceil → np.floor and − 5 in the count of lines
     grid = frequency_grid(20.0, 2000.0, 0.01, [100.0, 101.0], [350.0])
     assert np.max(np.diff(np.log(grid))) <= 2 * 0.01 / 8 * (1 + 1e-9)
     assert (grid[0], grid[-1]) == (20.0, 2000.0)
@@ -47,7 +45,6 @@ def test_lines_are_no_further_apart_than_a_share_of_the_bandwidth():
 
 def test_a_step_is_integrated_exactly_where_the_grid_knows_it():
     # 3 below 100 Hz, 7 from 100 Hz: exact by the pair of lines; rounding
-    # red: np.nextafter(inside, 0.0) left out
     grid = frequency_grid(50.0, 200.0, 0.1, jumps=[100.0, 30.0, 900.0])
     psd = np.where(grid < 100.0, 3.0, 7.0)
     assert root_mean_square(grid, psd) == pytest.approx(np.sqrt(3 * 50 + 7 * 100), rel=1e-12)
@@ -69,21 +66,19 @@ def test_a_range_without_lines_is_refused(arguments, message):
 
 
 def test_natural_frequencies_outside_the_range_are_left_out():
-    # red: (peaks > lowest) & → | in `frequency_grid`
     grid = frequency_grid(50.0, 200.0, 0.1, [20.0, 100.0, 900.0])
     assert (grid[0], grid[-1]) == (50.0, 200.0)
     assert 100.0 in grid
 
 
 def test_a_step_below_1_hz_is_integrated_exactly():
-    # red: np.nextafter(inside, 0.0) → np.nextafter(inside, 1.0)
     grid = frequency_grid(0.2, 2.0, 0.1, jumps=[0.5])
     psd = np.where(grid < 0.5, 3.0, 7.0)
     assert root_mean_square(grid, psd) == pytest.approx(np.sqrt(3 * 0.3 + 7 * 1.5), rel=1e-12)
 
 
 def test_few_lines_with_the_steps_of_a_spectrum_give_rms_values_within_a_thousandth():
-    # third octaves of random levels, thirty modes; red: no jumps, 0.5 %
+    # third octaves of random levels, thirty modes
     draw = np.random.default_rng(2)
     edges = 28.0 * 2 ** (np.arange(1, 13) / 3)
     for _ in range(20):

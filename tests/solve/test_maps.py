@@ -21,7 +21,6 @@ LAYERS = stress.Layers(("top",), 0.01 * np.eye(3)[None], 1e8 * np.diag([1.0, 1.0
 
 def test_a_map_holds_at_its_points_what_the_response_there_has(panel, lines):
     # the same lines and trapezoids; what is left are the eigenvalues of D that maps drop, 5e-4
-    # red: omega4 → omega4**0.5; factor * left out; weight / 2 → weight; VON_MISES → its diagonal
     omega = 2 * np.pi * lines.frequency[:, None, None]
     resistance = air_resistance(lines.frequency, lines.modal_force)
     motion = np.random.default_rng(5).standard_normal((3, 6, len(panel.modes)))
@@ -57,7 +56,6 @@ def test_a_map_holds_at_its_points_what_the_response_there_has(panel, lines):
 
 def test_maps_of_a_layer_without_symmetry_are_means_of_squares():
     # E[(Eκ)²] and E[σ_x² + σ_y² − σ_x σ_y + 3τ²] of a small motion, by its square root
-    # red: matrices[:, None].swapaxes(2, 3) → matrices[:, None]; 0.0 → 1.0 in np.maximum
     root = 1e-3 * RNG.normal(size=(5, 5))
     curvature = RNG.normal(size=(4, 3, 5))
     layers = stress.Layers(("+30", "-30"), TURNED, 2 * TURNED[::-1])
@@ -74,7 +72,6 @@ def test_maps_of_a_layer_without_symmetry_are_means_of_squares():
 
 
 def test_psds_of_a_layer_and_core_without_symmetry_are_those_of_their_components():
-    # red: matrix.swapaxes(-1, -2) → matrix in `_congruence`; 4:6 → 4:7 in `core_psd`
     root = RNG.normal(size=(7, 7))  # a seventh motion beside the six
     response = PanelResponse(np.array([1.0]), (root @ root.T)[None, None] + 0j)
     layers = stress.Layers(("+30", "-30"), TURNED, 2 * TURNED[::-1])
@@ -90,7 +87,6 @@ def test_psds_of_a_layer_and_core_without_symmetry_are_those_of_their_components
 
 def test_thin_layers_are_told_apart_as_thick_ones_are():
     # strains per curvature of 1e-10 m differ as those of 1 m do; the scale has no part in it
-    # red: m / np.max(np.abs(m)) → m * np.max(np.abs(m)) in `distinct_layers`
     for scale in (1e-10, 1.0, 1e10):
         layers = stress.distinct_layers(["a", "b"], scale * TURNED, scale * TURNED)
         assert layers.names == ("a", "b")
@@ -101,20 +97,18 @@ def test_thin_layers_are_told_apart_as_thick_ones_are():
 
 
 def test_layers_of_one_strain_and_two_stresses_are_two():
-    # two materials in one plane; red: all(np.allclose → any(np.allclose in `distinct_layers`
+    # two materials in one plane
     strain = np.stack([TURNED[0], TURNED[0]])
     assert stress.distinct_layers(["a", "b"], strain, TURNED).names == ("a", "b")
 
 
 def test_layers_that_are_the_same_are_one():
-    # red: for sign in (1, -1) → (2, -1) in `distinct_layers`
     same = np.stack([TURNED[0], TURNED[0]])
     assert stress.distinct_layers(["a", "b"], same, same).names == ("a and b",)
 
 
 def test_a_mean_square_over_hundreds_of_lines_is_that_of_miles():
     # S/(4 c k) of one mode with a dashpot, all lines once; range and trapezoids leave 1e-3
-    # red: start + LINES_AT_ONCE → an end that takes in all the lines, in `modal_covariances`
     frequency = frequency_grid(1.0, 1e4, 0.05, [100.0])
     assert frequency.size > 400
     flat, patch = np.ones((1, frequency.size)), Patches(np.array([[[0.1]]]), np.array([0.1]))
@@ -130,7 +124,6 @@ def test_a_mean_square_over_hundreds_of_lines_is_that_of_miles():
 
 @pytest.mark.parametrize("with_air", [False, True])
 def test_covariances_are_sums_of_the_psds_of_all_shapes(with_air):
-    # red: `own += 2 * product` in covariance_taken; transfer * G * transfer in ShapesInVacuum.psd
     n, frequency = 12, np.array([40.0, 55.0, 71.0, 90.0])
     omega = 2 * np.pi * frequency
     basis = ModalBasis(np.linspace(20.0, 110.0, n), np.linspace(1.0, 2.0, n), 0.02)

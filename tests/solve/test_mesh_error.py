@@ -31,7 +31,6 @@ def resonances(frequency, raised=0.0):
 
 @pytest.mark.parametrize("raised", [1e-4, 1e-3, 3e-3])
 def test_the_error_is_that_of_resonances_which_are_too_high(raised):
-    # red: shift left out of `raised`; expm1(2 * line); rms without the square root
     f = np.geomspace(50, 1000, 20_000)
     true, meshed = resonances(f), resonances(f, raised)
     error = mesh_error(f, meshed, np.ones_like(f), by_waves(f, raised))
@@ -43,7 +42,6 @@ def test_the_error_is_that_of_resonances_which_are_too_high(raised):
 
 
 def test_steps_of_the_sound_do_not_count():
-    # red: transfer without the division by input_psd
     f = np.geomspace(50, 1000, 2000)
     step = np.where(f < 500, 1.0, 4.0)
     smooth = (step * f**2)[:, None]
@@ -54,7 +52,6 @@ def test_steps_of_the_sound_do_not_count():
 
 
 def test_a_mode_is_raised_by_the_mean_over_its_kinetic_energy():
-    # red: share without m″ in `loaded_modes`; rest left out of the shift; no accumulation
     modal = ModalBasis([30.0, 90.0], [2.0, 2.0], RATIO)  # of 4 kg/m² on 2 m²
     patch = np.diag([0.25, 0.0])[None]  # half the energy of the first, nothing of the second
     modes = loaded_modes(modal, patch, np.array([12.0]), 4.0)
@@ -68,7 +65,6 @@ def test_a_mode_is_raised_by_the_mean_over_its_kinetic_energy():
 
 
 def test_a_line_has_the_shift_of_the_mode_that_is_nearest_in_the_logarithm():
-    # red: the mean of two frequencies for their root; their ratio; edges of other modes
     modes = LoadedModes(
         np.array([100.0, 400.0, 900.0]), np.full(3, RATIO), np.zeros((1, 3)), np.eye(3)
     )
@@ -80,7 +76,7 @@ def test_a_line_has_the_shift_of_the_mode_that_is_nearest_in_the_logarithm():
 
 def test_a_mode_falls_by_the_energy_of_its_reactions():
     # a spring k at a point of w = 2 and a mass m at one of w = 3, modal mass 1 kg: a compliance C
-    # in series lowers ω² by F² C; red: no square; the mass without ω²; twice or half of it
+    # in series lowers ω² by F² C
     compliance, k, m = 1e-9, 5e4, 0.3
     omega = np.array([0.0, 100.0, 400.0])
     rows = (
@@ -95,7 +91,6 @@ def test_a_mode_falls_by_the_energy_of_its_reactions():
 
 
 def test_what_stands_at_points_counts_for_the_rms_alone():
-    # red: added to the shift of waves; AMPLITUDE times; the change of the rms or `nearby` left out
     f = np.geomspace(10, 1000, 5000)
     psd = f[:, None] ** -4
     shift = MeshShift(np.zeros(f.shape), np.full(f.shape, 0.01), np.array([0.07]))
@@ -110,7 +105,7 @@ def test_what_stands_at_points_counts_for_the_rms_alone():
 @pytest.mark.parametrize("slope", [5.0, -5.0])
 @pytest.mark.parametrize("line", [30, 58, 59])
 def test_a_raised_line_errs_by_the_slope_above_it_and_the_last_by_that_below(slope, line):
-    # flat but from a line on, or before the last; red: log_f − shift; no abs; log_f[-2]
+    # flat but from a line on, or before the last
     x = 0.01 * np.arange(60)
     psd = np.exp(slope * np.maximum(x - x[min(line, 58)], 0))
     shift = np.where(np.arange(60) == line, 1e-3, 0.0)
@@ -120,14 +115,12 @@ def test_a_raised_line_errs_by_the_slope_above_it_and_the_last_by_that_below(slo
 
 def test_the_error_of_an_rms_is_that_of_the_slope_and_of_the_amplitudes():
     # S ∝ f⁻⁴ is lower by exp(−0.04) everywhere, and amplitudes err by three times the shift
-    # red: abs left out; squares[1] below
     f = np.geomspace(10, 1000, 5000)
     error = mesh_error(f, f[:, None] ** -4, np.ones_like(f), by_waves(f, 0.01))
     assert error.rms == pytest.approx(1 - np.exp(-0.02) + 3 * 0.01, rel=1e-4)
 
 
 def test_a_point_without_motion_at_a_line_has_no_error():
-    # red: np.any
     psd = np.ones((9, 1))
     psd[4] = 0
     f = np.geomspace(1, 2, 9)
@@ -136,12 +129,11 @@ def test_a_point_without_motion_at_a_line_has_no_error():
 
 
 def test_decibels_of_an_error():
-    # red: 20 *
     assert decibels(10**0.05 - 1) == pytest.approx(0.5)
 
 
 def test_over_the_largest_point_a_minimum_of_another_counts_little():
-    # the first point is 20 dB above the second, whose minimum is shifted; red: over its own PSD
+    # the first point is 20 dB above the second, whose minimum is shifted
     f = np.geomspace(50.0, 200.0, 2001)
     dip = (f / 100 - 1) ** 2 + 1e-4
     psd, shift = np.stack([np.full(f.size, 100.0), dip], axis=1), by_waves(f, 1e-3)

@@ -4,17 +4,21 @@ Each test names under "red:" the one-line change that it was seen to fail with.
 """
 
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 import pytest
 from solving import air_resistance
 
 from pidpanel.solve.dampers import attach_dampers
-from pidpanel.solve.direct import DiagonalPanel
 from pidpanel.solve.lines import frequency_grid, root_mean_square
-from pidpanel.solve.modal import bare_panels, patch_motions_in_vacuum
+from pidpanel.solve.modal import (
+    bare_panels,
+    panel_in_shapes,
+    patch_motions_in_vacuum,
+)
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError, UnstableDamping
-from pidpanel.solve.motions import ReducedMotions
+from pidpanel.solve.motions import Motions
 from pidpanel.sound.radiation import Air
 from pidpanel.sound.wavenumber_table import constant_table
 
@@ -83,10 +87,10 @@ def test_attaching_dampers_is_the_dense_solve(panel, lines, strength):
 @pytest.mark.parametrize("strength", [0.0, 1.0, 100.0])
 def test_the_motion_of_a_patch_is_that_of_the_dense_solve(panel, lines, strength):
     # the eigenvectors of R_uu are no orthogonal ones: their condition costs some digits
-    # red: .swapaxes(1, 2) of VᴴV left out in `ReducedMotions._decomposed`; 1 + s → 1 - s
+    # red: .swapaxes(1, 2) of VᴴV left out in `Motions._decomposed`; 1 + s → 1 - s
     damping, mass = strength * lines.equivalent_damping[:1], strength * lines.apparent_mass[:1]
     patch = one_patch(panel)
-    (motion,) = ReducedMotions(bare_of(panel, lines, patch)).acceleration_psd(damping, mass)
+    (motion,) = Motions(bare_of(panel, lines, patch), patch.area).acceleration_psd(damping, mass)
     modal_psd = dense_psd(panel, lines, patch, damping, mass)
     np.testing.assert_allclose(
         motion, motion_of(panel, lines, patch, modal_psd)[1][:, 0], rtol=1e-8
@@ -148,7 +152,7 @@ def test_dropping_small_eigenvalues_of_the_overlap_costs_less_than_a_millionth(p
         lines.modal_force,
     )
     fast = attach_dampers(bare, lines.equivalent_damping, lines.apparent_mass)
-    assert bare.receptance.shape[2] < bare_of(panel, lines).receptance.shape[2]
+    assert bare.receptances.felt.shape[2] < bare_of(panel, lines).receptances.felt.shape[2]
     np.testing.assert_allclose(fast.acceleration_psd, exact.acceleration_psd, rtol=1e-6)
 
 
@@ -222,9 +226,11 @@ def test_a_force_in_few_columns_answers_as_the_whole(panel, lines, in_air, phase
         bare_of(panel, lines, modal_force=InColumns(columns, known), air_stiffness=air)
         for known in (False, True)
     )
-    np.testing.assert_allclose(few.receptance, whole.receptance, rtol=1e-13)
-    for name in ("patch_psd", "point_psd"):
-        one, other = getattr(few, name), getattr(whole, name)
+    for name in ("felt", "across"):
+        one, other = (getattr(bare.receptances, name) for bare in (few, whole))
+        np.testing.assert_allclose(one, other, rtol=1e-13)
+    for name in ("receptances.felt_psd", "receptances.across_psd", "point_psd"):
+        one, other = (attrgetter(name)(bare) for bare in (few, whole))
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(other).max())
 
 
@@ -234,8 +240,7 @@ def test_the_bare_patches_move_as_their_reduced_motions_say(panel, lines):
         lines.frequency, panel.basis, panel.patches, lines.spectrum, lines.modal_force
     )
     bare = bare_of(panel, lines)
-    width = bare.receptance.shape[2]
-    expected = np.einsum("pij,fji->fp", bare.coordinates.weight, bare.patch_psd[:, :width]).real
+    expected = np.einsum("pij,fji->fp", bare.coordinates.weight, bare.receptances.felt_psd).real
     np.testing.assert_allclose(found, expected / panel.patches.area, rtol=1e-7)
 
 
@@ -318,30 +323,35 @@ def test_a_dashpot_patch_adds_its_damping_and_a_mass_patch_its_mass():
 
 
 def test_a_patch_that_moves_as_one_has_the_motion_of_its_point():
-    # red: / self.area[0] left out in `ReducedMotions._decomposed`
+    # red: / self.area[0] left out in `Motions._decomposed`
     frequency = np.linspace(50, 200, 7)
     response = one_mode_response(frequency, 0.02, damping=300.0, mass=5.0)
     basis, patches = one_mode(0.02)
     (bare,) = bare_panels(frequency, basis, [patches], [[1.0]], np.full(7, 4.0), [[1.0]])
     damping, mass = np.full((1, 7), 300.0), np.full((1, 7), 5.0)
-    (motion,) = ReducedMotions(bare).acceleration_psd(damping, mass)
+    (motion,) = Motions(bare, patches.area).acceleration_psd(damping, mass)
     np.testing.assert_allclose(motion, response.acceleration_psd[:, 0], rtol=1e-12)
 
 
 def paper_form(panel, lines, patches):
     points = panel.points[:, None]
-    return DiagonalPanel(
-        lines.frequency, panel.basis, patches, points, lines.spectrum, lines.modal_force
+    return panel_in_shapes(
+        lines.frequency,
+        panel.basis,
+        patches.diagonal,
+        points,
+        lines.spectrum,
+        lines.modal_force,
     )
 
 
 def test_the_diagonal_form_is_the_full_one_where_the_patch_covers_the_panel(panel, lines):
     # ∫ over the whole panel makes D diagonal, so the two forms are one; 1e-10 as above
-    # red: + added → − added in `DiagonalPanel`
+    # red: + added → − added in `panel_in_shapes`
     n = len(panel.modes)
     whole = Patches(np.eye(n)[None] * 1.5 / 4, np.array([1.5]))
     damping, mass = lines.equivalent_damping[:1] / 50, lines.apparent_mass[:1] / 50
-    diagonal = paper_form(panel, lines, whole).response(damping, mass)
+    diagonal = attach_dampers(paper_form(panel, lines, whole), damping, mass)
     bare = bare_of(panel, lines, whole)
     full = attach_dampers(bare, damping, mass)
     np.testing.assert_allclose(diagonal.acceleration_psd, full.acceleration_psd, rtol=1e-10)
@@ -352,7 +362,7 @@ def test_a_small_patch_couples_modes_that_the_diagonal_form_keeps_apart(panel, l
     # diagonal form is not the default
     # red: full = diagonal
     damping, mass = 5 * lines.equivalent_damping, 0 * lines.apparent_mass
-    diagonal = paper_form(panel, lines, panel.patches).response(damping, mass)
+    diagonal = attach_dampers(paper_form(panel, lines, panel.patches), damping, mass)
     full = attach_dampers(bare_of(panel, lines), damping, mass)
     decibels = 10 * np.log10(diagonal.acceleration_psd / full.acceleration_psd)
     assert np.max(np.abs(decibels)) > 3.0
@@ -376,7 +386,7 @@ def test_negative_damping_is_refused_as_unstable(panel, lines):
     with pytest.raises(UnstableDamping, match=r"-0.5 N s/m³ \(patch 1, line 5\).*unstable"):
         attach_dampers(bare_of(panel, lines), damping, lines.apparent_mass)
     with pytest.raises(UnstableDamping, match="unstable"):
-        paper_form(panel, lines, panel.patches).response(damping, lines.apparent_mass)
+        attach_dampers(paper_form(panel, lines, panel.patches), damping, lines.apparent_mass)
 
 
 def refused(panel, lines):

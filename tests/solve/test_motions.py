@@ -4,14 +4,19 @@ import numpy as np
 import pytest
 from solving import panel_solver
 
-from pidpanel.solve.direct import DirectMotions, DirectPanel
+from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.modal import bare_panels
-from pidpanel.solve.motions import ReducedMotions
+from pidpanel.solve.motions import SHAPES_TO, Motions, ShapeMotions
 
 
-def direct(frequency, basis, patches, points, force=None):
+def white(frequency):
+    return np.ones(frequency.size)
+
+
+def direct(frequency, basis, patches, kept, shapes_to=SHAPES_TO, force=None):
     force = np.eye(basis.natural_frequency.size) if force is None else force
-    return DirectPanel(frequency, basis, patches, points, np.ones(frequency.size), force)
+    excitation = ModalForce(white, force)
+    return ShapeMotions(frequency, basis, patches, excitation, None, kept, shapes_to)
 
 
 @pytest.mark.parametrize("form", ["reduced", "direct"])
@@ -24,10 +29,10 @@ def test_the_covariance_over_a_patch_is_the_mean_square_of_its_acceleration(pane
         force = np.eye(len(panel.modes))
         motions = panel_solver(panel.basis, panel.patches, f, points, force).motions((0, 1))
     else:
-        motions = DirectMotions(direct(f, panel.basis, panel.patches, points), 1e9)
+        motions = direct(f, panel.basis, panel.patches, 1e9)
     damping, mass = np.full((2, f.size), 500.0), np.full((2, f.size), 2.0)
     covariance = motions.acceleration_covariance(damping, mass)
-    square = np.einsum("pij,ji->p", motions.weight, covariance) / motions.area
+    square = np.einsum("pij,ji->p", motions.coordinates.weight, covariance) / motions.area
     psd = motions.acceleration_psd(damping, mass)
     np.testing.assert_allclose(square, np.trapezoid(psd, f, axis=1), rtol=1e-10)
 
@@ -37,7 +42,7 @@ def test_the_covariance_over_a_patch_is_the_mean_square_of_its_acceleration(pane
 def test_patches_move_and_follow_their_dampers_alike_in_few_motions_and_in_all_shapes(
     panel, loaded, kind
 ):
-    # red: in _moved of all shapes, the imaginary part; the dampers of another patch
+    # red: the imaginary part in `Receptances.felt_psd_with`; the dampers of another patch
     f, n = np.array([60.0, 150.0, 700.0]), len(panel.modes)
     root = np.random.default_rng(1).normal(size=(2, n, 3))
     root = root[0] + (1j * root[1] if kind == "complex" else 0)
@@ -46,8 +51,8 @@ def test_patches_move_and_follow_their_dampers_alike_in_few_motions_and_in_all_s
     (bare,) = bare_panels(
         f, panel.basis, [patches], none, np.ones(3), force, overlap_cutoff=1e-14
     )  # fmt: skip
-    few = ReducedMotions(bare)
-    whole = DirectMotions(direct(f, panel.basis, patches, none, force), 1e9, 1e3)
+    few = Motions(bare, patches.area)
+    whole = direct(f, panel.basis, patches, 1e9, 1e3, force)
     dampers = np.array([[300.0, 500.0, 900.0], [800.0, 400.0, 100.0]])[loaded]
     dampers = dampers, dampers / 200
     np.testing.assert_allclose(

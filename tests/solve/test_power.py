@@ -32,7 +32,6 @@ def balance_of(panel, lines, radiation=True, **changes):
 def test_power_put_in_is_power_lost_at_every_line(panel, lines, radiation):
     # exact for the exact solution: 1e-10 is rounding, since Re(iωH) is a small part of |ωH|
     # off resonance
-    # red: omega * np.sum → np.sum in `power_balance`; any sign in `attach_dampers`
     balance = balance_of(panel, lines, radiation)
     assert np.max(balance.error) < 1e-10
     assert np.all(balance.structure > 0)
@@ -41,13 +40,11 @@ def test_power_put_in_is_power_lost_at_every_line(panel, lines, radiation):
 
 
 def test_power_balances_to_a_millionth_with_the_default_cutoff(panel, lines):
-    # red: OVERLAP_CUTOFF = 1e-3
     assert np.max(balance_of(panel, lines, overlap_cutoff=1e-8).error) < 1e-6
 
 
 def test_a_wrong_loss_upsets_the_balance(panel, lines):
     # the mark is no identity: 1 % more in one place shows
-    # red: `error` of zeros
     balance = balance_of(panel, lines)
     share = balance.patches[:, 0] / balance.field
     upset = {f.name: getattr(balance, f.name) for f in fields(balance)}
@@ -56,7 +53,7 @@ def test_a_wrong_loss_upsets_the_balance(panel, lines):
 
 
 def test_a_plane_wave_balances_too(panel, lines):
-    # a Hermitian force of rank one; red: x.conj() → x in the complex branch of `_congruence`
+    # a Hermitian force of rank one
     phase = np.exp(1j * np.arange(len(panel.modes)) ** 2)
     balance = balance_of(panel, lines, modal_force=np.outer(phase, phase.conj()))
     assert np.max(balance.error) < 1e-10
@@ -64,7 +61,6 @@ def test_a_plane_wave_balances_too(panel, lines):
 
 def test_one_mode_takes_from_white_noise_the_power_s_over_4m(panel):
     # ∫ Re(iωH) S df = S/(4m), whatever the damping is; 1e-3: range ends and trapezoids
-    # red: (1j * omega * trace).real → .imag in `power_balance`
     from pidpanel.solve.lines import frequency_grid
     from pidpanel.solve.model import ModalBasis, Patches
 

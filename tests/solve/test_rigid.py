@@ -23,7 +23,6 @@ def heaving(ratio=0.02):
 @pytest.mark.parametrize(("damping", "mass"), [(0.0, 0.0), (900.0, 0.0), (900.0, 5.0)])
 def test_a_rigid_panel_accelerates_as_force_over_mass_and_damper(damping, mass):
     # S_a = ω⁴ S_F / |−ω²(m + m_a A) + iω C_e A|²
-    # red: array > 0 for the frequency
     flat = np.ones((1, FREQUENCY.size))
     found = attach_dampers(heaving()[0], damping * flat, mass * flat).acceleration_psd[:, 0]
     omega = 2 * np.pi * FREQUENCY
@@ -32,6 +31,5 @@ def test_a_rigid_panel_accelerates_as_force_over_mass_and_damper(damping, mass):
 
 
 def test_a_negative_frequency_is_refused():
-    # red: array >= 0 → True
     with pytest.raises(ResponseError, match=r"natural_frequency = .*-1\.0.* must not be negative"):
         ModalBasis([-1.0], [1.0], 0.01)

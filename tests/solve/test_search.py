@@ -31,7 +31,6 @@ def starts(n):
 @pytest.mark.parametrize("n", [1, 2, 40])
 def test_coupled_power_laws_meet_where_linear_algebra_says(n):
     # Γ_out,i = e^a_i Π_j Γ_j^−B_ij, straight in ln Γ: x = (1 + B)⁻¹ a
-    # red: surplus - (of_x + of_surplus) @ share → + in `iterate`
     draw = np.random.default_rng(n)
     B = np.diag(draw.uniform(-0.3, 1.2, n)) + draw.uniform(-0.2, 0.2, (n, n)) / math.sqrt(n)
     a = draw.uniform(2, 5, n)
@@ -60,7 +59,6 @@ def crossings():
 
 def test_two_loads_with_three_motions_each_have_their_four_stable_pairs_and_the_highest_governs():
     # uncoupled, so that each load alone has low, middle (unstable) and high, found by a fine scan
-    # red: starts_between without its `np.where` list; [-1] → [0] in `governing`
     low, _, high = crossings()
     solutions = find_motions([lambda x: np.log(60 / peaked(np.exp(x)))], starts(2))
     found = {tuple(np.round(one.log_gamma, 3)) for one in solutions if one.stable}
@@ -72,7 +70,6 @@ def test_two_loads_with_three_motions_each_have_their_four_stable_pairs_and_the_
 @pytest.mark.parametrize(("slope", "cubic"), [(1.7, 0.25), (1.2, 0.05)])
 def test_a_repelling_motion_is_told_from_one_that_attracts(slope, cubic):
     # x → s x − c x³ away from 0: F' = s at 0, 3 − 2s at the others; the first is repelling
-    # red: < 1 → < 3 in `_is_stable`; differences over three steps
     other = math.sqrt((slope - 1) / cubic)
     solutions = find_motions(
         [lambda x: slope * x - cubic * x**3], [np.array([0.0]), np.array([1.5])], tolerance=1e-9
@@ -83,7 +80,6 @@ def test_a_repelling_motion_is_told_from_one_that_attracts(slope, cubic):
 
 
 def test_a_motion_that_repels_one_load_of_two_is_not_stable():
-    # red: np.min of the eigenvalues
     solutions = find_motions(
         [lambda x: np.array([1.7 * x[0] - 0.25 * x[0] ** 3, 0.5 * x[1]])],
         [np.array([0.0, 1.0]), np.array([1.5, 1.0])],
@@ -92,7 +88,7 @@ def test_a_motion_that_repels_one_load_of_two_is_not_stable():
 
 
 def test_few_lines_lead_to_the_motion_of_all_lines():
-    # F on all lines, 3 % and 10 % off on fewer; red: near(at) + off → near(at)
+    # F on all lines, 3 % and 10 % off on fewer
     asked = []
     B = np.array([[0.5, 0.1], [0.2, -0.3]])
 
@@ -110,7 +106,6 @@ def test_few_lines_lead_to_the_motion_of_all_lines():
 
 def test_a_jump_of_the_damping_is_not_taken_for_a_motion():
     # one load's Γ_out falls from 20 to 0.2 at Γ = 5, so none reproduces itself
-    # red: end[1] <= tolerance → True in `find_motions`
     def jump(x):
         return np.array([math.log(20.0 if x[0] < math.log(5) else 0.2), 1.0])
 
@@ -120,7 +115,6 @@ def test_a_jump_of_the_damping_is_not_taken_for_a_motion():
 
 
 def test_a_search_where_only_all_lines_jump_says_so():
-    # red: `solved or ends` → `ends`
     def jump(x):
         return np.where(x < math.log(5), math.log(20.0), math.log(0.2))
 
@@ -131,14 +125,13 @@ def test_a_search_where_only_all_lines_jump_says_so():
 @pytest.mark.parametrize("slope", [-0.9, -3.0, 0.95])
 def test_steep_maps_are_followed(slope):
     # plain iteration contracts by 0.9 and 0.95 a step or runs away with −3
-    # red: if steps: → if False:, for no step of Anderson's
     x, residual = iterate(lambda x: slope * (x - 1.5) + 1.5, np.array([4.0]), 1e-9, 30)
     assert residual <= 1e-9
     assert x[0] == pytest.approx(1.5, abs=1e-7)
 
 
 def test_one_load_has_its_lowest_and_its_highest_motion_and_the_highest_governs():
-    # the one between repels, found by a fine scan; red: starts_between with `high` alone
+    # the one between repels, found by a fine scan
     low, _, high = crossings()
     solutions = find_motions([lambda x: np.log(60 / peaked(np.exp(x)))], starts(1))
     found = [float(one.log_gamma[0]) for one in solutions]
@@ -150,7 +143,6 @@ def test_one_mode_with_a_dashpot_that_grows_with_level_moves_as_miles_says():
     # white noise on one mode with c = 2ζmω + C_e A, C_e = 40 Γ: closed form of the mean square of
     # a Lorentzian of acceleration, S ω²/(4 c m), cut to ±10 Hz by its arctangent. What is left is
     # the slope of ω⁴ over the band, 0.2 % of Γ; 0.4 % is allowed
-    # red: np.sqrt(2) * → 2 * in `sine_accelerations_g`
     mass, area, slope, force_psd, omega = 2.0, 0.1, 40.0, 300.0, 2 * np.pi * 100.0
     frequency = frequency_grid(90.0, 110.0, 0.01, lines_per_bandwidth=40)
     patches = Patches(np.array([[[area]]]), np.array([area]))
@@ -167,7 +159,6 @@ def test_one_mode_with_a_dashpot_that_grows_with_level_moves_as_miles_says():
 
 
 def test_a_motion_that_is_no_motion_is_refused():
-    # red: the check of rms left out of `_LogMotion`
     lines, patches = np.array([50.0, 60.0]), Patches(np.array([[[0.1]]]), np.array([0.1]))
     solver = panel_solver(ModalBasis([55.0], [1.0], 0.01), patches, lines, [[1.0]], np.eye(1))
     with pytest.raises(LinearisationError, match="finite, positive motion"):
@@ -178,7 +169,6 @@ def test_a_motion_that_is_no_motion_is_refused():
     ("stable", "expected"), [((True, False), 1.0), ((False, False), 2.0), ((True, True), 2.0)]
 )
 def test_the_highest_stable_motion_governs_and_the_highest_where_none_is_stable(stable, expected):
-    # red: `stable and list(...)`: the highest, stable or not
     solutions = [
         Solution(np.array([x]), 0.0, one) for x, one in zip((1.0, 2.0), stable, strict=True)
     ]
@@ -187,7 +177,6 @@ def test_the_highest_stable_motion_governs_and_the_highest_where_none_is_stable(
 
 def test_the_second_step_of_an_approach_ends_at_the_zero_of_a_straight_line():
     # F = −0.8 x from 0.3: the plain step goes to −0.24, the secant from there to 0
-    # red: 1 + slope; moved + value; abs left out of the moves that have a secant
     tried = []
 
     def straight(x):
@@ -211,7 +200,7 @@ def recorded(F):
 
 
 def test_six_coupled_straight_lines_meet_in_eight_evaluations():
-    # a step for every direction, one to begin with and one that ends; red: fewer steps remembered
+    # a step for every direction, one to begin with and one that ends
     B = np.random.default_rng(8).uniform(-0.4, 0.4, (6, 6))
     F, tried = recorded(lambda x: np.arange(6) - B @ x)
     x, _ = iterate(F, np.zeros(6), 1e-8, 60)
@@ -220,6 +209,6 @@ def test_six_coupled_straight_lines_meet_in_eight_evaluations():
 
 
 def test_a_search_that_fails_states_the_least_residual():
-    # F − x is 1 below and 3 above: no step changes it; red: max of the ends
+    # F − x is 1 below and 3 above: no step changes it
     with pytest.raises(NotConverged, match=r"of 1 loads is 1 near"):
         find_motions([lambda x: x + np.where(x < 0, 1, 3)], [np.array([-900.0]), np.array([9.0])])

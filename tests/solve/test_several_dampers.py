@@ -125,8 +125,7 @@ def dampers(frequency):
 
 @pytest.mark.parametrize("in_air", [None, air])
 def test_two_dampers_move_the_panel_as_the_whole_matrices_say(panel, places, in_air):
-    # 1e-6: what the cutoff of D leaves out; red: weight @ psd → psd in `_updates`;
-    # + imaginary → - imaginary in `DirectMotions._moved`
+    # 1e-6: what the cutoff of D leaves out
     patches = patches_at(panel, places)
     solver = solver_of(panel, patches, air_stiffness=in_air)
     damping, mass = dampers(SEARCH)
@@ -147,8 +146,7 @@ def test_slopes_of_each_of_two_dampers_are_those_of_responses_to_slightly_other_
     panel, places, is_diagonal
 ):
     # central differences over 2e-5 of the damper; beside a sharp peak their error is 2e-7 of the
-    # slope's scale, rounding 1e-12 over them as much; red: [:, patch, lines] → [patch, :, lines] in `Motions.acceleration_slope`;
-    # weight[patch] → weight[0] in `_pushed`; overlap → overlap[:1] in `diagonal_slope`
+    # slope's scale, rounding 1e-12 over them as much
     solver = solver_of(panel, patches_at(panel, places), is_diagonal)
     damping, mass = dampers(SEARCH)
     omega, step = 2 * np.pi * SEARCH, 2e-5
@@ -186,7 +184,6 @@ def test_slopes_of_each_of_two_dampers_are_those_of_responses_to_slightly_other_
 def test_a_patch_in_two_halves_is_the_whole_patch(panel, is_diagonal):
     # exact in the full form and in the diagonals of D, which add up; the cutoff of D leaves 4e-6
     # at a sharp peak of so strongly damped a panel
-    # red: .real @ flat → .real @ flat / 2 in `weighted_sum`; .T @ overlap → .T @ overlap * 2
     whole = [((0.5, 0.3), (0.2, 0.2))]
     halves = [((0.5, 0.3), (0.1, 0.2)), ((0.6, 0.3), (0.1, 0.2))]
     law = constant(1500.0, 6.0)
@@ -206,7 +203,7 @@ def test_a_patch_in_two_halves_is_the_whole_patch(panel, is_diagonal):
 
 
 def test_two_dampers_of_half_the_size_on_one_place_are_one(panel):
-    # overlapping patches add; red: s_p of the first patch for all in `weighted_sum`
+    # overlapping patches add
     place = ((0.5, 0.3), (0.2, 0.2))
     alone = solver_of(panel, patches_at(panel, [place]))
     twice = solver_of(panel, patches_at(panel, [place, place]))
@@ -219,7 +216,6 @@ def test_two_dampers_of_half_the_size_on_one_place_are_one(panel):
 
 
 def test_the_order_of_loads_plays_no_part_and_comes_back(panel, places):
-    # red: range(len(loads)) for layout.patches in `_scenario`
     solver = solver_of(panel, patches_at(panel, places))
     laws = [follows(9000.0, 0.6, 5.0), follows(4000.0, 0.3, 9.0)]
     ways = [solve_layout(solver, [AttachedDamper(p, laws[p]) for p in order], FACTOR) for order in ((0, 1), (1, 0))]  # fmt: skip
@@ -231,7 +227,6 @@ def test_the_order_of_loads_plays_no_part_and_comes_back(panel, places):
 
 def test_a_damper_of_nothing_changes_nothing(panel, places):
     # 2e-6 twice over: the cutoffs of one patch and of two; dead weight: C_e = 0 is a damper too
-    # red: taken → -taken in `attach_dampers`
     solver = solver_of(panel, patches_at(panel, places))
     nothing = AttachedDamper(1, lambda f, _gamma: (0 * f, 0 * f, f > 0), False)
     damper = AttachedDamper(0, constant(900.0, 6.0), False)
@@ -242,7 +237,6 @@ def test_a_damper_of_nothing_changes_nothing(panel, places):
 
 
 def test_dead_weight_takes_no_power_and_needs_no_search(panel, places):
-    # red: searched.size == 0 → False in `_motion`
     asked = []
 
     def weight(f, gamma):
@@ -271,7 +265,7 @@ def test_dead_weight_takes_no_power_and_needs_no_search(panel, places):
 @pytest.mark.parametrize("is_diagonal", [False, True])
 def test_the_motions_read_are_the_motions_that_result(panel, places, is_diagonal):
     # Γ of each patch from the whole matrices with the damping found, the sound FACTOR times that
-    # of the solver; red: √ of factor left out in `_LogMotion`
+    # of the solver
     patches = patches_at(panel, places)
     solver = solver_of(panel, patches, is_diagonal)
     loads = [
@@ -302,7 +296,6 @@ def two_modes(is_diagonal=False):
 
 @pytest.mark.parametrize("is_diagonal", [False, True])
 def test_dampers_on_modes_that_do_not_meet_are_as_each_alone(is_diagonal):
-    # red: self._value[index], … = read → self._value[0], … in `_LogMotion`
     solver = two_modes(is_diagonal)
     laws = [follows(3000.0, 1.2, 1.0), follows(900.0, -0.5, 4.0)]
     together = solve_layout(
@@ -317,7 +310,6 @@ def test_dampers_on_modes_that_do_not_meet_are_as_each_alone(is_diagonal):
 def test_several_motions_of_a_layout_are_counted_and_the_most_governs():
     # damping that falls by a factor of 2000 about Γ = 16 has three motions on each of two modes,
     # of which the middle one is repelling and is not reached by one damper
-    # red: len(search.solutions) → 1 in `_motion`
     def steep(f, gamma):
         return 2e4 / (1 + (gamma / 16) ** 16) + 10 + 0 * f, 0 * f, f > 0
 
@@ -331,7 +323,6 @@ def test_several_motions_of_a_layout_are_counted_and_the_most_governs():
 
 
 def test_a_law_without_motion_and_one_with_it_stand_side_by_side(panel, places):
-    # red: np.full(len(layout.dampers), np.nan) → zeros in `_motion`
     solver = solver_of(panel, patches_at(panel, places))
     found = solve_layout(
         solver,
@@ -348,7 +339,6 @@ def test_a_law_without_motion_and_one_with_it_stand_side_by_side(panel, places):
 
 @pytest.mark.parametrize(("is_diagonal", "in_air"), [(False, None), (False, air), (True, None)])
 def test_the_bare_panel_knows_the_motion_of_every_patch(panel, places, is_diagonal, in_air):
-    # red: root * solver.bare → solver.bare in `_response`; rms[list(key)] → rms[[0] * len(key)]
     patches = patches_at(panel, places)
     solver = solver_of(panel, patches, is_diagonal, air_stiffness=in_air)
     solver.prepare([(0, 1)])
@@ -367,7 +357,7 @@ def test_the_bare_panel_knows_the_motion_of_every_patch(panel, places, is_diagon
 
 
 def test_cells_of_a_patch_say_what_its_mean_hides(panel, places):
-    # against ∫ω⁴ S_q of the whole matrices; red: min(square), max(square) → max, max
+    # against ∫ω⁴ S_q of the whole matrices
     damping, mass = dampers(SEARCH)
     patches = patches_at(panel, places)
     rows = np.concatenate([rows_over(panel, *place, cells=3) for place in places])
@@ -390,7 +380,7 @@ def test_cells_of_a_patch_say_what_its_mean_hides(panel, places):
 
 def test_every_cell_with_a_motion_of_its_own(panel):
     # 36 cells of one patch: where C_e does not depend on Γ they are the patch; where it does,
-    # each reproduces its own motion; red: np.flatnonzero(layout.follows_motion) → its first
+    # each reproduces its own motion
     corner, size = (0.5, 0.3), (0.24, 0.2)
     rows = rows_over(panel, corner, size, cells=6, order=6)
     cells = Patches.of_rows(rows, np.full(36, 0.24 * 0.2 / 36))
@@ -412,7 +402,6 @@ def test_every_cell_with_a_motion_of_its_own(panel):
 
 
 def test_layouts_together_are_those_alone(panel, places):
-    # red: zip(low_rank, → zip(low_rank[::-1], in `_on_lines`
     frequency = np.geomspace(30.0, 1500.0, 300)  # ten chunks of lines
     patches = patches_at(panel, places)
     layouts = [
@@ -430,7 +419,6 @@ def test_layouts_together_are_those_alone(panel, places):
 
 
 def test_a_layout_that_feeds_the_panel_is_told_in_its_place(panel, places):
-    # red: check_stable left out in `_dampers`
     solver = solver_of(panel, patches_at(panel, places))
     good, bad = constant(900.0, 6.0), constant(-900.0, 6.0)
     found = solve_with(
@@ -448,7 +436,6 @@ def test_a_layout_that_feeds_the_panel_is_told_in_its_place(panel, places):
 
 
 def test_patches_from_rows_are_those_from_their_overlap(panel):
-    # red: part.T → part[::-1].T[::-1] in `Patches.of_rows`
     rows = rows_over(panel, (0.2, 0.3), (0.4, 0.3), cells=2)
     made = Patches.of_rows(rows, np.full(4, 0.03))
     overlap = rows.swapaxes(1, 2) @ rows
@@ -475,6 +462,5 @@ def test_patches_from_rows_are_those_from_their_overlap(panel):
     ],
 )
 def test_rows_that_make_no_patches_are_refused(rows, area, message):
-    # red: each `raise` of `Patches.of_rows` left out in turn
     with pytest.raises(ResponseError, match=message):
         Patches.of_rows(rows, area)

@@ -151,17 +151,16 @@ def test_mean_coherence_of_many_parts_is_that_of_each():
 
 
 def test_loads_between_nodes_are_linear_over_the_logarithm():
-    # and held beyond; red: np.log left out; `lower + 1` → `lower`; `share[lines]` → `share`
+    # and held beyond; red: np.log left out; `lower + 1` → `lower`
     nodes, load = np.array([100.0, 400.0, 800.0]), np.array([1.0, 3.0, 7.0])[:, None, None]
     frequency = np.array([50.0, 100.0, 200.0, 400.0, 400 * np.sqrt(2), 800.0, 2000.0])
     wanted = [1.0, 1.0, 2.0, 3.0, 5.0, 7.0, 7.0]
     values = interpolated_load(frequency, nodes, load * np.eye(2))
-    for lines in (slice(None), slice(2, 5), slice(5, 20)):
-        assert values(lines)[:, 0, 0] == pytest.approx(wanted[lines])
-        assert not values(lines)[:, 0, 1].any()
+    assert values[:, 0, 0] == pytest.approx(wanted)
+    assert not values[:, 0, 1].any()
     # a single node holds everywhere
-    alone = interpolated_load(frequency, nodes[:1], load[:1])
-    assert alone(slice(0, 3)).ravel() == pytest.approx([1.0] * 3)
+    alone = interpolated_load(frequency[:3], nodes[:1], load[:1])
+    assert alone.ravel() == pytest.approx([1.0] * 3)
 
 
 @pytest.mark.parametrize("is_diagonal", [False, True])

@@ -24,7 +24,6 @@ def sampled(matrix, count=400_000):
 
 def test_rms_stresses_are_those_of_a_sampled_motion():
     # 400 000 samples: 1/√(2·4e5) = 0.11 % on an rms; 0.5 % is 4.5 standard errors
-    # red: VON_MISES without its −0.5; layers.stress → layers.strain in `layer_psd`
     matrix = np.tril(np.random.default_rng(1).standard_normal((6, 6))) + np.eye(6)
     response, motion = sampled(matrix)
     strain, (sx, sy, txy) = LAYERS.strain[0] @ motion[1:4], LAYERS.stress[0] @ motion[1:4]
@@ -38,7 +37,6 @@ def test_rms_stresses_are_those_of_a_sampled_motion():
 
 
 def test_von_mises_stress_of_pure_shear_is_root_three_times_it():
-    # red: 3.0 → 2.0 in VON_MISES
     matrix = np.zeros((6, 6))
     matrix[3, 3] = 1.0
     response, _ = sampled(matrix, 1)
@@ -47,7 +45,6 @@ def test_von_mises_stress_of_pure_shear_is_root_three_times_it():
 
 
 def test_layers_that_differ_by_sign_alone_are_one_and_turned_plies_are_not():
-    # red: `for sign in (1, -1)` → np.abs of both matrices
     turned = np.array([[1.0, 0.2, 0.3], [0.2, 1.0, 0.3], [0.3, 0.3, 0.4]])
     other = turned * np.array([[1, 1, -1], [1, 1, -1], [-1, -1, 1]])  # the ply at −45°
     matrices = np.stack([turned, -turned, other])

@@ -34,7 +34,7 @@ def energy_tensor(n, scale=1.0, rng=RNG):
 
 
 def test_the_stiffness_is_the_mean_hessian_of_the_energy():
-    # E[∂²U] = 6 S:C of the tensor S symmetric in all indices (Isserlis); red: 4 → 2
+    # E[∂²U] = 6 S:C of the tensor S symmetric in all indices (Isserlis)
     tensor = energy_tensor(3)
     S = np.mean([tensor.transpose(p) for p in itertools.permutations(range(4))], axis=0)
     half = RNG.normal(size=(3, 3))
@@ -45,7 +45,7 @@ def test_the_stiffness_is_the_mean_hessian_of_the_energy():
 
 @pytest.mark.parametrize("cubic", [1e-3, 0.05, 0.5, 5.0, 500.0])
 def test_a_mode_alone_in_white_noise_moves_as_its_density_says(cubic):
-    # V = x²/2 + cubic x⁴/4, T = 1; red: 12 * cubic → 6 in the table
+    # V = x²/2 + cubic x⁴/4, T = 1
     stiffness = linearised_stiffness(np.full((1, 1, 1, 1), cubic / 2), lambda K: 1 / (1 + K))[0, 0]
     moments = [
         quad(lambda x, k=power: x**k * np.exp(-(x**2) / 2 - cubic * x**4 / 4), 0, 15)[0]
@@ -75,7 +75,7 @@ def exact_rms(stiffness, tensor, temperature, covariance, count=200_000):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("scale", [0.03, 0.3, 3.0])
 def test_modes_together_move_between_the_linearised_rms_and_that_of_a_mode_alone(seed, scale):
-    # none of these set the excess; red: the table of 12 * cubic / 2; 2 * direct left out
+    # none of these set the excess
     rng = np.random.default_rng(seed)
     stiffness = rng.uniform(1, 4, 4) ** 2
     tensor = energy_tensor(4, scale, rng)
@@ -108,7 +108,6 @@ def averaged_excess(cubic, p):
 @pytest.mark.parametrize("cubic", [0.02, 0.2, 1.0, 3.0])
 @pytest.mark.parametrize("p", [-1.0, 1.0])
 def test_a_load_that_falls_with_frequency_moves_a_mode_by_the_stated_part(cubic, p):
-    # red: SLOPE = 0.26
     share, excess = averaged_excess(cubic, p)
     _, white = averaged_excess(cubic, 0.0)
     assert white == pytest.approx(float(duffing_excess(np.array(share))), abs=2e-3)
@@ -116,7 +115,6 @@ def test_a_load_that_falls_with_frequency_moves_a_mode_by_the_stated_part(cubic,
 
 
 def test_a_stiffness_that_does_not_settle_is_an_error():
-    # red: return stiffness after the loop
     jumps = itertools.cycle([1.0, 100.0])
     with pytest.raises(LinearisationError, match="has not settled"):
         linearised_stiffness(np.ones((1, 1, 1, 1)), lambda _: np.full((1, 1), next(jumps)))
@@ -170,7 +168,6 @@ def damping_of(frequency, gamma):
 
 @pytest.mark.parametrize("is_damped", [False, True])
 def test_a_panel_that_stretches_is_that_of_all_shapes_with_its_stiffness(is_damped):
-    # red: S left out of self._receptance; layout.factor of the weight; scale = 1 without search
     panel, force = panel_of(LINES), force_of()
     layout = DamperLayout([AttachedDamper(0, damping_of)] if is_damped else [], 4e4)
     solver = PanelSolver(panel, force)
@@ -199,7 +196,7 @@ def test_a_panel_that_stretches_is_that_of_all_shapes_with_its_stiffness(is_damp
 
 
 def test_a_panel_that_hardly_moves_is_linear():
-    # K ∝ mean square of the motion, so the change too; red: a stiffness that remains
+    # K ∝ mean square of the motion, so the change too
     solver = PanelSolver(panel_of(LINES), force_of())
     changes = []
     for factor in (1.0, 10.0):

@@ -14,7 +14,6 @@ def test_a_panel_with_a_patch_moves_alike_in_the_time_domain(panel):
     # is propagated exactly. The mean square of the first mode, ζ = 5.5 % with the damper, spreads
     # by 1/√(2πζfT) = 0.7 % over 1000 s, the rms by half of that, and holding the force costs at
     # most (π·150/3000)²/6 = 0.4 % at the top of the band: 1 %
-    # red: + 1j * omega * damping → − in `attach_dampers`, or its mass left out
     step, count, n = 1 / 3000, 3_000_000, 6
     order = np.argsort(panel.basis.natural_frequency)[:n]
     shape = panel.points[:, order]

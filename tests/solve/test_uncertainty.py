@@ -60,7 +60,7 @@ def answer(solver, damping, mass):
 @pytest.mark.parametrize("form", ["full", "diagonal"])
 def test_slopes_are_those_of_responses_to_slightly_other_dampers(solvers, form):
     # central differences over 1e-4 of the damper: 1e-8 of the slope's own scale, and as much
-    # again from rounding 1e-12 over them; red: solve(covariance) → covariance in `_updates`
+    # again from rounding 1e-12 over them
     one = solvers[form]
     damping, mass = (
         900 * np.sqrt(one.panel.frequency / 100),
@@ -114,7 +114,6 @@ def test_derivatives_are_those_of_scenarios_solved_anew(solver, stated):
 
 def test_a_mass_that_alone_depends_on_the_motion_is_followed_to_where_the_motion_ends(solver):
     # m_a = 2 − 1.5 ln Γ is straight in ln Γ, so that the step of 5 % errs by nothing
-    # red: 2 * STEP → 3 * STEP beside high_mass - low_mass; high_mass - low_mass → +
     def damping(log_change):
         def of_motion(frequency, level):
             value = 300 * np.exp(log_change) * np.ones_like(frequency)
@@ -150,7 +149,6 @@ def root_of_errors(rng):
 
 
 def test_a_standard_error_is_the_scatter_of_scenarios_with_other_damping(solver):
-    # red: a factor of 1.1 on the covariance; its blocks of C_e and m_a exchanged
     def answer(change):
         response = solve(solver, moved(change[:4], change[4:]))
         return [*np.log(response.response.acceleration_rms), np.log(response.acceleration_g[0])]
@@ -212,8 +210,7 @@ def loads_with(change, stays=False):
 @pytest.mark.parametrize("form", ["full", "diagonal"])
 @pytest.mark.parametrize("stays", [False, True])
 def test_derivatives_of_two_dampers_are_those_of_layouts_solved_anew(three, form, stays):
-    # every Γ follows what is changed on either patch; red: jacobian → 0 * jacobian;
-    # local[0] * of_damping → local[0][::-1] * of_damping; by[load] → by[0]
+    # every Γ follows what is changed on either patch
     one, step = three[form], 1e-3
     loads = loads_with(np.zeros(16), stays)
     found = solve_layout(one, loads, FACTOR, with_slope=True)
@@ -238,7 +235,6 @@ def test_derivatives_of_two_dampers_are_those_of_layouts_solved_anew(three, form
 
 
 def test_slopes_are_computed_where_they_are_not_at_hand(three):
-    # red: layout.factor * answer.slope → answer.slope
     loads = loads_with(np.zeros(16))
     with_them, without = (
         uncertainty.sensitivity(
@@ -251,7 +247,7 @@ def test_slopes_are_computed_where_they_are_not_at_hand(three):
 
 
 def test_dead_weight_has_no_slope_in_its_damping(three):
-    # ∂/∂ ln C_e at C_e = 0 is 0, its mass counts; red: damping[:, :, None] * slope.imag → slope.imag
+    # ∂/∂ ln C_e at C_e = 0 is 0, its mass counts
     loads = [
         AttachedDamper(patch, lambda f, _level: (0 * f, 0 * f + 4.0, f > 0), False)
         for patch in (0, 1)
@@ -275,7 +271,6 @@ def test_dead_weight_has_no_slope_in_its_damping(three):
 
 def test_damping_that_sets_in_with_the_motion_has_no_slope_where_there_is_none_below():
     # C_e is Γ^1.5 from an onset on that rises with f: 0 at the line that sets in within the step
-    # red: `|` of the limits: ∞
     def damping(frequency, level):
         value = np.where(level > frequency / 100, level**1.5, 0.0)
         return value, 2 * np.log(level) + 0 * frequency, np.ones(frequency.shape, bool)
@@ -287,7 +282,6 @@ def test_damping_that_sets_in_with_the_motion_has_no_slope_where_there_is_none_b
 
 
 def test_errors_of_one_damper_on_two_patches_add_up_and_those_of_two_dampers_do_not(three):
-    # red: covariance of the blocks on the diagonal alone in `standard_errors`
     def answer(change):
         response = solve_layout(three["full"], loads_with(change), FACTOR)
         return [*np.log(response.response.acceleration_rms), *np.log(response.acceleration_g)]

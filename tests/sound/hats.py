@@ -4,6 +4,8 @@ The jump is bilinear on equal rectangles. With G = exp(ikR)/4πR the operator is
 and an entry depends on the offset of two hats alone: their correlations are cubic splines.
 """
 
+import itertools
+
 import numpy as np
 
 
@@ -17,29 +19,18 @@ def curvature(x):
     return np.where(a < 1, -2 + 3 * a, np.where(a < 2, 2 - a, 0))
 
 
-def over_cell(ends_x, ends_y, offset, edges, k):
-    """∬ over a cell of the correlation."""
-    near = min(np.abs(ends_x)) < 1e-12 and min(np.abs(ends_y)) < 1e-12
+def cell_points(cell, edges):
+    """Places (x, y) and weights of a quadrature over a cell, by its number along x and y."""
+    near = all(number in (-1, 0) for number in cell)
     node, weight = np.polynomial.legendre.leggauss(12 if near else 6)
     t, w = (1 + node) / 2, np.outer(weight, weight) / 4
     r, s = np.meshgrid(t, t, indexing="ij")
     if near:  # polar in the corner at the pole, where 1/R drops out
-        far_x, far_y = (max(ends, key=abs) for ends in (ends_x, ends_y))
-        parts = [(r * far_x, r * s * far_y, w * r), (r * s * far_x, r * far_y, w * r)]
-        size = abs(far_x * far_y)
+        x, y, w = np.concatenate([r, r * s]), np.concatenate([r * s, r]), np.tile(w * r, (2, 1))
+        x, y = (np.where(number < 0, -a, a) for number, a in zip(cell, (x, y), strict=True))
     else:
-        x, y = (
-            ends[0] + points * (ends[1] - ends[0]) for ends, points in ((ends_x, r), (ends_y, s))
-        )
-        parts, size = [(x, y, w)], edges[0] * edges[1]
-    total = 0.0
-    for x, y, share in parts:
-        u, v = x / edges[0] - offset[0], y / edges[1] - offset[1]
-        form = -(k**2) * spline(u) * spline(v)
-        form -= curvature(u) * spline(v) / edges[0] ** 2 + spline(u) * curvature(v) / edges[1] ** 2
-        R = np.hypot(x, y)
-        total += np.sum(share * size * form * np.exp(1j * k * R) / (4 * np.pi * R))
-    return edges[0] * edges[1] * total
+        x, y = cell[0] + r, cell[1] + s
+    return x.ravel() * edges[0], y.ravel() * edges[1], w.ravel() * edges[0] * edges[1]
 
 
 def impedance(sides, counts, k, mode):
@@ -58,14 +49,20 @@ def impedance(sides, counts, k, mode):
 
 
 def entries(edges, counts, k):
-    """Operator over the offset of two hats."""
+    """Operator over the offset of two hats, cell by cell of their correlations."""
     table = np.zeros([count - 1 for count in counts], complex)
-    for i, j in np.ndindex(*table.shape):
-        for p in range(-2, 2):
-            for q in range(-2, 2):
-                ends_x = (i + p) * edges[0], (i + p + 1) * edges[0]
-                ends_y = (j + q) * edges[1], (j + q + 1) * edges[1]
-                table[i, j] += over_cell(ends_x, ends_y, (i, j), edges, k)
+    for cell in itertools.product(*(range(-2, count) for count in counts)):
+        x, y, weight = cell_points(cell, edges)
+        R = np.hypot(x, y)
+        kernel = weight * np.exp(1j * k * R) / (4 * np.pi * R)
+        i, j = (
+            np.arange(max(c - 1, 0), min(c + 3, n)) for c, n in zip(cell, table.shape, strict=True)
+        )
+        u, v = x / edges[0] - i[:, None], y / edges[1] - j[:, None]
+        flat = spline(u) * kernel
+        bent = curvature(u) * kernel / edges[0] ** 2
+        form = -(k**2 * flat + bent) @ spline(v).T - flat @ curvature(v).T / edges[1] ** 2
+        table[np.ix_(i, j)] += edges[0] * edges[1] * form
     return table
 
 

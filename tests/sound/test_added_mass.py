@@ -43,7 +43,6 @@ def table():
 @pytest.mark.parametrize("k", [0.0, 1.19, 8.0, 20.0])
 def test_added_mass_is_the_double_integral_of_cos_kr_over_r(table, k):
     # the wavenumbers integrated over reach to 90 rad/m, 5 times that of (9,1); 1e-5 as found
-    # red: np.hypot(k, t) → t in `_reactive`; / (2 * np.pi) left out
     static = np.diag(table.matrix([0.0])[0])
     expected = [double_integral(mode, k) for mode in MODES]
     np.testing.assert_allclose(np.diag(table.matrix([k])[0]), expected, atol=5e-5 * static.min())
@@ -51,13 +50,11 @@ def test_added_mass_is_the_double_integral_of_cos_kr_over_r(table, k):
 
 def test_one_side_of_air_lowers_the_first_frequency_by_six_percent(table):
     # 64.9 Hz, m = 1.5 kg, 1.2 kg/m³: f/√(1 + ρ₀V/m), one figure is given
-    # red: k_max → 10 k_max in the table's nodes
     mass = 1.2 * table.matrix([2 * np.pi * 64.9 / 343.0])[0, 0, 0]
     assert 1 / np.sqrt(1 + mass / 1.5) == pytest.approx(0.94, abs=0.005)
 
 
 def test_added_mass_is_symmetric_and_does_not_couple_even_with_odd(table):
-    # red: np.sin(along_x) → np.cos(along_x) in `azimuthal_mean`
     static = table.matrix([0.0])[0]
     np.testing.assert_allclose(static, static.T, atol=1e-16)
     assert abs(static[0, 1]) < 1e-12 * static[0, 0]
@@ -71,7 +68,6 @@ def test_what_cannot_be_integrated_is_refused_by_name():
 
 def test_beyond_the_last_wavenumber_the_sum_falls_with_a_power():
     # Ā κ = κ^(1−p) from K on; Q(K) = K^(2−p)/(p − 2), and ∫ κ^(1−p)/√(κ² − k²) dκ is left out
-    # red: a term of the series
     power, reach, k = np.array([3.5, 5.0]), 2.0, 0.7
     content = reach ** (2 - power) / (power - 2)
     found = _rest(k, reach, np.diag(content), content * 2 ** (power / 2 - 1))

@@ -41,7 +41,6 @@ def free():
 def test_a_rigid_piston_with_free_edges_carries_the_air_of_the_closed_form(free, reach, error):
     # of the piston's V 21 % lies beyond 10 rad/m, 10 % beyond 20; the fall of κ⁻³ is exact in the
     # limit, so that the error falls as fast as the reach grows; a promise of 1 % is met tenfold
-    # red: root[:, None] * beyond * root → 0 (20 %); FALL = (4, 7) (7 %); volume_at += left out
     table = tabulate_added_mass(reach / 2, serving(free, reach))
     assert table.matrix([0.0])[0, 0, 0] == pytest.approx(SQUARE, rel=error)
 
@@ -90,7 +89,6 @@ def autocorrelation(d_x, d_y):
 def test_the_air_couples_shapes_with_free_edges_as_in_the_double_integral(free, k):
     # the integrand is smooth, its quadrature converged to 1e-6; what is left is the fall of Ā
     # beyond 20 rad/m, where a tenth of V lies, 5e-4; k = 10 is the largest that the reach allows
-    # red: ratio / 2 → 0 in `_rest` (k = 10: 1.3e-3); np.sqrt(share / reach) → share / reach
     found = tabulate_added_mass(10.0, serving(free, 20.0)).matrix([k])[0]
     expected = double_integral(k, autocorrelation)
     scale = np.sqrt(np.outer(*2 * [np.diag(double_integral(0.0, autocorrelation))]))
@@ -99,7 +97,6 @@ def test_the_air_couples_shapes_with_free_edges_as_in_the_double_integral(free, 
 
 def test_a_shape_wholly_beyond_the_reach_errs_by_no_more_than_its_share_over_the_reach():
     # sin 12πx sin πy on a square, 37.8 rad/m, known to 20 rad/m, and to 80; ∫ φ² dA = 1/4 m²
-    # red: / reach → · reach in `_rest`
     position, weight = rectangle((1.0, 1.0), (40, 20))
     shape = np.sin(12 * np.pi * position[:, :1]) * np.sin(np.pi * position[:, 1:])
     panel = PanelQuadrature(position, weight, shape)
@@ -111,7 +108,7 @@ def test_a_shape_wholly_beyond_the_reach_errs_by_no_more_than_its_share_over_the
 
 
 def test_a_mesh_that_does_not_serve_waves_of_twice_the_sound_is_refused():
-    # 243 points on 1.5 m²: 19 rad/m; red: SHORTEST_REACH = 1.0; FINEST = 3.0
+    # 243 points on 1.5 m²: 19 rad/m
     position, weight = rectangle((1.5, 1.0), (9, 3))
     panel = PanelQuadrature(position, weight, np.ones((len(weight), 1)))
     tabulate_added_mass(9.0, panel)

@@ -8,14 +8,12 @@ from pidpanel.sound.chebyshev import interpolation, unit_nodes
 
 
 def test_nodes_are_the_zeros_of_the_polynomial():
-    # red: `2 * count` → `count` in _angles
     nodes = unit_nodes(7)
     assert np.all(np.diff(nodes) < 0)
     assert nodes == pytest.approx(chebyshev.chebpts1(7)[::-1], abs=1e-15)
 
 
 def test_polynomials_are_exact_between_the_nodes_and_on_them():
-    # red: without np.sin; without `matrix[on_node]` (nan)
     polynomial = np.polynomial.Polynomial([1.0, -2.0, 0.5, 3.0, -1.0])
     x = np.concatenate([np.linspace(-1, 1, 9), unit_nodes(5)])
     found = interpolation(x, 5) @ polynomial(unit_nodes(5))

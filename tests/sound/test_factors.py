@@ -36,7 +36,6 @@ def table(odd=False, noise=0.0):
 
 @pytest.mark.parametrize("odd", [False, True])
 def test_the_factors_are_g_to_their_tolerance(odd):
-    # red: in factors_at, self._pivots[band] = ...[:-2]; or in _factors, turned.T
     of = table(odd)
     widths = []
     for k in (1.0, 5.0, 12.0):
@@ -53,57 +52,22 @@ def test_the_factors_are_g_to_their_tolerance(odd):
 
 
 def test_bands_follow_one_another_in_any_order():
-    # red: in factors_at, if not self._rows
     of = table()
     first = of.factors_at([2.0])
     of.factors_at([15.0])
     np.testing.assert_array_equal(of.factors_at([2.0]), first)
 
 
-def test_forces_that_need_all_shapes_have_no_factors():
-    # red: FACTOR_SHARE = 2.0
-    nodes = chebyshev_nodes(K_MAX, 4)
-    whole = WavenumberTable(K_MAX, nodes, np.broadcast_to(np.eye(8), (4, 8, 8)))
-    assert whole.factors_at([3.0]) is None
-
-
 def test_a_matrix_that_is_not_positive_has_no_factors():
-    # red: in _factors, left the comparison with SLACK out
     assert table(noise=1e-6).factors_at([2.0]) is None
 
 
 def test_nothing_is_extrapolated():
-    # red: k = checked_wavenumber(wavenumber) in factors_at
     with pytest.raises(FieldError, match="the table reaches to 20"):
         table().factors_at([21.0])
 
 
-@pytest.mark.parametrize("odd", [False, True])
-def test_rows_of_long_waves_are_read_from_fewer_nodes(odd):
-    # red: in _rows_up_to, `chebyshev_nodes(2 * k_max, …)`; `rows[block] + 1`
-    of = table(odd)
-    rows = np.arange(0, SHAPES, 3)
-    for k_max in (0.5, 2.0, 9.0, 20.0):
-        few = of._rows_up_to(k_max, rows)
-        assert few.wavenumber.size <= (30 if k_max < 10 else 40)
-        lines = k_max * np.array([0.0, 0.3, 0.9, 1.0])
-        whole = of.matrix(lines)[:, rows]
-        assert np.max(np.abs(few.matrix(lines) - whole)) <= 1e-11 * np.max(np.abs(whole))
-
-
-def test_lines_of_two_bands_are_factored_with_the_shapes_of_the_highest():
-    # red: k.max() → k.min() in the band of factors_at
-    of = table()
-    lines = np.array([9.0, 10.0, 11.0])
-    L, G = of.factors_at(lines), of.matrix(lines)
-    diagonal = np.sqrt(np.einsum("fii->fi", G))
-    largest = np.maximum(diagonal, 1e-5 * diagonal.max(axis=1, keepdims=True))
-    left = np.abs(G - L @ L.swapaxes(1, 2)) / largest[:, :, None] / largest[:, None]
-    assert np.all(left <= SLACK * FACTOR_TOLERANCES[0])
-
-
 def test_shapes_of_any_size_are_factored_to_their_own_size():
-    # red: square.max → square.min, or `/` for `*`, in _stand_for_all
     of = table()
     size = np.resize([1.0, 1e-3, 30.0, 0.0], SHAPES)  # every fourth is not pushed at all
     scaled = WavenumberTable(K_MAX, of.wavenumber, of.even * size[:, None] * size)
@@ -115,7 +79,6 @@ def test_shapes_of_any_size_are_factored_to_their_own_size():
 
 
 def test_a_field_without_force_has_no_factors():
-    # red: k.max() > 0 → k.max() > 5 in factors_at
     nodes = chebyshev_nodes(K_MAX, 4)
     assert WavenumberTable(K_MAX, nodes, np.zeros((4, 3, 3))).factors_at([3.0]) is None
     assert table().factors_at([0.0]) is None

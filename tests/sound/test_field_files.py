@@ -8,7 +8,6 @@ from pidpanel.sound.wavenumber_table import WavenumberTable, chebyshev_nodes
 
 
 def test_tables_on_different_nodes_come_back_from_one_file(tmp_path):
-    # red: f"{name}_odd" in dataset → False
     random = np.random.default_rng(4)
     wave = WavenumberTable(
         5.0, chebyshev_nodes(5.0, 3), random.standard_normal((3, 2, 2)), random.random((3, 2, 2))

@@ -78,7 +78,6 @@ def face_of(path):
     ],
 )
 def test_spectrum_is_the_tables_shifted_or_at_the_stated_level(tmp_path, keys, oaspl):
-    # red: .shifted(sound.shift_db) left out; - spectrum.oaspl left out
     (tmp_path / "bands.csv").write_text(BANDS)
     spectrum = spectrum_of(Sound(spectrum=tmp_path / "bands.csv", **keys))
     assert spectrum.oaspl == pytest.approx(oaspl, abs=1e-12)
@@ -86,7 +85,6 @@ def test_spectrum_is_the_tables_shifted_or_at_the_stated_level(tmp_path, keys, o
 
 
 def test_bands_hold_the_pressure_on_the_face(run):
-    # red: edge[:-1] and edge[1:] exchanged; loaded_sides or pressure_reference left out
     folder = run("field: uniform, oaspl_db: 150, loaded_sides: 2, pressure_reference: room")
     bands = pd.read_csv(folder / "spectrum.csv")
     width = bands["upper_hz"] - bands["lower_hz"]
@@ -115,7 +113,6 @@ FIELDS = {
 
 @pytest.mark.parametrize("keys", FIELDS)
 def test_modal_force_is_that_of_the_field_up_to_the_highest_frequency(run, basis, keys):
-    # red: any two cases of `modal_force_table` exchanged; frequency_hz[1] → [0] in the script
     folder = run(f"{keys}, speed_m_s: 340")
     table = read_table(folder / "modal_force.nc", MODAL_FORCE)
     for k in (0.4 * K_MAX, K_MAX):
@@ -134,7 +131,6 @@ def test_modal_force_is_that_of_the_field_up_to_the_highest_frequency(run, basis
 @pytest.mark.parametrize("keys", ["field: diffuse", "field: uniform"])
 def test_air_answers_as_to_a_diffuse_field_whatever_drives_the_panel(run, basis, keys):
     # the diffuse field that drives the panel is not written twice
-    # red: != "diffuse" → == "diffuse" in `air_tables`; the two tables exchanged
     folder = run(f"{keys}, speed_m_s: 340", air=True)
     face, k = face_of(basis), 0.7 * K_MAX
     expected = field.diffuse_modal_force(k, face)
@@ -146,7 +142,6 @@ def test_air_answers_as_to_a_diffuse_field_whatever_drives_the_panel(run, basis,
 
 
 def test_no_mass_of_the_air_is_tabulated_where_it_does_not_count(run):
-    # red: if air_mass → if True in `air_tables`
     folder = run("field: uniform, speed_m_s: 340", air=True, air_mass="false")
     read_table(folder / "air.nc", DIFFUSE)
     with pytest.raises(KeyError):
@@ -156,7 +151,6 @@ def test_no_mass_of_the_air_is_tabulated_where_it_does_not_count(run):
 def test_sound_beyond_the_waves_that_the_face_serves_is_refused(run):
     # the panel was condensed for twice the waves of its modes, 18 rad/m of bending at 500 Hz and
     # about one half more by Weyl's law with so few of them; 500 Hz at 100 m/s ask for twice 31.4
-    # red: wavenumber_max > panel.wavenumber → False in `FoldedFace.from_panel`
     with pytest.raises(FieldError, match=r"shapes are known to .* rad/m, 62.8319 are needed"):
         run("field: diffuse, speed_m_s: 100", highest=500)
 
@@ -171,7 +165,6 @@ def free_panel_of(basis):
 
 
 def test_a_panel_with_free_edges_has_the_load_and_the_air_of_one_matrix(run, basis):
-    # red: np.pi / k → 4 * np.pi / k; impedance.real without / 2
     folder, k = run(FREE, air=True), 0.7 * K_MAX
     panel, couplings = free_panel_of(read_basis(basis))
     expected = panel.impedance(k, couplings)
@@ -190,7 +183,6 @@ def test_a_panel_with_free_edges_has_the_load_and_the_air_of_one_matrix(run, bas
 def test_above_the_wavenumber_that_functions_resolve_both_faces_are_independent(
     run, basis, monkeypatch
 ):
-    # red: the shares of the two tables exchanged; the upper table not written
     monkeypatch.setattr("pidpanel.sound.rectangle.MOST_FUNCTIONS", 36)
     from_study._free_panel.cache_clear()
     folder = run(FREE, air=True)
@@ -210,7 +202,6 @@ def test_above_the_wavenumber_that_functions_resolve_both_faces_are_independent(
 
 
 def test_the_air_of_a_panel_with_free_edges_is_on_both_faces_or_left_out(tmp_path):
-    # red: "two_sides" → "one_side" in `Study.radiation`
     (tmp_path / "bands.csv").write_text(BANDS)
     text = STUDY.format(sound=FREE, air_mass="true")
     for name, expected in (("", "two_sides"), (", radiation: none", "none")):

@@ -34,7 +34,7 @@ def cells_of(name, lines):
 
 
 def impedance(mesh, k, resolved):
-    panel = FreePanel.of_jumps(OutlineJumps.of_mesh(*mesh, resolved), 10.0)
+    panel = FreePanel.of_jumps(OutlineJumps.of_mesh(*mesh, resolved), max(10.0, *k))
     vertices, cells = mesh
     basis = skfem.Basis(
         skfem.MeshQuad(vertices.T.copy(), cells.T.copy()).refined(2),
@@ -49,16 +49,17 @@ def impedance(mesh, k, resolved):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", PANELS)
-def test_an_outline_is_that_of_boundary_elements_in_space(name):
+@pytest.mark.parametrize(
+    ("name", "k", "per_metre"), [("L", (0.5, 6.0), 8), ("hole", (0.5, 6.0), 8), ("L", (15.0,), 16)]
+)
+def test_an_outline_is_that_of_boundary_elements_in_space(name, k, per_metre):
     # the extrapolation leaves 0.1 % of shapes one and two, 0.4 % of the third, whose load is small
-    # red: `boundary_square` left out of `tails`
+    # at long waves; 0.3 % of all at 15 rad/m, where the finest elements are off by 1.3 %
     sides, removed = PANELS[name]
     even = np.linspace(0, 1, 13)
-    k = [0.5, 6.0]
-    found = impedance(cells_of(name, (even, even)), k, 10.0)
+    found = impedance(cells_of(name, (even, even)), k, max(10.0, *k))
     for one, row in zip(k, found, strict=True):
-        counts = [int(8 * side) for side in sides]
+        counts = [int(per_metre * side) for side in sides]
         expected = limit(
             [
                 impedance_without(removed, sides, [m * n for n in counts], one, SHAPES)
@@ -70,7 +71,7 @@ def test_an_outline_is_that_of_boundary_elements_in_space(name):
 
 
 def test_the_mesh_does_not_matter():
-    # four cells a side, and graded from a half to 1/128; red: LONGEST = 48
+    # four cells a side, and graded from a half to 1/128
     even = np.linspace(0, 1, 5)
     near = np.array([0.5, 0.25, 1 / 8, 1 / 32, 1 / 128])
     graded = np.unique(np.concatenate([[0.5], 0.5 - near, 0.5 + near]))
@@ -81,7 +82,6 @@ def test_the_mesh_does_not_matter():
 
 
 def test_points_that_do_not_resolve_the_functions_are_refused(monkeypatch):
-    # red: `_check` left out
     monkeypatch.setattr(outline, "LONGEST", np.inf)
     jumps = OutlineJumps.of_mesh(*cells_of("L", (np.linspace(0, 1, 9),) * 2), 40.0)
     with pytest.raises(FieldError, match="does not resolve the pressure at free edges"):
@@ -96,7 +96,6 @@ def test_air_of_negative_mass_or_resistance_is_refused(mass, odd):
 
 
 def test_a_quadrilateral_with_a_straight_corner_has_two_triangles():
-    # red: one diagonal for all
     corners = np.array([[0.0, 0], [1, 0], [2, 0], [1, 1]])
     for turn in range(4):
         for sense in (1, -1):

@@ -47,7 +47,6 @@ def flat(tmp_path_factory):
 
 @pytest.mark.parametrize("sound", [{}, {"oaspl_db": 145, "pressure_reference": "room"}])
 def test_flat_bands_give_the_answer_of_their_levels(flat, sound):
-    # red: jumps left out of the lines; the value left of a step at its frequency; a factor
     of_bands, of_psd = model(BANDS, flat.parent, **sound), model(flat, flat.parent, **sound)
     one, other = (found.response()["acceleration_psd"] for found in (of_bands, of_psd))
     np.testing.assert_array_equal(one["frequency"], other["frequency"])
@@ -57,7 +56,6 @@ def test_flat_bands_give_the_answer_of_their_levels(flat, sound):
 
 
 def test_the_bands_of_a_flat_psd_are_its_levels(flat):
-    # red: edges of the first band beyond the table; mean_square without its clip
     bands, again = read_spectrum(BANDS), read_spectrum(flat)
     np.testing.assert_array_equal(again.bands().band_number, bands.band_number)
     np.testing.assert_allclose(again.bands().band_spl, bands.band_spl, atol=1e-9)
@@ -69,7 +67,6 @@ def test_the_bands_of_a_flat_psd_are_its_levels(flat):
 
 @pytest.mark.parametrize("ends", [(50, 2000), (60, 150), (150, 300), (900, 1000), (200, 800)])
 def test_the_mean_square_is_the_integral(ends):
-    # red: slope in place of slope + 1; PSD at the row in place of that at the end
     inner = [f for f in (200.0, 800.0) if ends[0] < f < ends[1]]
     true = quad(lambda f: float(POINTS(np.array([f]))[0]), *ends, points=inner, epsrel=1e-10)[0]
     assert POINTS.mean_square(*ends) == pytest.approx(true, rel=1e-7)
@@ -82,13 +79,11 @@ def test_the_mean_square_is_the_integral(ends):
 
 
 def test_a_slope_of_minus_one_has_a_logarithm():
-    # red: a division by slope + 1
     pink = BreakPoints(np.array([10.0, 100.0]), np.array([1.0, 0.1]))
     assert pink.mean_square(10, 100) == pytest.approx(10 * np.log(10))
 
 
 def test_nothing_is_extrapolated():
-    # red: reach of ±∞
     with pytest.raises(SpectrumError, match="the rows reach from 50 to 2000 Hz"):
         pressure_psd(Spectrum(POINTS), [49.0])
     at_step = pressure_psd(Spectrum(POINTS), [np.nextafter(200, 0), 200.0, 2000.0])
@@ -101,7 +96,6 @@ def written(path, *rows):
 
 
 def test_small_values_and_up_to_two_hundred_decibels_in_a_hertz_are_read(tmp_path):
-    # red: allowed from 1 on; both columns of one name
     rows = read_spectrum(written(tmp_path / "psd.csv", "0.5,0.25", "0.75,4e10", "0.75,3", "9,5"))
     assert rows.points.frequency.tolist() == [0.5, 0.75, 0.75, 9.0]
     assert rows.points.psd.tolist() == [0.25, 4e10, 3.0, 5.0]
@@ -120,7 +114,6 @@ def test_small_values_and_up_to_two_hundred_decibels_in_a_hertz_are_read(tmp_pat
 )
 def test_each_row_that_is_wrong_is_named_by_its_line(tmp_path, rows, lines):
     # values of none or beyond 200 dB; frequencies that fall; steps at an end or of three rows
-    # red: the row before or after it; steps alone at an end that are of three rows
     with pytest.raises(ColumnsError) as error:
         read_spectrum(written(tmp_path / "psd.csv", *rows))
     named = [int(fault.partition("line ")[2].partition(":")[0]) for fault in error.value.faults]

@@ -43,17 +43,7 @@ def air(sides):
     return Air(DENSITY, SPEED, sides, tabulate_diffuse(k_max, piston()), volume)
 
 
-def test_two_wetted_sides_are_twice_one():
-    # red: self.wetted_sides left out of `mass`
-    frequency = np.array([5.0, 40.0, 100.0])
-    one, two = air(1)(frequency), air(2)(frequency)
-    np.testing.assert_allclose(two.real, 2 * one.real, rtol=1e-14)
-    np.testing.assert_allclose(two.imag, 2 * one.imag, rtol=1e-14)
-    assert np.all(one.real < 0) and np.all(one.imag > 0)
-
-
 def test_air_without_mass_is_resistance_alone():
-    # red: stiffness -= omega**2 * mass outside of the condition (AttributeError of None)
     frequency = np.array([5.0, 40.0, 100.0])
     whole = air(2)
     light = replace(whole, added_volume=None)(frequency)

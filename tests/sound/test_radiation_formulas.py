@@ -49,7 +49,6 @@ def piston(frequency):
 @pytest.mark.parametrize("sides", [1, 2])
 def test_the_air_on_a_disc_is_that_of_a_baffled_piston(tables, sides):
     # iωZ for each wetted side: both signs, both parts; 20 nodes and quadrature leave 1e-9
-    # red: - omega**2 * mass → +; self.wetted_sides * self.density → self.density in `Air`
     found = Air(DENSITY, SPEED, sides, *tables)(FREQUENCY)[:, 0, 0]
     expected = sides * 2j * np.pi * FREQUENCY * piston(FREQUENCY)
     np.testing.assert_allclose(found.real, expected.real, rtol=1e-8)
@@ -59,7 +58,6 @@ def test_the_air_on_a_disc_is_that_of_a_baffled_piston(tables, sides):
 def test_air_weighs_on_a_slow_disc_as_8_3_rho_a_cubed(tables):
     # the added mass of a baffled piston at rest, 8ρa³/3 on each side, is carried along: the
     # stiffness falls by ω²M. At 1 Hz (ka)² = 1e-4
-    # red: 1j * omega * resistance - omega**2 * mass → + in `Air`
     (one,) = Air(DENSITY, SPEED, 2, *tables)(np.array([1.0]))[:, 0, 0]
     mass = 2 * 8 / 3 * DENSITY * RADIUS**3
     assert one.real == pytest.approx(-((2 * np.pi) ** 2) * mass, rel=1e-3)
@@ -68,7 +66,6 @@ def test_air_weighs_on_a_slow_disc_as_8_3_rho_a_cubed(tables):
 
 def test_air_lowers_and_widens_the_resonance_of_a_disc_on_a_spring(tables):
     # m (ω₀² − ω²) + iωZ by hand; a disc of 2 kg at 150 Hz, air on both sides
-    # red: stiffness += air → -= in `dense_stiffness`; the sign of the mass in `Air`
     frequency = np.linspace(100.0, 200.0, 401)
     (bare,) = bare_panels(
         frequency, ModalBasis([150.0], [2.0], 1e-3), [Patches(np.ones((0, 1, 1)), np.ones(0))],

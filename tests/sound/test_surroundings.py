@@ -46,7 +46,7 @@ def peak_rms(index, added, resistance):
 
 @pytest.mark.parametrize("is_wet", [False, True])
 def test_a_mode_alone_is_an_oscillator_in_white_noise(is_wet):
-    # quadrature ends at 100 f, where 1e-5 is left; red: total → mass; resistance left out; 4 → 2
+    # quadrature ends at 100 f, where 1e-5 is left
     found = mode_accelerations(FREQUENCY, MASS, RATIO, Field(), air if is_wet else None)
     expected = [
         peak_rms(index, is_wet * ADDED[index], is_wet * RESISTANCE[index]) for index in range(2)

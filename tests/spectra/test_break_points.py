@@ -11,13 +11,11 @@ STEPS = BreakPoints(np.array([20.0, 80.0, 80.0, 90.0, 200.0]), np.array([1.0, 16
 
 
 def test_steps_are_where_a_frequency_repeats():
-    # red: where it does not
     assert STEPS.jumps.tolist() == [80.0]
 
 
 @pytest.mark.parametrize(("low", "high"), [(20.0, 200.0), (30.0, 85.0), (81.0, 89.0), (50.0, 60.0)])
 def test_the_mean_square_is_that_of_many_lines(low, high):
-    # red: 1.1 for a part outside the range
     parts = np.unique(np.clip([low, 80.0, high], low, high))
     total = 0.0
     for begin, end in itertools.pairwise(parts):
@@ -31,7 +29,6 @@ def test_the_mean_square_is_that_of_many_lines(low, high):
     [(1.0, 999.0, [20, 80, 300, 500]), (40.0, 400.0, [40, 80, 300, 400]), (90.0, 100.0, [90, 100])],
 )
 def test_a_part_has_the_break_points_within_it_and_its_ends(low, high, frequency):
-    # red: the second for the last; break points above the first end alone
     whole = BreakPoints(np.array([20.0, 80.0, 300.0, 500.0]), np.array([1.0, 16.0, 16.0, 2.0]))
     part = whole.segment(low, high)
     np.testing.assert_allclose(part.frequency, frequency)

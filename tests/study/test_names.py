@@ -34,7 +34,7 @@ STUDY = {
     "scenarios": {"the first": {"patch": "the first", "fill_fraction": [0.5]}},
 }
 AREA = "centre_m, size_m, diameter_m, corners_m, corner_radius_m"
-SHAPE = "must have centre_m with size_m or diameter_m, or corners_m"
+SHAPE = "must have either centre_m and size_m, or centre_m and diameter_m, or corners_m"
 MATERIAL = "density_kg_m3, youngs_modulus_gpa, poissons_ratio, e1_gpa, e2_gpa, g12_gpa, nu12"
 FAMILY = "patch, damper, fill_fraction, oaspl_db, title"
 
@@ -66,9 +66,9 @@ CASES = [
      {"nu": " = 0.3: unknown key; did you mean nu12?"}),
     ("scenarios", {"patch": "the first", "fill_fraction": [0.5], "oaspl": 3}, {"oaspl": " = 3: unknown key; did you mean oaspl_db?"}),
     # a missing key
-    ("panel.patches", {"centre_m": [0.7, 0.5]}, {"": f" = {{centre_m: [0.7, 0.5]}}: {SHAPE}, or group; it has centre_m"}),
+    ("panel.patches", {"centre_m": [0.7, 0.5]}, {"": f" = {{centre_m: [0.7, 0.5]}}: {SHAPE}, or group"}),
     ("panel.points", {"gird": 3}, {"grid": ": missing", "gird": " = 3: unknown key; did you mean grid?"}),
-    ("panel.holes", {"size_m": [0.1, 0.1]}, {"": f" = {{size_m: [0.1, 0.1]}}: {SHAPE}; it has size_m"}),
+    ("panel.holes", {"size_m": [0.1, 0.1]}, {"": f" = {{size_m: [0.1, 0.1]}}: {SHAPE}"}),
     ("panel.masses", {"at_m": [0.1, 0.1]}, {"mass_kg": ": missing"}),
     ("panel.supports.points", {"at_m": [0.1, 0.1]}, {"kind": ": missing"}),
     ("panel.section.materials", {"youngs_modulus_gpa": 7, "poissons_ratio": 0.3}, {"density_kg_m3": ": missing"}),

@@ -16,7 +16,6 @@ G = 9.80665
      "(g^2)/(Hz)", "gý/Hz", "g^(2)/Hz"],
 )  # fmt: skip
 def test_labels_of_a_psd_in_g(label):
-    # red: a short list of labels; everything else as (m/s²)²/Hz
     unit = unit_of_label(label)
     assert unit.dimension == (2, 0, -3)
     assert unit.factor == pytest.approx(G**2, rel=1e-12)
@@ -53,7 +52,6 @@ def test_labels_of_a_psd_in_g(label):
     ],
 )
 def test_labels_with_other_units(label, factor, dimension):
-    # red: a product from the right; a power of a bracket on its last unit
     unit = unit_of_label(label)
     assert unit.dimension == dimension
     assert unit.factor == pytest.approx(factor, rel=1e-12)
@@ -80,7 +78,6 @@ NAMES = {
     [(name, factor, key) for key, names in NAMES.items() for name, factor in names.items()],
 )
 def test_names_of_units(name, factor, dimension):
-    # red: a factor or an exponent of the table
     unit = unit_of_label(name)
     assert unit.dimension == dimension
     assert unit.factor == pytest.approx(factor, rel=1e-12)
@@ -111,6 +108,5 @@ def test_names_of_units(name, factor, dimension):
     ],
 )
 def test_other_labels_are_refused(label, message):
-    # red: an unknown name as 1; what follows the last unit not looked at
     with pytest.raises(UnitError, match=message.replace("(", r"\(").replace(")", r"\)")):
         unit_of_label(label)

@@ -7,6 +7,5 @@ from pidpanel.verification.base import CASES
 
 @pytest.mark.parametrize("name", CASES)
 def test_base_motion_meets_its_closed_forms(name, tmp_path):
-    # red: participation with the other sign; the dampers' force from the relative motion
     rows = CASES[name](tmp_path)
     assert rows and [row.quantity for row in rows if not row.met] == []

@@ -14,7 +14,7 @@ TOLERANCE = {name: values["tolerance"] for name, values in COMPARISONS.items()}
 
 @pytest.mark.parametrize("restitution", [0.3, 0.6, 0.8, 0.95])
 def test_a_collision_loses_what_its_restitution_says(tmp_path, restitution):
-    # first order in the step, 1.0 % at a tenth of the Rayleigh time; red: e + 0.02 in the deck
+    # first order in the step, 1.0 % at a tenth of the Rayleigh time
     lost = contacts.energy_lost(tmp_path, restitution, 0.1)
     assert lost == pytest.approx(1 - restitution**2, rel=TOLERANCE["collision"])
 
@@ -37,7 +37,7 @@ def test_a_collision_without_loss_loses_nothing(tmp_path):
 
 
 def test_a_sliding_sphere_ends_rolling_at_five_sevenths_of_its_speed(tmp_path):
-    # no time constant is in the answer, only momentum; red: a ninth of the friction, which
+    # no time constant is in the answer, only momentum
     # leaves it sliding
     speed = contacts.rolling_speed(tmp_path, 0.2) / 0.2
     assert speed == pytest.approx(5 / 7, rel=TOLERANCE["sliding"])
@@ -45,12 +45,10 @@ def test_a_sliding_sphere_ends_rolling_at_five_sevenths_of_its_speed(tmp_path):
 
 @pytest.mark.parametrize("case", ["rolling", "oblique", "peak", "growth"])
 def test_single_contacts_are_those_of_their_closed_forms(tmp_path, case):
-    # red: μ 0.31, rolling friction 0.052, E 1 % larger
     assert all(row.met for row in CASES[case](tmp_path))
 
 
 def test_a_ball_that_lands_once_a_period_loses_what_the_closed_form_says(tmp_path):
-    # red: the floor's restitution 0.55
     _, energy = shaken.ball(tmp_path, restitution=0.5, gamma=1.25)
     truth = inelastic.ball_energy(1.25, 0.5)
     assert energy == pytest.approx(truth, rel=TOLERANCE["ball"])
@@ -69,7 +67,6 @@ def test_many_inelastic_spheres_in_a_box_lose_what_a_perfectly_inelastic_slug_do
     _, many = shaken.slug(tmp_path / "many", settled, 48, 2.0, count=4)
     _, one = shaken.slug(tmp_path / "one", settled, 1, 2.0, count=4)
     # a lone sphere keeps e = 0.3 of its speed and is 16 % off; four layers of them are not;
-    # red: L taken as the whole depth of the cell
     assert many == pytest.approx(truth, rel=TOLERANCE["slug"])
     assert abs(one - truth) > 0.1 * truth
 
@@ -80,12 +77,12 @@ def test_many_inelastic_spheres_on_a_floor_lose_what_a_perfectly_inelastic_bed_d
     truth = inelastic.floor_energy(2.0)
     _, many = shaken.floor_bed(tmp_path / "many", settled, 48, 2.0, count=6)
     _, one = shaken.floor_bed(tmp_path / "one", settled, 1, 2.0, count=6)
-    # a lone sphere is 14 % off; red: the amplitude 10 % too large
+    # a lone sphere is 14 % off
     assert many == pytest.approx(truth, rel=TOLERANCE["floor"])
     assert abs(one - truth) > 0.1 * truth
 
 
 def test_below_one_g_a_bed_on_a_floor_loses_nothing(tmp_path, settled):
     _, energy = shaken.floor_bed(tmp_path, settled, 12, 0.9, count=5)
-    # 0 in truth; half a per cent of the largest loss; red: Γ = 1.1
+    # 0 in truth; half a per cent of the largest loss
     assert abs(energy) < TOLERANCE["onset"]

@@ -11,7 +11,7 @@ def test_impacts_that_slide_are_those_of_the_experiment(tmp_path):
     rows = [row for row in experiments.impact_rows(tmp_path) if row.unit == "1"]
     sliding = [row for row in rows if row.at > 30]
     assert len(sliding) == 4 * len(experiments.SOFTENED)
-    # the experiment scatters by 1 %; red: the friction 0.08
+    # the experiment scatters by 1 %
     assert max(abs(row.error) for row in sliding) < 0.01
     # micro-slip near the normal is not modelled, and softer contacts stick less
     sticking = [row.computed for row in rows if row.at == 9.63]
@@ -36,7 +36,7 @@ def test_a_loss_that_does_not_fall_has_no_end():
 @pytest.mark.liggghts
 def test_a_collision_is_that_of_lammps(tmp_path):
     # the same law in another program, with a step 200 times longer; forces to 1.2e-4 of the
-    # largest. red: F_n without its damping; SCALE for √SCALE of the speed
+    # largest.
     rows = experiments.lammps_rows(tmp_path)
     assert len(rows) == 3 * len(experiments.COLLISION)
     largest = {

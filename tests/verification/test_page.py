@@ -62,7 +62,6 @@ def worst(page):
 
 
 def test_a_number_beyond_its_tolerance_is_told_at_the_top_and_in_its_row(rows):
-    # red: missed always empty
     good, bad = told(rows), told([*rows, row("Beam", 1.1, 1.0, 0.05, at=3.0)])
     assert good.warnings == [] and "NOT MET" not in html.render(good)
     assert bad.warnings == ["Beam, x at 3: error +10 %, tolerance 5 %."]
@@ -73,7 +72,6 @@ def test_a_number_beyond_its_tolerance_is_told_at_the_top_and_in_its_row(rows):
 
 
 def test_a_number_that_is_none_is_the_worst_of_all(rows):
-    # red: math.isnan left out, so that max passes it by
     page = told(
         [*rows, row("Beam", 1.01, 1.0, 0.05, at=1.0), row("Beam", math.nan, 1.0, 0.05, at=2.0)]
     )

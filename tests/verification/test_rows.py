@@ -28,7 +28,6 @@ def row(computed, reference, tolerance=0.01, **more):
 
 
 def test_an_error_is_relative_to_the_size_of_the_reference():
-    # red: the sign of a negative reference not taken off
     assert row(99.0, 100.0).error == pytest.approx(-0.01)
     assert row(-99.0, -100.0).error == pytest.approx(0.01)
 
@@ -43,7 +42,6 @@ def test_a_row_without_tolerance_is_shown_and_not_held():
 
 
 def test_what_is_not_a_number_meets_nothing():
-    # red: met as not (|error| > tolerance)
     assert not row(math.nan, 1.0).met
 
 
@@ -68,13 +66,11 @@ def test_a_file_of_other_columns_is_named(tmp_path):
 
 
 def test_numbers_within_their_tolerance_are_counted_and_rows_without_one_are_not():
-    # red: all rows counted
     rows = [row(100.5, 100.0), row(120.0, 100.0, math.nan)]
     assert confirm(rows) == "1 of 1 numbers within their tolerance"
 
 
 def test_a_missed_number_is_named_and_refused():
-    # red: the first missed row alone; `row.has_tolerance` left out of what is counted
     rows = [row(100.5, 100.0), row(102.0, 100.0), row(97.0, 100.0), row(1.0, 9.0, math.nan)]
     with pytest.raises(ToleranceMissedError) as missed:
         confirm(rows)
@@ -86,7 +82,6 @@ def test_a_missed_number_is_named_and_refused():
 
 
 def test_a_missed_number_ends_the_script_and_leaves_no_file(tmp_path):
-    # red: the verdict written before it is known
     write_rows(tmp_path / "rows.csv", [row(102.0, 100.0)])
     files = {"rows": [tmp_path / "rows.csv"]}, {"verdict": tmp_path / "verified.txt"}
     with pytest.raises(ToleranceMissedError, match="1 of 1 numbers miss their tolerance"):
@@ -95,6 +90,5 @@ def test_a_missed_number_ends_the_script_and_leaves_no_file(tmp_path):
 
 
 def test_a_case_that_a_stage_does_not_have_is_refused_with_those_that_it_has():
-    # red: a KeyError
     with pytest.raises(ValueError, match="drum: not a verification case of sound: field"):
         verify("sound", "drum")

@@ -37,4 +37,27 @@ rule base:
         "../scripts/base.py"
 
 
+if BASE_PARTS["random"]:
+
+    rule base_export:
+        input:
+            modes=rules.panel.output.modes,
+            psd=rules.base.output.psd,
+            summary=rules.base.output.summary,
+        output:
+            folder=directory(results("base/export")),
+        log:
+            results("base/export.log"),
+        benchmark:
+            results("benchmark/base_export.tsv")
+        resources:
+            mem_mb=1000,
+        params:
+            version=VERSION,
+        message:
+            "Files for other programs: base motion"
+        script:
+            "../scripts/base_export.py"
+
+
 REPORTED += list(rules.base.output)

@@ -6,7 +6,6 @@ difference of the PSD of the absolute acceleration of a point, over the largest 
 that frequency: a point that is nearly at rest there has none of its own.
 """
 
-import sys
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -16,9 +15,15 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.response.cases import ResponseScenario, plan_cases
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.response.refinement import ATTEMPTS, stiffness_on_patches
+from pidpanel.response.refinement import stiffness_on_patches
 from pidpanel.solve.base_motion import SupportedPanel, integrals_of_shapes, supported_panel
-from pidpanel.solve.basis_error import ALLOWED, BasisCheck, ErrorsAt, check_basis, lines_to_try
+from pidpanel.solve.basis_error import (
+    BasisCheck,
+    ErrorsAt,
+    check_basis,
+    lines_to_try,
+    widened,
+)
 from pidpanel.solve.elements import ElementMotion
 from pidpanel.solve.layout import LayoutResponse
 
@@ -37,8 +42,6 @@ def checked_panel(
 ) -> tuple[SupportedPanel, float]:
     """Return the panel in a basis that is good for all motions, and its largest error [1].
 
-    After `ATTEMPTS` bases the last is used as it is, with its error.
-
     Parameters
     ----------
     start, plate, further_shapes, highest, mass
@@ -48,21 +51,13 @@ def checked_panel(
     scenarios
         Layouts of dampers.
     """
-    for attempt in range(ATTEMPTS):
-        supported = supported_panel(start, plate, further_shapes, highest, mass)
-        checks = [
-            _check(panel, supported, plate, scenarios, attempt) for panel in shaken(supported)
-        ]
-        error = max(float(check.error.max()) for check in checks)
-        missing = np.hstack([check.missing_shapes for check in checks])
-        if not missing.shape[1] or attempt == ATTEMPTS - 1:
-            break
-        print(f"the basis misses up to {error:.1%} of a PSD; it is widened", file=sys.stderr)
-        further_shapes = np.hstack([further_shapes, missing])
-    if error > ALLOWED:
-        message = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
-        print(message, file=sys.stderr)
-    return supported, error
+
+    def check(further: Array, attempt: int) -> tuple[SupportedPanel, list[BasisCheck]]:
+        supported = supported_panel(start, plate, further, highest, mass)
+        panels = shaken(supported)
+        return supported, [_check(panel, supported, plate, scenarios, attempt) for panel in panels]
+
+    return widened(further_shapes, check)
 
 
 def _check(

@@ -25,6 +25,7 @@ from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
+from pidpanel.provenance.results import read_csv
 from pidpanel.response.cases import (
     Loads,
     ResponseScenario,
@@ -33,6 +34,7 @@ from pidpanel.response.cases import (
     loads_of,
     resolve,
 )
+from pidpanel.response.exports import write_base_exports
 from pidpanel.response.from_study import (
     DamperOf,
     dampers_of_scenarios,
@@ -42,6 +44,7 @@ from pidpanel.response.from_study import (
 )
 from pidpanel.response.model_error import read_errors
 from pidpanel.response.panel import ResponsePanel, Settings, WaveShift
+from pidpanel.response.psd_files import read_psd
 from pidpanel.response.refinement import mesh_shifts
 from pidpanel.response.results import write_csv
 from pidpanel.solve.base_motion import (
@@ -193,6 +196,15 @@ def write_base(
         level = motion.sine.acceleration_g
         write_csv(output.sine_table, tables.peak_rows(curves, level))
         curves.assign_attrs(attributes, acceleration_g=level).to_netcdf(output.sine, engine="scipy")
+
+
+def write_base_export(
+    study: Study, modes: Path, psd_nc: Path, summary_csv: Path, folder: Path
+) -> None:
+    """Write the files for other programs of random motion; see `write_base_exports`."""
+    summary = read_csv(summary_csv, dtype={"scenario": str, "doubts": str})
+    psd, title = read_psd(psd_nc), f"pidpanel study {study.name}"
+    write_base_exports(psd, summary, title, read_basis(modes).point_position, folder)
 
 
 def shakers_of(study: Study) -> dict[str, Shaker]:

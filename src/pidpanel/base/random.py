@@ -19,9 +19,9 @@ from pidpanel.response.model_error import (
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.results import standard_errors
 from pidpanel.solve.base_motion import BaseExcitation
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import LayoutResponse, solve_with
 from pidpanel.solve.model import UnstableDamping
+from pidpanel.solve.receptances import patch_stiffness
 from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.uncertainty import FurtherPsd, StandardErrors
 
@@ -275,7 +275,7 @@ def force_slopes(solver: PanelSolver, response: LayoutResponse, force: Array) ->
 
     def log_psd(damping: Array, mass: Array) -> Array:
         stiffness = patch_stiffness(f, damping, mass)
-        motion = transfer.motions(slice(None), stiffness)[:, : len(observed)]
+        motion = transfer.motions(stiffness)
         reaction = interface_force(f, motion, patches, stiffness)
         return np.asarray(2 * np.log(np.abs(reaction)))
 

@@ -19,9 +19,10 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Flags
 from pidpanel.damping.models import FilledDamper
-from pidpanel.solve.dampers import patch_stiffness, weighted_sum
 from pidpanel.solve.layout import AttachedDamper
+from pidpanel.solve.modal import receptances_in_vacuum
 from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.receptances import Receptances, patch_stiffness, traces, weighted_sum
 from pidpanel.solve.search import Map, NotConverged, approach, find_motions, iterate
 
 CUTOFF = 1e-8  # eigenvalues of D below this share of the largest are dropped
@@ -32,12 +33,12 @@ class Transfer:
     """Motions per acceleration of the supports, on some lines."""
 
     frequency: Array  # (nf,) [Hz]
-    weight: Array  # (n_patches, r, r) Δ of the motions u that the patches feel
+    weight: Array  # Δ of the motions u that the patches feel, see `model.PatchCoordinates`
     area: Array  # (n_patches,) [m²]
-    # (nf, nw, r) of the observed motions w and, from row nw − r, of u [m/N]
-    receptance: Complexes
-    # (nf, nw) the same motions without dampers, per acceleration of the supports [s²]
-    free: Complexes
+    receptances: Receptances  # of u and of the observed motions w
+    # (nf, r) and (nf, nw) the same motions without dampers, per acceleration of the supports [s²]
+    felt: Complexes
+    observed: Complexes
 
     @classmethod
     def of_panel(
@@ -55,45 +56,26 @@ class Transfer:
             (nw, n + 1) rows of the observed motions.
         """
         coordinates = patches.coordinates(CUTOFF)
-        rows = np.concatenate([observed, coordinates.columns.T])
-        moved = 1 / basis.dynamic_stiffness(frequency)
-        return cls(
-            frequency,
-            coordinates.weight,
-            patches.area,
-            (rows * moved[:, None]) @ coordinates.columns,
-            (moved * force) @ rows.T,
-        )
+        receptances = receptances_in_vacuum(frequency, basis, coordinates.columns, observed)
+        moved = force / basis.dynamic_stiffness(frequency)
+        felt = moved @ coordinates.columns
+        free = felt, moved @ observed.T
+        return cls(frequency, coordinates.weight, patches.area, receptances, *free)
 
-    @property
-    def width(self) -> int:
-        """Number r of motions that the patches feel."""
-        return self.receptance.shape[2]
-
-    def motions(self, lines: slice, stiffness: Complexes) -> Complexes:
-        """Return w and u (nf, nw) per acceleration [s²] with dampers s (n_patches, nf) [N/m³]."""
-        free = self.free[lines]
-        if not self.width:
-            return free
-        _, force = self._patch_motions(lines, stiffness)
-        return free - (self.receptance[lines] @ force)[..., 0]
-
-    def _patch_motions(self, lines: slice, stiffness: Complexes) -> tuple[Complexes, Complexes]:
-        """Return u and the forces of the dampers on them (nf, r, 1)."""
+    def motions(self, stiffness: Complexes) -> Complexes:
+        """Return w (nf, nw) per acceleration [s²] with dampers s (n_patches, nf) [N/m³]."""
         pull = weighted_sum(stiffness, self.weight)
-        loop = self.receptance[lines, -self.width :] @ pull
-        loop[:, range(self.width), range(self.width)] += 1
-        u = np.linalg.solve(loop, self.free[lines, -self.width :, None])
-        return u, pull @ u
+        return self.receptances.motions(pull, self.felt, self.observed)
 
     def patch_acceleration(self, lines: slice, stiffness: Complexes) -> Array:
         """Return the rms over each patch of |acceleration| (nf, n_patches) over that of the base.
 
-        Parameters are those of `motions`.
+        With dampers s (n_patches, nf) on some lines.
         """
-        u = self._patch_motions(lines, stiffness)[0][..., 0]
-        square = np.einsum("fi,pij,fj->fp", u.conj(), self.weight, u).real / self.area
-        return (2 * np.pi * self.frequency[lines, None]) ** 2 * np.sqrt(square)
+        pull = weighted_sum(stiffness, self.weight)
+        u = self.receptances.on_lines(lines).solution(pull)(self.felt[lines, :, None])
+        square = traces(self.weight, (u @ u.conj().swapaxes(1, 2)).real).T / self.area
+        return np.asarray((2 * np.pi * self.frequency[lines, None]) ** 2 * np.sqrt(square))
 
 
 GRID = 60  # Γ at which the damping of a load is taken; linear in ln Γ between them
@@ -187,9 +169,7 @@ def sweep(
             else:  # the motion that was followed has ended
                 x, residual[line] = _other_motion(outcome, x)
             gamma[:, line], stiffness[:, line] = np.exp(x), damping.stiffness_at(line, x)[:, 0]
-    motion = transfer.motions(slice(None), stiffness)
-    observed_count = motion.shape[1] - transfer.width
-    return SineSweep(motion[:, :observed_count], stiffness, gamma, residual)
+    return SineSweep(transfer.motions(stiffness), stiffness, gamma, residual)
 
 
 def _other_motion(outcome: Map, x: Array) -> tuple[Array, float]:

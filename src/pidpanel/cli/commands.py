@@ -264,23 +264,31 @@ def export(
     """Write the files for other programs, such as Nastran tables.
 
     The files are CSV with units, third octaves, Nastran tables and dampers, and UFF 58. They are in
-    results/<study>/response/export; --to copies them to another folder. --figures writes the
-    figures of the report as PNG, SVG or PDF to results/<study>/figures, or to that folder.
+    results/<study>/response/export, those of random base motion in base/export; --to copies them
+    to another folder. --figures writes the figures of the report as PNG, SVG or PDF to
+    results/<study>/figures, or to that folder.
     """
     import shutil
 
     from pidpanel.cli.results import make
-    from pidpanel.study import load_study
+    from pidpanel.study import Study, StudyError, load_study
 
     if formats and not figures:
         raise click.UsageError(f"unexpected argument {formats[0]}")
     study = load_study(file)
-    _ = study.acoustics  # of a shaker alone nothing is exported
-    folder = make(study, file, directory, "response/export", "export")
+    if not isinstance(study, Study) or not (study.sound or (study.base and study.base.random)):
+        raise StudyError(f"{study.name}: only sound and base.random have files to export")
+    stages = {"response": "export"} if study.sound else {}
+    stages |= {"base": "base_export"} if study.base and study.base.random else {}
+    folders = [
+        make(study, file, directory, f"{stage}/export", rule) for stage, rule in stages.items()
+    ]
     if to is not None:
-        to.mkdir(parents=True, exist_ok=True)
         ours = shutil.ignore_patterns(".*")  # Snakemake's time stamp
-        folder = Path(shutil.copytree(folder, to, dirs_exist_ok=True, ignore=ours))
+        targets = [to] if len(folders) == 1 else [to / stage for stage in stages]
+        for folder, target in zip(folders, targets, strict=True):
+            shutil.copytree(folder, target, dirs_exist_ok=True, ignore=ours)
+        folders = targets
     if figures:
         from pidpanel.report.from_study import page_of
         from pidpanel.report.html import write_figures
@@ -289,7 +297,7 @@ def export(
         target = to or results / "figures"
         write_figures(page_of(study, file, results), [*figures, *formats], target)
         print(target)
-    print(*sorted(folder.glob("[!.]*")), sep="\n")
+    print(*(path for folder in folders for path in sorted(folder.glob("[!.]*"))), sep="\n")
 
 
 @pidpanel.command()
@@ -307,7 +315,7 @@ def deck(file: Path, case: str | None, seed: int) -> None:
     from pidpanel.study import StudyError
 
     study = checked_study(file)
-    cases = {case.label: case for batch in distinct_cases(study).values() for case in batch}
+    cases = distinct_cases(study)
     if not cases:
         raise StudyError(f"{file}: runs no LIGGGHTS, because no coupon is simulated")
     if case is None:

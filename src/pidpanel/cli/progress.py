@@ -15,6 +15,7 @@ from pidpanel.study import CouponStudy, Study
 STAGE_OF = {
     **dict.fromkeys(("pour", "loosen", "shake", "cases", "film"), "coupon"),
     **dict.fromkeys(("maps", "export"), "response"),
+    "base_export": "base",
     **dict.fromkeys(("coupled_scenario", "verdict"), "coupled"),
     "coupon_report": "report",
 }
@@ -41,7 +42,7 @@ class Cases:
 def cases_of(study: CouponStudy, folder: Path) -> Cases:
     """Count the cases of a study by their state in ``results/coupon``."""
     failures: Counter[str] = Counter()
-    cases = [case for cases in distinct_cases(study).values() for case in cases]
+    cases = list(distinct_cases(study).values())
     done = 0
     for case in cases:
         try:

@@ -17,7 +17,8 @@ from pidpanel.study.dampers import BedDamper
 if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone needs half of it
     from pidpanel.arrays import Array
     from pidpanel.coupon.cases import Case
-    from pidpanel.geometry.plane_waves import WettedFace
+    from pidpanel.panel.basis import PanelBasis
+    from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.panel.mesh import PanelMesh
     from pidpanel.study.panel import Panel
 
@@ -26,7 +27,7 @@ MODES = 6  # number of natural frequencies listed
 # Elements that are solved in about four seconds, by section and kind.
 MOST_CELLS: Mapping[str, int] = {"thin triangles": 1100}
 MOST_OF_OTHERS = 8000
-LEAST_ACCELERATION = 0.01  # of tests and limits [g]
+USUAL_ACCELERATION = 0.01, 100.0  # of tests and limits [g]
 COARSE = 1.05  # largest frequency of a coarser mesh over that of the study's
 COARSER = 2.0  # edge length of a coarser mesh over that of the one before
 # Damping ratios of bare panels with their attachments [1], and C_e below which nothing is damped
@@ -43,8 +44,7 @@ class PanelEstimate(NamedTuple):
     rigid: int  # number of rigid-body modes
     frequency: Array | None  # (n,) first natural frequencies [Hz]; None if nothing was solved
     elements: int  # of the mesh that was solved
-    face: WettedFace | None = None  # in the shapes of these modes
-    mass: Array | None = None  # (n,) modal masses [kg]
+    basis: PanelBasis | None = None  # of these modes
 
 
 def overview(study: CouponStudy, results: Path = Path("results")) -> str:
@@ -65,9 +65,9 @@ def _of_runs(study: CouponStudy, results: Path) -> Iterator[str]:
     cases, folder = all_cases(study), results / "coupon"
     left = [case for case in cases if not case.outcome_file(folder).exists()]
     if left:
-        from pidpanel.coupon.estimate import PLAN, USUAL_COSTS, cpu_seconds
+        from pidpanel.coupon.estimate import PLAN, cpu_seconds
 
-        time = _duration(PLAN + cpu_seconds(left, USUAL_COSTS, folder))
+        time = _duration(PLAN + cpu_seconds(left, folder))
         yield f"{len(left)} of {len(cases)} coupon cases {time}"
     if isinstance(study, Study) and study.is_coupled:
         # two seconds of imports that other studies do not need
@@ -97,16 +97,17 @@ def summary(study: CouponStudy) -> str:
 
 def solve(panel: Panel) -> PanelEstimate:
     """Mesh a panel and find its first natural frequencies, on a coarser mesh if it is large."""
-    from pidpanel.panel.basis import plate_face
+    from pidpanel.panel.basis import basis_of
     from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.panel.modes import first_modes
+    from pidpanel.panel.shapes import Shapes
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "panel.msh"
         studied = StudiedPanel(panel)
         study_mesh = mesh = studied.mesh(file)
         cells_max = MOST_CELLS.get(f"{panel.section.kind} {mesh.cell_kind}", MOST_OF_OTHERS)
-        while len(mesh.cells) > cells_max and panel.mesh.size_m is not None:
+        while len(mesh.cells) > cells_max and panel.mesh.kind == "triangles":
             size = COARSER * panel.mesh.size_m
             if size > 30:
                 break
@@ -119,28 +120,29 @@ def solve(panel: Panel) -> PanelEstimate:
             return PanelEstimate(study_mesh, 9 * len(study_mesh.cells), 0, None, 0)
         # of the attachments only the masses are included here
         plate = studied.plate(replace(mesh, patch_cells={}))
-    rigid, frequency, shapes = first_modes(plate, MODES + 3)
+    rigid, frequency, vectors = first_modes(plate, MODES + 3)
     share = len(study_mesh.cells) / len(mesh.cells)
     coordinates = round(plate.stiffness.shape[0] * share)
-    elements, (face, mass) = len(mesh.cells), plate_face(mesh, plate, shapes[:, :MODES])
-    return PanelEstimate(study_mesh, coordinates, rigid, frequency[:MODES], elements, face, mass)
+    first = Shapes(frequency[:MODES], frequency[:0], vectors[:, :MODES])
+    elements, basis = len(mesh.cells), basis_of(mesh, plate, first)
+    return PanelEstimate(study_mesh, coordinates, rigid, first.frequency, elements, basis)
 
 
 def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     from pidpanel.geometry.plane_mesh import cell_areas
     from pidpanel.panel.from_study import StudiedPanel
 
-    mesh = estimate.mesh
+    mesh, studied = estimate.mesh, StudiedPanel(study.panel)
     area = abs(cell_areas(mesh.vertices, mesh.cells))
-    mass = StudiedPanel(study.panel).section.mass_per_area * float(area.sum())
+    mass = studied.section.mass_per_area * float(area.sum())
     attached = sum(item.mass_kg for item in study.panel.masses.values())
     carried = f", plus {attached:.3g} kg attached" if attached else ""
     yield _line("panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}")
     yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
                         f"{estimate.coordinates} coordinates")  # fmt: skip
-    if remarks := StudiedPanel(study.panel).remarks:
+    if remarks := studied.remarks:
         yield _line("file", "; ".join(remarks))
-    yield from (_line("mesh", text) for text in _of_coarse_mesh(study))
+    yield from (_line("mesh", text) for text in _of_coarse_mesh(study, studied))
     if study.is_coupled and estimate.frequency is not None and estimate.frequency.size:
         from pidpanel.coupled.from_study import check_modes
 
@@ -151,9 +153,9 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "
                                 "the mesh; state radius_m, of a mass from_m and to_m")  # fmt: skip
     if study.sound is not None:
-        yield _line("stretch", _of_stretching(study.panel))
+        yield _line("stretch", _of_stretching(studied))
     patch_area = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
-    yield _line("points", "; ".join(_of_points(study, mesh)))
+    yield _line("points", "; ".join(_of_points(mesh, studied)))
     for label, weights in _damper_masses(study, patch_area).items():
         shares = [100 * weight / (mass + attached) for weight in weights]
         yield _line(
@@ -170,17 +172,13 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         yield _line("base", "; ".join(_of_base(study.base)))
 
 
-def _of_coarse_mesh(study: Study) -> Iterator[str]:
+def _of_coarse_mesh(study: Study, panel: StudiedPanel) -> Iterator[str]:
     """Yield that results will not be trusted, where the error of the mesh is estimated as such."""
-    from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.response.trust import COARSE_MESH
     from pidpanel.solve.mesh_error import ALLOWED_DB
 
-    panel, high = StudiedPanel(study.panel), study.response.frequency_hz[1]
-    regions, ratio = (
-        panel.regions(high, study.damper_masses(with_rows=True)),
-        study.panel.modal_damping,
-    )
+    high, ratio = study.response.frequency_hz[1], study.panel.modal_damping
+    regions = panel.regions(high, study.damper_masses(with_rows=True))
     error = panel.elements.line_error_db(regions, high, ratio.smallest(0.0, high), **panel.rough)
     if error > ALLOWED_DB:
         places = {"feet": " at the rims of feet", "ends": " at the ends of supported parts"}
@@ -206,15 +204,14 @@ def _of_modes(study: Study, estimate: PanelEstimate) -> str:
     return f"{rigid}{frequencies} Hz on {source}{note}"
 
 
-def _of_stretching(panel: Panel) -> str:
+def _of_stretching(studied: StudiedPanel) -> str:
     """Return from which displacement a panel stretches, and what is assumed there."""
-    from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.panel.stretching import in_plane_stiffness
     from pidpanel.response.stretching import LINEAR
 
-    section = StudiedPanel(panel).section
+    panel = studied.panel
     opening = f"counts from {LINEAR * panel.section.thickness_mm:.3g} mm rms on"
-    if in_plane_stiffness(section) is None:
+    if in_plane_stiffness(studied.section) is None:
         return f"{opening}; not computed, since the section is not symmetric"
     return f"{opening}; edges are {panel.in_plane_edges} in the plane (panel.in_plane_edges)"
 
@@ -254,8 +251,9 @@ def _unusual(study: Study) -> Iterator[str]:
             yield (f"dampers.{name}.equivalent_damping_n_s_m3 = {damping:g} does nothing; it is per"
                    " area, usually 10 to 100000: N s/m of a cell over its area")  # fmt: skip
     for key, acceleration in _accelerations(study):
-        if acceleration < LEAST_ACCELERATION:
-            usual = f"tests and limits have {LEAST_ACCELERATION:g} to 100"
+        low, high = USUAL_ACCELERATION
+        if not low <= acceleration <= high:
+            usual = f"tests and limits have {low:g} to {high:g}"
             yield f"{key} has {acceleration:.2g} g; {usual}"
 
 
@@ -271,22 +269,22 @@ def _accelerations(study: Study) -> Iterator[tuple[str, float]]:
         yield f"severity.limits.{point}", read_base_table(path).rms
 
 
-def _of_points(study: Study, mesh: PanelMesh) -> Iterator[str]:
+def _of_points(mesh: PanelMesh, studied: StudiedPanel) -> Iterator[str]:
     """Yield each response point with the patches that it lies on, or the support."""
-    from pidpanel.panel.from_study import StudiedPanel
+    import shapely
+
     from pidpanel.panel.supports import held_vertices
 
-    supports = StudiedPanel(study.panel).supports
-    on_edges = {held.vertex for held in held_vertices(mesh, supports)[0]}
-    for name, vertex in mesh.point_vertices.items():
-        patches = [p for p, cells in mesh.patch_cells.items() if vertex in mesh.cells[cells]]
-        x, y = mesh.vertices[vertex]
+    supports = studied.supports
+    edges = [mesh.vertices[list(edge)] for edge in held_vertices(mesh, supports)[1]]
+    for name, (x, y) in mesh.points.items():
+        patches = mesh.patches_at((x, y))
         fixed = [
             f", on {label}, where it does not move"
             for label, support in supports.points.items()
             if math.dist((x, y), support.position) <= max(support.radius, 1e-6)
         ]
-        if vertex in on_edges:
+        if shapely.MultiLineString(edges).dwithin(shapely.Point(x, y), 1e-6):
             fixed.append(", on a supported edge, where it does not move")
         yield f"{name} on {' and '.join(patches) or 'no patch'}{''.join(fixed)}"
 
@@ -344,7 +342,7 @@ def _of_sound(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     """Yield the levels overall, in the range and as tabulated; the surroundings, and others."""
     from pidpanel.sound.from_study import spectrum_of, surroundings_text
     from pidpanel.sound.spectrum import REFERENCE_PRESSURE
-    from pidpanel.sound.table import read_spectrum
+    from pidpanel.sound.table import read_pressure
 
     sound, (low, high) = study.acoustics, study.response.frequency_hz
     spectrum = spectrum_of(sound)
@@ -354,22 +352,22 @@ def _of_sound(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     scenarios = f"; scenarios at {', '.join(f'{level:g}' for level in extra)} dB" if extra else ""
     yield (
         f"OASPL {spectrum.oaspl:.1f} dB, {in_range:.1f} dB in {low:g} to {high:g} Hz; as tabulated "
-        f"{read_spectrum(sound.spectrum).oaspl:.1f} dB ({sound.spectrum.name}){scenarios}"
+        f"{read_pressure(sound.spectrum)[1]}{scenarios}"
     )
     yield study.setting
-    if estimate.frequency is not None and estimate.mass is not None and estimate.face is not None:
-        yield surroundings_text(study, estimate.face, estimate.frequency, estimate.mass)
+    if (basis := estimate.basis) is not None:
+        yield surroundings_text(study, basis, basis.natural_frequency, basis.modal_mass)
 
 
 def _of_base(base: BaseMotion) -> Iterator[str]:
-    from pidpanel.spectra.acceleration_table import read_base_table
+    from pidpanel.spectra.acceleration_table import read_acceleration
 
     if base.random is not None:
-        level = read_base_table(base.random.spectrum).rms
-        yield f"random {level:.3g} g rms as tabulated ({base.random.spectrum.name})"
+        yield f"random, as tabulated {read_acceleration(base.random.spectrum)[1]}"
     if base.sine is not None:
         low, high = base.sine.frequency_hz
         yield f"sine {base.sine.acceleration_g:g} g from {low:g} to {high:g} Hz, up and down"
+    yield "the panel in vacuum: without mass and damping of the air"
 
 
 def all_cases(study: CouponStudy) -> list[Case]:
@@ -378,7 +376,7 @@ def all_cases(study: CouponStudy) -> list[Case]:
         return []
     from pidpanel.coupon.from_study import distinct_cases
 
-    return [case for cases in distinct_cases(study).values() for case in cases]
+    return list(distinct_cases(study).values())
 
 
 def _duration(seconds: float) -> str:

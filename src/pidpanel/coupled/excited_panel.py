@@ -18,11 +18,11 @@ from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.base_motion import BaseExcitation
 from pidpanel.solve.basis_error import modal_basis
-from pidpanel.solve.dampers import patch_stiffness, weighted_sum
 from pidpanel.solve.excitation import Excitation, ModalForce
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.panel import deflection_at_points
+from pidpanel.solve.receptances import patch_stiffness, weighted_sum
 from pidpanel.solve.source import PatchParts
 from pidpanel.sound.radiation import Air
 

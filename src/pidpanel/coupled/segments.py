@@ -9,7 +9,7 @@ from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.coupled.coupled_panel import CoupledPanel, Impedance, cell_load
 from pidpanel.coupled.force_record import samples
 from pidpanel.coupled.impedance import ImpedanceSums
-from pidpanel.coupled.linear import Receptances
+from pidpanel.coupled.linear import linear_motion
 from pidpanel.coupled.own_force import own_force_sums
 from pidpanel.coupled.spectra import Segments, band_sums, pressure_segments, segment_spectra
 
@@ -53,10 +53,6 @@ class RecordSegments:
     def __init__(self, panel: CoupledPanel, record: SettledRecord, band: tuple[float, float]):
         self._panel, self._record, self._band = panel, record, band
         self._cells = len(panel.at_cells)
-        observed = np.concatenate([panel.at_cells, panel.points])
-        self._receptances = Receptances(
-            record.frequency, panel.dynamic_stiffness, panel.at_cells.T, observed
-        )
         rows = np.concatenate([record.at_cells, record.at_points], axis=1)
         motion = self._segments_of(rows[record.settled :])
         self.frequency, self.resolution = motion.frequency, motion.resolution
@@ -74,9 +70,17 @@ class RecordSegments:
 
     def linear_motion(self, impedances: Sequence[Impedance]) -> Complexes:
         """Return the spectra of the motion of cells and points with linear dampers."""
-        record = self._record
-        amplitude = self._receptances.motion(
-            cell_load(self._panel, record.frequency, impedances), record.amplitude
+        record, panel = self._record, self._panel
+        observed = np.concatenate([panel.at_cells, panel.points])
+        load = cell_load(panel, record.frequency, impedances)
+        amplitude = linear_motion(
+            record.frequency,
+            panel.modal,
+            panel.added,
+            panel.at_cells.T,
+            observed,
+            load,
+            record.amplitude,
         )
         settled = samples(amplitude, record.first, record.rows - record.settled)
         return self._segments_of(settled).values

@@ -3,13 +3,13 @@
 All is in closed form and linear in changes of C_e, m_a and own force.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled.coupled_panel import CoupledPanel, Impedance, cell_load
-from pidpanel.coupled.linear import Receptances
+from pidpanel.coupled.linear import OverFrequency, linear_psds
 from pidpanel.coupled.own_force import OwnForce
 from pidpanel.coupled.spectra import band_sums
 from pidpanel.solve.bands import band_rms
@@ -50,10 +50,12 @@ class Variants:
             patch.whole_load(force, centre) * force.psd[:, None, None]
             for patch, force in zip(panel.patches, forces, strict=True)
         ]
-        total, *single = (
-            interpolated_load(frequency, centre, load) for load in (np.sum(loads, axis=0), *loads)
-        )
-        sets: list[tuple[Complexes, Callable[[slice], Array] | None]] = [(z, None), (z, total)]
+
+        def forced(load: Array) -> OverFrequency:
+            return lambda lines: panel.load(lines) + interpolated_load(lines, centre, load)
+
+        total, *single = (forced(load) for load in (np.sum(loads, axis=0), *loads))
+        sets: list[tuple[Complexes, OverFrequency]] = [(z, panel.load), (z, total)]
         sets += [(z, force) for force in single]
         for p in range(len(loads)):
             for unit in (1.0, 1j):
@@ -61,14 +63,11 @@ class Variants:
                 changed[p] += unit * step[p]
                 sets.append((changed, total))
         observed = np.concatenate([panel.points, panel.at_cells])
-        psds = Receptances(frequency, panel.dynamic_stiffness, felt, observed).psds(
-            [values[owner].T for values, _ in sets],
-            lambda lines: panel.load(frequency[lines]),
-            [force for _, force in sets],
-        )
-        base, whole, patches = psds[0], psds[1], len(loads)
+        sets = [(values[owner].T, force) for values, force in sets]
+        psds = linear_psds(frequency, panel.modal, panel.added, felt, observed, sets)
+        base, forced_psd, patches = psds[0], psds[1], len(loads)
         changed = psds[2 + patches :].reshape(patches, 2, *base.shape)
-        slope = (changed - whole) / step[:, None, :, None]
+        slope = (changed - forced_psd) / step[:, None, :, None]
         self.linear_psd = base  # (nf, p + c) without own force [m²/Hz]
         # (patches, nf, p + c) of the own force of each patch [m²/Hz]
         self.own_psd = psds[2 : 2 + patches] - base
@@ -127,18 +126,18 @@ class Variants:
         """Return the change of ln of the mean square of the acceleration at the points, (p,)."""
         psd = self._acceleration()
         moved = np.trapezoid(psd * change[:, self.points], self.frequency, axis=0)
-        whole = np.trapezoid(psd, self.frequency, axis=0)
-        return np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0)
+        total = np.trapezoid(psd, self.frequency, axis=0)
+        return np.divide(moved, total, out=np.zeros_like(total), where=total > 0)
 
     def band_change(self, change: Array, edge: Array) -> Array:
         """Return that of the mean square in each band, (bands, p)."""
         psd = self._acceleration()
         width = np.gradient(self.frequency)[:, None]
-        moved, whole = (
+        moved, total = (
             band_sums(self.frequency, values * width, edge)
             for values in (psd * change[:, self.points], psd)
         )
-        return np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0)
+        return np.divide(moved, total, out=np.zeros_like(total), where=total > 0)
 
     def band_squares(self, psd: Array, edge: Array) -> Array:
         """Return the mean squares (bands, p) of accelerations of PSDs (nf, p) [m²/Hz]."""
@@ -160,9 +159,11 @@ def simulated_psd(
         weighted = patch.shape * patch.area[:, None]
         psd = sums.sum(axis=0) / lines.sum(axis=0)[:, None, None]
         load += weighted.T @ psd @ weighted
-    stiffness = panel.dynamic_stiffness
-    receptances = Receptances(frequency, stiffness, panel.at_cells.T, panel.points)
-    own_force = interpolated_load(frequency, centre, load)
     dampers = cell_load(panel, frequency, impedances)
-    (result,) = receptances.psds([dampers], None, [own_force])
-    return result
+
+    def own_force(lines: Array) -> Array:
+        return interpolated_load(lines, centre, load)
+
+    cells, added, sets = panel.at_cells.T, panel.added, [(dampers, own_force)]
+    (result,) = linear_psds(frequency, panel.modal, added, cells, panel.points, sets)
+    return np.asarray(result)

@@ -11,8 +11,9 @@ from pidpanel.coupon import contact, geometry
 from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.drive import Tone
 from pidpanel.coupon.liggghts import deck, process
-from pidpanel.coupon.packing import Packing, identity_digest
+from pidpanel.coupon.packing import Packing
 from pidpanel.paths import TEMPLATES
+from pidpanel.provenance.digests import json_digest
 
 # Version of the algorithm that shakes a bed loose and selects its spheres: `preparation.loosen`;
 # see `packing.PLACEMENT_VERSION`.
@@ -76,7 +77,7 @@ class Bed:
     @cached_property
     def identity(self) -> str:
         """Hash of all that the bed depends on; gravity and constants are in the deck."""
-        return identity_digest(
+        return json_digest(
             self.packing.identity,
             self.fill_fraction,
             asdict(LOOSENING),
@@ -206,7 +207,7 @@ class Run:
         A deck of ours enters as it starts and as it continues from a restart.
         """
         restarts = (None, "restart") if self.deck is None else (None,)
-        return identity_digest(
+        return json_digest(
             self.bed.identity,
             asdict(self.drive),
             [self.deck_digest(restart) for restart in restarts],

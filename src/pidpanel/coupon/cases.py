@@ -33,7 +33,7 @@ from typing import Any
 
 from pidpanel.coupon import contact
 from pidpanel.coupon.bed import Run
-from pidpanel.coupon.packing import identity_digest
+from pidpanel.provenance.digests import json_digest
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Case:
     @cached_property
     def label(self) -> str:
         """Folder below ``results/coupon``."""
-        first, digest = self.runs[0], identity_digest(*(run.identity for run in self.runs))
+        first, digest = self.runs[0], json_digest(*(run.identity for run in self.runs))
         return (
             f"r{first.fill_fraction:g}_{first.drive.label}"
             f"_d{first.packing.diameter * 1e3:g}mm_{digest[:8]}"

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 from pidpanel.coupon.bed import LOOSENING, Bed, Run, loosening
 from pidpanel.coupon.cases import Case
 from pidpanel.coupon.packing import Packing
-from pidpanel.coupon.runs import ORDINARY_STEP
+from pidpanel.coupon.runs import ordinary_step
 from pidpanel.coupon.window import FRAMES_PER_CONTACT, WINDOW
 from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.geometry.sizes import Sizes
@@ -39,39 +38,18 @@ PROCESS_MEMORY = 300e6
 LIGGGHTS_MEMORY = 60e6, 2e4  # memory of LIGGGHTS, and of each sphere in it [bytes]
 
 
-@dataclass(frozen=True)
-class StepCost:
-    """CPU time of a step: a constant, a share for each sphere, more for a fast one.
-
-    What moves far in a step (in diameters) has its neighbours looked for more often.
-    """
-
-    # [s]
-    fixed: float
-    per_sphere: float
-    per_travel: float = 0.0  # for each sphere and diameter [s]
-
-    def seconds(self, spheres: float, travel: float = 0.0) -> float:
-        """Return the CPU time of a step with spheres that move ``travel`` diameters in it [s]."""
-        return self.fixed + spheres * (self.per_sphere + self.per_travel * travel)
+# On a core of 2.5 GHz, measured on cells with 30 and 150 acrylic spheres of 2 mm [s]: CPU time of a
+# step, a share for each sphere, and more for each diameter that it moves in the step, since what
+# moves far has its neighbours looked for more often; of a pour for each sphere of 2 mm.
+STEP, PER_SPHERE, PER_TRAVEL = 4.9e-6, 7.1e-8, 2.1e-5
+POURED_SPHERE, POURED_DIAMETER = 7.3e-3, 0.002
 
 
-@dataclass(frozen=True)
-class Costs:
-    """CPU time on one kind of core."""
-
-    step: StepCost
-    poured_sphere: float  # of a pour for each sphere of ``diameter`` [s]
-    diameter: float  # [m]
-
-
-# On a core of 2.5 GHz: measured on cells with 30 and 150 acrylic spheres of 2 mm.
-USUAL_COSTS = Costs(StepCost(4.9e-6, 7.1e-8, 2.1e-5), 7.3e-3, 0.002)
-
-
-def travel(run: Run) -> float:
-    """Return the largest motion of the cells in a step, in diameters [1]."""
-    return run.drive.speed * run.time_step / run.packing.sizes.smallest
+def steps_seconds(run: Run, steps: float) -> float:
+    """Return the CPU time of steps of a run [s]."""
+    travel = run.drive.speed * run.time_step / run.packing.sizes.smallest
+    spheres = spheres_in(run.packing, run.fill_fraction)
+    return steps * (STEP + spheres * (PER_SPHERE + PER_TRAVEL * travel))
 
 
 def spheres_in(packing: Packing, fill_fraction: float) -> float:
@@ -108,9 +86,8 @@ def run_steps(run: Run, case: Case) -> float:
 
 def case_seconds(case: Case) -> float:
     """Return the CPU time of a case on an ordinary core [s]; the longest go first."""
-    step = StepCost(*ORDINARY_STEP)
     return sum(
-        run_steps(run, case) * step.seconds(spheres_in(run.packing, run.fill_fraction))
+        run_steps(run, case) * ordinary_step(spheres_in(run.packing, run.fill_fraction))
         for run in case.runs
     )
 
@@ -121,42 +98,26 @@ def run_memory(run: Run) -> float:
     return PROCESS_MEMORY + LIGGGHTS_MEMORY[0] + LIGGGHTS_MEMORY[1] * spheres
 
 
-def cpu_seconds(cases: Iterable[Case], costs: Costs, results: Path) -> float:
-    """Return the CPU time of the part of a sweep that is missing in ``results/coupon`` [s].
+def cpu_seconds(cases: Iterable[Case], results: Path) -> float:
+    """Return the CPU time of cases with their beds, where missing in ``results/coupon`` [s].
 
     Parameters
     ----------
     results
         The folder ``results/coupon``.
     """
-    step = costs.step
-    total = 0.0
-    beds: set[Bed] = set()
-    for case in cases:
-        if case.outcome_file(results).exists():
-            continue
-        for run in case.runs:
-            spheres = spheres_in(run.packing, run.fill_fraction)
-            total += PER_RUN + run_steps(run, case) * step.seconds(spheres, travel(run))
-            beds.add(run.bed)
-    return total + bed_seconds(beds, costs, results)
-
-
-def bed_seconds(beds: Iterable[Bed], costs: Costs, results: Path) -> float:
-    """Return the CPU time of beds missing in ``results/coupon``, and of their packings [s]."""
-    step, total = costs.step, 0.0
-    packings: set[Packing] = set()
-    for bed in beds:
-        if (results / "bed" / bed.label / "bed.json").exists():
-            continue
-        loose = loosening(bed)
-        spheres = spheres_in(bed.packing, bed.fill_fraction)
-        steps = LOOSENING.cycles * loose.steps_per_cycle
-        total += PER_JOB + steps * step.seconds(spheres, travel(loose))
-        if not (results / "packing" / bed.packing.label / "packing.json").exists():
-            packings.add(bed.packing)
-    for packing in packings:
-        # as many steps more as the spheres are smaller
-        sphere = costs.poured_sphere * costs.diameter / packing.diameter
-        total += PER_JOB + spheres_in(packing, 1.4) * sphere
+    runs = [(run, case) for case in cases for run in case.runs]
+    total = sum(PER_RUN + steps_seconds(run, run_steps(run, case)) for run, case in runs)
+    beds = {bed for bed in {run.bed for run, _ in runs} if not _is_made(results, "bed", bed)}
+    for run in map(loosening, beds):
+        total += PER_JOB + steps_seconds(run, LOOSENING.cycles * run.steps_per_cycle)
+    for packing in {bed.packing for bed in beds}:
+        if not _is_made(results, "packing", packing):
+            # as many steps more as the spheres are smaller
+            sphere = POURED_SPHERE * POURED_DIAMETER / packing.diameter
+            total += PER_JOB + spheres_in(packing, 1.4) * sphere
     return total
+
+
+def _is_made(results: Path, kind: str, made: Bed | Packing) -> bool:
+    return (results / kind / made.label / f"{kind}.json").exists()

@@ -67,21 +67,10 @@ def cases_by_coupon(study: CouponStudy) -> dict[str, dict[str, Case]]:
     }
 
 
-def distinct_cases(study: CouponStudy) -> dict[str, tuple[Case, ...]]:
-    """Return every case of a study once: name of the first damper that has it → cases."""
-    return distinct(cases_by_coupon(study))
-
-
-def distinct(by_coupon: Mapping[str, Mapping[str, Case]]) -> dict[str, tuple[Case, ...]]:
-    """Return every case of `cases_by_coupon` once; see `distinct_cases`."""
-    first_names: dict[str, str] = {}
-    for name, cases in by_coupon.items():
-        for label in cases:
-            first_names.setdefault(label, name)
-    return {
-        name: tuple(case for label, case in cases.items() if first_names[label] == name)
-        for name, cases in by_coupon.items()
-    }
+def distinct_cases(study: CouponStudy) -> dict[str, Case]:
+    """Return every case of a study once, by its label."""
+    by_coupon = cases_by_coupon(study).values()
+    return {label: case for cases in by_coupon for label, case in cases.items()}
 
 
 def write_table(study: CouponStudy, damper: str, folder: Path, file: Path) -> None:

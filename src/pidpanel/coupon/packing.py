@@ -2,7 +2,6 @@
 
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Any
 
 from pidpanel.arrays import Array
 from pidpanel.atlas.groups import ElasticSphere
@@ -22,11 +21,6 @@ PLACEMENT_VERSION = 1
 
 # Version of the algorithm that lets the spheres settle and counts a full cell: `preparation.pour`.
 POUR_VERSION = 1
-
-
-def identity_digest(*parts: Any) -> str:
-    """Return the hash of values of JSON."""
-    return json_digest(parts)
 
 
 @dataclass(frozen=True)
@@ -128,7 +122,7 @@ class Packing:
         """Hash of all that the packing depends on."""
         # drag and the length of a chunk follow from the spheres by the code that pours
         text = self.deck_text(drag=1.0, chunk_steps=1)
-        return identity_digest(
+        return json_digest(
             asdict(self),
             # twelve digits, as LIGGGHTS is given them: more may differ between machines
             [f"{x:.12g} {y:.12g}" for x, y in self.outline],

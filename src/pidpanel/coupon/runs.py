@@ -146,10 +146,14 @@ def shake(run: Run, target: RunTarget, bed_folder: Path, folder: Path) -> Shaken
     )
 
 
+def ordinary_step(spheres: float) -> float:
+    """Return the CPU time of a step of spheres by which work is divided [s]."""
+    return ORDINARY_STEP[0] + ORDINARY_STEP[1] * spheres
+
+
 def cycles_between_restarts(run: Run, spheres: int) -> int:
     """Return the cycles between two restarts of a run with given spheres."""
-    step = ORDINARY_STEP[0] + ORDINARY_STEP[1] * spheres
-    return max(1, int(CHECKPOINT / (step * run.steps_per_cycle)))
+    return max(1, int(CHECKPOINT / (ordinary_step(spheres) * run.steps_per_cycle)))
 
 
 def _judged(run: Run, target: RunTarget, state: RunState, folder: Path) -> tuple[int, bool]:

@@ -3,7 +3,6 @@
 No label depends on this module: a change rebuilds the table from stored rows without new runs.
 """
 
-import csv
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pidpanel.coupon import cycles, records, rows, states
 from pidpanel.coupon.attempts import seeds_disagree
@@ -347,18 +347,9 @@ def check_coverage(table: Sequence[Row], coverage: float) -> None:
 
 def write_cases(table: Sequence[Row], file: Path) -> None:
     """Write rows of `summarise` as ``cases.csv``: seven digits, unknown numbers empty."""
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, list(table[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({key: _cell(value) for key, value in row.items()} for row in table)
+    pd.DataFrame(table).to_csv(file, index=False, float_format="%.7g", lineterminator="\n")
 
 
 def _listed(values: Sequence[float]) -> str:
     """Return the values of the states as text, empty for a single one: it is the case itself."""
     return " ".join(f"{value:.4g}" for value in values) if len(values) > 1 else ""
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return "" if math.isnan(value) else f"{value:.7g}"
-    return str(value)

@@ -117,23 +117,12 @@ def _weights(error: Array) -> Array:
 
 def _estimate(constants: Array, residual: Array, slope: Array, units: Array) -> FittedValue:
     """Return Student intervals from weighted residuals (n,) and their slope (n, p)."""
-    reach, scatter = student_reach(residual, slope)
-    low, high = (constants - reach) * units, (constants + reach) * units
-    return FittedValue(constants * units, low, high, scatter)
-
-
-def student_reach(residual: Array, slope: Array) -> tuple[Array, float]:
-    """Return half the intervals (p,) of constants, and the scatter about a least-squares fit.
-
-    Parameters
-    ----------
-    residual, slope
-        (n,) at the optimum, and its derivatives (n, p) by the constants.
-    """
     freedom = len(residual) - slope.shape[1]
     scatter = float(np.sqrt(residual @ residual / freedom))
     variance = np.diag(np.linalg.pinv(slope.T @ slope))
-    return stdtrit(freedom, 0.5 + CONFIDENCE / 2) * scatter * np.sqrt(variance), scatter
+    reach = stdtrit(freedom, 0.5 + CONFIDENCE / 2) * scatter * np.sqrt(variance)
+    low, high = (constants - reach) * units, (constants + reach) * units
+    return FittedValue(constants * units, low, high, scatter)
 
 
 def _fit(frequency: Array, fill_fraction: Array, damping: Array, error: Array) -> FittedValue:

@@ -11,6 +11,7 @@ standard deviation), but stabilise a fit of few points.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
@@ -46,19 +47,23 @@ class GaussianProcess:
     centre: float | None = None
     unit: float | None = None
 
-    def __post_init__(self) -> None:
-        noise = self.error**2 + self.scatter**2
-        covariance = self._kernel(self.points, self.points) + np.diag(noise)
-        centre = float(np.mean(self.values)) if self.centre is None else self.centre
-        factor, weights = covariance, self.values
-        if len(self.values):
-            factor = cholesky(covariance, lower=True)
-            weights = cho_solve((factor, True), self.values - centre)
-        object.__setattr__(self, "_factor", factor)
-        object.__setattr__(self, "_centre", centre)
-        object.__setattr__(self, "_weights", weights)
+    @cached_property
+    def _factor(self) -> Array:
+        """Triangle of the covariance of the observations."""
+        noise = np.diag(self.error**2 + self.scatter**2)
+        return cholesky(self._kernel(self.points, self.points) + noise, lower=True)
 
-    @property
+    @cached_property
+    def _centre(self) -> float:
+        return float(np.mean(self.values)) if self.centre is None else self.centre
+
+    @cached_property
+    def _weights(self) -> Array:
+        if not len(self.values):
+            return self.values
+        return cho_solve((self._factor, True), self.values - self._centre)
+
+    @cached_property
     def _mean_sd(self) -> float:
         """m."""
         return MEAN_SD * (_spread(self.values) if self.unit is None else self.unit)
@@ -70,7 +75,7 @@ class GaussianProcess:
 
     def mean(self, points: Array) -> Array:
         """Return the expected value (k,) at ``points`` (k, d)."""
-        return self._centre + self._kernel(points, self.points) @ self._weights  # type: ignore[attr-defined]
+        return self._centre + self._kernel(points, self.points) @ self._weights
 
     def standard_error(self, points: Array) -> Array:
         """Return the standard deviation (k,) of the function without scatter at points (k, d)."""
@@ -102,16 +107,16 @@ class GaussianProcess:
         cross = self._kernel(self.points, points)
         if not len(cross):
             return cross
-        return solve_triangular(self._factor, cross, lower=True)  # type: ignore[attr-defined]
+        return solve_triangular(self._factor, cross, lower=True)
 
     def leave_one_out(self) -> tuple[Array, Array]:
         """Return errors (n,) of values predicted by the others, and the standard errors predicted.
 
         In closed form at the same l, s and t (Rasmussen and Williams 2006, Eq. 5.12).
         """
-        inverse = cho_solve((self._factor, True), np.eye(len(self.values)))  # type: ignore[attr-defined]
+        inverse = cho_solve((self._factor, True), np.eye(len(self.values)))
         diagonal = np.diag(inverse)
-        return -self._weights / diagonal, 1 / np.sqrt(diagonal)  # type: ignore[attr-defined]
+        return -self._weights / diagonal, 1 / np.sqrt(diagonal)
 
     @property
     def constants(self) -> Array:

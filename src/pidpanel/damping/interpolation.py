@@ -74,21 +74,8 @@ class _Line:
         low, weight, inside = _bracket(self.grid, coordinates[self.axis])
         high = np.minimum(low + 1, len(self.grid) - 1)
         log = self.log[low] & self.log[high]
-        if low.size and (low == low[0]).all():  # no parting into those between each two lines
-            first, in_low = self.lines[low[0]](coordinates)
-            second, in_high = self.lines[high[0]](coordinates) if weight.any() else (first, in_low)
-            in_lines = (in_low | (weight == 1)) & (in_high | (weight == 0))
-        else:
-            first, second, in_lines = self._from_lines(coordinates, low, high, weight)
-        return _interpolate(first, second, weight[:, None], log), inside & in_lines
-
-    def _from_lines(
-        self, coordinates: Sequence[Array], low: Index, high: Index, weight: Array
-    ) -> tuple[Array, Array, Flags]:
-        """Return values (n, k) of the two lines next to each point, and whether it is in both."""
-        n = len(weight)
-        first, second = np.empty((2, n, self.log.shape[1]))
-        inside = np.ones(n, dtype=np.bool_)
+        # values (n, k) of the two lines next to each point
+        first, second = np.empty((2, len(weight), self.log.shape[1]))
         for number in np.unique(np.concatenate([low, high])):
             # a line without weight is not evaluated
             lower, upper = (low == number) & (weight < 1), (high == number) & (weight > 0)
@@ -98,7 +85,7 @@ class _Line:
             inside[points] &= line_inside
         first[weight == 1] = second[weight == 1]
         second[weight == 0] = first[weight == 0]
-        return first, second, inside
+        return _interpolate(first, second, weight[:, None], log), inside
 
 
 def _bracket(grid: Array, x: Array) -> tuple[Index, Array, Flags]:

@@ -49,6 +49,7 @@ from pidpanel.damping.surface_cases import (
     VALUE,
     SurfaceBed,
     counted,
+    logarithmic,
     onset,
     training_data,
 )
@@ -59,7 +60,7 @@ class SimulatedRange:
 
     def __init__(self, cases: Array) -> None:
         self.low, self.high = cases.min(axis=0), cases.max(axis=0)
-        points = _logarithmic(cases)
+        points = logarithmic(cases)
         # axes along which the cases spread
         self._spread: Flags = np.ptp(points, axis=0) > 1e-9
         spread = points[:, self._spread]
@@ -80,13 +81,8 @@ class SimulatedRange:
     def contains(self, points: Array) -> Flags:
         """Return (n,) whether points (n, 3) of r, f, Γ are in the hull."""
         in_bounds = self.in_bounds(points)
-        distance = _logarithmic(points)[:, self._spread] @ self._normals.T + self._offsets
+        distance = logarithmic(points)[:, self._spread] @ self._normals.T + self._offsets
         return in_bounds & (distance <= 1e-6).all(axis=1)
-
-
-def _logarithmic(points: Array) -> Array:
-    """Return (n, 3) r, f, Γ → r, ln f, ln Γ."""
-    return np.stack([points[:, 0], np.log(points[:, 1]), np.log(points[:, 2])], axis=1)
 
 
 # Probability of crossing from which a bed is known by the closed form at fills and Γ at which cases

@@ -315,15 +315,14 @@ def counted(frame: pd.DataFrame, onset_g: float) -> tuple[pd.DataFrame, float]:
     if PARTICLE_MASS in good:
         mass_per_fill = float((good[PARTICLE_MASS] / good["fill_fraction"]).median())
     if len(good) > MOST_CASES:
-        good = good.iloc[spread_out(_axes_of_one_scale(good), MOST_CASES)]
+        points = logarithmic(good[list(AXES)].to_numpy(float))
+        good = good.iloc[spread_out(points / gaussian_process.spreads(points), MOST_CASES)]
     return good[CASE_COLUMNS].astype(float).reset_index(drop=True), mass_per_fill
 
 
-def _axes_of_one_scale(cases: pd.DataFrame) -> Array:
-    """Return (n, 3) r, ln f and ln Γ over their standard deviations."""
-    fill, frequency, gamma = cases[list(AXES)].to_numpy(float).T
-    points = np.stack([fill, np.log(frequency), np.log(gamma)], axis=1)
-    return np.asarray(points / gaussian_process.spreads(points))
+def logarithmic(points: Array) -> Array:
+    """Return (n, 3) r, f, Γ → r, ln f, ln Γ."""
+    return np.column_stack([points[:, 0], np.log(points[:, 1:])])
 
 
 MOST_CASES = 600  # cases of a surface at most: `paper.yaml` has 90 of them, `paper_full.yaml` 2955
@@ -348,13 +347,10 @@ def spread_out(points: Array, limit: int) -> Index:
     if len(points) <= limit:
         return np.arange(len(points))
     # the farthest from the middle, the first of several: the same on every machine
-    chosen = [int(np.argmax(_square(points, points.mean(axis=0)).round(9)))]
-    nearest = np.full(len(points), np.inf)
+    nearest = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
+    chosen = [int(np.argmax(nearest.round(9)))]
+    nearest[:] = np.inf
     while len(chosen) < limit:
-        nearest = np.minimum(nearest, _square(points, points[chosen[-1]]))
+        nearest = np.minimum(nearest, ((points - points[chosen[-1]]) ** 2).sum(axis=1))
         chosen.append(int(np.argmax(nearest.round(9))))
     return np.sort(np.array(chosen))
-
-
-def _square(points: Array, point: Array) -> Array:
-    return np.asarray(((points - point) ** 2).sum(axis=1))

@@ -13,7 +13,13 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.columns import ColumnsError
-from pidpanel.measurement.universal import ACCELERATION, FORCE, RESPONSE, read_function
+from pidpanel.measurement.universal import (
+    ACCELERATION,
+    FORCE,
+    RESPONSE,
+    RecordChoice,
+    read_function,
+)
 from pidpanel.spectra.third_octaves import edge_frequency
 from pidpanel.tabular.units import KILOGRAM
 
@@ -64,7 +70,7 @@ def read_force(
 
 def _apparent_mass(path: Path, record: int | None) -> tuple[Array, Array]:
     """Return the frequency (n,) [Hz] and force over acceleration (n,) [kg]."""
-    function = read_function(path, record)
+    function = read_function(path, RecordChoice(record))
     numerator, denominator = (function.axes[name].kind for name in ("ordinate", "orddenom"))
     if function.kind != RESPONSE or {numerator, denominator} != {FORCE, ACCELERATION}:
         message = f"must be a frequency response, function type {RESPONSE}, of force over "

@@ -32,7 +32,7 @@ from pidpanel.provenance import durable
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study.document import Document, section_in
 from pidpanel.study.identify import Identification, Measured
-from pidpanel.study.mistakes import Keys, Mistake, Mistakes
+from pidpanel.study.mistakes import Mistake, Mistakes
 from pidpanel.study.requirements import FILLS, FRICTION, RESTITUTION, direction_of
 
 MOST_ROWS = 60  # of a measurement
@@ -127,23 +127,17 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
         if test.file.suffix.lower() in SUFFIXES:
             measured = _from_universal(test, mass)
         else:
-            unused = ("record", "area_mm2", "fixture_mass_kg")
-            if faults := [
-                Mistake(("measured", key), "only allowed with a universal file")
-                for key in unused
-                if key in test.model_fields_set
-            ]:
+            stated = {"record", "area_mm2", "fixture_mass_kg"} & test.model_fields_set
+            message = "only allowed with a universal file"
+            if faults := [Mistake(("measured", key), message) for key in sorted(stated)]:
                 raise Mistakes(faults)
             measured, weight = _from_table(test, mass, weight)
     except ColumnsError as error:
-        raise Mistakes(Mistake(("measured", "file"), fault) for fault in error.faults) from None
+        raise _refusal("file", *error.faults) from None
     low, high = identification.shaker.frequency_hz
     if in_kilohertz(measured.tones.frequency, low, high):
-        message = (
-            f"its frequencies are at most {measured.tones.frequency.max():g} Hz, below those of "
-        )
-        message += f"the shaker, {low:g} to {high:g} Hz; in kHz?"
-        raise Mistakes([Mistake(("measured", "file"), message)])
+        message = f"its frequencies are at most {measured.tones.frequency.max():g} Hz, below "
+        raise _refusal("file", f"{message}those of the shaker, {low:g} to {high:g} Hz; in kHz?")
     specimen = Specimen(
         cell.across_flats, cell.depth, diameter, direction, coupon.gravity_g, mass_per_fill, weight
     )
@@ -152,11 +146,14 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
     moves = measured.tones.acceleration_g > specimen.onset_g
     used = moves & (np.isfinite(measured.damping) | np.isfinite(measured.mass))
     if not used.any():
-        message = (
-            f"no row has C_e above 0 and an acceleration above {specimen.onset_g:g} g, from which "
-        )
-        raise Mistakes([Mistake(("measured", "file"), f"{message}on the particles move")])
+        message = f"no row has C_e above 0 and an acceleration above {specimen.onset_g:g} g, "
+        raise _refusal("file", f"{message}from which on the particles move")
     return specimen, measured.rows(used)
+
+
+def _refusal(key: str, *messages: str) -> Mistakes:
+    """Return the error of a key of the section ``measured``."""
+    return Mistakes(Mistake(("measured", key), message) for message in messages)
 
 
 def _contradictions(
@@ -197,7 +194,7 @@ def _from_table(
     needs = [MASS] if MASS in columns else []
     needs += [name for name in ERRORS if name in columns and name != MASS]
     if test.relative_error is None and any(ERRORS[name] not in columns for name in needs):
-        raise Mistakes([Mistake(("measured", "relative_error"), _MISSING)])
+        raise _refusal("relative_error", _MISSING)
     return measured_table(columns, tones, test.relative_error or 0.0, mass), weight
 
 
@@ -226,9 +223,9 @@ _MISSING = "missing; needed for a file without standard errors of all values"
 
 def _from_universal(test: Measured, mass: float) -> MeasuredDamping:
     if test.area_mm2 is None:
-        raise Mistakes([Mistake(("measured", "area_mm2"), "missing; needed for a universal file")])
+        raise _refusal("area_mm2", "missing; needed for a universal file")
     if test.relative_error is None:
-        raise Mistakes([Mistake(("measured", "relative_error"), _MISSING)])
+        raise _refusal("relative_error", _MISSING)
     bands = read_force(test.file, test.record, test.area_mm2 * 1e-6, test.fixture_mass_kg)
     gamma, is_broadband = _level(test, None, len(bands.frequency))
     tones, relative = Tones(bands.frequency, gamma, is_broadband), test.relative_error
@@ -239,20 +236,19 @@ def _from_universal(test: Measured, mass: float) -> MeasuredDamping:
 
 def _level(test: Measured, gamma: Any, count: int) -> tuple[Any, Any]:
     """Return Γ (n,), of a random test √2 times its rms value, and whether the test is random."""
-    keys: list[Keys] = [("measured", "acceleration_g"), ("measured", "acceleration_rms_g")]
     rms = test.acceleration_rms_g
     if test.spectrum is not None:
         try:
             rms = read_base_table(test.spectrum).rms
         except ColumnsError as error:
-            faults = [Mistake(("measured", "spectrum"), fault) for fault in error.faults]
-            raise Mistakes(faults) from None
+            raise _refusal("spectrum", *error.faults) from None
     stated = test.acceleration_g if rms is None else np.sqrt(2) * rms
     if stated is None and gamma is None:
         message = "missing; needed for a file without amplitudes, or acceleration_rms_g"
-        raise Mistakes([Mistake(keys[0], message)])
+        raise _refusal("acceleration_g", message)
     if stated is not None and gamma is not None:
-        raise Mistakes([Mistake(keys[rms is not None], "not allowed; the file has amplitudes")])
+        key = "acceleration_g" if rms is None else "acceleration_rms_g"
+        raise _refusal(key, "not allowed; the file has amplitudes")
     is_broadband = np.full(count, rms is not None)
     return (np.full(count, stated) if gamma is None else gamma), is_broadband
 

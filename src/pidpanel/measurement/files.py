@@ -10,32 +10,36 @@ from pidpanel.arrays import Array
 from pidpanel.columns import Allowed, ColumnsError, TableRows, numbers, read_rows
 from pidpanel.measurement.universal import (
     ACCELERATION,
+    AUTO,
     FREQUENCY,
     GENERAL,
+    LONE_RECORD,
     PSD,
     RESPONSE,
+    SPECTRUM,
     SUFFIXES,
     TRANSMISSIBILITY,
     UNKNOWN,
+    RecordChoice,
     read_function,
 )
 from pidpanel.spectra.acceleration_table import ACCELERATION as ACCELERATION_DENSITY
 from pidpanel.tabular import cells
-from pidpanel.tabular.cells import Quantity
+from pidpanel.tabular.cells import Label
 from pidpanel.tabular.units import DIMENSIONLESS, GRAVITY, HERTZ
 
 COLUMNS = {
-    "frequency_hz": Allowed(0.0, low_itself=False, quantity=cells.HERTZ),
-    "acceleration_psd_g2_hz": Allowed(0.0, high=1e6, quantity=ACCELERATION_DENSITY),
+    "frequency_hz": Allowed(0.0, low_itself=False, label=cells.HERTZ),
+    "acceleration_psd_g2_hz": Allowed(0.0, high=1e6, label=ACCELERATION_DENSITY),
     "transmissibility": Allowed(
-        0.0, high=1e6, quantity=Quantity.named("1", "transmissibility q gain frf", "magnitude")
+        0.0, high=1e6, label=Label.named("1", "transmissibility q gain frf", "magnitude")
     ),
 }
 FREQUENCY_COLUMN, PSD_COLUMN, RATIO_COLUMN = COLUMNS
 
 ANY = (UNKNOWN, GENERAL)  # data types of an axis
 FUNCTIONS = {1: "a time history", 2: "an auto spectrum without a width", 3: "a cross spectrum",
-             6: "a coherence", 12: "a spectrum", 24: "a shock response spectrum"}  # fmt: skip
+             6: "a coherence", 12: "of amplitudes", 24: "a shock response spectrum"}  # fmt: skip
 
 
 class MeasuredPsd(NamedTuple):
@@ -56,13 +60,13 @@ class MeasuredPsd(NamedTuple):
         return {FREQUENCY_COLUMN: self.frequency, name: values}
 
 
-def read_measured(path: Path, record: int | None = None, point: str = "") -> MeasuredPsd:
+def read_measured(path: Path, choice: RecordChoice = LONE_RECORD, point: str = "") -> MeasuredPsd:
     """Read a measured PSD or transmissibility from a table or, by its suffix, a universal file.
 
     Parameters
     ----------
-    record
-        Number of the data set 58 of a universal file, from 1.
+    choice
+        Data set 58 of a universal file with several.
     point
         Name of the point, whose column is read of a table with several, as in ``response/export``.
 
@@ -72,9 +76,10 @@ def read_measured(path: Path, record: int | None = None, point: str = "") -> Mea
         With all faults of a file.
     """
     if path.suffix.lower() in SUFFIXES:
-        return _checked(path, *_universal(path, record))
-    if record is not None:
-        raise ColumnsError([f"{path}: record is only allowed with a universal file"])
+        return _checked(path, *_universal(path, choice))
+    if choice != LONE_RECORD:
+        message = "record, node and direction are only allowed with a universal file"
+        raise ColumnsError([f"{path}: {message}"])
     text = _of_point(read_rows(path, COLUMNS), point)
     over_base = RATIO_COLUMN in text.header
     names = (FREQUENCY_COLUMN, RATIO_COLUMN if over_base else PSD_COLUMN)
@@ -126,13 +131,17 @@ def _checked(path: Path, frequency: Array, values: Array, over_base: bool) -> Me
     return MeasuredPsd(lower, values**2 if over_base else values, over_base)
 
 
-def _universal(path: Path, record: int | None) -> tuple[Array, Array, bool]:
+def _universal(path: Path, choice: RecordChoice) -> tuple[Array, Array, bool]:
     """Return frequency, PSD [g²/Hz] or transmissibility, and which, of a data set 58."""
-    function = read_function(path, record)
+    function = read_function(path, choice)
     kind, axes = function.kind, function.axes
     numerator, denominator = axes["ordinate"], axes["orddenom"]
     over_base = kind in (RESPONSE, TRANSMISSIBILITY)
-    if kind != PSD and not over_base:
+    # without a unit a spectrum may be one of amplitudes or of powers
+    if kind in (AUTO, SPECTRUM) and not numerator.label:
+        message = f"function type {kind} must have the unit of its ordinate, per Hz"
+        raise function.refusal(f"{message}; without it it may be {FUNCTIONS[kind]}")
+    if kind not in (AUTO, SPECTRUM, PSD) and not over_base:
         message = "must be a power spectral density, frequency response or transmissibility, "
         message += f"function type {PSD}, {RESPONSE} or {TRANSMISSIBILITY}"
         raise function.refusal(f"{message}; {kind} is {FUNCTIONS.get(kind, 'another function')}")

@@ -12,6 +12,7 @@ from pidpanel.measurement.computed import computed_psd
 from pidpanel.measurement.differences import band_differences, common_range
 from pidpanel.measurement.files import COLUMNS as FILE_COLUMNS
 from pidpanel.measurement.files import MeasuredPsd, read_measured
+from pidpanel.measurement.universal import RecordChoice
 from pidpanel.response.psd_files import read_psd
 from pidpanel.response.results import write_csv
 from pidpanel.study import Study
@@ -25,6 +26,12 @@ COLUMNS = (
 )  # fmt: skip
 
 
+def read_study_file(measurement: Measurement) -> MeasuredPsd:
+    """Read the file of a measurement; see `read_measured`."""
+    choice = RecordChoice(measurement.record, measurement.node, measurement.direction or "")
+    return read_measured(measurement.file, choice, measurement.point)
+
+
 def excitation_of(study: Study, measurement: Measurement, measured: MeasuredPsd) -> str:
     """Return what excited the panel: ``sound`` or ``base``."""
     if measured.over_base:
@@ -36,8 +43,7 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
     """Yield what is wrong with the files, and those without a band of the response."""
     for name, measurement in study.measurements.items():
         keys = ("measurements", name, "file")
-        read = partial(read_measured, measurement.file, measurement.record, measurement.point)
-        measured = yield from read_at(keys, read)
+        measured = yield from read_at(keys, partial(read_study_file, measurement))
         if measured is None:
             continue
         if measured.over_base and (study.base is None or measurement.excitation == "sound"):
@@ -71,7 +77,7 @@ def write_measurements(
     labels = {"base": base_labels(study), "sound": {}}
     lines, rows = [], []
     for name, measurement in study.measurements.items():
-        measured = read_measured(measurement.file, measurement.record, measurement.point)
+        measured = read_study_file(measurement)
         excitation = excitation_of(study, measurement, measured)
         by_label = {scenario.label: scenario for scenario in study.all_scenarios()}
         scenario = by_label[measurement.scenario or next(iter(by_label))]

@@ -22,7 +22,7 @@ from pidpanel.tabular.units import (
 SUFFIXES = (".uff", ".unv", ".uf58")
 
 # Codes of data set 58: functions, and what an axis has
-RESPONSE, TRANSMISSIBILITY, PSD = 4, 5, 9
+AUTO, RESPONSE, TRANSMISSIBILITY, PSD, SPECTRUM = 2, 4, 5, 9, 12
 UNKNOWN, GENERAL, ACCELERATION, FORCE, FREQUENCY = 0, 1, 12, 13, 18
 FUNCTION, UNITS = 58, 164  # numbers of data sets
 
@@ -31,6 +31,8 @@ AXES = {"abscissa": 9, "ordinate": 10, "orddenom": 11}  # lines of a data set
 LABEL = 46  # column from which on an axis has its unit; longer ones than the format has are whole
 NO_LABELS = ("", "NONE")
 LENGTH_FACTORS = {1: 1.0, 2: 3.28084, 3: 1.0, 4: 3.28084, 5: 1e3, 6: 1e2, 7: 39.37, 8: 1e3, 10: 1e3}
+DIRECTIONS = {"x": 1, "y": 2, "z": 3}  # codes of directions
+MOST_LISTED = 6  # data sets in a message
 PADDING = 6  # numbers of a line, the last of which some programs fill
 
 
@@ -120,8 +122,29 @@ class UniversalFunction(NamedTuple):
         return unit.power(2).divide(HERTZ) if is_density else unit
 
 
-def read_function(path: Path, record: int | None) -> UniversalFunction:
-    """Read a data set 58 of a universal file, by its number from 1.
+class RecordChoice(NamedTuple):
+    """What selects a data set 58 of a file that has several: its number, or where it is."""
+
+    record: int | None = None  # from 1
+    node: int | None = None  # of the response
+    direction: str = ""  # of the response, such as z or -x; without a sign that of the axis alone
+
+    def selects(self, number: int, node: int, direction: int) -> bool:
+        """Return whether a data set with a number, node and code of its direction is meant."""
+        code = DIRECTIONS.get(self.direction[-1:], 0) * (-1 if self.direction[:1] == "-" else 1)
+        is_signed = self.direction[:1] in ("+", "-")
+        return (
+            self.record in (None, number)
+            and self.node in (None, node)
+            and (not code or code == direction or (not is_signed and code == abs(direction)))
+        )
+
+
+LONE_RECORD = RecordChoice()  # of a file that has no other
+
+
+def read_function(path: Path, choice: RecordChoice = LONE_RECORD) -> UniversalFunction:
+    """Read a data set 58 of a universal file.
 
     Raises
     ------
@@ -129,12 +152,12 @@ def read_function(path: Path, record: int | None) -> UniversalFunction:
         If the file cannot be read, it is not clear which data set is meant, values are missing, or
         the abscissa is no frequency.
     """
-    data, axes, units = _data_set(path, record)
+    data, axes, units = _data_set(path, choice)
     count, x, values = int(data["num_pts"]), np.asarray(data["x"]), np.asarray(data["data"])
     if min(x.size, values.size) < count:
         message = f"has {min(x.size, values.size)} of the {count} values that it states"
         raise ColumnsError([f"{path}: {message}"])
-    if values.size - count >= PADDING:
+    if values.size - count >= PADDING and values[count:].any():
         message = f"has {values.size} values; it states {count}"
         raise ColumnsError([f"{path}: {message}"])
     axis = axes["abscissa"]
@@ -153,21 +176,22 @@ def read_function(path: Path, record: int | None) -> UniversalFunction:
 
 
 def _data_set(
-    path: Path, record: int | None
+    path: Path, choice: RecordChoice
 ) -> tuple[dict[str, Any], dict[str, Axis], tuple[Unit, Unit] | None]:
     """Return a data set 58 in the fields of pyuff, its axes, and the units of data set 164."""
     try:
         file = pyuff.UFF(str(path))
         kinds = file.get_set_types().tolist() if file.get_n_sets() else []
         places = [place for place, kind in enumerate(kinds) if kind == FUNCTION]
-        message = "" if places else "has no data set 58"
-        if record is None and len(places) > 1:
-            message = f"has {len(places)} data sets 58; the key record selects one"
-        if places and (record or 1) > len(places):
-            message = f"has {len(places)} data sets 58; record is {record}"
-        if message:
-            raise ColumnsError([f"{path}: {message}"])
-        place = places[(record or 1) - 1]
+        found = {
+            place: (number, int(head["rsp_node"]), int(head["rsp_dir"]))
+            for number, place in enumerate(places, 1)
+            for head in [file.read_sets(place, header_only=True)]
+        }
+        selected = [place for place, where in found.items() if choice.selects(*where)]
+        if len(selected) != 1:
+            raise ColumnsError([f"{path}: {_ambiguity(list(found.values()), len(selected))}"])
+        place = selected[0]
         data: dict[str, Any] = file.read_sets(place)
         start, end = file._block_ind[place]
         lines = path.read_bytes()[start:end].splitlines()
@@ -187,6 +211,20 @@ def _data_set(
     except Exception as error:  # whatever the library meets in a broken file
         message = f"is no universal file that can be read ({type(error).__name__})"
         raise ColumnsError([f"{path}: {message}"]) from None
+
+
+def _ambiguity(places: Sequence[tuple[int, int, int]], count: int) -> str:
+    """Return why numbers, nodes and directions of data sets 58 do not select one."""
+    if not places:
+        return "has no data set 58"
+    axes = {code: axis for axis, code in DIRECTIONS.items()}
+    listed = [
+        f"{number} at node {node} {'-' * (code < 0)}{axes.get(abs(code), '')}".rstrip()
+        for number, node, code in places[:MOST_LISTED]
+    ]
+    further = ["…"] * (len(places) > MOST_LISTED)
+    message = f"has {len(places)} data sets 58, {count or 'none'} of them as selected; record, or "
+    return f"{message}node and direction, must select one of {', '.join([*listed, *further])}"
 
 
 def _is_in_columns(data: Mapping[str, Any], lines: Sequence[bytes]) -> bool:

@@ -10,8 +10,8 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.damping.models import FilledDamper
 from pidpanel.optimise.reduced_panel import JointPanel, ReducedPanel
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import sine_accelerations_g
+from pidpanel.solve.receptances import patch_stiffness
 
 MOTIONS = 16  # Γ at which a damping model is tabulated; linear in ln Γ between them
 

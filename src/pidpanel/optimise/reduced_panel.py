@@ -1,7 +1,7 @@
 """The panel seen from its points and from a few motions of each place.
 
-Any layout is attached as in `solve.dampers`, with the motions of each place cut to those with the
-most energy. With the dampers of a layout T on, motions and PSDs of all others are
+Any layout is attached as in `solve.receptances`, with the motions of each place cut to those with
+the most energy. With the dampers of a layout T on, motions and PSDs of all others are
 
     R' = R − A R_T·,    S' = S − A Yᴴ − Y Aᴴ,    A = R_·T s (I + R_TT s)⁻¹,    Y = S_·T − A S_TT/2,
 
@@ -18,14 +18,13 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.solve.bare_motions import MatrixInput, matrices_at
-from pidpanel.solve.excitation import Excitation
+from pidpanel.solve.excitation import Excitation, MatrixInput, mixed_product
 from pidpanel.solve.lines import trapezoid_weights
-from pidpanel.solve.modal import chunks_of_lines, dense_stiffness
+from pidpanel.solve.modal import MovedPanel, chunks_of_lines, coupled_shapes
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError
+from pidpanel.solve.receptances import Receptances
 
 THREADS = 2
 LINES_AT_ONCE = 16
@@ -91,46 +90,28 @@ class ReducedPanel:
         rank: int | None = None,
         precision: type = np.complex64,
     ) -> None:
-        count, n, rows = frequency.size, patches.shapes, len(points)
+        rows = len(points)
         self.frequency, self.weight = frequency, acceleration_weight(frequency)
         self.area = patches.area
         factors = patches.factors(1e-12)
         largest = max(factor.shape[1] for factor in factors)
         self.rank = min(rank or largest, largest)
         width = rows + self.rank * patches.count
-        item = np.dtype(precision).itemsize
-        # of the shapes, or of the motions where these are fewer
-        self._is_direct = width <= n
-        square = 2 * width**2 if self._is_direct else n**2 * (1 if air is None else 2)
-        size = float(count * item * (square + 2 * (width - rows) * (self.rank + rows)))
-        if size > LARGEST:
-            raise ResponseError(
-                f"{patches.count} places and {n} shapes take {size / 1e9:.1f} GB on {count} lines; "
-                f"allowed are {LARGEST / 1e9:g} GB: a larger optimise.spacing_m, or a narrower "
-                "response.frequency_hz"
-            )
-        chunks = chunks_of_lines(count, n)
-        energy = sum(
-            np.einsum(
-                "f,fij->ij",
-                self.weight[lines],
-                bare_psd(frequency[lines], basis, excitation, air)[1].real,
-            )
-            for lines in chunks
-        )
+        self._is_direct = width <= patches.shapes
+        self._capacity = self._allocate(width, patches, in_air=air is not None, precision=precision)
+        chunks = chunks_of_lines(frequency.size, patches.shapes)
+        energy = np.zeros(2 * (patches.shapes,))
+        for lines in chunks:
+            _, psd = bare_psd(frequency[lines], basis, excitation, air)
+            energy += np.einsum("f,fij->ij", self.weight[lines], psd.real)
         leading = [_leading(factor, energy, self.rank) for factor in factors]
         observed = np.hstack([points.T, *leading])
-        side = width if self._is_direct else n
-        in_full = self._is_direct or air is not None
-        # Z₀⁻¹, of a panel in vacuum its diagonal, and S_q; or R and S among all motions
-        self._receptance: Complexes = np.empty((count, side, side if in_full else 1), precision)
-        self._psd: Complexes = np.empty((count, side, side), precision)
         for lines in chunks:
             receptance, psd = bare_psd(frequency[lines], basis, excitation, air)
             if self._is_direct:
                 pulled = receptance * observed if air is None else receptance @ observed
-                receptance = _seen_by(observed, pulled)
-                psd = _seen_by(observed, psd @ observed)
+                receptance = mixed_product(observed.T, pulled)
+                psd = mixed_product(observed.T, mixed_product(psd, observed))
             self._receptance[lines], self._psd[lines] = receptance, psd
         self._observed = observed.astype(self._psd.real.dtype)
         self._outputs = outputs or Outputs(
@@ -139,21 +120,45 @@ class ReducedPanel:
         self.points, self._rows = self._outputs.groups.shape[1], rows
         self._index = np.arange(rows, width).reshape(patches.count, self.rank)
         self._columns: dict[int, tuple[Complexes, Complexes]] = {}
-        self._capacity = max(2, int(CACHE / (2 * count * width * self.rank * item)))
+        self._bare = self._without_dampers()
+
+    def _allocate(self, width: int, patches: Patches, *, in_air: bool, precision: type) -> int:
+        """Allocate R and S, and return how many places have their columns kept."""
+        count, n, rows = self.frequency.size, patches.shapes, width - self.rank * patches.count
+        item = np.dtype(precision).itemsize
+        # among all motions, or those of the shapes where they are fewer: in vacuum R is diagonal
+        side = min(width, n)
+        in_full = self._is_direct or in_air
+        square = side**2 * (2 if in_full else 1)
+        size = float(count * item * (square + 2 * (width - rows) * (self.rank + rows)))
+        if size > LARGEST:
+            raise ResponseError(
+                f"{patches.count} places and {n} shapes take {size / 1e9:.1f} GB on {count} lines; "
+                f"allowed are {LARGEST / 1e9:g} GB: a larger optimise.spacing_m, or a narrower "
+                "response.frequency_hz"
+            )
+        self._receptance: Complexes = np.empty((count, side, side if in_full else 1), precision)
+        self._psd: Complexes = np.empty((count, side, side), precision)
+        return max(2, int(CACHE / (2 * count * width * self.rank * item)))
+
+    def _without_dampers(self) -> _State:
+        """Return the points and the motions of each place without dampers."""
+        rows, (n, r) = self._rows, self._index.shape
         blocks = [self._block(index, index) for index in self._index]
-        self._own = tuple(np.stack(part, axis=1) for part in zip(*blocks, strict=True))
+        receptance, psd = (np.stack(part, axis=1) for part in zip(*blocks, strict=True))
         R, S = self._block(slice(None), np.arange(rows))
-        self._to_points = R[:, rows:].swapaxes(1, 2), S[:, rows:].conj().swapaxes(1, 2)
-        self._point_psd = S[:, np.arange(rows), np.arange(rows)].real.astype(np.float64)
+        points = S[:, np.arange(rows), np.arange(rows)].real.astype(np.float64)
+        R, S = (part[:, rows:].reshape(-1, n, r, rows) for part in (R, S))
+        return _State(receptance, psd, R, S.conj().swapaxes(2, 3), points)
 
     def _block(self, rows: Index | slice, columns: Index) -> tuple[Complexes, Complexes]:
         """Return R and S between some motions."""
         if self._is_direct:
             return self._receptance[:, :, columns][:, rows], self._psd[:, :, columns][:, rows]
-        seen, pulled = self._observed[:, rows], self._observed[:, columns]
+        observed, pulled = self._observed[:, rows].T, self._observed[:, columns]
         is_diagonal = self._receptance.shape[2] == 1
         motion = self._receptance * pulled if is_diagonal else self._receptance @ pulled
-        return _seen_by(seen, motion), _seen_by(seen, self._psd @ pulled)
+        return mixed_product(observed, motion), mixed_product(observed, self._psd @ pulled)
 
     def _of_places(self, places: Sequence[int]) -> tuple[Complexes, Complexes]:
         """Return R and S (nf, nw, k rank) of all motions with those of some places."""
@@ -176,7 +181,7 @@ class ReducedPanel:
     @property
     def bare(self) -> Array:
         """(n_points,) mean squares of the objective without dampers, such as [m²/s⁴]."""
-        return self._outputs.mean_square(self._point_psd)
+        return self._outputs.mean_square(self._bare.points)
 
     def additions(
         self, places: Sequence[int], stiffness: Complexes, further: Index, added: Complexes
@@ -190,10 +195,11 @@ class ReducedPanel:
         repeated = np.repeat(stiffness, self.rank, axis=0)
 
         def part(lines: slice) -> tuple[Array, Array]:
-            state = self._state(lines)
+            state = self._bare.on_lines(lines)
             if columns is not None:
                 R, S = (values[lines] for values in columns)
-                state = self._loaded(state, R, S, motions, repeated[:, lines].T)
+                panel = Receptances(R[:, motions], R, S[:, motions], S)
+                state = self._loaded(state, panel, repeated[:, lines].T)
             outputs = self._outputs._replace(weight=self._outputs.weight[lines])
             return _added(state, further, added[:, lines].T, self.weight[lines], outputs)
 
@@ -205,28 +211,15 @@ class ReducedPanel:
         patch = sum(patch for _, patch in parts) / self.area[further]
         return Additions(np.asarray(square), np.asarray(patch))
 
-    def _state(self, lines: slice) -> _State:
-        """Return the points and the motions of each place without dampers on some lines."""
+    def _loaded(self, bare: _State, panel: Receptances, stiffness: Complexes) -> _State:
+        """Return the same with dampers s (nl, t) on the motions that a panel feels."""
         m, (n, r) = self._rows, self._index.shape
-        R, S = (values[lines].reshape(-1, m, n, r) for values in self._to_points)
-        receptance, psd = (values[lines] for values in self._own)
-        R, S = R.transpose(0, 2, 3, 1), S.transpose(0, 2, 1, 3)
-        return _State(receptance, psd, R, S, self._point_psd[lines])
-
-    def _loaded(
-        self, bare: _State, R: Complexes, S: Complexes, motions: Index, stiffness: Complexes
-    ) -> _State:
-        """Return the same with dampers s (nl, t) on some motions, from R and S (nl, nw, t)."""
-        m, (n, r) = self._rows, self._index.shape
-        pulled = R * stiffness[:, None]
-        loop = pulled[:, motions]
-        loop[:, range(motions.size), range(motions.size)] += 1
-        # A (I + R_TT s) = R_·T s
-        A = np.linalg.solve(loop.swapaxes(1, 2), pulled.swapaxes(1, 2)).swapaxes(1, 2)
-        Y = S - A @ S[:, motions] / 2
-        A_place, Y_place, R_place = (x[:, m:].reshape(len(R), n, r, -1) for x in (A, Y, R))
+        _, _, A, Y = panel.reaction(stiffness)
+        A_place, Y_place, R_place = (
+            x[:, m:].reshape(len(x), n, r, -1) for x in (A, Y, panel.across)
+        )
         drop = A_place @ Y_place.conj().swapaxes(2, 3)
-        to_points = A_place @ R[:, None, :m].swapaxes(2, 3)  # R is symmetric
+        to_points = A_place @ panel.across[:, None, :m].swapaxes(2, 3)  # R is symmetric
         with_points = A[:, None, :m] @ Y_place.conj().swapaxes(2, 3) + Y[
             :, None, :m
         ] @ A_place.conj().swapaxes(2, 3)
@@ -239,8 +232,7 @@ class ReducedPanel:
         )
 
 
-@dataclass(frozen=True)
-class _State:
+class _State(NamedTuple):
     """A layout on some lines.
 
     R and S (nl, n_places, r, r) of each place, R (nl, n_places, r, m) and S (nl, n_places, m, r)
@@ -251,7 +243,11 @@ class _State:
     psd: Complexes
     to_points: Complexes
     with_points: Complexes
-    points: Array
+    points: Any
+
+    def on_lines(self, lines: slice) -> _State:
+        """Return the same on some lines."""
+        return _State(*(part[lines] for part in self))
 
 
 def _added(
@@ -276,20 +272,10 @@ def bare_psd(
     frequency: Array, basis: ModalBasis, excitation: Excitation, air: MatrixInput | None
 ) -> tuple[Complexes, Complexes]:
     """Return Z₀⁻¹ of the bare panel (nf, n, n), in vacuum its diagonal (nf, n, 1), and S_q."""
+    moved = MovedPanel(frequency, basis, coupled_shapes(air, frequency, basis), [None])
     force = excitation.spectrum(frequency)[:, None, None] * excitation(frequency)
-    if air is None:
-        transfer = 1 / basis.dynamic_stiffness(frequency)[:, :, None]
-        return transfer, transfer * force * transfer.conj().swapaxes(1, 2)
-    n = basis.natural_frequency.size
-    of_air = matrices_at(air, frequency, slice(None), n)
-    inverse = np.linalg.inv(dense_stiffness(frequency, basis, of_air))
-    return inverse, inverse @ force @ inverse.conj().swapaxes(1, 2)
-
-
-def _seen_by(observed: NDArray[Any], motion: Complexes) -> Complexes:
-    """Return observedᵀ motion (nf, nw, k): a real product of twice the columns."""
-    columns = np.ascontiguousarray(motion).view(motion.real.dtype)
-    return np.asarray((np.ascontiguousarray(observed.T) @ columns).view(motion.dtype))
+    receptance = moved.transfer if air is None else moved.motion(0)
+    return receptance, moved.psds(0, [0], force)[0]
 
 
 def acceleration_weight(frequency: Array) -> Array:

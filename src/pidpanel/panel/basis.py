@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 import scipy.sparse as sp
 
-from pidpanel.arrays import Array, Flags, Index
+from pidpanel.arrays import Array, Flags
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature, WettedFace, condensed
 from pidpanel.panel.matrices import PlateMatrices
@@ -63,32 +63,25 @@ def basis_of(mesh: PanelMesh, plate: AssembledPlate, shapes: Shapes) -> PanelBas
     """Return the values of shapes wherever they are needed."""
     layers = plate.section.layers
     cells = np.arange(len(mesh.cells))
-    points = np.array(list(mesh.point_vertices.values()), dtype=np.int64)
     return PanelBasis(
-        **values_of(plate, shapes, points),
+        **values_of(plate, shapes),
         vertex_position=mesh.vertices,
         cells=mesh.cells,
         layer_names=tuple(layer.name for layer in layers),
         layer_strain=np.array([layer.strain for layer in layers]),
         layer_stress=np.array([layer.stress for layer in layers]),
         core_stress=plate.section.core_stress,
-        point_position=mesh.vertices[points],
+        point_position=np.array(list(mesh.points.values()), dtype=float).reshape(-1, 2),
         cell_in_patch=np.array(
             [np.isin(cells, mesh.patch_cells[name]) for name in plate.patch_overlap]
         ).reshape(-1, len(cells)),
-        point_names=tuple(mesh.point_vertices),
+        point_names=tuple(mesh.points),
         patch_names=tuple(plate.patch_overlap),
     )
 
 
-def values_of(plate: PlateMatrices, shapes: Shapes, points: Index) -> dict[str, Any]:
-    """Return the attributes of a `PanelBasis` that follow from its shapes.
-
-    Parameters
-    ----------
-    points
-        (n_points,) vertices that are response points.
-    """
+def values_of(plate: PlateMatrices, shapes: Shapes) -> dict[str, Any]:
+    """Return the attributes of a `PanelBasis` that follow from its shapes."""
     vectors = shapes.vectors
     at_vertices = plate.at_vertices @ vectors
     curvature, shear = (
@@ -96,13 +89,17 @@ def values_of(plate: PlateMatrices, shapes: Shapes, points: Index) -> dict[str, 
         for components in (plate.curvature_at_vertices, plate.shear_at_vertices)
     )
     at_quadrature = plate.at_quadrature @ vectors
+    curvature_at_points, shear_at_points = (
+        np.stack([plate.point_weight @ component for component in values.swapaxes(0, 1)], axis=1)
+        for values in (curvature, shear)
+    )
     reactions = np.array([matrix @ vectors for matrix in plate.reactions])
     root = np.sqrt(plate.quadrature_weight)[:, None] * at_quadrature
     return {
         "natural_frequency": np.concatenate([shapes.frequency, shapes.residual_frequency]),
         "modal_mass": np.einsum("ki,ki->i", vectors, plate.mass @ vectors),
         "is_residual": np.arange(vectors.shape[1]) >= len(shapes.frequency),
-        "shape_at_points": at_vertices[points],
+        "shape_at_points": plate.at_points @ vectors,
         "patch_overlap": np.array(
             [_overlap_of(vectors, overlap) for overlap in plate.patch_overlap.values()]
         ).reshape(-1, vectors.shape[1], vectors.shape[1]),
@@ -114,8 +111,8 @@ def values_of(plate: PlateMatrices, shapes: Shapes, points: Index) -> dict[str, 
         "shape_at_vertices": at_vertices,
         "curvature_at_vertices": curvature,
         "shear_at_vertices": shear,
-        "curvature_at_points": curvature[points],
-        "shear_at_points": shear[points],
+        "curvature_at_points": curvature_at_points,
+        "shear_at_points": shear_at_points,
         # NetCDF 3 has no dimension of length 0: the last row is zero
         "reactions": np.pad(reactions, ((0, 0), (0, 1), (0, 0))),
     }
@@ -152,20 +149,3 @@ def with_condensed_face(moved: Face, wavenumber: float) -> Face:
         shape_at_quadrature=face.shape,
         quadrature_wavenumber=wavenumber,
     )
-
-
-def plate_face(mesh: PanelMesh, plate: PlateMatrices, vectors: Array) -> tuple[WettedFace, Array]:
-    """Return the face of a plate in some shapes (n_free, n), and their modal masses [kg]."""
-    at_quadrature = plate.at_quadrature @ vectors
-    root = np.sqrt(plate.quadrature_weight)[:, None] * at_quadrature
-    face = WettedFace(
-        plate.quadrature_position,
-        plate.quadrature_weight,
-        at_quadrature,
-        np.inf,
-        mesh.vertices,
-        mesh.cells,
-        plate.at_vertices @ vectors,
-        root.T @ root,
-    )
-    return face, np.einsum("ki,ki->i", vectors, plate.mass @ vectors)

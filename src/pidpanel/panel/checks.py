@@ -92,9 +92,12 @@ def foot_of(point: PointSupport) -> Circle:
 
 
 def check_fit(
-    area: BaseGeometry, supports: Supports, attachments: Mapping[str, Attachment]
+    area: BaseGeometry,
+    supports: Supports,
+    attachments: Mapping[str, Attachment],
+    points: Mapping[str, Position],
 ) -> None:
-    """Refuse supports that are not along the boundary and attachments outside the panel."""
+    """Refuse supports not along the boundary, and attachments and points outside the panel."""
     slack = _slack(area)
     boundary = area.boundary.buffer(slack)
     for number, edge in enumerate(supports.edges, 1):
@@ -106,7 +109,8 @@ def check_fit(
                 " boundary"
             )
     around = area.buffer(slack)
-    for name, part in attachments.items():
+    parts = {name: Attachment((point,)) for name, point in points.items()}
+    for name, part in [*parts.items(), *attachments.items()]:
         if around.covers(geometry_of(part)):
             continue
         *starts, end = map(show, part.ends)

@@ -107,7 +107,7 @@ def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -
     ):
         for k, matrix in enumerate(matrices):
             variables |= _as_variables(f"{kind}_{k}", matrix)
-    for name in ("at_vertices", "at_quadrature"):
+    for name in ("at_vertices", "at_points", "point_weight", "at_quadrature"):
         variables |= _as_variables(name, getattr(plate, name))
     if plate.stretching is not None:
         axes, name = "mode mode_2 mode_3 mode_4", "membrane energy of the lowest modes"
@@ -145,6 +145,8 @@ def read_plate(path: Path) -> StoredPlate:
         mass=matrix("mass"),
         patch_overlap={name: matrix(f"patch_{k}") for k, name in enumerate(names)},
         at_vertices=matrix("at_vertices"),
+        at_points=matrix("at_points"),
+        point_weight=matrix("point_weight"),
         curvature_at_vertices=tuple(matrix(f"curvature_{k}") for k in range(3)),
         shear_at_vertices=(matrix("shear_0"), matrix("shear_1")),
         reactions=(matrix("reaction_0"), matrix("reaction_1")),

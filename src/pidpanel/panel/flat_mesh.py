@@ -84,50 +84,32 @@ class FlatMesh:
             In one line: node or element, what is wrong.
         """
         try:
-            return cls._checked(path, node, position, element, corners, groups, remarks)
+            numbers, elements = _numbers("node", node), _numbers("element", element)
+            if not np.all(np.isfinite(position)):
+                bad = numbers[~np.isfinite(position).all(axis=1)][0]
+                raise ValueError(f"node {bad}: its position is not a number")
+            index = {number: k for k, number in enumerate(numbers.tolist())}
+            for tag, nodes in zip(element, corners, strict=True):
+                if missing := [number for number in nodes if number not in index]:
+                    raise ValueError(f"element {tag}: node {missing[0]} is missing")
+            used = np.unique([index[number] for nodes in corners for number in nodes])
+            remarks = [*remarks, *_unused_nodes(np.delete(numbers, used))]
+            numbers, position = numbers[used], position[used]
+            _check_plane(numbers, position)
+            position = position[:, :2]
+            cells, origin = _cut(elements, corners, numbers, position)
+            turned = _inverted(elements[origin], position, cells)
+            if 0 < turned.sum() < len(cells):
+                fewer = turned if 2 * turned.sum() <= len(cells) else ~turned
+                count = len(np.unique(origin[fewer]))
+                remarks.append(f"{_counted(count, 'element')} upside down, which has no effect")
+            cells = np.where(turned[:, None], cells[:, ::-1], cells)
+            check_connectivity(numbers, elements[origin], position, cells)
+            remarks += _short_edges(numbers, position, cells)
+            members = {name: np.flatnonzero(np.isin(origin, rows)) for name, rows in groups.items()}
+            return cls(path, numbers, position, cells, members, tuple(remarks))
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
-
-    @classmethod
-    def _checked(
-        cls,
-        path: Path,
-        node: Sequence[int],
-        position: Array,
-        element: Sequence[int],
-        corners: Sequence[Sequence[int]],
-        groups: Mapping[str, Sequence[int]],
-        remarks: Sequence[str],
-    ) -> "FlatMesh":
-        for noun, tags in (("node", node), ("element", element)):
-            if max(tags, default=0) > LARGEST_NUMBER:
-                raise ValueError(f"{noun} {max(tags)}: numbers up to {LARGEST_NUMBER} are allowed")
-        numbers, elements = np.asarray(node, dtype=np.int64), np.asarray(element, dtype=np.int64)
-        _check_once("node", numbers)
-        _check_once("element", elements)
-        if not np.all(np.isfinite(position)):
-            bad = numbers[~np.isfinite(position).all(axis=1)][0]
-            raise ValueError(f"node {bad}: its position is not a number")
-        index = {number: k for k, number in enumerate(numbers.tolist())}
-        for tag, nodes in zip(element, corners, strict=True):
-            if missing := [number for number in nodes if number not in index]:
-                raise ValueError(f"element {tag}: node {missing[0]} is missing")
-        used = np.unique([index[number] for nodes in corners for number in nodes])
-        remarks = [*remarks, *_unused_nodes(np.delete(numbers, used))]
-        numbers, position = numbers[used], position[used]
-        _check_plane(numbers, position)
-        position = position[:, :2]
-        cells, origin = _cut(elements, corners, numbers, position)
-        turned = _inverted(elements[origin], position, cells)
-        if 0 < turned.sum() < len(cells):
-            fewer = turned if 2 * turned.sum() <= len(cells) else ~turned
-            count = len(np.unique(origin[fewer]))
-            remarks.append(f"{_counted(count, 'element')} upside down, which has no effect")
-        cells = np.where(turned[:, None], cells[:, ::-1], cells)
-        check_connectivity(numbers, elements[origin], position, cells)
-        remarks += _short_edges(numbers, position, cells)
-        members = {name: np.flatnonzero(np.isin(origin, places)) for name, places in groups.items()}
-        return cls(path, numbers, position, cells, members, tuple(remarks))
 
     def refined(self, times: int = 1) -> "FlatMesh":
         """Return the mesh with each triangle divided in four; new nodes have further numbers."""
@@ -162,12 +144,15 @@ class FlatMesh:
         return float(x), float(y)
 
     def panel_mesh(
-        self, patches: Mapping[str, Shape | str], points: Mapping[str, Position]
+        self,
+        patches: Mapping[str, Shape | str],
+        points: Mapping[str, Position],
+        anchors: Mapping[str, Position] = {},
     ) -> PanelMesh:
-        """Return the mesh with its patches and points, which are positions of nodes [m].
+        """Return the mesh with its patches and points; anchors are positions of nodes [m].
 
         A shape has the triangles whose centre lies in it; text names a group of the file. Raises
-        `ValueError` if a group is missing, elements do not follow a shape, or a point is at no
+        `ValueError` if a group is missing, elements do not follow a shape, or an anchor is at no
         node.
         """
         centre = self.position[self.triangles].mean(axis=1)
@@ -184,8 +169,7 @@ class FlatMesh:
             else:
                 inside = shapely.contains_xy(shapely.Polygon(patch.corners), centre)
                 patch_cells[name] = np.flatnonzero(inside)
-        point_vertices = {}
-        for name, point in points.items():
+        for name, point in anchors.items():
             distance = np.linalg.norm(self.position - point, axis=1)
             nearest = int(np.argmin(distance))
             if distance[nearest] > 1e-6 * extent:
@@ -193,17 +177,20 @@ class FlatMesh:
                     f"point {name!r} = {show(point)}: no node is there; the nearest is"
                     f" {self.node[nearest]} at {show(self.position[nearest])}"
                 )
-            point_vertices[name] = nearest
-        mesh = PanelMesh(self.position, self.triangles, "triangles", patch_cells, point_vertices)
+        mesh = PanelMesh(self.position, self.triangles, "triangles", patch_cells, dict(points))
         shapes = {name: patch for name, patch in patches.items() if not isinstance(patch, str)}
         check_patch_areas(mesh, shapes, PATCH_AREA_TOLERANCE)
         return mesh
 
 
-def _check_once(noun: str, numbers: Index) -> None:
-    values, count = np.unique(numbers, return_counts=True)
+def _numbers(noun: str, tags: Sequence[int]) -> Index:
+    """Return numbers as an array; refuse those that are too large or appear twice."""
+    if max(tags, default=0) > LARGEST_NUMBER:
+        raise ValueError(f"{noun} {max(tags)}: numbers up to {LARGEST_NUMBER} are allowed")
+    values, count = np.unique(np.asarray(tags, dtype=np.int64), return_counts=True)
     if count.max(initial=0) > 1:
         raise ValueError(f"{noun} {values[np.argmax(count)]} appears twice")
+    return np.asarray(tags, dtype=np.int64)
 
 
 def _check_plane(node: Index, position: Array) -> None:

@@ -18,7 +18,7 @@ from pidpanel.panel.attachments import Attachment, with_attachments
 from pidpanel.panel.basis import basis_of, face_wavenumber, with_condensed_face
 from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.gmsh_files import read_gmsh
-from pidpanel.panel.grid import check_grid, mesh_quadrilaterals
+from pidpanel.panel.grid import grid_lines, mesh_quadrilaterals
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
@@ -56,7 +56,7 @@ class StudiedPanel:
     def foreign(self) -> FlatMesh | None:
         """The mesh of a file; None where the panel is meshed here."""
         spec = self.panel.mesh
-        if spec.file is None:
+        if spec.kind != "file":
             return None
         if spec.file.suffix.lower() == ".msh":
             mesh = read_gmsh(spec.file, spec.unit_m)
@@ -186,9 +186,9 @@ class StudiedPanel:
     @property
     def obstacles(self) -> list[BaseGeometry]:
         """Outlines of point supports with their feet, springs and masses on the panel [m]."""
-        feet = [shapely.Polygon(foot.corners) for foot in self._feet.values()]
-        points = [shapely.Point(point.position) for point in self.supports.points.values()]
-        return [*feet, *points, *map(checks.geometry_of, self.attachments.values())]
+        parts = [shapely.Polygon(foot.corners) for foot in self._feet.values()]
+        parts += [shapely.Point(point.position) for point in self.supports.points.values()]
+        return parts + [checks.geometry_of(part) for part in self.attachments.values()]
 
     def check(self, frequency: float, damper_mass: Mapping[str, float] | None = None) -> None:
         """Refuse what cannot be meshed or assembled, or is too coarse for a frequency [Hz].
@@ -198,15 +198,14 @@ class StudiedPanel:
         """
         spec, mesh = self.panel.mesh, None
         check_names(self.patches, self.points)
-        places = {**self.points, **self._anchors}
         if self.foreign is not None:
-            mesh = self.foreign.panel_mesh(self.patches, places)
+            mesh = self.foreign.panel_mesh(self.patches, self.points, self._anchors)
         elif spec.kind == "quadrilaterals":
-            check_grid(self._size, spec.elements, self.shapes, places)
+            grid_lines(self._size, spec.elements, self.shapes, self._anchors)
         else:
-            patches, places = {**self.shapes, **self._feet}, {**places, **self._attached}
-            check_panel(self._outline, self._holes, patches, places)
-        checks.check_fit(self.area, self.supports, self.attachments)
+            places = {**self.points, **self._anchors, **self._attached}
+            check_panel(self._outline, self._holes, {**self.shapes, **self._feet}, places)
+        checks.check_fit(self.area, self.supports, self.attachments, self.points)
         check_edges(self.section, is_held=self.panel.in_plane_edges == "held")
         if mesh is None:
             checks.check_feet(self.area, self.supports)
@@ -227,7 +226,7 @@ class StudiedPanel:
             edge, areas = self._element_size, self._areas
             edges = dict.fromkeys(self.shapes, edge) | self.patch_sizes(frequency, damper_mass)
         else:
-            mesh = self.foreign.panel_mesh(self.patches, {**self.points, **self._anchors})
+            mesh = self.foreign.panel_mesh(self.patches, {})
             length = element_sizes(mesh.vertices, mesh.cells)
             area_of_cell, edge = cell_areas(mesh.vertices, mesh.cells), float(length.max())
             edges = {name: float(length[cells].max()) for name, cells in mesh.patch_cells.items()}
@@ -252,9 +251,10 @@ class StudiedPanel:
 
     def mesh(self, path: Path, patch_sizes: Mapping[str, float] | None = None) -> PanelMesh:
         """Mesh the panel, triangles with `patch_sizes`, and write the mesh to a ``.msh`` file."""
-        spec, corner_size = self.panel.mesh, self.panel.mesh.corner_size_m
+        spec, corner_size = self.panel.mesh, self.panel.corner_size
         if spec.kind == "quadrilaterals":
-            return mesh_quadrilaterals(path, self._size, spec.elements, self.shapes, self.points)
+            drawn = spec.elements, self.shapes, self.points, self._anchors
+            return mesh_quadrilaterals(path, self._size, *drawn)
         if self.foreign is not None:
             mesh = self.foreign.panel_mesh(self.patches, self.points)
             write_triangles(path, mesh)
@@ -298,7 +298,8 @@ class StudiedPanel:
         spec = self.panel.mesh
         if spec.kind == "quadrilaterals":
             return max(np.array(self._size) / spec.elements)
-        return min(spec.size_m or 0.0, checks.narrowest(self._outline) / ELEMENTS_ACROSS)
+        size = spec.size_m if spec.kind == "triangles" else 0.0
+        return min(size, checks.narrowest(self._outline) / ELEMENTS_ACROSS)
 
     @cached_property
     def rough(self) -> dict[str, float]:
@@ -317,7 +318,7 @@ class StudiedPanel:
             return float(element_sizes(mesh.vertices, mesh.cells[is_near]).max())
         if self.panel.mesh.kind == "quadrilaterals":
             return float(self._element_size)
-        return rim_size(radius, self.panel.mesh.corner_size_m, self._element_size)
+        return rim_size(radius, self.panel.corner_size, self._element_size)
 
     @property
     def _areas(self) -> dict[str, float]:

@@ -8,34 +8,57 @@ import gmsh
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pidpanel.geometry.polygon import Shape, show
+from pidpanel.geometry.polygon import Position, Shape, show
 from pidpanel.panel.mesh import PANEL_GROUP, PanelMesh, drawing, read_mesh
 
+SAME = 1e-6  # distance of lines over the size of an element: far above rounding, below any meant
+NARROW = 1e-2  # lines nearer than this would make elements too thin
 
-def check_grid(
+Lines = list[tuple[float, int]]  # positions of lines, and the elements up to the next
+
+
+def grid_lines(
     size: tuple[float, float],
     elements: tuple[int, int],
     patches: Mapping[str, Shape],
-    points: Mapping[str, tuple[float, float]],
-) -> tuple[list[int], list[int]]:
-    """Refuse what does not fit a regular grid of quadrilaterals, before any mesh is made."""
-    for name, patch in patches.items():
-        _check_inside_rectangle(f"patch {name!r} = {patch}", patch.corners, size)
-    for name, point in points.items():
-        _check_inside_rectangle(f"point {name!r} = {show(point)}", point, size)
+    anchors: Mapping[str, Position],
+) -> tuple[Lines, Lines]:
+    """Return the lines along x and y [m] that edges of patches and anchors are on.
 
-    columns, rows = ({0, count} for count in elements)
-    for axis, lines in enumerate((columns, rows)):
-        spacing = size[axis] / elements[axis]
-        for name, patch in patches.items():
-            for edge in patch.corners[[0, 2], axis].tolist():
-                complaint = f"edge {'xy'[axis]} = {edge:g} m is not on an element edge"
-                lines.add(_grid_line(edge, spacing, f"patch {name!r} = {patch}: {complaint}"))
-        for name, point in points.items():
-            complaint = f"{'xy'[axis]} = {point[axis]:g} m is not at a grid point"
-            label = f"point {name!r} = {show(point)}"
-            lines.add(_grid_line(point[axis], spacing, f"{label}: {complaint}"))
-    return sorted(columns), sorted(rows)
+    Between them are as many elements as keep them no longer than those of an even grid. Refuses
+    what leaves the rectangle, and lines too near each other, before any mesh is made.
+    """
+    places = {f"patch {name!r} = {patch}": patch.corners[[0, 2]] for name, patch in patches.items()}
+    places |= {f"point {name!r} = {show(at)}": np.array([at]) for name, at in anchors.items()}
+    for label, corners in places.items():
+        _check_inside_rectangle(label, corners, size)
+    columns, rows = (
+        _lines(length, length / count, {name: at[:, axis].tolist() for name, at in places.items()})
+        for axis, (length, count) in enumerate(zip(size, elements, strict=True))
+    )
+    return columns, rows
+
+
+def _lines(length: float, spacing: float, places: Mapping[str, list[float]]) -> Lines:
+    """Return the lines along one axis."""
+    named = [(0.0, "")] + [(at, name) for name, values in places.items() for at in values]
+    named = sorted([*named, (length, "")])
+    distinct = named[:1]
+    for at, name in named[1:]:
+        before, neighbour = distinct[-1]
+        if at - before > SAME * spacing:
+            if at - before < NARROW * spacing:
+                label = name or neighbour
+                raise ValueError(
+                    f"{label}: its line at {at:g} m is {at - before:.2g} m from another; allowed is"
+                    f" the same place or at least {NARROW * spacing:.2g} m"
+                )
+            distinct.append((at, name))
+        elif at >= length:
+            distinct[-1] = (length, "")
+    ends = [at for at, _ in distinct]
+    counts = [int(np.ceil((end - at) / spacing - SAME)) for at, end in pairwise(ends)]
+    return list(zip(ends, [*counts, 0], strict=True))
 
 
 def mesh_quadrilaterals(
@@ -43,64 +66,52 @@ def mesh_quadrilaterals(
     size: tuple[float, float],
     elements: tuple[int, int],
     patches: Mapping[str, Shape],
-    points: Mapping[str, tuple[float, float]],
+    points: Mapping[str, Position],
+    anchors: Mapping[str, Position] | None = None,
 ) -> PanelMesh:
-    """Mesh the rectangle [0, a] × [0, b] [m] by a regular grid of quadrilaterals.
+    """Mesh the rectangle [0, a] × [0, b] [m] by a grid of quadrilaterals, even but for patches.
 
-    The rectangle is cut along every patch edge and through every point, so that in gmsh each patch
-    is a set of whole surfaces and each point is a corner of one. Raises `ValueError` if a patch or
-    a point leaves the panel or lies off the grid, or if two groups share a name.
+    Patches are rectangles. Anchors are further vertices; points may be anywhere. Raises
+    `ValueError` if `grid_lines` refuses them or two of them share a name.
     """
-    columns, rows = check_grid(size, elements, patches, points)
-    spacing = (size[0] / elements[0], size[1] / elements[1])
+    columns, rows = grid_lines(size, elements, patches, anchors or {})
     with drawing(path, patches, points):
-        corners, surfaces = _draw_blocks(columns, rows, spacing)
+        surfaces = _draw_blocks(columns, rows)
         gmsh.model.addPhysicalGroup(2, list(surfaces), name=PANEL_GROUP)
         for name, patch in patches.items():
             inside = [surface for surface, place in surfaces.items() if _covers(patch, place)]
             gmsh.model.addPhysicalGroup(2, inside, name=name)
-        for name, point in points.items():
-            node = (round(point[0] / spacing[0]), round(point[1] / spacing[1]))
-            gmsh.model.addPhysicalGroup(0, [corners[node]], name=name)
     return read_mesh(path, patches, points)
 
 
-def _draw_blocks(
-    columns: list[int], rows: list[int], spacing: tuple[float, float]
-) -> tuple[dict[tuple[int, int], int], dict[int, tuple[float, float]]]:
-    """Draw the blocks between grid lines, to be meshed by one quadrilateral per grid cell."""
+def _draw_blocks(columns: Lines, rows: Lines) -> dict[int, Position]:
+    """Draw the blocks between lines, to be meshed by quadrilaterals, and return their centres."""
     draw = gmsh.model.geo
     corners = {
-        (i, j): draw.addPoint(i * spacing[0], j * spacing[1], 0.0) for j in rows for i in columns
+        (i, j): draw.addPoint(x, y, 0.0)
+        for j, (y, _) in enumerate(rows)
+        for i, (x, _) in enumerate(columns)
     }
-    along_x, along_y = {}, {}
-    for i, i_next in pairwise(columns):
-        for j in rows:
-            along_x[i, j] = draw.addLine(corners[i, j], corners[i_next, j])
-            draw.mesh.setTransfiniteCurve(along_x[i, j], i_next - i + 1)
-    for j, j_next in pairwise(rows):
-        for i in columns:
-            along_y[i, j] = draw.addLine(corners[i, j], corners[i, j_next])
-            draw.mesh.setTransfiniteCurve(along_y[i, j], j_next - j + 1)
+    along_x: dict[tuple[int, int], int] = {}
+    along_y: dict[tuple[int, int], int] = {}
+    for (i, j), corner in corners.items():
+        for sides, after, count in (
+            (along_x, (i + 1, j), columns[i][1]),
+            (along_y, (i, j + 1), rows[j][1]),
+        ):
+            if count:
+                sides[i, j] = draw.addLine(corner, corners[after])
+                draw.mesh.setTransfiniteCurve(sides[i, j], count + 1)
     surfaces = {}
-    for i, i_next in pairwise(columns):
-        for j, j_next in pairwise(rows):
-            loop = [along_x[i, j], along_y[i_next, j], -along_x[i, j_next], -along_y[i, j]]
+    for i, ((x, _), (x_next, _)) in enumerate(pairwise(columns)):
+        for j, ((y, _), (y_next, _)) in enumerate(pairwise(rows)):
+            loop = [along_x[i, j], along_y[i + 1, j], -along_x[i, j + 1], -along_y[i, j]]
             surface = draw.addPlaneSurface([draw.addCurveLoop(loop)])
             draw.mesh.setTransfiniteSurface(surface)
             draw.mesh.setRecombine(2, surface)
-            surfaces[surface] = ((i + i_next) / 2 * spacing[0], (j + j_next) / 2 * spacing[1])
+            surfaces[surface] = ((x + x_next) / 2, (y + y_next) / 2)
     draw.synchronize()
-    return corners, surfaces
-
-
-def _grid_line(position: float, spacing: float, complaint: str) -> int:
-    """Return the number of the grid line at a position, or refuse a position between two."""
-    line = round(position / spacing)
-    # 1e-6 of an element: far above rounding, far below anything meant
-    if abs(position / spacing - line) > 1e-6:
-        raise ValueError(f"{complaint}; allowed are multiples of {spacing:g} m")
-    return line
+    return surfaces
 
 
 def _covers(patch: Shape, position: tuple[float, float]) -> bool:

@@ -21,6 +21,8 @@ class PlateMatrices:
     curvature_at_vertices: tuple[sp.csr_array, ...]
     # Two matrices (n_vertices, n): γ (see `section`) likewise [1]; zero in a thin plate
     shear_at_vertices: tuple[sp.csr_array, ...]
+    at_points: sp.csr_array  # (n_points, n) w at the response points
+    point_weight: sp.csr_array  # (n_points, n_vertices) of values at vertices, linear between them
     # (n_quadrature, 2) points [m] for the integration of a pressure on w
     quadrature_position: Array
     quadrature_weight: Array  # (n_quadrature,) weights [m²]; they sum to the area

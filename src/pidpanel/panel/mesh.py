@@ -1,9 +1,8 @@
-"""Panel meshes with damper patches and response points as named groups, read from gmsh files.
+"""Panel meshes with damper patches as named groups, read from gmsh files, and response points.
 
 `grid` and `triangles` draw them. Each mesh is written to a ``.msh`` file, where the physical
-group ``panel`` holds all cells, one surface group per patch holds the cells of the patch and one
-point group per response point holds its node; the arrays are read back from that file, so
-that file and arrays cannot differ.
+group ``panel`` holds all cells and one surface group per patch holds the cells of the patch; the
+arrays are read back from that file, so that file and arrays cannot differ.
 
 Vertices are numbered by rows: along x first, then up in y. On the structured mesh of the paper
 (30 × 20 quadrilaterals) vertex ``i`` is therefore grid point ``i + 1`` of the paper: 31 points
@@ -13,7 +12,7 @@ to a row, grid point 326 at (0.75, 0.50) m.
 import shutil
 import signal
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from ctypes import CDLL, c_int, c_void_p
 from dataclasses import dataclass
@@ -21,10 +20,12 @@ from pathlib import Path
 
 import gmsh
 import numpy as np
+import shapely
+from skfem import Mesh, MeshQuad, MeshTri
 
 from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_mesh import cell_areas
-from pidpanel.geometry.polygon import Shape, signed_area
+from pidpanel.geometry.polygon import Position, Shape, signed_area
 
 PANEL_GROUP = "panel"
 CELL_KINDS = {3: "quadrilaterals", 2: "triangles"}  # by gmsh's number of an element
@@ -40,15 +41,26 @@ class PanelMesh:
     cells: Index
     cell_kind: str  # "quadrilaterals" or "triangles"
     patch_cells: dict[str, Index]  # cell numbers of each damper patch
-    point_vertices: dict[str, int]  # vertex number of each response point
+    points: dict[str, Position]  # response points, anywhere on the panel [m]
+
+    def patches_at(self, position: Position) -> list[str]:
+        """Return the patches with a cell at a position."""
+        cells = shapely.polygons(self.vertices[self.cells])
+        slack = 1e-6 * float(np.ptp(self.vertices, axis=0).max())
+        near = np.flatnonzero(shapely.dwithin(cells, shapely.Point(position), slack))
+        return [name for name, inside in self.patch_cells.items() if np.isin(near, inside).any()]
+
+    @property
+    def elements(self) -> Mesh:
+        """The mesh of scikit-fem."""
+        kind = MeshQuad if self.cell_kind == "quadrilaterals" else MeshTri
+        return kind(*map(np.ascontiguousarray, (self.vertices.T, self.cells.T)))
 
 
-def read_mesh(
-    path: Path, patches: Sequence[str] | Mapping[str, object], points: Sequence[str] | Mapping
-) -> PanelMesh:
+def read_mesh(path: Path, patches: Iterable[str], points: Mapping[str, Position]) -> PanelMesh:
     """Read a panel mesh from a ``.msh`` file (MSH 4.1) with named physical groups.
 
-    One kind of cell in the plane z = 0; patches are surface groups, response points point groups.
+    One kind of cell in the plane z = 0; patches are surface groups.
     """
     with gmsh_session(), tempfile.TemporaryDirectory() as folder:
         # gmsh runs ``mesh.msh.opt`` next to ``mesh.msh``, whoever put it into the results
@@ -64,7 +76,6 @@ def read_mesh(
             ]
             for name in patches
         }
-        nodes = {name: model.mesh.getNodesForPhysicalGroup(*groups[name])[0] for name in points}
     cells = corners.reshape(len(elements), -1).astype(np.int64)
     place = np.zeros((int(tags.max()) + 1, 2))
     place[tags] = positions.reshape(-1, 3)[:, :2]
@@ -80,8 +91,7 @@ def read_mesh(
         name: np.flatnonzero(np.isin(elements, np.concatenate(inside))[order])
         for name, inside in members.items()
     }
-    point_vertices = {name: int(number[node]) for name, (node,) in nodes.items()}
-    return PanelMesh(vertices, cells[order], CELL_KINDS[kind], patch_cells, point_vertices)
+    return PanelMesh(vertices, cells[order], CELL_KINDS[kind], patch_cells, dict(points))
 
 
 def write_triangles(path: Path, mesh: PanelMesh) -> None:

@@ -26,7 +26,6 @@ from skfem import (
     ElementTriP3,
     ElementTriP4,
     ElementVector,
-    MeshTri,
 )
 from skfem.helpers import dot, grad
 
@@ -39,6 +38,7 @@ from pidpanel.panel.plate import (
     bending_form,
     bent,
     corner_basis,
+    facet_numbers,
     overlap_form,
     vertex_values,
 )
@@ -79,7 +79,7 @@ def assemble_shear_plate(
     0, as behind a stiff frame), a soft one leaves it free, clamping forbids both rotations. Raises
     `ValueError` for a support that does not fit the mesh.
     """
-    skmesh = MeshTri(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
+    skmesh = mesh.elements
     degree = SOLID_DEGREE if isinstance(section, SolidSection) else SANDWICH_DEGREE
     deflection_element, rotation_element = LAGRANGE[degree](), ElementVector(LAGRANGE[degree - 1]())
     deflection = CellBasis(skmesh, deflection_element, intorder=2 * degree)
@@ -125,8 +125,7 @@ def _support_blocks(
 ) -> list[Block]:
     """Return the blocks of coordinates that the supports hold; rotations follow deflections."""
     vertices, edges = held_vertices(mesh, supports)
-    pairs = np.sort(deflection.mesh.facets, axis=0).T.tolist()
-    facet = {tuple(pair): k for k, pair in enumerate(pairs)}
+    facet = facet_numbers(deflection.mesh)
     no_motion = np.zeros((1, 0))
     w_rows: dict[int, str] = {}
     b_rows: dict[int, tuple[str, Index, list[Array]]] = {}

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import BilinearForm, CellBasis, Element, Mesh
+from skfem import BilinearForm, CellBasis, Element, ElementQuad1, ElementTriP1, Mesh
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.matrices import PlateMatrices
@@ -21,6 +21,7 @@ from pidpanel.panel.section import Section
 LOAD_ORDER = 5
 # Share of the extent of the panel: a position this far off it is on it.
 CLOSE = 1e-6
+ROUNDING = 1e-12  # of shape functions
 NONE_FREE = "mesh: every vertex is on a support; the panel needs vertices that are free to move"
 
 
@@ -86,6 +87,11 @@ def assembled_plate(
     at_vertices = sp.csr_array(free[deflection.nodal_dofs[0]])
     if not np.any(at_vertices.data):
         raise ValueError(NONE_FREE)
+    points = np.array(list(mesh.points.values()), dtype=float).reshape(-1, 2)
+    rows = interpolate(points)
+    rows.data[np.abs(rows.data) < ROUNDING] = 0.0  # on a support nothing moves
+    rows.eliminate_zeros()
+    linear = ElementTriP1() if mesh.cell_kind == "triangles" else ElementQuad1()
     load = CellBasis(skmesh, element, intorder=LOAD_ORDER)
     position = np.asarray(load.global_coordinates())
     values = [function[0] for function in load.basis]
@@ -97,6 +103,8 @@ def assembled_plate(
         patch_overlap=patch_overlap,
         interpolate=interpolate,
         at_vertices=at_vertices,
+        at_points=rows,
+        point_weight=values_at(CellBasis(skmesh, linear), points),
         quadrature_position=position.reshape(2, -1).T,
         quadrature_weight=load.dx.ravel(),
         at_quadrature=at_quadrature,
@@ -153,6 +161,12 @@ def at_points(values: Sequence[Array], element_dofs: Index, n_dofs: int) -> sp.c
     row = np.tile(np.arange(n_cells * n_points), len(data))
     column = np.repeat(element_dofs, n_points, axis=1).ravel()
     return sp.csr_array((data.ravel(), (row, column)), shape=(n_cells * n_points, n_dofs))
+
+
+def facet_numbers(mesh: Mesh) -> dict[tuple[int, int], int]:
+    """Return the number of each edge by its vertices, the smaller first."""
+    pairs = np.sort(mesh.facets, axis=0).T.tolist()
+    return {(start, end): number for number, (start, end) in enumerate(pairs)}
 
 
 def corner_basis(mesh: Mesh, element: Element) -> CellBasis:

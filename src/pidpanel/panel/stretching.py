@@ -20,12 +20,12 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from skfem import CellBasis, ElementQuad2, ElementTriP2, ElementVector, Mesh, MeshQuad, MeshTri
+from skfem import CellBasis, ElementQuad2, ElementTriP2, ElementVector
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.matrices import StoredPlate, Stretching
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.plate import LOAD_ORDER, AssembledPlate, at_points
+from pidpanel.panel.plate import LOAD_ORDER, AssembledPlate, at_points, facet_numbers
 from pidpanel.panel.section import SandwichSection, Section
 from pidpanel.panel.shapes import Shapes
 from pidpanel.panel.supports import Supports, held_vertices
@@ -63,17 +63,13 @@ def check_edges(section: Section, *, is_held: bool) -> None:
 
 def in_plane_basis(mesh: PanelMesh) -> CellBasis:
     """Return quadratic elements of the displacement in the plane, at the points of a pressure."""
-    vertices, cells = np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T)
-    is_quad = mesh.cell_kind == "quadrilaterals"
-    skmesh: Mesh = MeshQuad(vertices, cells) if is_quad else MeshTri(vertices, cells)
-    element = ElementVector(ElementQuad2() if is_quad else ElementTriP2())
-    return CellBasis(skmesh, element, intorder=LOAD_ORDER)
+    element = ElementQuad2() if mesh.cell_kind == "quadrilaterals" else ElementTriP2()
+    return CellBasis(mesh.elements, ElementVector(element), intorder=LOAD_ORDER)
 
 
 def held_edges(basis: CellBasis, edges: Iterable[tuple[int, int]]) -> Index:
     """Return the in-plane coordinates along edges, each of two vertices, the smaller first."""
-    pairs = np.sort(basis.mesh.facets, axis=0).T.tolist()
-    facet = {tuple(pair): number for number, pair in enumerate(pairs)}
+    facet = facet_numbers(basis.mesh)
     numbers = [facet[edge] for edge in edges]
     return np.asarray(basis.get_dofs(np.array(numbers, dtype=np.int64)).flatten())
 

@@ -6,16 +6,7 @@ Bogner-Fox-Schmit (bicubic) on axis-parallel rectangles, Argyris (quintic) on tr
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from skfem import (
-    CellBasis,
-    Element,
-    ElementQuadBFS,
-    ElementTriArgyris,
-    LinearForm,
-    Mesh,
-    MeshQuad,
-    MeshTri,
-)
+from skfem import CellBasis, ElementQuadBFS, ElementTriArgyris, LinearForm
 from skfem.element import DiscreteField
 
 from pidpanel.arrays import Array
@@ -27,6 +18,7 @@ from pidpanel.panel.plate import (
     bending_form,
     bent,
     corner_basis,
+    facet_numbers,
     overlap_form,
     vertex_values,
 )
@@ -60,13 +52,8 @@ def assemble_thin_plate(
     simple supports are the same: a thin plate's normals follow its slope. Quadrilaterals must be
     axis-parallel rectangles. Raises `ValueError` for a support that does not fit the mesh.
     """
-    skmesh: Mesh
-    element: Element
-    vertices, cells = np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T)
-    if mesh.cell_kind == "quadrilaterals":
-        skmesh, element = MeshQuad(vertices, cells), _CentredBFS()
-    else:
-        skmesh, element = MeshTri(vertices, cells), _CentredArgyris()
+    skmesh = mesh.elements
+    element = _CentredBFS() if mesh.cell_kind == "quadrilaterals" else _CentredArgyris()
     basis = CellBasis(skmesh, element, intorder=EXACT_ORDER[mesh.cell_kind])
     free = free_coordinates(basis.N, _support_blocks(mesh, basis, supports))
     stiffness = assemble_matrix(bending_form, basis, bending=section.bending)
@@ -170,8 +157,7 @@ def _support_blocks(mesh: PanelMesh, basis: CellBasis, supports: Supports) -> li
 
     clamped = [edge for edge, (kind, _) in edges.items() if kind == "clamped"]
     if clamped and basis.facet_dofs.size:
-        pairs = np.sort(basis.mesh.facets, axis=0).T.tolist()
-        facet = {tuple(pair): k for k, pair in enumerate(pairs)}
+        facet = facet_numbers(basis.mesh)
         slopes = basis.facet_dofs[0, [facet[edge] for edge in clamped]]
         blocks.append(Block("a clamped edge", slopes, np.zeros((len(slopes), 0))))
 

@@ -85,8 +85,6 @@ def mesh_triangles(
         surfaces = dict(zip(patches, tags, strict=False))
         for name, surface in surfaces.items():
             gmsh.model.addPhysicalGroup(2, surface, name=name)
-        for name, vertex in zip(points, tags[len(patches) + len(imprints) :], strict=False):
-            gmsh.model.addPhysicalGroup(0, vertex, name=name)
         gmsh.option.setNumber("Mesh.MeshSizeMax", element_size)
         fields = [
             _size_on(surfaces[name], size, element_size) for name, size in patch_sizes.items()

@@ -34,7 +34,7 @@ def _joined(contents: Iterable[bytes]) -> str:
     return digest.hexdigest()
 
 
-def json_digest(values: Any) -> str:
+def json_digest(*values: Any) -> str:
     """Return the digest of values of JSON, independent of the order of their keys."""
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 

@@ -73,6 +73,7 @@ def stage_files(study: Study, results: Path) -> dict[str, Files]:
         if parts["random"]:
             names["base"] |= {"psd": "base/psd.nc", "psd_table": "base/psd.csv"}
             names["base"] |= {"summary": "base/summary.csv"}
+            names["base_export"] = {"folder": "base/export"}
         if parts["limits"]:
             names["base"]["notched"] = "base/notched.csv"
         if parts["sine"]:

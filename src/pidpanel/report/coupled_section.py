@@ -17,10 +17,15 @@ CURVES = 6  # patches in the figure at most
 
 
 def coupled_section(
-    results: CoupledResults, names: Mapping[str, str], points: Sequence[str]
+    results: CoupledResults,
+    names: Mapping[str, str],
+    points: Sequence[str],
+    *,
+    in_air: bool = False,
 ) -> PageSection:
     """Return what the coupled runs know and found: a table, and C_e and m_a over frequency."""
     values = {
+        "in_air": in_air,
         "rows": coupled_rows(results, names, points),
         "damping": figure_picture("coupled_damping", coupled_figure, results.impedance, names),
     }

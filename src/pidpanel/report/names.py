@@ -10,6 +10,7 @@ from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import CouponStudy as CouponStudy
 from pidpanel.study import Scenario as Scenario
 from pidpanel.study import Study as Study
+from pidpanel.study.claims import Claim as Claim
 from pidpanel.study.severity import Severity as Severity
 
 SAME_LEVEL = 0.05  # difference of two levels below which they are written alike [dB]

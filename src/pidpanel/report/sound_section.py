@@ -23,7 +23,7 @@ def sound_setting(study: Study, basis: PanelBasis) -> str:
     return " ".join(f"{text[0].upper()}{text[1:]}." for text in texts if text)
 
 
-def sound_section(study: Study, bands: pd.DataFrame, *, assumed: bool) -> PageSection:
+def sound_section(study: Study, bands: pd.DataFrame) -> PageSection:
     """Return the spectrum of the sound, of a table of bands or of rows of PSD."""
     low, high = study.response.frequency_hz
     overall = 10 * np.log10(np.sum(10 ** (bands["band_spl_db"] / 10)))
@@ -39,7 +39,6 @@ def sound_section(study: Study, bands: pd.DataFrame, *, assumed: bool) -> PageSe
         "rows": spectrum_of(study.acoustics).rows,
         "low": low,
         "high": high,
-        "assumed": assumed,
     }
     return template_section("sound.html", "Sound", values)
 

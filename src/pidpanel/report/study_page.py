@@ -29,7 +29,7 @@ from pidpanel.report.measured_section import measured_section
 from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.report.names import CouponStudy, family_of, model_title, with_names
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
-from pidpanel.report.panel_section import is_papers_panel, panel_section
+from pidpanel.report.panel_section import panel_section
 from pidpanel.report.response_section import layouts_section, response_section
 from pidpanel.report.severity_section import severity_section
 from pidpanel.report.sound_section import sound_section, sound_setting
@@ -64,7 +64,7 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
         beside = blocks if answer is not None and answer.candidates else []
         blocks = [proposal_choice(proposal, inputs.basis), *beside]
     claims = None
-    if getattr(study, "claims", ()):
+    if study.claims:
         distance = patch_distance(inputs.basis)
         claims = verdict_table(list(verdicts(study, inputs.summary, inputs.psd, distance)))
     return Page(
@@ -100,11 +100,9 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     """Return the parts of the page in order, without empty ones."""
     study, names = inputs.study, inputs.names
     points, frequency = list(study.panel.points), study.response.frequency_hz
-    # the paper states levels and no spectrum
-    assumed = is_papers_panel(inputs.modes, inputs.printed) and study.oaspl_db is not None
     sections = [
         panel_section(inputs.basis, inputs.modes, inputs.printed),
-        sound_section(study, inputs.bands, assumed=assumed),
+        sound_section(study, inputs.bands),
     ]
     laws = [getattr(study.dampers[name], "law", None) for name in study.used_dampers]
     law = paper_corrected if "paper_corrected" in laws else None
@@ -116,7 +114,8 @@ def _sections(inputs: Inputs) -> list[PageSection]:
             )
         )
     if inputs.coupled is not None:
-        sections.append(coupled_section(inputs.coupled, names, inputs.moving_points))
+        in_air, points = study.radiation != "none", inputs.moving_points
+        sections.append(coupled_section(inputs.coupled, names, points, in_air=in_air))
     if study.layouts:
         sections.append(layouts_section(inputs))
     families = with_progress(list(study.families), "families of scenarios of the page")

@@ -162,7 +162,7 @@ def coarse_mesh(
     panel = inputs.study.panel
     cause = StudiedPanel(panel).cause_of_shift(float(edge), highest)
     has_feet = any(point.radius_m for point in panel.support_input.points.values())
-    is_unsized = panel.mesh.size_m is not None and panel.mesh.corner_size_m is None
+    is_unsized = panel.mesh.kind == "triangles" and panel.corner_size is None
     if cause == "waves" and has_feet and is_unsized and panel.section.kind != "thin":
         cause = "unsized feet"
     return {

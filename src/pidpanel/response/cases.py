@@ -11,7 +11,14 @@ from pidpanel.arrays import Array
 from pidpanel.damping.laws import ConstantDamper
 from pidpanel.damping.models import FilledDamper
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.solve.layout import AttachedDamper, DamperLayout, LayoutResponse, solve_with
+from pidpanel.solve.layout import (
+    AttachedDamper,
+    DamperLayout,
+    LayoutResponse,
+    SearchResults,
+    search_motions,
+    solve_with,
+)
 from pidpanel.solve.lines import (
     LINES_AT_MOST,
     LINES_PER_BANDWIDTH,
@@ -114,10 +121,15 @@ class CasePlan:
         }
         return replace(self, layouts=layouts)
 
-    def solve(self, solver: PanelSolver) -> list[SolvedCase]:
-        """Return the responses."""
+    def search(self, solver: PanelSolver) -> SearchResults:
+        """Return the motions of all layouts, for `solve`."""
+        return search_motions(solver, list(self.layouts.values()))
+
+    def solve(self, solver: PanelSolver, motions: SearchResults | None = None) -> list[SolvedCase]:
+        """Return the responses, at motions that were searched or are now."""
         layouts = self.layouts
-        answers = dict(zip(layouts, solve_with(solver, list(layouts.values())), strict=True))
+        together = solve_with(solver, list(layouts.values()), motions)
+        answers = dict(zip(layouts, together, strict=True))
         rows = zip(self.rows, self.keys, strict=True)
         return [
             SolvedCase(

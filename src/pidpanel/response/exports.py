@@ -41,6 +41,9 @@ SI, RELATIVE = 1, 2  # codes of the units of a universal file, and of its temper
 NO_DATE = "01-Jan-70 00:00:00  "
 
 
+SUPPORTS = "supports"  # in the place of a point, with node 0
+
+
 @dataclass(frozen=True)
 class Curve:
     """One acceleration PSD."""
@@ -207,14 +210,57 @@ def write_exports(
             dampers = {name: _damping_of(case.sel(patch=name)) for name in scenario.patches}
             path, mesh = folder / f"dampers_{label}.bdf", (basis.vertex_position, basis.cells)
             write_bushes(path, f"{title}: {label}", frequency, dampers, *mesh, in_patch)
-    bands = third_octave_rows(frequency, curves)
+    bands = _write_curves(frequency, curves, title, basis.point_position, folder)
     model_error = summary.set_index(["scenario", "point"])["model_error_db"]
     bands = bands.join(model_error, on=["scenario", "point"])
     write_csv(folder / "third_octaves.csv", bands.join(trust, on="scenario"))
-    write_tabrnd1(folder / "tabrnd1.bdf", frequency, curves, title)
-    write_uff58(folder / "psd.uff", frequency, curves, title, basis.point_position)
     modes, ratios = modal_damping(basis, damping_ratio, scenarios, psd)
     write_tabdmp1(folder / "tabdmp1.bdf", modes, ratios, title)
+
+
+def write_base_exports(
+    psd: xr.Dataset, summary: pd.DataFrame, title: str, position: Array, folder: Path
+) -> None:
+    """Write the PSDs of all scenarios under random motion of the supports, and of that motion.
+
+    Parameters
+    ----------
+    psd, summary
+        Content of ``base/psd.nc`` and ``base/summary.csv``.
+    position
+        (n_points, 2) of the points [m].
+    """
+    folder.mkdir(exist_ok=True)
+    reasons = summary.groupby(["scenario", "input"])["doubts"].first().fillna("")
+    doubts: dict[tuple[str, str], str] = dict(zip(reasons.index.tolist(), reasons, strict=True))
+    frequency, points = psd["frequency"].to_numpy(), psd["point"].to_numpy().tolist()
+    curves: list[Curve] = []
+    for subcase, (label, motion) in enumerate(doubts, start=1):
+        case = psd.sel(scenario=label, input=motion)
+        if case["absolute_acceleration_psd"].isnull().any():
+            continue
+        bare = psd["absolute_acceleration_psd"].isel(scenario=0).sel(input=motion)
+        name = label if motion == "stated" else f"{label}, {motion}"
+        source = case["input_psd"].to_numpy()
+        curves.append(Curve(name, SUPPORTS, 0, source, source, subcase=subcase))
+        for node, point in enumerate(points, start=1):
+            values, bare_values, error = (
+                data.sel(point=point).to_numpy()
+                for data in (case["absolute_acceleration_psd"], bare, case["log_error"])
+            )
+            reason = doubts[label, motion]
+            curves.append(Curve(name, point, node, values, bare_values, reason, error, subcase))
+    bands = _write_curves(frequency, curves, title, position, folder)
+    write_csv(folder / "third_octaves.csv", bands)
+
+
+def _write_curves(
+    frequency: Array, curves: Sequence[Curve], title: str, position: Array, folder: Path
+) -> pd.DataFrame:
+    """Write curves as TABRND1 and UFF 58, and return their third octaves."""
+    write_tabrnd1(folder / "tabrnd1.bdf", frequency, curves, title)
+    write_uff58(folder / "psd.uff", frequency, curves, title, position)
+    return third_octave_rows(frequency, curves)
 
 
 def _damping_of(case: xr.Dataset) -> tuple[Array, Array]:

@@ -1,9 +1,9 @@
 """The basis of a study's responses: checked in every scenario, and widened until it is right."""
 
-import sys
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -24,22 +24,20 @@ from pidpanel.response.cases import (
 )
 from pidpanel.response.panel import ExcitationSource, ResponsePanel, WaveShift, widen
 from pidpanel.solve.basis_error import (
-    ALLOWED,
     BasisCheck,
     ForceAt,
     basis_shapes,
     check_basis,
     lines_to_try,
     pressure_errors,
+    widened,
 )
-from pidpanel.solve.dampers import patch_stiffness
-from pidpanel.solve.layout import LayoutResponse
+from pidpanel.solve.layout import LayoutResponse, SearchResults
 from pidpanel.solve.mesh_error import MeshError, MeshShift, mesh_error, point_shifts, shift_of_modes
 from pidpanel.solve.model import UnstableDamping
+from pidpanel.solve.receptances import patch_stiffness
 from pidpanel.solve.sharpness import LoadedModes, flanks, loaded_modes
 from pidpanel.solve.solvers import PanelSolver, damper_key
-
-ATTEMPTS = 4  # bases that are tried: each further one has the shapes that the one before lacked
 
 # Largest shift of a resonance by the mesh over that of `resolution.ElementKind`: waves along
 # the edges of rectangles have 1.2 times that.
@@ -70,6 +68,17 @@ class CheckedResponses:
     mesh_error: Sequence[MeshError | None]
 
 
+class _Attempt(NamedTuple):
+    """What belongs to a basis: its errors by case, and the shapes that joined it."""
+
+    panel: ResponsePanel
+    solver: PanelSolver
+    plan: CasePlan
+    motions: SearchResults
+    errors: Array
+    further_shapes: Array
+
+
 def checked_responses(
     panel: ResponsePanel,
     plate: StoredPlate,
@@ -82,38 +91,30 @@ def checked_responses(
     ----------
     source
         Source of the excitation on shapes that join the basis, and on all elements.
-
-    Notes
-    -----
-    After `ATTEMPTS` bases the last is used as it is, with its error.
     """
     panel = resolve(panel, heaviest_dampers(panel, scenarios))
-    further_shapes = np.zeros((plate.shapes.shape[0], 0))
-    for attempt in range(ATTEMPTS):
+
+    def tried(further_shapes: Array, attempt: int) -> tuple[_Attempt, list[BasisCheck]]:
         wider = widen(panel, plate, further_shapes, source)
         plan = plan_cases(wider, scenarios)
         columns = len(plan.layouts) * len(panel.basis.point_names)
         lines = lines_to_try(
             panel.settings.frequency_range, plate.stiffness.shape[0], columns, attempt
         )
-        # the search for the motions is done here, once for all lines
         solver, plain = wider.solver(rms_only=True), plan.response_alone()
+        motions = plan.search(solver)  # do not depend on the lines of the result
         if wider.resolved_ratio < SHARP:
-            lines = _with_flanks(lines, wider, solver, plain)
-        checked = solver.with_lines(lines, wider.deflection_at_points)
-        tried = plain.solve(checked)
-        check, by_case = _check(panel, wider, plate, further_shapes, tried, lines, source.force_at)
-        if not check.missing_shapes.shape[1] or attempt == ATTEMPTS - 1:
-            break
-        error = check.error.max()
-        print(f"the basis misses up to {error:.1%} of a PSD; it is widened", file=sys.stderr)
-        further_shapes = np.hstack([further_shapes, check.missing_shapes])
-    worst = np.array([check.largest[rows].max() if rows else np.nan for rows in by_case])
-    if (error := np.nanmax(worst, initial=0.0)) > ALLOWED:
-        message = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
-        print(message, file=sys.stderr)
+            lines = _with_flanks(lines, wider, solver, plain.solve(solver, motions))
+        solver = solver.with_lines(lines, wider.deflection_at_points)
+        cases = plain.solve(solver, motions)
+        check, rows = _check(panel, wider, plate, further_shapes, cases, lines, source.force_at)
+        worst = [check.largest[row].max() if row else np.nan for row in rows]
+        return _Attempt(wider, solver, plan, motions, np.array(worst), further_shapes), [check]
+
+    start = np.zeros((plate.shapes.shape[0], 0))
+    (wider, checked, plan, motions, worst, further_shapes), _ = widened(start, tried)
     solver = checked.with_lines(wider.frequency, wider.motion_at_points)
-    cases = plan.solve(solver)
+    cases = plan.solve(solver, motions)
     errors = _mesh_errors(wider, cases, mesh_shifts(wider, scenarios))
     return CheckedResponses(wider, solver, cases, worst, further_shapes, errors)
 
@@ -219,11 +220,13 @@ def _mesh_errors(
     return errors
 
 
-def _with_flanks(lines: Array, panel: ResponsePanel, solver: PanelSolver, plan: CasePlan) -> Array:
+def _with_flanks(
+    lines: Array, panel: ResponsePanel, solver: PanelSolver, cases: Sequence[SolvedCase]
+) -> Array:
     """Return the lines with as many on the flanks of resonances."""
     answers = [
         answer.response.acceleration_psd
-        for case in plan.solve(solver)
+        for case in cases
         for answer in (case.response, case.bare, case.dead_weight)
         if isinstance(answer, LayoutResponse)
     ]

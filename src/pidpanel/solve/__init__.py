@@ -1,11 +1,11 @@
 """The response of a panel with layouts of dampers: arrays only, no study and no path.
 
-`model`, `modal`, `bare_motions`
+`model`, `modal`
     Checked inputs; the bare panel in modal coordinates, line by line.
 `excitation`, `panel`
     What drives a panel; a panel with patches and points.
-`dampers`, `direct`
-    Dampers attached by low-rank updates; in all shapes, also in the paper's diagonal form.
+`receptances`, `dampers`
+    Receptances with dampers on; those of patches attached, also in the paper's diagonal form.
 `layout`, `solvers`
     `layouts`, the one entry: any number of layouts on a panel under an excitation.
 `search`, `motions`

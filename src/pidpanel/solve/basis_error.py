@@ -6,14 +6,16 @@ that of all elements. The check is of the structure alone: in vacuum, with the d
 m_a of the scenario. Where the error is above what is allowed, what the basis left out joins it.
 """
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
-from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.arrays import Array, Complexes
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.panel.basis import PanelBasis, values_of, with_condensed_face
 from pidpanel.panel.matrices import StoredPlate
@@ -24,6 +26,8 @@ from pidpanel.solve.excitation import Matrices
 from pidpanel.solve.model import ModalBasis
 
 ALLOWED = 5e-3  # largest error of a PSD that is left to the basis
+
+ATTEMPTS = 4  # bases that are tried: each further one has the shapes that the one before lacked
 
 # Error at the lines tried above which the basis is refined: between them it may be larger.
 REFINED_ABOVE = 4e-3
@@ -37,6 +41,8 @@ LINES = (2, 12)  # fewest and most lines of a scenario
 # coordinates with three points and 22 scenarios the check has 3 lines each.
 WORK = 1.2e7
 
+
+T = TypeVar("T")
 
 # (frequency [Hz], basis whose face moves in n shapes) → G (n, n) [m⁴]
 ForceAt = Callable[[float, PanelBasis], Matrices]
@@ -58,6 +64,34 @@ class BasisCheck:
     def largest(self) -> Array:
         """(n_scenarios,) [1]."""
         return self.error.max(axis=1)
+
+
+def widened(
+    further_shapes: Array, check: Callable[[Array, int], tuple[T, Sequence[BasisCheck]]]
+) -> tuple[T, float]:
+    """Return what belongs to a basis that is good in all checks, and its largest error [1].
+
+    After `ATTEMPTS` bases the last is used as it is, with its error.
+
+    Parameters
+    ----------
+    further_shapes
+        (n_free, k) what joins the basis of the panel stage from the first.
+    check
+        Function of further shapes and the number of the attempt from 0.
+    """
+    for attempt in range(ATTEMPTS):
+        result, checks = check(further_shapes, attempt)
+        error = max(float(part.error.max(initial=0.0)) for part in checks)
+        missing = np.hstack([part.missing_shapes for part in checks])
+        if not missing.shape[1] or attempt == ATTEMPTS - 1:
+            break
+        print(f"the basis misses up to {error:.1%} of a PSD; it is widened", file=sys.stderr)
+        further_shapes = np.hstack([further_shapes, missing])
+    if error > ALLOWED:
+        message = f"the basis misses up to {error:.1%} of a PSD, more than {ALLOWED:.1%}"
+        print(message, file=sys.stderr)
+    return result, error
 
 
 def lines_to_try(
@@ -130,10 +164,7 @@ def check_basis(
     """
     cutoff = damping_cutoff(basis, highest)
     overlap, modal = list(plate.patch_overlap.values()), modal_basis(basis, damping_ratio, highest)
-    points, ratio = (
-        sp.csr_array(plate.at_vertices[point_vertices(basis)]),
-        damping_ratio.ratio_at(cutoff),
-    )
+    points, ratio = plate.at_points, damping_ratio.ratio_at(cutoff)
     elements = Elements(plate, overlap, shapes, modal, basis.is_residual, ratio, cutoff, points)
     elements.prepare()
 
@@ -174,12 +205,6 @@ def principal(stiffness: sp.csr_array, columns: Array, remainder: float = REMAIN
     left = np.sum(V**2 * square, axis=1)[:, None] - np.cumsum(V**2 * square, axis=1)
     too_few = np.count_nonzero(np.any(left > remainder**2, axis=0))  # none leaves more than fewer
     return columns @ V[:, : too_few + 1]
-
-
-def point_vertices(basis: PanelBasis) -> Index:
-    """Return (n_points,) the vertices that are response points."""
-    distance = np.linalg.norm(basis.point_position[:, None] - basis.vertex_position[None], axis=2)
-    return np.argmin(distance, axis=1)
 
 
 def pressure_errors(
@@ -238,5 +263,5 @@ def basis_shapes(basis: PanelBasis, plate: StoredPlate, further: Array) -> Shape
 
 def refined(basis: PanelBasis, plate: StoredPlate, shapes: Shapes) -> PanelBasis:
     """Return the basis of the panel stage with what it left out, see `basis_shapes`."""
-    wider = replace(basis, **values_of(plate, shapes, point_vertices(basis)))
+    wider = replace(basis, **values_of(plate, shapes))
     return with_condensed_face(wider, basis.quadrature_wavenumber)

@@ -28,9 +28,9 @@ from pidpanel.arrays import Array, Complexes, Flags, Index
 from pidpanel.panel.eigen import factors
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import on_patch
-from pidpanel.solve.dampers import weighted_sum
 from pidpanel.solve.modal import dense_stiffness
 from pidpanel.solve.model import ModalBasis, ResponseError
+from pidpanel.solve.receptances import weighted_sum
 
 # Residual over that of the basis, each coordinate weighted by its own stiffness.
 #

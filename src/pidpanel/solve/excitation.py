@@ -2,13 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.solve.model import ResponseError
 
 Matrices = Array | Complexes
+
+# (n, n) for all frequencies, (nf, n, n), or a function of frequencies that returns (nf, n, n).
+MatrixInput = Matrices | Callable[[Array], Matrices]
 
 
 @runtime_checkable
@@ -28,6 +33,14 @@ class Excitation(Protocol):
 
     def factors(self, frequency: Array) -> Matrices | None:
         """Return L (nf, n, r) with G = L Lᴴ; None where r is not small."""
+
+
+@runtime_checkable
+class AirOfShapes(Protocol):
+    """The air on a panel, known also among some of its shapes."""
+
+    def among(self, frequency: Array, shapes: Index) -> Complexes:
+        """Return −ω²M_air + iωR (nf, k, k) [N/m] of shapes (k,) at the frequencies (nf,) [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -72,3 +85,39 @@ class Superposition:
     def factors(self, frequency: Array) -> Matrices | None:
         """Return None: no short form is known."""
         return None
+
+
+def matrices_at(matrix: MatrixInput, frequency: Array, lines: slice, n: int) -> Matrices:
+    """Return the matrices of some lines, (n_lines, n, n), or (1, n, n) where all are equal."""
+    if callable(matrix):
+        values: NDArray[Any] = matrix(frequency[lines])
+    else:
+        array: NDArray[Any] = np.asarray(matrix)
+        values = array[None] if array.ndim == 2 else array
+        if values.shape[0] == frequency.size:
+            values = values[lines]
+    if values.shape not in [(1, n, n), (frequency[lines].size, n, n)]:
+        raise ResponseError(
+            f"a modal matrix for {frequency.size} lines has shape {values.shape}: "
+            f"({n}, {n}) or one such matrix a line is needed"
+        )
+    if not np.all(np.isfinite(values)):
+        raise ResponseError("a modal matrix has values that are not finite")
+    return values
+
+
+def air_at(air: MatrixInput | None, frequency: Array, lines: slice, n: int) -> Matrices | None:
+    """Return the matrices of the air on some lines, see `matrices_at`; None in vacuum."""
+    return None if air is None else matrices_at(air, frequency, lines, n)
+
+
+def mixed_product(left: NDArray[Any], right: NDArray[Any]) -> Complexes:
+    """Return left @ right (nf, n, k): two real products cost half of a complex one."""
+    if np.iscomplexobj(left) == np.iscomplexobj(right):
+        return np.asarray(left @ right)
+    if np.iscomplexobj(right):
+        columns = np.ascontiguousarray(right).view(right.real.dtype)
+        return np.asarray((np.ascontiguousarray(left) @ columns).view(right.dtype))
+    product = np.empty((*left.shape[:-1], right.shape[-1]), left.dtype)
+    product.real, product.imag = left.real @ right, left.imag @ right
+    return product

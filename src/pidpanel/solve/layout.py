@@ -6,6 +6,7 @@ dampers reproduce themselves together (`search`).
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,8 +18,9 @@ from pidpanel.solve.excitation import Excitation, Superposition
 from pidpanel.solve.model import PanelResponse, UnstableDamping
 from pidpanel.solve.motions import Motions
 from pidpanel.solve.panel import ModalPanel
+from pidpanel.solve.receptances import traces
 from pidpanel.solve.search import LinearisationError, find_motions, governing, starts_between
-from pidpanel.solve.solvers import PanelSolver, Request, damper_key
+from pidpanel.solve.solvers import PanelSolver, Request
 
 # (frequency (nf,) [Hz], Γ) → C_e (nf,) [N s/m³], m_a (nf,) [kg/m²], within the range of its data
 # (nf,).
@@ -95,13 +97,20 @@ class LayoutResponse:
 
 
 @dataclass(frozen=True)
-class _Motion:
-    """Γ of all loads, rms accelerations of the patches if known [m/s²], and the search result."""
+class ConsistentMotion:
+    """Result of the search for a layout."""
 
-    gamma: Array
-    rms: Array | None = None
-    fixed_points: int = 1
-    residual: float = 0.0
+    gamma: Array  # (n_loads,) Γ
+    rms: Array | None = None  # (n_loads,) rms accelerations of the patches if known [m/s²]
+    fixed_points: int = 1  # number of distinct sets of Γ that reproduce themselves
+    residual: float = 0.0  # largest |ln(Γ_out/Γ)|
+
+
+# Results of a search; the error where C_e is negative.
+SearchResults = Sequence[ConsistentMotion | UnstableDamping]
+
+T = TypeVar("T")
+V = TypeVar("V")
 
 
 def layouts(
@@ -138,61 +147,73 @@ def layouts(
 
 
 def solve_with(
-    solver: PanelSolver, layouts: Sequence[DamperLayout]
+    solver: PanelSolver, layouts: Sequence[DamperLayout], motions: SearchResults | None = None
 ) -> list[LayoutResponse | UnstableDamping]:
     """Return the same as `layouts`, in one run over the lines of the result; raise likewise.
 
-    A layout with an additional force is solved on its own.
+    A layout with an additional force is solved on its own. ``motions`` of an earlier
+    `search_motions` do not depend on the lines of the result; None searches.
     """
-    plain = [layout for layout in layouts if layout.force is None]
-    answers = iter(_solve_together(solver, plain))
-    responses: list[LayoutResponse | UnstableDamping] = []
-    for layout in layouts:
+    motions = search_motions(solver, layouts) if motions is None else motions
+    return _by_force(solver, list(zip(layouts, motions, strict=True)), _solve_together)
+
+
+def search_motions(solver: PanelSolver, layouts: Sequence[DamperLayout]) -> SearchResults:
+    """Return the consistent motion of each layout; raise as `layouts`."""
+    return _by_force(solver, [(layout, None) for layout in layouts], _search)
+
+
+def _by_force(
+    solver: PanelSolver,
+    cases: Sequence[tuple[DamperLayout, T]],
+    solve: Callable[[PanelSolver, Sequence[tuple[DamperLayout, T]]], Sequence[V]],
+) -> list[V]:
+    """Return what is solved together without an additional force, and apart with one."""
+    plain = iter(solve(solver, [case for case in cases if case[0].force is None]))
+    answers = []
+    for case in cases:
+        layout = case[0]
         if layout.force is None:
-            responses.append(next(answers))
+            answers.append(next(plain))
         else:
             excitation = Superposition(solver.excitation, layout.force, 1 / layout.factor)
-            responses += _solve_together(solver.with_excitation(excitation), [layout])
-    return responses
+            answers += solve(solver.with_excitation(excitation), [case])
+    return answers
 
 
 def _solve_together(
-    solver: PanelSolver, layouts: Sequence[DamperLayout]
+    solver: PanelSolver,
+    cases: Sequence[tuple[DamperLayout, ConsistentMotion | UnstableDamping]],
 ) -> list[LayoutResponse | UnstableDamping]:
-    solver.prepare([layout.patches for layout in layouts])
-    _search(solver, layouts)
-    dampers: list[tuple[_Motion, Request, Flags] | UnstableDamping] = []
-    for layout in layouts:
-        try:
-            dampers.append(_dampers(solver, layout))
-        except UnstableDamping as error:
-            dampers.append(error)
+    dampers = [_dampers(solver, *case) for case in cases]
     steady = [case for case in dampers if not isinstance(case, UnstableDamping)]
     answers = iter(solver.responses([request for _, request, _ in steady]))
     return [
         case
         if isinstance(case, UnstableDamping)
         else _response(solver, layout, *case, next(answers))
-        for layout, case in zip(layouts, dampers, strict=True)
+        for (layout, _), case in zip(cases, dampers, strict=True)
     ]
 
 
-def _search(solver: PanelSolver, layouts: Sequence[DamperLayout]) -> None:
-    """Search for the motions that are not known yet, and store them in the solver."""
-    searches = {layout.search_key: layout for layout in layouts}
-    keys = [key for key in searches if key not in solver.searched]
-    for key in keys:
-        if searches[key].follows_motion.any():
-            solver.motions(searches[key].patches).prepare()
+def _search(solver: PanelSolver, cases: Sequence[tuple[DamperLayout, None]]) -> SearchResults:
+    """Return the motion of each layout; equal ones are searched once."""
+    solver.prepare([layout.patches for layout, _ in cases])
+    searches = {layout.search_key: layout for layout, _ in cases}
+    distinct = list(searches.values())
+    for layout in distinct:
+        if layout.follows_motion.any():
+            solver.motions(layout.patches).prepare()
             _ = solver.bare_acceleration_rms
 
-    def search(number: int) -> _Motion | UnstableDamping:
+    def search(number: int) -> ConsistentMotion | UnstableDamping:
         try:
-            return _consistent_motion(solver, searches[keys[number]])
+            return _consistent_motion(solver, distinct[number])
         except UnstableDamping as error:
             return error
 
-    solver.searched |= zip(keys, map_in_forks(search, range(len(keys))), strict=True)
+    results = dict(zip(searches, map_in_forks(search, range(len(distinct))), strict=True))
+    return [results[layout.search_key] for layout, _ in cases]
 
 
 def sine_accelerations_g(acceleration_rms: Array) -> Array:
@@ -211,21 +232,24 @@ def evaluate_dampers(
     return value, mass, inside
 
 
-def _dampers(solver: PanelSolver, layout: DamperLayout) -> tuple[_Motion, Request, Flags]:
+def _dampers(
+    solver: PanelSolver, layout: DamperLayout, motion: ConsistentMotion | UnstableDamping
+) -> tuple[ConsistentMotion, Request, Flags] | UnstableDamping:
     """Return Γ and the dampers at this Γ."""
-    motion: _Motion | UnstableDamping = solver.searched[layout.search_key]
     if isinstance(motion, UnstableDamping):
-        raise motion
+        return motion
     value, mass, inside = evaluate_dampers(layout.dampers, solver.panel.frequency, motion.gamma)
-    if layout.dampers:
+    try:
         check_stable(value)
+    except UnstableDamping as error:
+        return error
     return motion, Request(layout.patches, value, mass, layout.with_slope), inside
 
 
 def _response(
     solver: PanelSolver,
     layout: DamperLayout,
-    motion: _Motion,
+    motion: ConsistentMotion,
     request: Request,
     inside: Flags,
     answer: PanelResponse,
@@ -252,7 +276,7 @@ def _response(
 
 
 def _final_motion(
-    solver: PanelSolver, layout: DamperLayout, motion: _Motion
+    solver: PanelSolver, layout: DamperLayout, motion: ConsistentMotion
 ) -> tuple[Array, Array]:
     """Return the rms acceleration of the patches, and the range over their cells."""
     no_cells = np.full((len(layout.dampers), 2), np.nan)
@@ -262,26 +286,21 @@ def _final_motion(
     motions = solver.motions(layout.patches)
     if solver.panel.cells is None:
         return motions.acceleration_rms(value, mass), no_cells
-    key = damper_key(layout.patches, value, mass)
-    if key not in solver.searched:
-        covariance = motions.acceleration_covariance(value, mass)
-        square = np.sum(motions.weight * covariance, axis=(1, 2)) / motions.area
-        cells = solver.cell_acceleration_rms(layout.patches, covariance)
-        solver.searched[key] = np.sqrt(square), cells
-    rms, cells = solver.searched[key]
-    return rms, cells
+    covariance = motions.acceleration_covariance(value, mass)
+    square = traces(motions.coordinates.weight, covariance[None])[:, 0] / motions.area
+    return np.sqrt(square), solver.cell_acceleration_rms(layout.patches, covariance)
 
 
-def _consistent_motion(solver: PanelSolver, layout: DamperLayout) -> _Motion:
+def _consistent_motion(solver: PanelSolver, layout: DamperLayout) -> ConsistentMotion:
     """Return Γ of all loads."""
     gamma = np.full(len(layout.dampers), np.nan)
     if not layout.dampers:
-        return _Motion(gamma, fixed_points=0)
+        return ConsistentMotion(gamma, fixed_points=0)
     if layout.stated_acceleration_g is not None:
-        return _Motion(np.full(len(layout.dampers), layout.stated_acceleration_g))
+        return ConsistentMotion(np.full(len(layout.dampers), layout.stated_acceleration_g))
     searched = np.flatnonzero(layout.follows_motion)
     if searched.size == 0:
-        return _Motion(gamma)
+        return ConsistentMotion(gamma)
     # a passive damper can move a patch more than no damper only where its mass tunes a
     # resonance to a peak of the excitation, and never to a hundredth
     patches = np.array([layout.dampers[index].patch for index in searched.tolist()])
@@ -297,7 +316,7 @@ def _consistent_motion(solver: PanelSolver, layout: DamperLayout) -> _Motion:
     chosen = governing(solutions)
     gamma[searched] = np.exp(chosen.log_gamma)
     rms = full_map.rms[chosen.log_gamma.tobytes()]
-    return _Motion(gamma, rms, len(solutions), chosen.residual)
+    return ConsistentMotion(gamma, rms, len(solutions), chosen.residual)
 
 
 class _LogMotion:

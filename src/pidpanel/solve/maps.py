@@ -14,8 +14,8 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.progress import with_progress
-from pidpanel.solve.bare_motions import MatrixInput
 from pidpanel.solve.dampers import covariance_taken
+from pidpanel.solve.excitation import MatrixInput
 from pidpanel.solve.lines import trapezoid_weights
 from pidpanel.solve.modal import bare_panels, chunks_of_lines
 from pidpanel.solve.model import ModalBasis, Patches

@@ -80,7 +80,7 @@ class PatchCoordinates:
     """The motions of the shapes that some patches feel, D_p = E Δ_p Eᵀ."""
 
     columns: Array  # (n, r) E [m]
-    # (n_patches, r, r) Δ_p [1], which sum to about one; the unit matrix for one patch alone
+    # (n_patches, r, r) Δ_p [1], which sum to about one; of a patch alone the diagonal (1, r), ones
     weight: Array
     inverse: Array  # (r, n) of E: a motion cᵀq with c = E a is aᵀu, a = inverse c
 
@@ -197,7 +197,7 @@ def _coordinates(factors: list[Array], cutoff: float, n: int) -> PatchCoordinate
     if len(factors) == 1:
         (single,) = factors
         square = np.sum(single**2, axis=0)
-        return PatchCoordinates(single, np.eye(single.shape[1])[None], (single / square).T)
+        return PatchCoordinates(single, np.ones((1, single.shape[1])), (single / square).T)
     scaled = [u / np.sqrt(np.max(np.sum(u**2, axis=0), initial=1e-300)) for u in factors]
     stacked = np.concatenate([*scaled, np.zeros((n, 0))], axis=1)
     vector, value, _ = np.linalg.svd(stacked, full_matrices=False)

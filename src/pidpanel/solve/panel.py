@@ -6,7 +6,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.solve.bare_motions import MatrixInput
+from pidpanel.solve.excitation import MatrixInput
 from pidpanel.solve.modal import checked_motions
 from pidpanel.solve.model import ModalBasis, Patches
 

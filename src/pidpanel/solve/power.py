@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.solve.bare_motions import MatrixInput, air_at, matrices_at
-from pidpanel.solve.dampers import attach_dampers, checked_dampers, patch_stiffness, weighted_sum
+from pidpanel.solve.dampers import attach_dampers, checked_dampers
+from pidpanel.solve.excitation import MatrixInput, air_at, matrices_at
 from pidpanel.solve.modal import (
     OVERLAP_CUTOFF,
     bare_panels,
@@ -16,6 +16,7 @@ from pidpanel.solve.modal import (
     dense_stiffness,
 )
 from pidpanel.solve.model import ModalBasis, Patches, checked_array
+from pidpanel.solve.receptances import weighted_sum
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,8 @@ def power_balance(
     frequency = checked_frequency(frequency)
     spectrum = checked_array("spectrum", spectrum, frequency.shape)
     n = basis.natural_frequency.size
-    damping, mass = checked_dampers(patches, frequency, equivalent_damping, apparent_mass)
+    s = checked_dampers(patches.count, frequency, equivalent_damping, apparent_mass)
+    damping, mass = np.asarray(equivalent_damping), np.asarray(apparent_mass)
 
     field, structure, radiated = np.zeros((3, frequency.size))
     lost_in_patches = np.empty((frequency.size, patches.count))
@@ -79,10 +81,9 @@ def power_balance(
         on_diagonal = np.diagonal(modal_psd, axis1=1, axis2=2).real
         structure[lines] = omega**2 * (on_diagonal @ basis.damping)
         motion = np.einsum("pij,fji->fp", patches.overlap, modal_psd).real  # tr(D S_q)
-        lost_in_patches[lines] = omega[:, None] ** 2 * damping[:, lines].T * motion
+        lost_in_patches[lines] = omega[:, None] * s[:, lines].imag.T * motion
         stiffness = dense_stiffness(frequency[lines], basis, air)
-        pull = patch_stiffness(frequency[lines], damping[:, lines], mass[:, lines])
-        stiffness += weighted_sum(pull, patches.overlap)
+        stiffness += weighted_sum(s[:, lines], patches.overlap)
         transfer_times_force = np.linalg.solve(stiffness, np.broadcast_to(force, stiffness.shape))
         trace = np.trace(transfer_times_force, axis1=1, axis2=2)
         field[lines] = spectrum[lines] * (1j * omega * trace).real

@@ -6,29 +6,28 @@ grow with their number, and no chunk is kept: a call is one run.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.progress import map_in_forks, with_progress
-from pidpanel.solve.bare_motions import MatrixInput, air_at, matrices_at
 from pidpanel.solve.dampers import attach_dampers
-from pidpanel.solve.direct import DiagonalPanel, DirectMotions, DirectPanel
-from pidpanel.solve.excitation import Excitation
+from pidpanel.solve.excitation import Excitation, MatrixInput, air_at, matrices_at
 from pidpanel.solve.lines import root_mean_square
 from pidpanel.solve.modal import (
     OVERLAP_CUTOFF,
+    BarePanel,
     bare_panels,
     chunks_of_lines,
+    panel_in_shapes,
     patch_motions_in_vacuum,
 )
 from pidpanel.solve.model import PanelResponse, Patches
-from pidpanel.solve.motions import Motions, ReducedMotions
+from pidpanel.solve.motions import Motions, ShapeMotions
 from pidpanel.solve.panel import ModalPanel
 
 SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3
@@ -37,13 +36,7 @@ SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of th
 # multiplies two matrices of its width in addition, four times the cost of the solve alone.
 DIRECT_SHARE = 0.6
 
-# Most memory for the matrices of direct solves on the lines of a search.
-KEPT_BYTES = 400e6
-
 Loaded = tuple[int, ...]  # indices of the patches that carry dampers together
-
-# C_e and m_a (n_patches, nf) on some lines, and whether the slope is requested → the response.
-SolutionPath = Callable[[Array, Array, bool], PanelResponse]
 
 
 def damper_key(patches: Loaded, equivalent_damping: Array, apparent_mass: Array) -> Hashable:
@@ -70,24 +63,16 @@ class Request:
 
 
 class PanelSolver:
-    """A panel under an excitation, with all that is computed once for several layouts.
-
-    Attributes
-    ----------
-    searched
-        Result of the search for Γ by layout, and motions of the patches by dampers: they do not
-        depend on the lines of the result.
-    """
+    """A panel under an excitation, with all that is computed once for several layouts."""
 
     def __init__(self, panel: ModalPanel, excitation: Excitation) -> None:
         self.panel = panel
         self.excitation = excitation
-        self.searched: dict[Hashable, Any] = {}
         self._carriers: dict[Loaded, Patches] = {}
         self._motions: dict[Loaded, Motions] = {}
 
     def with_lines(self, frequency: Array, points: Array) -> PanelSolver:
-        """Return a solver of the same panel on other lines [Hz], with the search done so far."""
+        """Return a solver of the same panel on other lines [Hz]."""
         solver = copy(self)
         solver.panel = replace(self.panel, frequency=frequency, points=points)
         return solver
@@ -96,7 +81,7 @@ class PanelSolver:
         """Return a solver under another excitation; the bare panel stays under this one."""
         _ = self.bare_acceleration_rms
         solver = copy(self)
-        solver.excitation, solver.searched, solver._motions = excitation, {}, {}
+        solver.excitation, solver._motions = excitation, {}
         return solver
 
     def motions(self, patches: Loaded) -> Motions:
@@ -140,7 +125,9 @@ class PanelSolver:
             square = [
                 np.sum(factor * (covariance @ factor)) / area
                 for factor, area in zip(
-                    map(motions.patch_coordinates, inside.factors(0.0)), inside.area, strict=True
+                    map(motions.coordinates.inverse.__matmul__, inside.factors(0.0)),
+                    inside.area,
+                    strict=True,
                 )
             ]
             if square:
@@ -163,14 +150,12 @@ class PanelSolver:
                 overlap_cutoff=SEARCH_CUTOFF,
             )  # fmt: skip
             for key, bare in zip(reduced, panels, strict=True):
-                self._motions[key] = ReducedMotions(bare)
+                self._motions[key] = Motions(bare, self.carrier(key).area)
         for key in keys:
             if key not in self._motions:
-                direct = DirectPanel(
-                    lines, panel.basis, self.carrier(key), panel.points,
-                    self.excitation.spectrum(lines), self.excitation, panel.air_stiffness,
-                )  # fmt: skip
-                self._motions[key] = DirectMotions(direct, KEPT_BYTES)
+                self._motions[key] = ShapeMotions(
+                    lines, panel.basis, self.carrier(key), self.excitation, panel.air_stiffness
+                )
 
     def responses(self, requests: Sequence[Request]) -> list[PanelResponse]:
         """Return the response with each of several sets of dampers, in one run over the lines.
@@ -202,9 +187,10 @@ class PanelSolver:
         chunks = chunks_of_lines(count, self.panel.patches.shapes)
 
         def part_of_range(lines: slice) -> list[PanelResponse]:
-            paths = self._on_lines(lines, [request.patches for request in requests])
+            panels = self._on_lines(lines, [request.patches for request in requests])
             return [
-                paths[request.patches](
+                attach_dampers(
+                    panels[request.patches],
                     request.equivalent_damping[:, lines],
                     request.apparent_mass[:, lines],
                     request.with_slope,
@@ -222,31 +208,33 @@ class PanelSolver:
                     response.slope[:, lines] = part.slope
         return responses
 
-    def _on_lines(self, lines: slice, sets: Sequence[Loaded]) -> dict[Loaded, SolutionPath]:
+    def _on_lines(self, lines: slice, sets: Sequence[Loaded]) -> dict[Loaded, BarePanel]:
         """Return what carries each set of patches on a chunk of lines."""
-        panel, keys, frequency = self.panel, dict.fromkeys(sets), self.panel.frequency[lines]
-        form = DiagonalPanel if panel.is_diagonal else DirectPanel
-        direct = [key for key in keys if panel.is_diagonal or self._is_direct(key, OVERLAP_CUTOFF)]
+        panel, frequency, diagonal = self.panel, self.panel.frequency[lines], self.panel.is_diagonal
+        keys = dict.fromkeys(sets)
+        direct = [key for key in keys if diagonal or self._is_direct(key, OVERLAP_CUTOFF)]
         low_rank = [key for key in keys if key not in direct]
-        spectrum, n = self.excitation.spectrum(frequency), panel.patches.shapes
+        spectrum = self.excitation.spectrum(frequency)
         force: MatrixInput = self.excitation
-        air: MatrixInput | None = panel.air_stiffness
-        if direct:  # functions may know a shorter form
-            force = matrices_at(force, panel.frequency, lines, n)
-            air = air_at(air, panel.frequency, lines, n)
-        paths: dict[Loaded, SolutionPath] = {
-            key: form(
-                frequency, panel.basis, self.carrier(key), panel.points, spectrum, force, air
-            ).response
-            for key in direct
-        }
+        panels: dict[Loaded, BarePanel] = {}
+        if direct:
+            n = panel.patches.shapes
+            force = matrices_at(force, frequency, slice(None), n)
+            # the paper's panel is in vacuum
+            air = None if diagonal else air_at(panel.air_stiffness, frequency, slice(None), n)
+            for key in direct:
+                carrier = self.carrier(key)
+                weight = carrier.diagonal if diagonal else carrier.overlap
+                panels[key] = panel_in_shapes(
+                    frequency, panel.basis, weight, panel.points, spectrum, force, air
+                )
         if low_rank:
+            carriers = [self.carrier(key) for key in low_rank]
             bare = bare_panels(
-                frequency, panel.basis, [self.carrier(key) for key in low_rank], panel.points,
-                spectrum, force, air,
-            )  # fmt: skip
-            paths |= zip(low_rank, (partial(attach_dampers, each) for each in bare), strict=True)
-        return paths
+                frequency, panel.basis, carriers, panel.points, spectrum, force, panel.air_stiffness
+            )
+            panels |= zip(low_rank, bare, strict=True)
+        return panels
 
     def _is_direct(self, patches: Loaded, cutoff: float) -> bool:
         if not patches:

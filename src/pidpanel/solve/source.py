@@ -9,7 +9,6 @@ of each cell, 1 − c, is independent. On the modes that is
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,7 +74,7 @@ class ParticleForce:
 
     def __call__(self, frequency: Array) -> Array:
         """Return the cross-PSD (nf, n, n) [N²/Hz]."""
-        return interpolated_load(frequency, self.nodes, self.load)(slice(None))
+        return interpolated_load(frequency, self.nodes, self.load)
 
     def factors(self, frequency: Array) -> None:
         """Return None: no short form is known."""
@@ -133,8 +132,8 @@ def _mean_between(offset: Array, side: Array, length: float) -> Array:
     return np.einsum("...uv,u,v->...", np.exp(-distance / length), w, w)
 
 
-def interpolated_load(frequency: Array, nodes: Array, load: Array) -> Callable[[slice], Array]:
-    """Return values at nodes, (k, n, n), as a function of lines; linear in ln f.
+def interpolated_load(frequency: Array, nodes: Array, load: Array) -> Array:
+    """Return values (nf, n, n) from those at nodes (k, n, n); linear in ln f.
 
     Parameters
     ----------
@@ -147,8 +146,4 @@ def interpolated_load(frequency: Array, nodes: Array, load: Array) -> Callable[[
     lower = place.astype(int)
     upper = np.minimum(lower + 1, len(nodes) - 1)
     share = (place - lower)[:, None, None]
-
-    def values(lines: slice) -> Array:
-        return (1 - share[lines]) * load[lower[lines]] + share[lines] * load[upper[lines]]
-
-    return values
+    return np.asarray((1 - share) * load[lower] + share * load[upper])

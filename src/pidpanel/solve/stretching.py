@@ -23,13 +23,13 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Array
 from pidpanel.panel.matrices import Stretching
-from pidpanel.solve.dampers import patch_stiffness, weighted_sum
 from pidpanel.solve.layout import DamperLayout, evaluate_dampers, sine_accelerations_g
 from pidpanel.solve.lines import trapezoid_weights
 from pidpanel.solve.modal import BarePanel, bare_panels
 from pidpanel.solve.model import Patches
+from pidpanel.solve.receptances import Receptances, patch_stiffness, traces
 from pidpanel.solve.search import LinearisationError
 from pidpanel.solve.solvers import SEARCH_CUTOFF, PanelSolver
 
@@ -158,6 +158,11 @@ class StretchedPanel:
         return bare
 
     @property
+    def area(self) -> Array:
+        """(n_loads,) of the patches [m²]."""
+        return self.solver.carrier(self.patches).area
+
+    @property
     def lines(self) -> Array:
         """(nf,) [Hz]."""
         return self.solver.panel.search_frequency
@@ -234,10 +239,7 @@ class StretchedPanel:
 
 
 class DampedModes:
-    """The modes of a panel with dampers, ready to take a further stiffness.
-
-    Dampers change the motions w of points and modes and the receptance R to modal forces as in
-    `dampers`. A stiffness K of the modes q then leaves w − R_wq K (I + R_qq K)⁻¹ q.
+    """The modes of a panel with dampers, ready to take a further stiffness K of the modes.
 
     Parameters
     ----------
@@ -247,60 +249,37 @@ class DampedModes:
 
     def __init__(self, panel: StretchedPanel, layout: DamperLayout, gamma: Array) -> None:
         bare, modes = panel.bare, panel.stretching.modes
-        width, n = bare.receptance.shape[2], bare.patches.shapes
         self.gamma, self._frequency = gamma, bare.frequency
-        self._loads = bare.coordinates.weight[:-1], bare.patches.area[:-1]
+        self._shares, self._area = bare.coordinates.weight[:-1], panel.area
         value, mass, _ = evaluate_dampers(layout.dampers, bare.frequency, gamma)
         s = patch_stiffness(bare.frequency, value, mass)
-        S = weighted_sum(np.pad(s, ((0, 1), (0, 0))), bare.coordinates.weight)
-        follows = np.linalg.inv(np.eye(width) + bare.receptance[:, :width] @ S)
-        pull = bare.receptance[:, width:] @ S @ follows
-        taken = bare.patch_psd[:, width:] @ _adjoint(pull)
-        pushed = pull @ bare.patch_psd[:, :width] @ _adjoint(pull)
-        self._psd = bare.point_psd[:, 0] - taken - _adjoint(taken) + pushed
-        self._patch_psd = follows @ bare.patch_psd[:, :width] @ _adjoint(follows)
-        self._modes = bare.coordinates.inverse @ np.eye(n)[:, modes]  # q = modesᵀ u
-        self._patch_receptance = follows @ (bare.receptance[:, :width] @ self._modes)
-        self._receptance = bare.receptance[:, width:] @ (self._modes - S @ self._patch_receptance)
+        damped, drop = bare.receptances.damped(bare.pull(np.pad(s, ((0, 1), (0, 0)))))
+        psd, q = bare.point_psd[:, 0] - drop, slice(-len(modes), None)
+        # the modes are qᵀ u among the motions that are felt, and the last that are observed
+        felt = bare.coordinates.inverse[:, modes]
+        across, patch_psd = damped.across @ felt, damped.felt_psd @ felt
+        self._points = Receptances(across[:, q], across, psd[:, q, q], psd[:, :, q])
+        self._patches = Receptances(across[:, q], damped.felt @ felt, felt.T @ patch_psd, patch_psd)
+        self._point_psd, self._patch_psd = np.einsum("fii->fi", psd).real, damped.felt_psd
         self._weight = layout.factor * trapezoid_weights(bare.frequency)
-        self._q = slice(self._psd.shape[1] - len(modes), None)
 
     def covariance(self, stiffness: Array) -> Array:
         """Return C (n, n) [m²] of the modes with a stiffness."""
-        q = self._q
-        psd = _remaining(self._pull(stiffness, self._receptance[:, q]), self._psd[:, q, q])
-        return np.asarray(np.tensordot(self._weight, psd.real, axes=1))
+        psd = self._points.felt_psd_with(stiffness[None])
+        return np.asarray(np.tensordot(self._weight, psd, axes=1))
 
     def mean_squares(self, stiffness: Array) -> Array:
         """Return those of displacement and acceleration of points and modes with a stiffness."""
-        pull = np.zeros_like(self._psd)
-        pull[:, :, self._q] = self._pull(stiffness, self._receptance)
-        psd = np.einsum("fii->fi", _remaining(pull, self._psd)).real
+        psd = self._point_psd - self._points.reaction(stiffness[None]).taken
         omega = 2 * np.pi * self._frequency
         return np.stack([self._weight @ psd, (self._weight * omega**4) @ psd])
 
     def patch_motion(self, stiffness: Array) -> Array:
         """Return Γ (n_loads,) of the patches with a stiffness."""
-        pull = self._pull(stiffness, self._patch_receptance) @ self._modes.T
+        psd = self._patch_psd - self._patches.reaction(stiffness[None]).drop
         weight = self._weight * (2 * np.pi * self._frequency) ** 4
-        covariance = np.tensordot(weight, _remaining(pull, self._patch_psd).real, axes=1)
-        shares, area = self._loads
-        return sine_accelerations_g(np.sqrt(np.sum(shares * covariance, axis=(1, 2)) / area))
-
-    def _pull(self, stiffness: Array, receptance: Complexes) -> Complexes:
-        """Return R K (I + R_qq K)⁻¹ (nf, rows, n)."""
-        inner = np.eye(len(stiffness)) + self._receptance[:, self._q] @ stiffness
-        return np.asarray(receptance @ stiffness @ np.linalg.inv(inner))
-
-
-def _remaining(pull: Complexes, psd: Complexes) -> Complexes:
-    """Return (I − P) S (I − P)ᴴ."""
-    left = np.eye(psd.shape[1]) - pull
-    return np.asarray(left @ psd @ _adjoint(left))
-
-
-def _adjoint(matrix: Complexes) -> Complexes:
-    return matrix.conj().swapaxes(1, 2)
+        covariance = np.tensordot(weight, psd.real, axes=1)[None]
+        return sine_accelerations_g(np.sqrt(traces(self._shares, covariance)[:, 0] / self._area))
 
 
 def stretched_responses(

@@ -38,7 +38,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.progress import with_progress
 from pidpanel.sound.face import FoldedFace
@@ -90,16 +90,20 @@ class Air:
 
     def __call__(self, frequency: Array) -> Complexes:
         """Return iωR − ω²M_air at the frequencies (nf,) [Hz], (nf, n, n) [N/m]."""
+        return self.among(frequency, None)
+
+    def among(self, frequency: Array, shapes: Index | None) -> Complexes:
+        """Return the same of some shapes (k,), (nf, k, k); None for all."""
         k = wavenumber(frequency, self.speed_of_sound)
         omega = 2 * np.pi * frequency[:, None, None]
         mass = -(omega**2) * self.wetted_sides * self.density
-        modal_force = self.diffuse.matrix(k)
+        modal_force = self.diffuse.matrix(k, shapes)
         stiffness = np.zeros(modal_force.shape, dtype=np.complex128)
         np.multiply(
             -omega * mass / (2 * np.pi * self.speed_of_sound), modal_force, out=stiffness.imag
         )
         if self.added_volume is not None:
-            np.multiply(mass, self.added_volume.matrix(k), out=stiffness.real)
+            np.multiply(mass, self.added_volume.matrix(k, shapes), out=stiffness.real)
         return stiffness
 
 

@@ -13,7 +13,7 @@ from pidpanel.columns import Allowed, ColumnsError, UserTable, numbers, read_row
 from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum, Spectrum
 from pidpanel.spectra.acceleration_table import break_points, summary
 from pidpanel.spectra.third_octaves import center_frequency
-from pidpanel.tabular.cells import HERTZ, Quantity
+from pidpanel.tabular.cells import HERTZ, Label
 from pidpanel.tabular.rows import TableRows
 
 # Relative distance allowed between a stated centre and the exact one.
@@ -34,10 +34,10 @@ LEVEL_RANGE = (-100.0, 200.0)
 LARGEST_STEP_DB = 40.0
 
 BAND_COLUMNS = {
-    "center_hz": Allowed(0.0, low_itself=False, quantity=HERTZ),
+    "center_hz": Allowed(0.0, low_itself=False, label=HERTZ),
     "spl_db": Allowed(
         LEVEL_RANGE[0], high=LEVEL_RANGE[1], hint="in Pa?",
-        quantity=Quantity.named(
+        label=Label.named(
             "dB", "spl l lp level levels pegel schalldruckpegel",
             "sound pressure acoustic band octave third 1 3 max maximum limit mpe",
         ),
@@ -45,11 +45,11 @@ BAND_COLUMNS = {
 }  # fmt: skip
 
 PSD_COLUMNS = {
-    "frequency_hz": Allowed(0.0, low_itself=False, quantity=HERTZ),
+    "frequency_hz": Allowed(0.0, low_itself=False, label=HERTZ),
     # 200 dB in a band of 1 Hz
     "psd_pa2_hz": Allowed(
         0.0, low_itself=False, high=4e10,
-        quantity=Quantity.named("Pa^2/Hz", "psd asd apsd density", "pressure power spectral sound"),
+        label=Label.named("Pa^2/Hz", "psd asd apsd density", "pressure power spectral sound"),
     ),
 }  # fmt: skip
 

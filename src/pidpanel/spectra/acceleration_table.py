@@ -13,23 +13,23 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.columns import Allowed, ColumnsError, UserTable, numbers, read_rows
 from pidpanel.spectra.break_points import BreakPoints
-from pidpanel.tabular.cells import HERTZ, QUANTITY, RANGE, Quantity, value_of
+from pidpanel.tabular.cells import HERTZ, QUANTITY, RANGE, Label, value_of
 from pidpanel.tabular.rows import TableRows
 
 FREQUENCY, LEVEL, SLOPE = ("frequency_hz", "acceleration_psd_g2_hz", "slope_db_octave")
 
-ACCELERATION = Quantity.named(
+ACCELERATION = Label.named(
     "g^2/Hz", "asd psd apsd density level levels",
     "acceleration accel power spectral auto input random vibration value",
 )  # fmt: skip
-PER_OCTAVE = Quantity.named("dB/octave", "slope slopes")
+PER_OCTAVE = Label.named("dB/octave", "slope slopes")
 COLUMNS = {
-    FREQUENCY: Allowed(0.0, low_itself=False, high=1e5, quantity=HERTZ),
+    FREQUENCY: Allowed(0.0, low_itself=False, high=1e5, label=HERTZ),
     LEVEL: Allowed(
         0.0, low_itself=False, high=1e5, hint="in (m/s²)²/Hz?", may_be_empty=True,
-        quantity=ACCELERATION,
+        label=ACCELERATION,
     ),
-    SLOPE: Allowed(-100.0, high=100.0, may_be_missing=True, may_be_empty=True, quantity=PER_OCTAVE),
+    SLOPE: Allowed(-100.0, high=100.0, may_be_missing=True, may_be_empty=True, label=PER_OCTAVE),
 }  # fmt: skip
 
 # Difference of levels and slope allowed [dB]: levels are stated to two digits.

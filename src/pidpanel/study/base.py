@@ -10,13 +10,14 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Field,
     ModelWrapValidatorHandler,
     ValidationError,
     ValidationInfo,
     model_validator,
 )
 
-from pidpanel.study.mistakes import Mistake, Mistakes, mistakes_of
+from pidpanel.study.mistakes import Mistake, Mistakes, listed, mistakes_of
 from pidpanel.study.quantity import Quantity, inside
 
 
@@ -31,6 +32,8 @@ class SectionModel(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     removed_keys: ClassVar[Mapping[str, str]] = {}  # keys of earlier versions, a message for each
+    forms: ClassVar[tuple[tuple[str, ...], ...]] = ()  # keys that go together; one form is required
+    needed: ClassVar[tuple[str, ...]] = ()  # keys of which at least one is required
 
     @model_validator(mode="wrap")
     @classmethod
@@ -41,12 +44,23 @@ class SectionModel(BaseModel):
         if not mistakes:
             try:
                 section = handler(values)
-                mistakes = list(section.mistakes())
+                mistakes = list(section._mistakes_of_keys()) or list(section.mistakes())
             except ValidationError as error:
                 mistakes = list(mistakes_of(error, cls))
         if mistakes:
             raise Mistakes(mistakes, cls)
         return section
+
+    def _mistakes_of_keys(self) -> Iterator[Mistake]:
+        keys = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        present = keys.intersection(key for form in self.forms for key in form)
+        if self.forms and present not in map(set, self.forms):
+            forms = ", or ".join(map(listed, self.forms))
+            yield Mistake((), f"must have either {forms}")
+        if self.needed and not keys.intersection(self.needed):
+            first, *alternatives = self.needed
+            message = f"missing; required unless {' or '.join(alternatives)} is given"
+            yield Mistake((first,), message)
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield what of the keys does not fit together; each is good on its own."""
@@ -72,6 +86,15 @@ Coordinate = Annotated[float, Quantity(-100, 100, unit="metres")]  # x or y [m]
 Size = Annotated[float, Quantity(1e-4, 30, unit="metres")]  # of anything on a panel [m]
 # Density of a solid [kg/m³]: expanded foam to osmium.
 Density = Annotated[float, Quantity(5, 25000, unit="density")]
+
+
+def by_kind(default: str | None = None) -> tuple[Any, ...]:
+    """Return the metadata of a key with alternatives: their ``kind`` tells them apart."""
+
+    def with_kind(values: Any) -> Any:
+        return {"kind": default, **values} if default and isinstance(values, Mapping) else values
+
+    return Field(discriminator="kind"), BeforeValidator(with_kind)
 
 
 def as_tuple(value: T | tuple[T, ...]) -> tuple[T, ...]:

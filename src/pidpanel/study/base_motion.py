@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError
@@ -50,11 +50,7 @@ class PointLimit(SectionModel):
     """Largest PSD [g²/Hz]."""
     rms_g: GRms | None = None
     """Largest overall acceleration [g rms]."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield a limit without a value."""
-        if self.psd_g2_hz is None and self.rms_g is None:
-            yield Mistake(("psd_g2_hz",), "missing; required unless rms_g is given")
+    needed: ClassVar = ("psd_g2_hz", "rms_g")
 
 
 class InterfaceLimit(SectionModel):
@@ -64,11 +60,7 @@ class InterfaceLimit(SectionModel):
     """Largest PSD [N²/Hz]."""
     rms_n: ForceLimit | None = None
     """Largest overall force [N rms]."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        """Yield a limit without a value."""
-        if self.psd_n2_hz is None and self.rms_n is None:
-            yield Mistake(("psd_n2_hz",), "missing; required unless rms_n is given")
+    needed: ClassVar = ("psd_n2_hz", "rms_n")
 
 
 class Limits(SectionModel):
@@ -92,6 +84,7 @@ class BaseMotion(SectionModel):
     """Sine sweep."""
     limits: Limits | None = None
     """Limits for notching the random motion."""
+    needed: ClassVar = ("random", "sine")
 
     @property
     def parts(self) -> dict[str, bool]:
@@ -101,10 +94,8 @@ class BaseMotion(SectionModel):
         return {"random": has["random"], "limits": has_limits, "sine": has["sine"]}
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield a section without a motion, and limits of none."""
-        if self.random is None and self.sine is None:
-            yield Mistake(("random",), "missing; required unless sine is given")
-        elif self.limits is not None and self.random is None:
+        """Yield limits without a random motion."""
+        if self.limits is not None and self.random is None:
             yield Mistake(("limits",), "only allowed with base.random")
 
 

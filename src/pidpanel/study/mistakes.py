@@ -145,6 +145,18 @@ def _meant(name: str, allowed: Sequence[str], cutoff: float) -> str:
     return f"did you mean {lower[near[0]]}?" if near else ""
 
 
+def listed(words: Sequence[str]) -> str:
+    """Return words as in a sentence.
+
+    Examples
+    --------
+    >>> listed(["a"]), listed(["a", "b", "c"])
+    ('a', 'a, b and c')
+    """
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def in_words(error: ErrorDetails) -> str:
     """Return the message of pydantic for a mistake, in words for the user of a study.
 

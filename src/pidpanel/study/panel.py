@@ -1,14 +1,11 @@
 """The section ``panel`` of a study: outline, supports, masses, mesh, patches, points."""
 
 import math
-import re
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from pidpanel.constants import PLACING_CARDS
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import (
     Circle,
@@ -20,75 +17,19 @@ from pidpanel.geometry.polygon import (
     show,
     signed_area,
 )
-from pidpanel.study.base import SectionModel, Size, Text, file_in
+from pidpanel.study.base import SectionModel, Size, Text
 from pidpanel.study.choice import Choice
 from pidpanel.study.damping_ratio import DampingRatios, damping_ratio_of, mistakes_of_damping_ratio
+from pidpanel.study.mesh import MOST_ELEMENTS, Mesh, MeshFile, Quadrilaterals, Triangles
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
-from pidpanel.study.quantity import Quantity, whole
+from pidpanel.study.quantity import Quantity
 from pidpanel.study.section import Section
 from pidpanel.study.supports import EdgeKind, Mass, Node, PointSupportInput, Position, SupportsInput
 
-MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".fem", ".msh")  # in small or capital letters
 EXTENT = Quantity(0.01, 30, unit="metres")  # of a panel [m]
 Length = Annotated[float, EXTENT]
 Radius = Annotated[float, Quantity(0, 15, unit="metres")]  # of corners [m]
 MOST_CARRIED = 5  # heaviest mass on a panel, or of all its dampers, over that of the panel
-Count = Annotated[int, whole(2, 5000)]  # of elements along an edge
-# Elements that a mesh may have: its modes take more memory than a machine has.
-MOST_ELEMENTS = 400_000
-
-
-def _check_suffix(file: Path) -> Path:
-    if file.suffix.lower() not in MESH_SUFFIXES:
-        raise ValueError(f"must end in one of {', '.join(MESH_SUFFIXES)}")
-    return file
-
-
-def _check_ignored_card(card: str) -> str:
-    if not re.fullmatch("[A-Z][A-Z0-9]{1,7}", card) or PLACING_CARDS.match(card):
-        raise ValueError("must be the name of a card that has no nodes or elements of the panel")
-    return card
-
-
-class Mesh(SectionModel):
-    """Structured quadrilaterals (rectangle, thin plate), triangles, or a file."""
-
-    kind: Literal["quadrilaterals", "triangles", "file"] = "quadrilaterals"
-    """``quadrilaterals``: a rectangle with a thin section; ``triangles``: any panel; ``file``:
-    a mesh from a file."""
-    elements: tuple[Count, Count] = (30, 20)
-    """Number of quadrilaterals along x and y."""
-    size_m: Annotated[float, Quantity(1e-5, 10, unit="metres")] | None = None
-    """Edge length of triangles [m]."""
-    corner_size_m: Annotated[float, Quantity(1e-6, 10, unit="metres")] | None = None
-    """Edge length at re-entrant corners and rims of feet [m]; by default 0.002 of size_m, and a
-    tenth of the radius of a foot on thin plates."""
-    file: Annotated[Path, AfterValidator(_check_suffix), file_in()] | None = None
-    """Mesh file: .msh (gmsh), or .bdf, .dat, .nas or .fem (Nastran bulk data)."""
-    unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
-    """Length unit of the file [m]: 0.001 for millimetres."""
-    ignore: tuple[Annotated[str, AfterValidator(_check_ignored_card)], ...] = ()
-    """Cards of a Nastran file to ignore, such as SPC1, CONM2 and RBE2, because the study states
-    supports and masses. They are counted. Cards that place nodes or elements are not allowed."""
-    refine: Annotated[int, whole(0, 4)] = 0
-    """How often the elements of a file are divided in four, where they are too coarse."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        if (self.kind == "triangles") != (self.size_m is not None):
-            yield Mistake(("size_m",), "required for kind: triangles, not allowed otherwise")
-        if self.corner_size_m is not None and self.kind != "triangles":
-            yield Mistake(("corner_size_m",), "only allowed for kind: triangles")
-        elements = math.prod(self.elements)
-        if self.kind == "quadrilaterals" and elements > MOST_ELEMENTS:
-            message = f"{elements:.3g} elements; allowed are {MOST_ELEMENTS}"
-            yield Mistake(("elements",), message)
-        if (self.kind == "file") != (self.file is not None):
-            yield Mistake(("file",), "required for kind: file, not allowed otherwise")
-        for key in ("ignore", "refine"):
-            if getattr(self, key) and self.file is None:
-                yield Mistake((key,), "only allowed for kind: file")
-        if self.ignore and self.file is not None and self.file.suffix.lower() == ".msh":
-            yield Mistake(("ignore",), "only allowed with a Nastran file")
 
 
 def _mistakes_of_corners(shape: Shape | None, key: str) -> Iterator[Mistake]:
@@ -115,19 +56,14 @@ class Area(SectionModel):
     """Corners (x, y) of a polygon in order [m]."""
     corner_radius_m: Radius = 0.0
     """Radius of all corners of the polygon [m]."""
-    _shapes: ClassVar[tuple[set[str], ...]] = (
-        {"centre_m", "size_m"},
-        {"centre_m", "diameter_m"},
-        {"corners_m"},
+    forms: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("centre_m", "size_m"),
+        ("centre_m", "diameter_m"),
+        ("corners_m",),
     )
-    _allowed: ClassVar[str] = "centre_m with size_m or diameter_m, or corners_m"
 
     def mistakes(self) -> Iterator[Mistake]:
-        keys = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        if keys - {"corner_radius_m"} not in self._shapes:
-            has = ", ".join(sorted(keys)) or "nothing"
-            yield Mistake((), f"must have {self._allowed}; it has {has}")
-        elif self.corner_radius_m and self.corners_m is None:
+        if self.corner_radius_m and self.corners_m is None:
             yield Mistake(("corner_radius_m",), "only allowed with corners_m")
         else:
             yield from _mistakes_of_corners(self.shape, "corners_m")
@@ -152,8 +88,7 @@ class Patch(Area):
 
     group: Text | None = None
     """Property number (Nastran) or physical group (gmsh) of a mesh file, instead of a shape."""
-    _shapes: ClassVar[tuple[set[str], ...]] = (*Area._shapes, {"group"})
-    _allowed: ClassVar[str] = f"{Area._allowed}, or group"
+    forms: ClassVar = (*Area.forms, ("group",))
 
     def _circle(self, centre: Position, radius: float) -> Circle:
         return Circle.of_equal_area(centre, radius)
@@ -197,7 +132,7 @@ class Panel(SectionModel):
     mode in turn, the last for all that follow; a list of [frequency in Hz, ζ], or a CSV file with
     the columns ``frequency_hz`` and ``damping_ratio``, that over frequency: linear in its
     logarithm, constant beyond its ends."""
-    mesh: Mesh = Mesh()
+    mesh: Mesh = Quadrilaterals()
     """Finite elements of the panel."""
     patches: Mapping[str, Patch] = {}
     """Areas whose cells may be filled, by name."""
@@ -214,6 +149,11 @@ class Panel(SectionModel):
             If its file has faults; all are listed.
         """
         return damping_ratio_of(self.damping_ratio)
+
+    @property
+    def corner_size(self) -> float | None:
+        """Edge length of triangles at corners [m]; None where none is stated."""
+        return getattr(self.mesh, "corner_size_m", None)
 
     @property
     def size(self) -> tuple[float, float] | None:
@@ -290,7 +230,7 @@ class Panel(SectionModel):
         message = EXTENT.refuses(extent)
         if message:
             yield Mistake(("outline_m",), f"extends over {extent:g} m; {message}")
-        elif self.mesh.size_m is not None:
+        elif isinstance(self.mesh, Triangles):
             area = abs(signed_area(self.outline.points))
             # equilateral triangles
             count = area / (math.sqrt(3) / 4 * self.mesh.size_m**2)
@@ -378,7 +318,8 @@ def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
     yield "outline", ("outline_m",)
     yield "mesh: ", ("mesh",)
     yield "in_plane_edges ", ("in_plane_edges",)
-    yield f"{panel.mesh.file}:", ("mesh", "file")
+    file = panel.mesh.file if isinstance(panel.mesh, MeshFile) else None
+    yield f"{file}:", ("mesh", "file")
     for noun, key in (("patch", "patches"), ("hole", "holes"), ("point", "points")):
         yield from ((f"{noun} {name!r}", (key, name)) for name in getattr(panel, key))
     yield from ((f"{name!r} names", ("points", name)) for name in panel.points)
@@ -397,4 +338,4 @@ def _named_places(panel: Panel) -> Iterator[tuple[str, Keys]]:
             for end in ("from_m", "to_m"):
                 yield f"point {f'{name} {end}'!r}", (*keys, end)
         if not isinstance(place, tuple) and place.grid is not None:
-            yield f"{panel.mesh.file}: no node {place.grid};", (*keys, "grid")
+            yield f"{file}: no node {place.grid};", (*keys, "grid")

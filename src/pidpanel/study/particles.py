@@ -1,7 +1,7 @@
 """Particles of a coupon, the constants of their contacts, and how these are softened."""
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -9,6 +9,7 @@ from pidpanel.geometry.sizes import Sizes
 from pidpanel.study.base import PoissonsRatio, RelativeError, SectionModel
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
+from pidpanel.study.units import InSI
 
 # Young's modulus of a contact [MPa].
 Modulus = Annotated[float, Quantity(5, 1e6, unit="megapascal")]
@@ -117,10 +118,8 @@ class Particles(SectionModel):
             return self.density_kg_m3
         return self.density_kg_m3 * (1 - (1 - 2 * self.shell_mm * 1e-3 / diameter) ** 3)
 
-    @property
-    def youngs_modulus(self) -> float:
-        """Young's modulus of the material [Pa]."""
-        return self.youngs_modulus_mpa * 1e6
+    youngs_modulus: ClassVar = InSI("youngs_modulus_mpa")
+    """Young's modulus of the material [Pa]."""
 
     def mistakes(self) -> Iterator[Mistake]:
         if self.shell_mm is not None:
@@ -148,10 +147,8 @@ class Walls(SectionModel):
     rolling_friction: RollingFriction | None = None
     """Coefficient of rolling friction on a wall."""
 
-    @property
-    def youngs_modulus(self) -> float | None:
-        """Young's modulus of the walls [Pa]; None for that of the particles."""
-        return None if self.youngs_modulus_mpa is None else self.youngs_modulus_mpa * 1e6
+    youngs_modulus: ClassVar = InSI("youngs_modulus_mpa")
+    """Young's modulus of the walls [Pa]; None for that of the particles."""
 
 
 # Share of a period or a radius [1].
@@ -228,7 +225,5 @@ class Stiffness(SectionModel):
         crossing = self.crossing.contact_time_per_period, self.crossing.overlap_per_radius
         return min(allowed[0], crossing[0]), min(allowed[1], crossing[1])
 
-    @property
-    def choices(self) -> tuple[float, ...]:
-        """Moduli to choose from [Pa]."""
-        return tuple(choice * 1e6 for choice in self.choices_mpa)
+    choices: ClassVar = InSI("choices_mpa")
+    """Moduli to choose from [Pa]."""

@@ -4,14 +4,13 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from numbers import Integral, Real
 from typing import Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from pidpanel.columns import NUMBER
+from pidpanel.columns import NUMBER, Bounds
 from pidpanel.study.mistakes import WORDS
 
 LEADING_ZEROS = re.compile(r"[+-]?0\d")
@@ -34,7 +33,7 @@ UNITS = {"": {}, "level": {"Pa": level_of}, **WORDS["units"]}
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Quantity(Bounds):
     """Bounds of a number, for the annotation of a key.
 
     Examples
@@ -45,30 +44,11 @@ class Quantity:
     ''
     """
 
-    low: float
-    high: float = math.inf
-    low_itself: bool = True  # whether the bound is allowed
-    high_itself: bool = True
     unit: str = ""  # key of `UNITS`, with those in which it may have been given by mistake
     whole: bool = False
 
     def __post_init__(self) -> None:
         _ = UNITS[self.unit]  # no other
-
-    @property
-    def allowed(self) -> str:
-        """Allowed values in words."""
-        if self.high == math.inf:
-            return f"must be {'at least' if self.low_itself else 'above'} {self.low:g}"
-        if self.low_itself and self.high_itself:
-            return f"must be from {self.low:g} to {self.high:g}"
-        low = f"{'at least' if self.low_itself else 'above'} {self.low:g}"
-        return f"must be {low} and {'at most' if self.high_itself else 'below'} {self.high:g}"
-
-    def holds(self, value: float) -> bool:
-        """Return whether a value lies within the bounds."""
-        above_low = value >= self.low if self.low_itself else value > self.low
-        return above_low and (value <= self.high if self.high_itself else value < self.high)
 
     def refuses(self, value: float) -> str:
         """Return what is allowed instead of a value, and what was likely meant; empty if it is."""
@@ -93,51 +73,28 @@ class Quantity:
                 candidates.append((distance, f"{value:g} {unit} would be {converted:.4g}"))
         return min(candidates)[1] if candidates else ""
 
-    def number(self, value: Any) -> float | int:
-        """Return a value as a number.
+    def _check_text(self, value: Any) -> Any:
+        """Refuse truth values and texts that are no numbers in YAML 1.2; pydantic converts all."""
+        is_text = isinstance(value, str)
+        if isinstance(value, bool) or (is_text and not is_number(value)):
+            settings = {
+                "kind": "a whole number" if self.whole else "a number",
+                "hint": text_hint(value),
+            }
+            raise PydanticCustomError("number", "must be {kind}{hint}", settings)
+        return value
 
-        Raises
-        ------
-        PydanticCustomError
-            If it is none.
-        """
-        kind = "int" if self.whole else "float"
-        if isinstance(value, str) and NUMBER.fullmatch(value) and not LEADING_ZEROS.match(value):
-            value = float(value)
-        if isinstance(value, bool) or not isinstance(value, Real):
-            if isinstance(value, str) and value.lower().strip("+-.") in ("nan", "inf", "infinity"):
-                raise PydanticCustomError("finite_number", "must be a finite number")
-            message = "must be a whole number" if self.whole else "must be a number"
-            raise PydanticCustomError(
-                f"{kind}_type", "{message}", {"message": message + text_hint(value)}
-            )
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-        if not math.isfinite(number):
-            raise PydanticCustomError("finite_number", "must be a finite number")
-        if not self.whole:
-            return number
-        if not isinstance(value, Integral) and number != math.floor(number):
-            raise PydanticCustomError(
-                "int_type", "{message}", {"message": "must be a whole number"}
-            )
-        return int(value) if isinstance(value, Integral) else int(number)
-
-    def __call__(self, value: Any) -> float | int:
-        """Return the number that a value is, for pydantic."""
-        number = self.number(value)
-        message = self.refuses(number)
-        if message:
+    def _check_bounds(self, value: float) -> float:
+        if message := self.refuses(value):
             raise PydanticCustomError("quantity", "{message}", {"message": message})
-        return number
+        return value
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         """Return the schema of this quantity for pydantic."""
-        return core_schema.no_info_before_validator_function(self, handler(source))
+        number = core_schema.no_info_before_validator_function(self._check_text, handler(source))
+        return core_schema.no_info_after_validator_function(self._check_bounds, number)
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
@@ -158,6 +115,11 @@ def whole(low: int, high: int) -> Quantity:
 def inside(low: float, high: float) -> Quantity:
     """Return the bounds of a share or ratio that reaches neither."""
     return Quantity(low, high, low_itself=False, high_itself=False, unit="percent")
+
+
+def is_number(text: str) -> bool:
+    """Return whether a text is a number in YAML 1.2."""
+    return bool(NUMBER.fullmatch(text)) and not LEADING_ZEROS.match(text)
 
 
 def text_hint(value: Any) -> str:

@@ -162,6 +162,14 @@ def mistakes_of_measurements(study: Study) -> Iterator[Mistake]:
             yield Mistake(("measurements", name, "scenario"), message)
 
 
+def mistakes_of_claims(study: Study) -> Iterator[Mistake]:
+    """Yield claims on scenarios that are not there, or without sound."""
+    if study.claims and study.sound is None:
+        yield Mistake(("claims",), "only allowed with a section sound")
+    for number, claim in enumerate(study.claims):
+        yield from (m.prefix("claims", number) for m in claim.mistakes_with(study.families))
+
+
 def mistakes_of_optimise(study: Study) -> Iterator[Mistake]:
     """Yield dampers and points that are not there, and dampers that cannot be placed."""
     if study.optimise is not None:

@@ -67,3 +67,7 @@ class Measurement(SectionModel):
     transmissibility is always of base motion."""
     record: Annotated[int, whole(1, 10_000)] | None = None
     """Number of the data set 58 in a universal file that has several."""
+    node: Annotated[int, whole(0, 2_000_000_000)] | None = None
+    """Response node of the data set 58 in a universal file that has several."""
+    direction: Literal["x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"] | None = None
+    """Direction of the response of that data set; without a sign either."""

@@ -1,18 +1,18 @@
 """The section of a panel: a thin or a thick plate, or a sandwich of plies and a core."""
 
 import difflib
-import math
 import re
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from pidpanel.columns import read_rows
 from pidpanel.paths import DATA
-from pidpanel.study.base import Density, PoissonsRatio, SectionModel, Text
+from pidpanel.study.base import Density, PoissonsRatio, SectionModel, Text, by_kind
 from pidpanel.study.mistakes import Mistake, not_among
 from pidpanel.study.quantity import Quantity, inside
+from pidpanel.study.units import InSI
 
 CORE_GRADES_FILE = DATA / "materials" / "honeycomb_5056.csv"  # honeycomb cores by their grade
 
@@ -43,10 +43,8 @@ class ThinSectionInput(SectionModel):
     """Extensional stiffness E t/(1 − ν²) of the faces together, for stretching at large deflections
     [N/m]. By default that of a homogeneous plate, 12 D/t²; two thin faces have 4 D/t²."""
 
-    @property
-    def thickness(self) -> float:
-        """Thickness [m]."""
-        return self.thickness_mm * 1e-3
+    thickness: ClassVar = InSI("thickness_mm")
+    """Thickness [m]."""
 
     @property
     def properties(self) -> tuple[float, float, float, float, float | None]:
@@ -55,18 +53,14 @@ class ThinSectionInput(SectionModel):
         return D, mass, self.poissons_ratio, self.thickness, self.extensional_stiffness_n_m
 
     def mistakes(self) -> Iterator[Mistake]:
-        opening = f"with thickness_mm = {self.thickness_mm:g} that of a material of"
-        density = self.mass_per_area_kg_m2 / self.thickness
-        if density > HEAVIEST:
-            message = f"{opening} {density:.0f} kg/m³, osmium has {HEAVIEST:g}"
-            yield Mistake(("mass_per_area_kg_m2",), message)
-        D = self.bending_stiffness_n_m
-        modulus = 12 * (1 - self.poissons_ratio**2) * D / self.thickness**3
-        if modulus > STIFFEST:
-            message = f"{opening} {modulus:.3g} Pa, diamond has {STIFFEST:g}"
-            if modulus * 1e-3 <= STIFFEST:
-                message += f"; {D:.7g} N mm would be {D * 1e-3:g}"
-            yield Mistake(("bending_stiffness_n_m",), message)
+        D, thickness = self.bending_stiffness_n_m, self.thickness
+        if (density := self.mass_per_area_kg_m2 / thickness) > HEAVIEST:
+            message = f"{density:.3g} kg/m³ with thickness_mm = {self.thickness_mm:g}; at most "
+            yield Mistake(("mass_per_area_kg_m2",), f"{message}{HEAVIEST:g}, of osmium")
+        if (modulus := 12 * (1 - self.poissons_ratio**2) * D / thickness**3) > STIFFEST:
+            hint = f"; {D:.7g} N mm would be {D * 1e-3:g}" if modulus * 1e-3 <= STIFFEST else ""
+            message = f"{modulus:.3g} Pa with thickness_mm = {self.thickness_mm:g}; at most "
+            yield Mistake(("bending_stiffness_n_m",), f"{message}{STIFFEST:g}, of diamond{hint}")
         least, extensional = 4 * D / self.thickness**2, self.extensional_stiffness_n_m
         if extensional is not None and extensional < least * (1 - ROUNDED):
             message = f"must be at least {least:.4g}, 4 D/t² of two faces as far apart as the panel"
@@ -87,15 +81,11 @@ class SolidSectionInput(SectionModel):
     thickness_mm: Thickness
     """Thickness [mm]."""
 
-    @property
-    def youngs_modulus(self) -> float:
-        """Young's modulus [Pa]."""
-        return self.youngs_modulus_gpa * 1e9
+    youngs_modulus: ClassVar = InSI("youngs_modulus_gpa")
+    """Young's modulus [Pa]."""
 
-    @property
-    def thickness(self) -> float:
-        """Thickness [m]."""
-        return self.thickness_mm * 1e-3
+    thickness: ClassVar = InSI("thickness_mm")
+    """Thickness [m]."""
 
     @property
     def properties(self) -> tuple[float, float, float, float]:
@@ -121,10 +111,8 @@ class MaterialInput(SectionModel):
     nu12: Annotated[float, inside(-2, 2)] | None = None
     """Major Poisson's ratio: transverse over longitudinal strain under tension along the fibre."""
 
-    @property
-    def youngs_modulus(self) -> float | None:
-        """Young's modulus [Pa]; None for an orthotropic material."""
-        return None if self.youngs_modulus_gpa is None else self.youngs_modulus_gpa * 1e9
+    youngs_modulus: ClassVar = InSI("youngs_modulus_gpa")
+    """Young's modulus [Pa]; None for an orthotropic material."""
 
     @property
     def orthotropic_moduli(self) -> tuple[float, float, float]:
@@ -132,15 +120,14 @@ class MaterialInput(SectionModel):
         E1, E2, G12 = ((v or 0.0) * 1e9 for v in (self.e1_gpa, self.e2_gpa, self.g12_gpa))
         return E1, E2, G12
 
+    forms: ClassVar = (
+        ("youngs_modulus_gpa", "poissons_ratio"),
+        ("e1_gpa", "e2_gpa", "g12_gpa", "nu12"),
+    )
+
     def mistakes(self) -> Iterator[Mistake]:
-        keys = {k for k in self.model_fields_set if getattr(self, k) is not None}
-        keys -= {"density_kg_m3"}
-        if keys == {"e1_gpa", "e2_gpa", "g12_gpa", "nu12"}:
-            if self.nu12**2 >= self.e1_gpa / self.e2_gpa:  # type: ignore[operator]
-                yield Mistake(("nu12",), "must be below sqrt(e1_gpa/e2_gpa)")
-        elif keys != {"youngs_modulus_gpa", "poissons_ratio"}:
-            message = "must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, "
-            yield Mistake((), f"{message}g12_gpa and nu12")
+        if self.nu12 is not None and self.nu12**2 * (self.e2_gpa or 0.0) >= (self.e1_gpa or 0.0):
+            yield Mistake(("nu12",), "must be below sqrt(e1_gpa/e2_gpa)")
 
 
 class PlyInput(SectionModel):
@@ -153,15 +140,11 @@ class PlyInput(SectionModel):
     angle_deg: Angle = 0.0
     """Angle from the panel's x to the fibre [°]."""
 
-    @property
-    def thickness(self) -> float:
-        """Thickness [m]."""
-        return self.thickness_mm * 1e-3
+    thickness: ClassVar = InSI("thickness_mm")
+    """Thickness [m]."""
 
-    @property
-    def angle(self) -> float:
-        """Angle from the panel's x to the fibre [rad]."""
-        return math.radians(self.angle_deg)
+    angle: ClassVar = InSI("angle_deg")
+    """Angle from the panel's x to the fibre [rad]."""
 
 
 class CoreInput(SectionModel):
@@ -180,26 +163,18 @@ class CoreInput(SectionModel):
     ribbon_deg: Angle = 0.0
     """Angle from the panel's x to the ribbon (L) direction [°]."""
 
+    forms: ClassVar = (("grade",), ("density_kg_m3", "shear_modulus_l_mpa", "shear_modulus_w_mpa"))
+
     def mistakes(self) -> Iterator[Mistake]:
-        keys = self.model_fields_set - {"thickness_mm", "ribbon_deg"}
-        moduli = {"shear_modulus_l_mpa", "shear_modulus_w_mpa", "density_kg_m3"}
-        if keys not in ({"grade"}, moduli):
-            yield Mistake((), f"must have either grade, or {', '.join(sorted(moduli))}")
-        elif self.grade is not None:
-            grades = core_grades()
-            if self.grade not in grades:
-                near = difflib.get_close_matches(self.grade, grades, n=3, cutoff=0.0)
-                yield Mistake(("grade",), f"unknown grade; the nearest are {', '.join(near)}")
+        if self.grade is not None and self.grade not in (grades := core_grades()):
+            near = difflib.get_close_matches(self.grade, grades, n=3, cutoff=0.0)
+            yield Mistake(("grade",), f"unknown grade; the nearest are {', '.join(near)}")
 
-    @property
-    def thickness(self) -> float:
-        """Thickness [m]."""
-        return self.thickness_mm * 1e-3
+    thickness: ClassVar = InSI("thickness_mm")
+    """Thickness [m]."""
 
-    @property
-    def ribbon(self) -> float:
-        """Angle from the panel's x to the ribbon (L) direction [rad]."""
-        return math.radians(self.ribbon_deg)
+    ribbon: ClassVar = InSI("ribbon_deg")
+    """Angle from the panel's x to the ribbon (L) direction [rad]."""
 
     @property
     def properties(self) -> tuple[float, float, float]:
@@ -250,10 +225,9 @@ class SandwichSectionInput(SectionModel):
     extra_mass_per_area_kg_m2: Annotated[float, Quantity(0, 500, unit="mass_per_area")] = 0.0
     """Adhesive, solar cells: mass without stiffness."""
 
+    forms: ClassVar = (("faces",), ("top", "bottom"))
+
     def mistakes(self) -> Iterator[Mistake]:
-        present = [face is not None for face in (self.faces, self.top, self.bottom)]
-        if present not in ([True, False, False], [False, True, True]):
-            yield Mistake((), "must have either faces, or top and bottom")
         for key in ("faces", "top", "bottom"):
             for index, ply in enumerate(getattr(self, key) or ()):
                 if ply.material not in self.materials:
@@ -276,18 +250,8 @@ class SandwichSectionInput(SectionModel):
         faces = sum(p.thickness_mm for p in (*self.plies("top"), *self.plies("bottom")))
         return self.core.thickness_mm + faces
 
-    @property
-    def thickness(self) -> float:
-        """Thickness of the core and both faces [m]."""
-        return self.thickness_mm * 1e-3
+    thickness: ClassVar = InSI("thickness_mm")
+    """Thickness of the core and both faces [m]."""
 
 
-def _of_default_kind(data: Any) -> Any:
-    return {"kind": "thin", **data} if isinstance(data, dict) else data
-
-
-Section = Annotated[
-    ThinSectionInput | SolidSectionInput | SandwichSectionInput,
-    Field(discriminator="kind"),
-    BeforeValidator(_of_default_kind),
-]
+Section = Annotated[ThinSectionInput | SolidSectionInput | SandwichSectionInput, *by_kind("thin")]

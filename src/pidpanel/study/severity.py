@@ -1,11 +1,10 @@
 """The section ``severity`` of a study: results from the responses in addition to rms values."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pidpanel.study.base import SectionModel, Text, file_in
-from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
 
 # Least product of the lowest frequency and the duration: the largest peak of fewer cycles is not
@@ -58,10 +57,7 @@ class Strengths(SectionModel):
     """Strength of all layers but the core."""
     core: CoreStrength | None = None
     """Strength of the core of a sandwich."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        if self.layers is None and self.core is None:
-            yield Mistake(("layers",), "missing; required unless core is given")
+    needed: ClassVar = ("layers", "core")
 
 
 class Severity(SectionModel):

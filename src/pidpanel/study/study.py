@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from pidpanel.study import requirements
 from pidpanel.study.base import StudyError, as_tuple
 from pidpanel.study.base_motion import BaseMotion, sound_or_base
+from pidpanel.study.claims import Claim
 from pidpanel.study.core_cells import cells_of_core, differing_cells
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import DAMPER_WORDS, CouponStudy, is_damper_name
@@ -67,6 +68,8 @@ class Study(CouponStudy):
     """Oscillator spectra, peaks in a duration and fatigue; none without this section."""
     measurements: Mapping[str, Measurement] = {}
     """Measured PSDs and transmissibilities to draw over computed ones, by name."""
+    claims: tuple[Claim, ...] = ()
+    """Statements of a publication that the report judges by the results under sound."""
 
     @model_validator(mode="before")
     @classmethod
@@ -98,6 +101,7 @@ class Study(CouponStudy):
         yield from requirements.mistakes_of_optimise(self)
         yield from requirements.mistakes_of_atlas(self)
         yield from requirements.mistakes_of_measurements(self)
+        yield from requirements.mistakes_of_claims(self)
         labels = [scenario.label for scenario in self.all_scenarios()]
         for index, label in enumerate(self.response.maps):
             if label not in labels:

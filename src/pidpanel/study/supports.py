@@ -1,7 +1,7 @@
 """Supports of the panel and masses on it, at positions or nodes of a mesh file."""
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pidpanel.study.base import Coordinate, SectionModel
 from pidpanel.study.mistakes import Mistake
@@ -33,9 +33,9 @@ class PointSupportInput(SectionModel):
     stiffness_n_m: Annotated[float, Quantity(1e-3, 1e12)] | None = None
     """Stiffness of a spring [N/m]."""
 
+    forms: ClassVar = (("at_m",), ("grid",))
+
     def mistakes(self) -> Iterator[Mistake]:
-        if (self.at_m is None) == (self.grid is None):
-            yield Mistake((), "must have either at_m, or grid (a node of a mesh file)")
         if (self.kind == "spring") != (self.stiffness_n_m is not None):
             yield Mistake(("stiffness_n_m",), "required for kind: spring, not allowed otherwise")
         if self.kind == "spring" and self.radius_m:
@@ -79,8 +79,4 @@ class Mass(SectionModel):
     """Start (x, y) of a mass along a line [m]."""
     to_m: Position | None = None
     """End (x, y) of a mass along a line [m]."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        if self.model_fields_set - {"mass_kg"} not in ({"at_m"}, {"grid"}, {"from_m", "to_m"}):
-            message = "must have either at_m, or grid (a node of a mesh file), or from_m and to_m"
-            yield Mistake((), message)
+    forms: ClassVar = (("at_m",), ("grid",), ("from_m", "to_m"))

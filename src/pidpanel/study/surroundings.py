@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from pidpanel.study.mistakes import listed
 from pidpanel.study.response import Radiation, Response
 from pidpanel.study.sound import Sound
 
@@ -65,13 +66,8 @@ def change_text(setting: str, frequency: Sequence[float], change: Sequence[float
     """
     if not len(change):
         return f"other surroundings: {setting}; the change is not computed here"
-    modes = _listed([f"{value:.3g}" for value in frequency])
-    decibels = _listed([f"{value:+.1f}".replace("-", "−") for value in change])
+    modes = listed([f"{value:.3g}" for value in frequency])
+    decibels = listed([f"{value:+.1f}".replace("-", "−") for value in change])
     word = "modes" if len(change) > 1 else "mode"
     rms = f"change the rms of the {word} at {modes} Hz by {decibels} dB"
     return f"other surroundings ({setting}) {rms}"
-
-
-def _listed(words: Sequence[str]) -> str:
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last

@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import Field
 
@@ -19,6 +19,7 @@ from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.particles import Diameter
 from pidpanel.study.quantity import Quantity
+from pidpanel.study.units import InSI
 
 Frequency = Annotated[float, Quantity(1, 20000, unit="kilohertz")]  # of a drive [Hz]
 MOST_VALUES = 10_000  # values that a range may have
@@ -81,15 +82,11 @@ class Sweep(SectionModel):
     max_velocity_m_s: Annotated[float, Quantity(1e-3, 1000, unit="velocity")] | None = None
     """Combinations with a larger velocity amplitude a/ω are omitted [m/s]."""
 
-    @property
-    def accelerations(self) -> tuple[float, ...]:
-        """Amplitudes of the acceleration [m/s²]."""
-        return tuple(level * STANDARD_GRAVITY for level in self.acceleration_g)
+    accelerations: ClassVar = InSI("acceleration_g")
+    """Amplitudes of the acceleration [m/s²]."""
 
-    @property
-    def displacements(self) -> tuple[float, ...]:
-        """Amplitudes of the displacement [m]."""
-        return tuple(amplitude * 1e-3 for amplitude in self.displacement_mm)
+    displacements: ClassVar = InSI("displacement_mm")
+    """Amplitudes of the displacement [m]."""
 
     @property
     def frequencies(self) -> tuple[float, ...]:

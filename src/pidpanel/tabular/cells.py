@@ -37,7 +37,7 @@ ASIDE = re.compile(r"(?i)a.?weight|dB ?\(?[AC]\)?\b|LAeq|sqrt|√|toler|error|si
 NO_UNIT = ("", "-", "–", "1")
 
 
-class Quantity(NamedTuple):
+class Label(NamedTuple):
     """Usual names of a column and its unit."""
 
     unit: str = ""
@@ -46,12 +46,12 @@ class Quantity(NamedTuple):
     words: frozenset[str] = frozenset()
 
     @classmethod
-    def named(cls, unit: str, keys: str, words: str = "") -> "Quantity":
-        """Return a quantity of words with blanks between them."""
+    def named(cls, unit: str, keys: str, words: str = "") -> "Label":
+        """Return a label of words with blanks between them."""
         return cls(unit, frozenset(keys.split()), frozenset(f"{keys} {words}".split()))
 
     def factor(self, text: str) -> float | None:
-        """Return a stated unit over that of the quantity; None for another dimension."""
+        """Return a stated unit over that of the label; None for another dimension."""
         if self.unit in ("dB", "dB/octave"):
             form = DECIBELS if self.unit == "dB" else PER_OCTAVE
             return 1.0 if form.fullmatch(text) else None
@@ -66,12 +66,12 @@ class Quantity(NamedTuple):
     def has_name(self, name: str) -> bool:
         """Return whether a header without a unit is a usual one."""
         words = _words(name)
-        return bool(words & self.keys) and words <= self.words
+        return bool(words & self.keys) and words <= self.words and not set(name) & set("([{%")
 
 
-HERTZ = Quantity.named(
+HERTZ = Label.named(
     "Hz", "f fc fm freq frequency frequencies frequenz center centre",
-    "of band bands octave oct third one 1 3 mid nominal break breakpoint point range",
+    "of band bands octave oct third one 1 3 mid nominal break breakpoint point range hz",
 )  # fmt: skip
 
 
@@ -103,40 +103,39 @@ def _with_point(digits: str, marks: str) -> str:
     return digits
 
 
-def value_of(cell: str, quantity: Quantity, factor: float = 1.0) -> float:
-    """Return the number of a cell [unit of the quantity]; NaN if it is none.
+def value_of(cell: str, label: Label, factor: float = 1.0) -> float:
+    """Return the number of a cell [unit of the label]; NaN if it is none.
 
     Parameters
     ----------
     factor
-        Unit of the column over that of the quantity, where the cell states none.
+        Unit of the column over that of the label, where the cell states none.
 
     Examples
     --------
-    >>> value_of("1.25k", Quantity("Hz")), value_of("0.04 g²/Hz", Quantity("g^2/Hz"))
+    >>> value_of("1.25k", Label("Hz")), value_of("0.04 g²/Hz", Label("g^2/Hz"))
     (1250.0, 0.04)
     """
     if NUMBER.fullmatch(cell):
         return factor * float(cell)
     stated = QUANTITY.fullmatch(cell)
-    if stated is None or not quantity.unit:
+    if stated is None or not label.unit:
         return np.nan
-    own = quantity.factor(stated[4].strip())
+    own = label.factor(stated[4].strip())
     return np.nan if own is None else own * float(stated[1])
 
 
 def _parts(header: str) -> Iterator[tuple[str, str]]:
     """Yield name and unit of a header, split wherever it may be."""
-    yield header, ""
+    yield from ((header, ""), ("", header))
     for mark in re.finditer(r"\s*[,/:;]\s*|\s+in\s+|\s+|(?=[\[(])", header):
         unit = header[mark.end() :].strip()
         if unit[:1] in ("[", "(") and unit[-1:] in ("]", ")"):
             yield header[: mark.start()], unit[1:-1].strip()
         yield header[: mark.start()], unit
-    yield "", header
 
 
-def column_of(header: str, columns: Mapping[str, Quantity]) -> tuple[str, float]:
+def column_of(header: str, columns: Mapping[str, Label]) -> tuple[str, float]:
     """Return the column that a header means, and its unit over that of the column.
 
     Raises
@@ -146,7 +145,7 @@ def column_of(header: str, columns: Mapping[str, Quantity]) -> tuple[str, float]
 
     Examples
     --------
-    >>> column_of("PSD [(m/s²)²/Hz]", {"psd": Quantity.named("(m/s^2)^2/Hz", "psd")})
+    >>> column_of("PSD [(m/s²)²/Hz]", {"psd": Label.named("(m/s^2)^2/Hz", "psd")})
     ('psd', 1.0)
     """
     slug = re.sub("[^a-z0-9%]+", "_", header.translate(SUPERSCRIPTS).lower()).strip("_")
@@ -157,18 +156,18 @@ def column_of(header: str, columns: Mapping[str, Quantity]) -> tuple[str, float]
     is_aside, misfit = ASIDE.search(header) is not None, ""
     for text, unit in _parts(header):
         words = _words(text)
-        for column, quantity in columns.items():
-            rivals = (q.keys - quantity.keys for q in columns.values())
-            if not quantity.unit or words & frozenset().union(*rivals):
+        for column, label in columns.items():
+            rivals = (q.keys - label.keys for q in columns.values())
+            if not label.unit or words & frozenset().union(*rivals):
                 continue
-            factor = None if is_aside or unit in NO_UNIT else quantity.factor(unit)
+            factor = None if is_aside or unit in NO_UNIT else label.factor(unit)
             # ratios of any two units have that of a ratio
-            if factor is not None and (quantity.unit != "1" or quantity.has_name(text)):
+            if factor is not None and (label.unit != "1" or label.has_name(text)):
                 return column, factor
-            if quantity.has_name(text):
+            if label.has_name(text):
                 if unit in NO_UNIT:
                     return column, 1.0
-                misfit = misfit or f"must be in {quantity.unit}".replace("in 1", "a ratio")
+                misfit = misfit or f"must be in {label.unit}".replace("in 1", "a ratio")
     if misfit:
         raise UnitError(misfit)
     return "", 1.0

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pidpanel.tabular.cells import NUMBER, Quantity, column_of, has_decimal_comma, is_value, plain
+from pidpanel.tabular.cells import NUMBER, Label, column_of, has_decimal_comma, is_value, plain
 from pidpanel.tabular.units import UnitError
 from pidpanel.text_files import TextFileError, lines_of
 
@@ -44,13 +44,13 @@ class TableRows(NamedTuple):
 
 
 def rows_of(
-    path: Path, text: str, quantities: Mapping[str, Quantity], *, has_overall: bool = False
+    path: Path, text: str, labels: Mapping[str, Label], *, has_overall: bool = False
 ) -> TableRows:
     """Return the rows of a table.
 
     Parameters
     ----------
-    quantities
+    labels
         Columns with usual names and units; the first two are those of a table without a header.
         Without any, the first line is the header, whatever it has.
     has_overall
@@ -71,31 +71,31 @@ def rows_of(
     rows = [(line, [plain(cell, is_comma=is_comma) for cell in cells]) for line, cells in rows]
     remarks = [f"columns between {SEPARATORS[separator]}"] * (separator != ",")
     remarks += ["decimal comma"] * is_comma
-    line, titles, rows = _with_titles(rows, comments, separator, quantities)
+    line, titles, rows = _with_titles(rows, comments, separator, labels)
     overall: list[tuple[int, float]] = []
     if has_overall:
         rows, overall = _without_overall(rows)
-    if quantities:
+    if labels:
         end = max((k for k, row in enumerate(rows, 1) if _may_have_values(row)), default=0)
         count = len(rows) - end
         remarks += [f"{count} line{'s' * (count > 1)} of text left out"] * (count > 0)
         rows = rows[:end]
-    if quantities and rows and line == rows[0][0]:
+    if labels and rows and line == rows[0][0]:
         remarks.append(f"no header, read as {', '.join(titles)}")
     columns = []
     for title in titles:
         try:
-            columns.append(column_of(title, quantities))
+            columns.append(column_of(title, labels))
         except UnitError as error:
             raise TextFileError(f"column {title!r}: {error}", line) from None
     kept = []
     for k, (title, (name, factor)) in enumerate(zip(titles, columns, strict=True)):
         cells = [row[k] for _, row in rows if k < len(row) and row[k]]
-        if not quantities or name or any(map(is_value, cells)) or (title and not cells):
+        if not labels or name or any(map(is_value, cells)) or (title and not cells):
             kept += [k] if title or cells else []
         elif title or cells:
             remarks.append(f"column {title!r} left out")
-        if name and title != name and (factor != 1 or quantities[name].has_name(title)):
+        if name and title != name and (factor != 1 or labels[name].has_name(title)):
             scale = "" if factor == 1 else f" times {factor:g}"
             remarks.append(f"{title!r} as {name}{scale}")
     return TableRows(
@@ -169,48 +169,48 @@ def _with_titles(
     rows: list[Row],
     comments: list[tuple[int, str]],
     separator: str,
-    quantities: Mapping[str, Quantity],
+    labels: Mapping[str, Label],
 ) -> tuple[int, list[str], list[Row]]:
     """Return line and titles of the header, and the rows below; lines above become comments."""
-    if not quantities:
+    if not labels:
         return *rows[0], rows[1:]
     end = next((k for k, row in enumerate(rows) if _is_data(row)), len(rows))
-    above = _with_units(rows[:end], quantities)
+    above = _with_units(rows[:end], labels)
     is_column = end < len(rows) and len(rows[end][1]) == 1
-    counts = [_known(cells, quantities) if len(cells) > 1 or is_column else 0 for _, cells in above]
+    counts = [_known(cells, labels) if len(cells) > 1 or is_column else 0 for _, cells in above]
     if any(counts) or (above and (len(above[-1][1]) > 1 or end == len(rows))):
         place = max(range(len(above)), key=lambda k: (counts[k], k))
         comments += [(line, " ".join(filter(None, cells))) for line, cells in above[:place]]
         return *above[place], above[place + 1 :] + rows[end:]
     for line, comment in comments[::-1]:  # as NumPy writes a header
         cells = _cells(line, comment, separator)
-        if line < rows[0][0] and _known(cells, quantities) == len(rows[end][1]):
+        if line < rows[0][0] and _known(cells, labels) == len(rows[end][1]):
             return line, cells, rows[end:]
     comments += [(line, " ".join(cells)) for line, cells in above]
-    named = [name for name, quantity in quantities.items() if quantity.unit][:2]
+    named = [name for name, label in labels.items() if label.unit][:2]
     if len(named) == len(list(filter(None, rows[end][1]))) == 2:
         return rows[end][0], named, rows[end:]
     return *rows[end], rows[end + 1 :]
 
 
-def _known(cells: Sequence[str], quantities: Mapping[str, Quantity]) -> int:
+def _known(cells: Sequence[str], labels: Mapping[str, Label]) -> int:
     """Return how many cells name a column."""
     count = 0
     for cell in cells:
         try:
-            count += bool(column_of(cell, quantities)[0])
+            count += bool(column_of(cell, labels)[0])
         except UnitError:
             count += 1
     return count
 
 
-def _with_units(rows: Sequence[Row], quantities: Mapping[str, Quantity]) -> list[Row]:
+def _with_units(rows: Sequence[Row], labels: Mapping[str, Label]) -> list[Row]:
     """Return lines above the values, each with the units of a line of units below it."""
     merged: list[Row] = []
     for line, cells in rows:
         units = [cell.strip("[]() ") if cell[:2] != "((" else cell[1:-1] for cell in cells]
         are_units = all(
-            not unit or any(quantity.factor(unit) is not None for quantity in quantities.values())
+            not unit or any(label.factor(unit) is not None for label in labels.values())
             for unit in units
         )
         if merged and are_units and len(merged[-1][1]) == len(cells) > 1:

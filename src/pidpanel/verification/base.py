@@ -24,12 +24,12 @@ from pidpanel.solve.base_motion import (
     with_translation,
 )
 from pidpanel.solve.basis_error import modal_basis
-from pidpanel.solve.dampers import patch_stiffness
 from pidpanel.solve.layout import DamperLayout, layouts
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
 from pidpanel.solve.panel import ModalPanel
-from pidpanel.verification.rows import Row, comparison
+from pidpanel.solve.receptances import patch_stiffness
+from pidpanel.verification.rows import Row, cases_of, comparison
 
 SIZE, RIGIDITY, MASS_PER_AREA, RATIO = (1.5, 1.0), 3273.07, 4.0, 0.02
 MASS = MASS_PER_AREA * SIZE[0] * SIZE[1]
@@ -102,8 +102,8 @@ class _Plate:
         observed = np.concatenate([motions, np.eye(count)])
         transfer = Transfer.of_panel(frequency, self.modal, patches, self.force, observed)
         s = patch_stiffness(frequency, *np.full((2, 1, frequency.size), [[[damping]], [[mass]]]))
-        motion = transfer.motions(slice(None), s)
-        shapes = motion[:, : -transfer.width][:, -count:]
+        motion = transfer.motions(s)
+        shapes = motion[:, -count:]
         points = motion[:, : len(motions)].reshape(len(frequency), 3, -1)
         absolute = -((2 * np.pi * frequency[:, None]) ** 2) * points[:, :-1, 0]
         return absolute, interface_force(frequency, points[:, -1], [0], s), shapes
@@ -122,7 +122,7 @@ def _navier(frequency: Array, points: Array, highest: int = 400) -> tuple[Comple
     return 1 + gain @ (product * part).T, 1 + gain @ (64 / (np.pi**4 * m**2 * n**2))
 
 
-def plate_rows(folder: Path) -> Iterator[Row]:
+def supported_plate_rows(folder: Path) -> Iterator[Row]:
     """Compute the simply supported plate of the paper, ζ = 2 %, against its modal series."""
     plate = _Plate(folder)
     frequency = np.array([40.0, 64.9, 180.0, 224.7])
@@ -137,7 +137,7 @@ def plate_rows(folder: Path) -> Iterator[Row]:
         yield weight.row(f"force over acceleration, {f:g} Hz", value, reference, f)
 
 
-def limit_rows(folder: Path) -> Iterator[Row]:
+def limits_rows(folder: Path) -> Iterator[Row]:
     """Compute limits for any panel on a moving base: near 0 Hz, and for all its modes."""
     plate = _Plate(folder)
     gain, force, _ = plate.solve(np.array([0.02]), 0.0, APPARENT)
@@ -180,9 +180,4 @@ def balance_rows(folder: Path) -> Iterator[Row]:
         yield balance.row(quantity, power, lost, f)
 
 
-CASES = {
-    "oscillator": oscillator_rows,
-    "supported_plate": plate_rows,
-    "limits": limit_rows,
-    "balance": balance_rows,
-}
+CASES = cases_of(globals())

@@ -18,7 +18,7 @@ from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.coupon.contact import Constants
 from pidpanel.paths import DATA
 from pidpanel.verification.coupon import contacts, shaken
-from pidpanel.verification.rows import COMPARISONS, Row, comparison
+from pidpanel.verification.rows import COMPARISONS, Row, cases_of, comparison
 
 # Measured values, and unknowns of each case.
 PUBLISHED = yaml.safe_load((DATA / "reference" / "experiments.yaml").read_text(encoding="utf-8"))
@@ -177,7 +177,7 @@ PERIOD_FREQUENCY, PERIOD_CYCLES, SETTLING = 20.0, 74, 14
 LONGEST_PERIOD, REPEATS = 8, 0.75
 
 
-def period_rows(folder: Path) -> Iterator[Row]:
+def periods_rows(folder: Path) -> Iterator[Row]:
     """Compute the periods of a bed as Γ rises, in their order."""
     bed = shaken.poured(folder / "pour")[: shaken.BED_SIZES[-1]]
     periods = []
@@ -223,13 +223,7 @@ def period(energy: Array) -> int:
     return int(np.argmax(differences <= near)) + 1
 
 
-CASES = {
-    "impact": impact_rows,
-    "lammps": lammps_rows,
-    "open_bed": open_bed_rows,
-    "box": box_rows,
-    "periods": period_rows,
-}
+CASES = cases_of(globals())
 
 # Unknowns, by the names of their cases.
 UNKNOWN = {COMPARISONS[name]["case"]: PUBLISHED["unknown"][name] for name in CASES}

@@ -23,7 +23,7 @@ from pidpanel.panel.supports import Block, EdgeSupport, Supports, free_coordinat
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.paths import DATA
-from pidpanel.verification.rows import Row, comparison
+from pidpanel.verification.rows import Row, cases_of, comparison
 
 FACE = Ply(Material.isotropic(60e9, 0.3, 1600.0), 0.3e-3)
 DISC = Circle((0.0, 0.0), 1.0)
@@ -68,7 +68,7 @@ PLATES = {
 PUBLISHED = yaml.safe_load((DATA / "reference" / "panels.yaml").read_text(encoding="utf-8"))
 
 
-def frequency_rows(name: str, folder: Path) -> Iterator[Row]:
+def _frequency_rows(name: str, folder: Path) -> Iterator[Row]:
     """Return the lowest frequencies of a panel with the published ones."""
     plate, published = PLATES[name](folder / "verification.msh"), PUBLISHED[name]
     reference = np.array(published["reference"])
@@ -165,8 +165,4 @@ def _component(basis: CellBasis) -> Index:
     return component
 
 
-CASES = {
-    **{name: partial(frequency_rows, name) for name in PLATES},
-    "turned": turned_rows,
-    "stretched": stretched_rows,
-}
+CASES = {name: partial(_frequency_rows, name) for name in PLATES} | cases_of(globals())

@@ -36,10 +36,10 @@ from pidpanel.solve.power import power_balance
 from pidpanel.solve.solvers import PanelSolver
 from pidpanel.solve.stretching import StretchedPanel, duffing_excess, linearised_stiffness
 from pidpanel.sound.field import diffuse_modal_force, uniform_modal_force, wavenumber
-from pidpanel.verification.rows import Row, comparison
+from pidpanel.verification.rows import Row, cases_of, comparison
 
 
-def nafems_rows(folder: Path) -> Iterator[Row]:
+def nafems_13r_rows(folder: Path) -> Iterator[Row]:
     """Compute NAFEMS selected benchmarks for forced vibration, tests 13 and 13R (report R0016).
 
     A square plate of 10 m, E = 200 GPa, ν = 0.3, ρ = 8000 kg/m³, 0.05 m thick, simply supported,
@@ -206,7 +206,7 @@ LINES = (60.0, 300.0, 600.0, 951.0)
 HIGHEST = 1000.0
 
 
-def layout_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> Iterator[Row]:
+def layouts_rows(folder: Path, names: Collection[str] = tuple(LAYOUTS)) -> Iterator[Row]:
     """Compare layouts of dampers in the basis of a study with all elements."""
     frequency = np.array(LINES)
     for name in names:
@@ -351,11 +351,4 @@ def _rms_of_histories(
     return np.sqrt(np.einsum("pi,ij,pj->p", points, total / count, points))
 
 
-CASES = {
-    "nafems_13r": nafems_rows,
-    "miles": miles_rows,
-    "layouts": layout_rows,
-    "power": power_rows,
-    "duffing": duffing_rows,
-    "stretching": stretching_rows,
-}
+CASES = cases_of(globals())

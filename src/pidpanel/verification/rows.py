@@ -9,7 +9,7 @@ with ``CASES``: functions that compute in a folder and return rows. `verify` run
 import importlib
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Self, SupportsFloat
@@ -100,6 +100,12 @@ def comparison(name: str, **values: object) -> Row:
 
 # Columns of the file of rows, besides the error.
 COLUMNS = tuple(field.name for field in fields(Row))
+
+
+def cases_of(functions: Mapping[str, Any]) -> dict[str, Callable[[Path], Iterable[Row]]]:
+    """Return the cases of a module by name: each a function ``<case>_rows`` of a folder."""
+    names = [name for name in functions if name.endswith("_rows") and name[0] != "_"]
+    return {name.removesuffix("_rows"): functions[name] for name in names}
 
 
 def verify(stage: str, case: str) -> list[Row]:

@@ -154,10 +154,15 @@ def _branches(
 
     def base() -> None:
         if study.base is not None:
-            from pidpanel.base.from_study import write_base
+            from pidpanel.base.from_study import write_base, write_base_export
 
             with _stage("base", log):
                 write_base(study, upstream, None, stages["base"])
+            if study.base.random is not None:
+                with _stage("base_export", log):
+                    psd, summary = stages["base"].psd, stages["base"].summary
+                    folder = stages["base_export"].folder
+                    write_base_export(study, upstream.modes, psd, summary, folder)
         if study.measurements:
             from pidpanel.measurement.from_study import write_measurements
 

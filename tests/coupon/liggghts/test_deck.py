@@ -25,7 +25,6 @@ def golden_run():
 
 
 def test_the_rendered_deck_is_the_recorded_one_command_by_command():
-    # red: a digit less of a number; a command more in the template
     text = golden_run().deck_text()
     recorded = (GOLDEN / "shake_1.in").read_text()
     # after it the solver was given its runs

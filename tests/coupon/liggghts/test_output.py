@@ -194,7 +194,6 @@ def test_contacts_are_read_with_their_frame_and_a_frame_may_have_none():
 
 
 def test_contacts_cut_anywhere_are_named():
-    # red: the number of frames not asked for
     text = re.sub(r"^(\d) (0\.\d+) $", r"\1 2 \2 0 0 ", LOCAL, flags=re.MULTILINE)
     assert len(contacts(text, frames=3).first) == 3
     for end in range(len(text)):
@@ -239,7 +238,6 @@ def contacts(text, *, frames=1, spheres=3, partners=3, with_wall=False):
 
 
 def test_contacts_are_those_of_spheres_counted_from_0():
-    # red: ids taken as they are; triangle and sphere exchanged
     found = contacts(CONTACTS)
     assert (found.first.tolist(), found.second.tolist()) == ([0, 2], [1, 0])
     found = contacts(CONTACTS, spheres=2, partners=4, with_wall=True)  # of triangles 1 and 3
@@ -248,13 +246,11 @@ def test_contacts_are_those_of_spheres_counted_from_0():
 
 @pytest.mark.parametrize("garbled", ["9 1 0.4", "0 1 0.4", "3 -1 0.4", "3 1.5 0.4", "3e9 1 0.4"])
 def test_a_contact_with_a_sphere_that_is_not_there_is_named(garbled):
-    # red: `read_contacts` without its check: Python counts from the end, or ends without a name
     with pytest.raises(failures.ParticlesLost, match=r"pairs\.dump: contact 2 of"):
         contacts(CONTACTS.replace("3 1 0.4", garbled))
 
 
 def test_frames_of_contacts_out_of_order_are_named():
-    # red: the steps of the frames not read
     with pytest.raises(failures.LogTruncated, match="step '0' out of order"):
         frames_of(LOCAL.replace("TIMESTEP\n4", "TIMESTEP\n0"))
     with pytest.raises(failures.LogTruncated, match="step 'x' out of order"):

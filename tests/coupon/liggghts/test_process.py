@@ -75,7 +75,6 @@ def rows_in(folder):
 
 @pytest.mark.parametrize(("sig", "status"), [(signal.SIGTERM, "0"), (signal.SIGKILL, "-9")])
 def test_a_solver_killed_from_outside_is_a_stopped_run(begun, sig, status):
-    # red: `_execute` returns an instant of step 0 when the output ends
     folder, steps = begun
     child, _ = stop_when_running(folder, steps, sig)
     said, _ = child.communicate()
@@ -84,7 +83,6 @@ def test_a_solver_killed_from_outside_is_a_stopped_run(begun, sig, status):
 
 
 def test_the_solver_dies_with_its_caller(begun):
-    # red: no setpriv --pdeathsig
     folder, steps = begun
     _, pid = stop_when_running(folder, steps, None)
     while _state(pid) != "Z":
@@ -100,7 +98,6 @@ def _state(pid):
 
 
 def test_the_solver_needs_no_folder_that_others_remove(monkeypatch, tmp_path):
-    # red: LONE_RANK without "OMPI_MCA_orte_create_session_dirs"
     monkeypatch.setenv("TMPDIR", "/proc/none")  # where nothing can be made
     with Liggghts(tmp_path, "own"):  # has said its version
         pass
@@ -127,7 +124,6 @@ def test_another_version_is_refused(monkeypatch, tmp_path):
 
 
 def test_an_instant_says_the_step_the_spheres_and_what_was_asked(begun):
-    # red: "ke" read as the rotational energy; the two numbers of an instant exchanged
     folder, _ = begun
     with Liggghts(folder, "shake") as solver:
         solver.read_deck(deck_of_speed(folder, 0.25))
@@ -146,7 +142,6 @@ def deck_of_speed(folder, speed):
 
 
 def test_a_log_that_ends_elsewhere_than_it_should_is_refused(begun):
-    # red: `finish` does not read the log
     folder, _ = begun
     with Liggghts(folder, "shake") as solver:
         solver.read_deck((folder / "deck").read_text())
@@ -167,7 +162,6 @@ def impatient(monkeypatch):
 
 
 def test_a_solver_that_neither_ends_nor_goes_on_is_ended_and_named(begun, impatient):
-    # red: `self._queue.get()` without a timeout (hangs for ever); the process not killed
     folder, _ = begun
     with Liggghts(folder, "shake") as solver:
         solver.read_deck((folder / "deck").read_text())
@@ -181,7 +175,6 @@ def test_a_solver_that_neither_ends_nor_goes_on_is_ended_and_named(begun, impati
 
 
 def test_a_solver_that_hangs_at_its_end_is_ended_and_named(begun, impatient):
-    # red: `self._process.wait()` before the lines are read to their end
     folder, _ = begun
     with Liggghts(folder, "shake") as solver:
         solver.read_deck((folder / "deck").read_text())
@@ -217,7 +210,6 @@ def endless(tmp_path, monkeypatch):
 def test_a_solver_that_prints_for_ever_is_ended_and_takes_no_memory(
     endless, then, message, monkeypatch
 ):
-    # red: a SimpleQueue, a list of all lines, no MOST_LINES: 827 MB in 18 s, and no end
     monkeypatch.setattr(process, "MOST_LINES", 10_000)
     folder = endless(then)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -233,7 +225,6 @@ def test_a_solver_that_prints_for_ever_is_ended_and_takes_no_memory(
 def test_a_solver_that_prints_a_line_now_and_then_in_a_deck_or_at_its_end_is_ended(
     endless, monkeypatch
 ):
-    # red: infinity in place of either, and ten million lines take a week
     monkeypatch.setattr(process, "LONGEST_DECK", 0.5)
     monkeypatch.setattr(process, "LONGEST_END", 0.4)
     folder = endless("while :; do echo step; sleep 0.05; done")

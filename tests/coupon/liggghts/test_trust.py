@@ -46,7 +46,6 @@ def study(tmp_path, monkeypatch):
 
 
 def test_a_link_to_a_deck_of_ours_includes_nothing_that_lies_next_to_it(study, tmp_path):
-    # red: `_template` with the path of the link
     path = study()
     hit = tmp_path / "hit"
     program = f"{{{{ cycler.__init__.__globals__.os.system('touch {hit}') }}}}"
@@ -61,7 +60,6 @@ def test_a_link_to_a_deck_of_ours_includes_nothing_that_lies_next_to_it(study, t
 
 @pytest.mark.parametrize("name", ["header.j2", "../own.in.j2", "SHAKE.in.j2", "results/x/shake.in"])
 def test_a_hard_link_and_a_deck_elsewhere_are_the_user_s(study, tmp_path, name):
-    # red: `comes_with_pidpanel` by content, by the name of the file or by the path as written
     folder = tmp_path / "folder"
     (folder / "results" / "x").mkdir(parents=True)
     path = study().rename(folder / "own.yaml")
@@ -74,7 +72,6 @@ def test_a_hard_link_and_a_deck_elsewhere_are_the_user_s(study, tmp_path, name):
 
 @pytest.mark.parametrize("text", PROGRAMS)
 def test_no_deck_of_the_user_is_read_before_it_is_trusted(study, text, capsys):
-    # red: `check_trust` left out of `check_decks`; the list of harmless commands, for most of these
     path = study(f"{text}\n")
     with pytest.raises(StudyError, match=r"own\.yaml:6: coupon\.deck = .*a program") as told:
         checked_study(path)
@@ -84,7 +81,6 @@ def test_no_deck_of_the_user_is_read_before_it_is_trusted(study, text, capsys):
 
 
 def test_a_deck_that_is_trusted_is_checked_and_run(study, monkeypatch):
-    # red: the variable not set by --trust-deck; `_template` without `check_trust`
     monkeypatch.setenv(deck.TRUST, "")
     path = study()
     assert main(["check", "--trust-deck", str(path)]) == 0
@@ -97,7 +93,6 @@ def test_a_deck_that_is_trusted_is_checked_and_run(study, monkeypatch):
 
 
 def test_a_deck_that_came_with_pidpanel_is_trusted_and_a_copy_is_not(tmp_path, monkeypatch):
-    # red: `is_relative_to` of the path as it is written
     monkeypatch.delenv(deck.TRUST, raising=False)
     shutil.copy(TEMPLATES / "shake_lab.in.j2", tmp_path)
     deck.check_trust(TEMPLATES / "shake_lab.in.j2")

@@ -5,7 +5,6 @@ writes a footer that claims all steps, and leaves cut rows after a SIGKILL. So a
 only if the marks, the rows and the atom counts agree.
 """
 
-import math
 import re
 from typing import NamedTuple
 
@@ -62,19 +61,28 @@ def read_frames(text: str, source: str, title: str, columns: int) -> tuple[list[
         counts.append(bodies[-1].count("\n"))
         if counts[-1] != int(count[1]):
             raise LogTruncated(f"{source}, frame {number}: {counts[-1]} of {count[1]} rows")
-    lines = "".join(bodies).splitlines()
+    table = _table("".join(bodies).splitlines(), source, columns)
+    if len(table) != sum(counts):
+        raise LogTruncated(f"{source}: {len(table)} of {sum(counts)} rows")
+    return counts, table
+
+
+def _table(lines: list[str], source: str, columns: int, first: int = 1) -> Array:
+    """Return the numbers of lines, (n, columns), the first of them with a number in its file."""
     if not lines:
-        return counts, np.empty((0, columns))
+        return np.empty((0, columns))
     try:
         table: Array = np.loadtxt(lines, float, comments=None, ndmin=2)
     except ValueError as error:
-        ragged = "number of columns" in str(error)
-        raise (LogTruncated if ragged else NotFinite)(f"{source}: {error}") from None
-    if table.shape != (sum(counts), columns):
-        raise LogTruncated(f"{source}: {table.shape}, not {sum(counts)} rows × {columns}")
-    if not np.isfinite(table).all():
-        raise NotFinite(f"{source}: a value is not finite")
-    return counts, table
+        kind = LogTruncated if "number of columns" in str(error) else NotFinite
+        place = re.search(r" at row (\d+)", str(error))
+        line = first + int(place[1]) if place else first
+        raise kind(f"{source}:{line}: {error}") from None
+    if table.shape[1] != columns:
+        raise LogTruncated(f"{source}:{first}: {table.shape[1]} of {columns} columns")
+    if (wrong := ~np.isfinite(table).all(axis=1)).any():
+        raise NotFinite(f"{source}:{first + int(np.argmax(wrong))}: a value is not finite")
+    return table
 
 
 # Columns of the cycle file that the shake deck writes: momentum [kg m/s] (its product with sin ωt
@@ -87,10 +95,6 @@ MOTION = (
     *POSITION_AND_VELOCITY,
     *("omegax", "omegay", "omegaz", "fx", "fy", "fz", "tqx", "tqy", "tqz"),
 )
-
-
-# Numbers as LIGGGHTS writes them; Python accepts more, such as 1_000.
-_NUMBER = re.compile(r"-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?")
 
 
 # First lines of the file of cycle rows.
@@ -124,32 +128,20 @@ def read_cycles(
     LogTruncated, NotFinite
         If rows are missing or not finite, with file, line and text.
     """
-    rows: list[list[float]] = []
     if text and not text.endswith("\n"):
         raise LogTruncated(f"{source}: cut in its last line, {text.rsplit(chr(10), 1)[-1]!r}")
     lines = text.splitlines()
     if lines[:2] != list(header):
         raise LogTruncated(f"{source}:1: header {lines[:2]!r} instead of {list(header)!r}")
     columns = len(header[1].split()) - 1
-    for number, line in enumerate(lines[2:], 3):
-        where = f"{source}:{number}"
-        fields = line.split(" ")
-        while fields and fields[-1] == "":
-            fields.pop()
-        if len(fields) != columns:
-            raise LogTruncated(f"{where}: {len(fields)} of {columns} columns, {line!r}")
-        if not all(map(_NUMBER.fullmatch, fields)):
-            raise NotFinite(f"{where}: not a number, {line!r}")
-        row = [float(field) for field in fields]
-        if not all(math.isfinite(value) for value in row):
-            raise NotFinite(f"{where}: not finite, {line!r}")
-        step = steps_per_cycle * (cycles_before + len(rows) + 1)
-        if fields[0] != str(step):
-            raise LogTruncated(f"{where}: step {fields[0]} instead of {step}")
-        rows.append(row)
+    rows = _table(lines[2:], source, columns, first=3)
+    steps = steps_per_cycle * (cycles_before + 1 + np.arange(len(rows)))
+    if (wrong := rows[:, 0] != steps).any():
+        row = int(np.argmax(wrong))
+        raise LogTruncated(f"{source}:{row + 3}: step {rows[row, 0]:g} instead of {steps[row]}")
     if len(rows) != cycles:
         raise LogTruncated(f"{source}: {len(rows)} of {cycles} cycles")
-    return np.array(rows).reshape(-1, columns)
+    return rows
 
 
 # The line that `process.Liggghts` makes LIGGGHTS print when a command is done.

@@ -7,16 +7,7 @@
 """
 
 from pidpanel.verification.coupon import contacts, shaken
+from pidpanel.verification.rows import cases_of
 
-# Each of them runs LIGGGHTS in a folder and returns its rows.
-CASES = {
-    "collision": contacts.collision_rows,
-    "sliding": contacts.sliding_rows,
-    "rolling": contacts.rolling_rows,
-    "oblique": contacts.oblique_rows,
-    "peak": contacts.peak_rows,
-    "growth": contacts.growth_rows,
-    "ball": shaken.ball_rows,
-    "slug": shaken.slug_rows,
-    "floor": shaken.floor_rows,
-}
+# Each of them runs LIGGGHTS in a folder.
+CASES = cases_of(vars(contacts) | vars(shaken))

@@ -1,0 +1,9 @@
+"""Files for other programs of random motion of the supports: TABRND1, UFF 58, third octaves."""
+
+from pidpanel import job
+from pidpanel.base.from_study import write_base_export
+from pidpanel.provenance.files import Files
+
+with job.started(snakemake) as study:
+    files, folder = Files.from_names(snakemake.input), Files.from_names(snakemake.output).folder
+    write_base_export(study, files.modes, files.psd, files.summary, folder)
