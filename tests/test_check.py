@@ -16,7 +16,6 @@ from pidpanel.cli.study_overview import overview
 from pidpanel.coupon.liggghts.deck import TRUST
 from pidpanel.solve.lines import LINES_AT_MOST, frequency_grid
 from pidpanel.study import StudyError, load_any_study
-from pidpanel.study.dampers import resolved_masses
 
 STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
 TEMPLATES = Path(__file__).parents[1] / "templates"
@@ -249,7 +248,7 @@ def test_particles_without_a_mass_are_named_in_check_and_on_the_page(tmp_path, c
     assert main(["check", str(path)]) == 0
     assert "no mass" not in capsys.readouterr().out
     assert not checked_study(path).massless_dampers
-    assert resolved_masses(checked_study(path)) == {"arm": 10.0}
+    assert checked_study(path).damper_masses(with_rows=True) == {"arm": 10.0}
 
 
 @pytest.mark.parametrize(

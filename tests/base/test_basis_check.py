@@ -104,7 +104,7 @@ def test_a_basis_is_widened_by_what_all_motions_miss_until_the_last_attempt(
     monkeypatch.setattr(basis_check, "_check", check)
     plate = SimpleNamespace(shapes=np.zeros((5, 4)))
     last, largest = basis_check.checked_panel(
-        None, plate, np.zeros((5, 0)), HIGHEST, 1.0, lambda supported: (0, 1), [], None
+        None, plate, np.zeros((5, 0)), HIGHEST, 1.0, lambda supported: (0, 1), []
     )
     assert (last, largest) == (calls, error)
     assert widths == [sum(missed) * attempt for attempt in range(calls)]

@@ -49,7 +49,7 @@ def test_a_patch_counts_with_its_heaviest_damper_from_end_to_end_of_the_range():
     settings = SimpleNamespace(frequency_range=(20.0, 2000.0))
     basis = SimpleNamespace(patch_names=["a", "b", "c"])
     panel = SimpleNamespace(patch_area=np.ones(3), settings=settings, basis=basis)
-    heavy, light = Model(3.0, lambda _: 1.0, depends=False), Model(2.0, float, depends=False)
+    heavy, light = (Model(m, lambda _: 1.0, depends=False) for m in (3.0, 2.0))
     rising = Model(1.0, lambda _: 5.0, depends=False)  # at the highest frequency
     scenarios = scenarios_of({"a": heavy, "c": rising}, {"a": light})
     assert heaviest_dampers(panel, scenarios).tolist() == [3.0, 0.0, 5.0]
@@ -94,7 +94,7 @@ def scenarios_of(*dampers):
         *(
             ResponseScenario(
                 f"s{number}", "bare", 150.0, 2.5,
-                {patch: FilledDamper(f"d{patch}", model) for patch, model in by_patch.items()},
+                {patch: FilledDamper(f"{number}{patch}", model) for patch, model in by_patch.items()},
             )
             for number, by_patch in enumerate(dampers)
         ),

@@ -8,9 +8,9 @@ import pytest
 
 from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.damping.atlas import AtlasDamping, atlas_bed
-from pidpanel.damping.models import DampingValues, FilledDamper
 from pidpanel.damping.table_files import read_columns
 from pidpanel.damping.tables import TableDamping
+from pidpanel.damping.models import Damper, DampingValues, FilledDamper
 from pidpanel.response.extrapolation import (
     FAR,
     Extrapolation,
@@ -66,11 +66,11 @@ def test_a_line_between_data_counts_by_the_nearer_of_both_sides(damper):
     np.testing.assert_allclose(weight, [0.1, 0, 0.2, 0.3, 0, 0.2], atol=1e-12)
 
 
-@dataclasses.dataclass
-class Steady:
+class Steady(Damper):
     """Damping that does not depend on the motion."""
 
-    depends_on_acceleration: bool = False
+    def __call__(self, frequency, fill_fraction, acceleration_g):
+        raise NotImplementedError
 
 
 def test_what_the_data_would_have_to_cover_is_named(damper):

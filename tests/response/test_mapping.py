@@ -104,7 +104,7 @@ def test_maps_are_of_every_scenario_with_the_force_of_its_own_particles(tmp_path
     assert [patches for _, patches, _ in asked] == [(), (1,), (1,)]
     assert asked[0][0] is force and asked[2][0] is force
     own = asked[1][0]
-    assert (own.first, own.second, own.share) == (force, {1: "its own"}, 0.4)
+    assert (own.first, own.second, own.share) == (force, "its own", 0.4)
     with xr.open_dataset(path, engine="scipy") as maps:
         values = {name: maps[name].values for name in maps.data_vars}
     np.testing.assert_allclose(values["acceleration_rms"], [[2, 4, 6, 8]] * 3)
@@ -119,7 +119,7 @@ def test_paraview_finds_every_case_with_units_in_the_names(tmp_path):
     cells = np.array([[0, 1, 2, 3]])
     maps = {name: np.arange(4.0) for name in ("acceleration", "displacement")}
     maps |= {name: np.arange(8.0).reshape(2, 4) for name in UNITS if name not in maps}
-    found = {("dem", "bare"): maps, ("dem", "PID-1_r0.5"): maps}
+    found = {"bare": maps, "PID-1_r0.5": maps}
     path = tmp_path / "maps.nc"
     map_dataset(found, [0.1] * len(found), vertices, cells, ["top", "bottom"]).to_netcdf(
         path, engine="scipy"
@@ -129,7 +129,7 @@ def test_paraview_finds_every_case_with_units_in_the_names(tmp_path):
         write_paraview(tmp_path / "maps", dataset.load())
     root = ET.parse(tmp_path / "maps" / "maps.pvd").getroot()
     files = [entry.attrib["file"] for entry in root.iter("DataSet")]
-    assert files == ["dem_bare.vtu", "dem_PID-1_r0.5.vtu"]
+    assert files == ["bare.vtu", "PID-1_r0.5.vtu"]
     mesh = meshio.read(tmp_path / "maps" / files[1])
     np.testing.assert_array_equal(mesh.point_data["von_mises_rms_Pa_bottom"], np.arange(4.0, 8.0))
     np.testing.assert_array_equal(mesh.point_data["acceleration_rms_m_s-2"], np.arange(4.0))

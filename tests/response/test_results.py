@@ -57,7 +57,9 @@ def test_motion_outside_the_simulated_range_is_marked_or_refused(summary_of):
 
     marked = summary_of("mark", louder("mark"))
     assert (marked["outside_run_points_share"] == 1).sum() > 0
-    with pytest.raises(OutsideSimulatedRange, match=r"PID-1_r0\.3_175dB: C_e is read at .* g, "):
+    with pytest.raises(
+        OutsideSimulatedRange, match=r"PID-1_r0\.3_175dB: C_e is evaluated at .* g, "
+    ):
         summary_of("refuse", louder("refuse"))
 
 
