@@ -101,7 +101,7 @@ def test_the_mesh_returned_is_the_mesh_in_the_file(paper_path, paper_mesh):
 
 
 def test_cells_that_are_no_squares_lie_in_their_patch_and_carry_their_point(tmp_path):
-    # cells of 1 m x 0.25 m; red: spacing[0] → spacing[1], in each place
+    # cells of 1 m x 0.25 m
     patch = Rectangle((3.0, 0.375), (2.0, 0.25))
     mesh = mesh_quadrilaterals(
         tmp_path / "m.msh", (6.0, 1.0), (6, 4), {"P": patch}, {"7": (5.0, 0.75)}
@@ -113,7 +113,6 @@ def test_cells_that_are_no_squares_lie_in_their_patch_and_carry_their_point(tmp_
 
 
 def test_what_leaves_a_tiny_panel_is_refused_like_that_of_a_large_one(tmp_path):
-    # red: 1e-9 * max(size) → 1e-9 / max(size)
     with pytest.raises(ValueError, match="leaves the panel"):
         mesh_quadrilaterals(tmp_path / "m.msh", (3e-5, 2e-5), (3, 2), {}, {}, {"7": (4e-5, 1e-5)})
 
@@ -132,7 +131,6 @@ def same_places(found, expected):
 @pytest.mark.parametrize("scale", [0.1, 10.0])
 @pytest.mark.parametrize("back", [False, True])
 def test_an_l_has_one_reentrant_corner_whichever_way_it_is_drawn(scale, back):
-    # red: == (number > 0) → !=; signed_area > 0 → > 1, <=; each index of `cross`; rolls by 1 → 2
     shape = turned(L_SHAPE, scale)
     corner = shape.corners[3]
     if back:
@@ -142,7 +140,7 @@ def test_an_l_has_one_reentrant_corner_whichever_way_it_is_drawn(scale, back):
 
 @pytest.mark.parametrize("back", [False, True])
 def test_round_holes_the_corners_are_reentrant_but_for_those_that_are_of_the_outline(back):
-    # an L as a hole leaves five; red: number > 0 → number > 1, number <= 0
+    # an L as a hole leaves five
     outline = turned(Rectangle((0.5, 0.5), (9.0, 9.0)))
     hole, other = turned(L_SHAPE), turned(Rectangle((-1.0, -1.0), (0.5, 0.5)))
     expected = [*np.delete(hole.corners, 3, axis=0), *other.corners]
@@ -153,7 +151,7 @@ def test_round_holes_the_corners_are_reentrant_but_for_those_that_are_of_the_out
 
 @pytest.mark.parametrize(("pieces", "count"), [(13, 0), (11, 11)])
 def test_a_smooth_hole_has_no_reentrant_corners(pieces, count):
-    # its turns are 27.7° and 32.7°; red: turn < -SMOOTH_TURN → turn < SMOOTH_TURN, >=
+    # its turns are 27.7° and 32.7°
     outline = Rectangle((0.0, 0.0), (9.0, 9.0))
     assert len(reentrant_corners([outline, Circle((0, 0), 1.0, pieces)])) == count
     assert len(reentrant_corners([outline])) == 0
@@ -161,8 +159,7 @@ def test_a_smooth_hole_has_no_reentrant_corners(pieces, count):
 
 @pytest.mark.parametrize(("asked", "smallest"), [(None, 2e-3 * 0.25), (0.01, 0.01)])
 def test_elements_shrink_to_what_is_asked_of_a_reentrant_corner(tmp_path, asked, smallest):
-    # to a factor of two, which gmsh keeps; red: CORNER_SHARE * → /; min(smallest, largest) → max;
-    # one corner left out of `mesh_triangles`
+    # to a factor of two, which gmsh keeps
     mesh = mesh_triangles(tmp_path / "l.msh", L_SHAPE, 0.25, {}, {}, corner_size=asked)
     corner = np.flatnonzero(np.linalg.norm(mesh.vertices - (0.75, 0.5), axis=1) < 1e-9).item()
     edges = mesh.cells[(mesh.cells == corner).any(axis=1)]
@@ -256,7 +253,6 @@ def test_meshes_can_be_made_off_the_main_thread(tmp_path):
 
 @pytest.mark.parametrize("in_a_thread", [False, True])
 def test_a_closed_pipe_is_an_error_after_gmsh_too(in_a_thread):
-    # red: without `_set_handler` SIGPIPE ends the process
     def mesh_and_write():
         with gmsh_session():
             pass

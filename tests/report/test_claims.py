@@ -23,7 +23,6 @@ def certain(gained, error=0.01):
 
 
 def test_the_chosen_row_leads_only_where_it_is_the_highest_of_every_column():
-    # red: `.any()` for `.all()` in decided; the second for the first in leads
     chosen = pd.Series("0.1", POINTS)
     everywhere = table([3.0, 3.0], [2.5, 2.0], [1.0, 2.5])
     in_part = table([3.0, 1.3], [2.5, 2.0], [1.0, 1.4])
@@ -34,7 +33,6 @@ def test_the_chosen_row_leads_only_where_it_is_the_highest_of_every_column():
 
 
 def test_reductions_are_alike_within_the_limit():
-    # red: one error for the two in math.hypot
     near, far = table([0.0, 0.0], [0.8, 0.3], [0.4, 0.1]), table([0.0, 0.0], [0.8, 1.1], [0.4, 0.1])
     assert claims.is_alike(near, certain(near), 1.0)[0] == "holds"
     assert claims.is_alike(far, certain(far), 1.0)[0] == "does not hold"
@@ -43,7 +41,6 @@ def test_reductions_are_alike_within_the_limit():
 
 
 def test_high_frequency_must_gain_more_in_every_response():
-    # red: halves exchanged
     centre = np.array([100.0, 200.0, 400.0, 800.0])
     rising = np.array([0.0, 1.0, 2.0, 3.0])[None, :, None] * np.ones((2, 1, 2))
     error = np.full_like(rising, 0.1)
@@ -54,7 +51,6 @@ def test_high_frequency_must_gain_more_in_every_response():
 
 
 def test_a_shift_is_linear_where_every_band_rises_with_the_sound():
-    # red: 10 lg for 20 lg of the rms; levels not in order
     oaspl = np.array([162.0, 142.0, 152.0])
     rms = 10 ** (oaspl[:, None, None] / 20) * np.ones((1, 4, 2))
     error, bare = np.full_like(rms, 0.1), rms.copy()
@@ -81,7 +77,6 @@ def verdicts_of(study, responses, reading="paper_corrected"):
 
 
 def test_verdicts_turn_with_the_responses(study, respond):
-    # red: another family in verdicts; bare panels of another level; rows and columns exchanged
     opposite = {key: 5 - value for key, value in FILL.items()}
     opposite |= {("A_r0.5_150dB", "corner"): 6.0, ("A_r0.9_150dB", "middle"): 0.5}
     claimed = verdicts_of(study, respond(FILL | PLACE, error_db=0.1))
@@ -94,7 +89,6 @@ def test_verdicts_turn_with_the_responses(study, respond):
 
 
 def test_the_best_scenario_by_bands_is_named_beside_the_one_by_rms(study, respond):
-    # red: idxmin for idxmax of the mean
     summary, psd = respond(FILL | PLACE, error_db=0.1)
     better = psd["scenario"] == "A_r0.9_150dB"
     psd["acceleration_psd"] = psd["acceleration_psd"].where(~better, 1e-6 * psd["acceleration_psd"])
@@ -104,7 +98,6 @@ def test_the_best_scenario_by_bands_is_named_beside_the_one_by_rms(study, respon
 
 
 def test_stretching_is_judged_where_there_is_some(study, respond):
-    # red: fillna left out; the bare panel for the scenario in motions
     summary, psd = respond(FILL | PLACE, error_db=0.1)
     loud = summary["oaspl_db"] == 150.0
     for name in ("acceleration_rms_g", "displacement_rms_mm"):
@@ -114,13 +107,11 @@ def test_stretching_is_judged_where_there_is_some(study, respond):
 
 
 def test_numbers_without_errors_decide_nothing(study, respond):
-    # red: `isfinite` left out of decided, where comparisons with NaN would say "holds"
     found = verdicts_of(study, respond(FILL | PLACE))
     assert len(found) == 8 and set(found.values()) == {"no error, not judged"}
 
 
 def test_a_model_without_response_and_a_single_point_have_no_verdict(study, respond):
-    # red: `isfinite` left out of finding_of; `len(points) > 1` left out of verdicts
     summary, psd = respond(FILL | PLACE, error_db=0.1)
     assert set(verdicts_of(study, (summary, psd), "paper_printed").values()) == {"cannot be tested"}
     corner = summary["point"] == "corner"
@@ -130,14 +121,12 @@ def test_a_model_without_response_and_a_single_point_have_no_verdict(study, resp
 
 
 def test_distances_are_from_the_centres_of_the_patches(basis):
-    # red: patches and points swapped. 0.05 m: the cells of the trial mesh measure 0.1 m
     distance = claims.patch_distance(basis)
     assert distance.loc["A", "middle"] < 0.05 > distance.loc["B", "corner"]
     assert distance.loc["A", "corner"] == pytest.approx(np.hypot(0.55, 0.2), abs=0.05)
 
 
 def test_a_claim_is_shown_once_with_its_source_and_all_models(study, respond):
-    # red: source left out; the claim in every row
     rows = list(claims.verdicts(study, *respond(FILL | PLACE, error_db=0.1), DISTANCE))
     (shown,) = blocks_of(verdict_table(rows))
     assert shown.rows[0][:3] == [

@@ -40,7 +40,7 @@ def panel(elements=None, least=None, **settings):
 
 
 def test_lines_resolve_the_panel_and_have_its_modes_and_the_steps_of_the_input():
-    # eight to a bandwidth 2 ζ f and three in the search; red: residual vectors too; ζ of the bare
+    # eight to a bandwidth 2 ζ f and three in the search
     for least, ratio in ((None, 0.01), (0.004, 0.004)):
         made = panel(least=least, jumps=(141.0,))
         assert made.resolved_ratio == ratio
@@ -55,7 +55,6 @@ def test_lines_resolve_the_panel_and_have_its_modes_and_the_steps_of_the_input()
 @pytest.mark.parametrize("elements", [None, ELEMENTS])
 @pytest.mark.parametrize("by_element", [False, True])
 def test_elements_carry_dampers_where_a_study_wants_it_and_they_are_known(elements, by_element):
-    # red: either of both; patches of the elements for those of the panel
     made = panel(elements, by_element=by_element)
     split = by_element and elements is not None
     assert made.by_element == split
@@ -71,7 +70,6 @@ def test_elements_carry_dampers_where_a_study_wants_it_and_they_are_known(elemen
 
 
 def test_a_solver_for_rms_values_has_few_lines_and_deflections_alone():
-    # red: exchange of both; uncoupled modes though all are wanted
     made = panel(is_diagonal=True)
     few, whole = made.solver(rms_only=True).panel, made.solver(full=True).panel
     assert few.frequency.size == few.search_frequency.size < whole.frequency.size
@@ -81,7 +79,7 @@ def test_a_solver_for_rms_values_has_few_lines_and_deflections_alone():
 
 
 def test_the_elements_of_patches_have_their_quadrature_points():
-    # three cells of two points; the middle one lies in both patches; red: the first two cells
+    # three cells of two points; the middle one lies in both patches
     draw = np.random.default_rng(3)
     at_points, vectors = draw.normal(size=(6, 4)), draw.normal(size=(4, 2)).astype(np.float32)
     at_points[:, 1] = 0
@@ -101,7 +99,6 @@ def test_the_elements_of_patches_have_their_quadrature_points():
 
 
 def test_a_basis_that_lacks_nothing_stays_and_has_its_elements():
-    # red: widened by nothing
     plate = SimpleNamespace(
         quadrature_weight=np.arange(1.0, 7.0), at_quadrature=sp.csr_array(np.eye(6)),
         shapes=np.ones((6, 3), np.float32),
@@ -114,7 +111,7 @@ def test_a_basis_that_lacks_nothing_stays_and_has_its_elements():
 
 
 def test_the_force_of_particles_is_the_sum_of_their_patches():
-    # two square cells of a mesh, a patch each, on 25 lines even in ln f; red: one patch alone
+    # two square cells of a mesh, a patch each, on 25 lines even in ln f
     position = np.array([[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1]]) * 0.1
     cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
     shape = np.ones((6, 1))

@@ -101,7 +101,6 @@ def reduced_psd(basis, frequency, damping, mass, zeta=ZETA, wavenumbers=((0.0, 0
 
 
 def test_damping_is_continuous_above_the_last_mode(panel):
-    # red: residual vectors with ζ f/f_c beside modes above f_c with ζ
     _, basis, _ = panel
     modes = basis.natural_frequency[~basis.is_residual]
     modal = modal_basis(basis, ZETA, modes[-1] / 10)
@@ -111,9 +110,6 @@ def test_damping_is_continuous_above_the_last_mode(panel):
 
 @pytest.mark.parametrize("zeta", [ZETA, FALLING], ids=["constant", "falling"])
 def test_the_error_is_that_against_dense_matrices(panel, zeta):
-    # red: ζ at f_c in every mode of `Elements._modal_damping`; f_c / f of residual vectors
-    # red: in `pressure_errors`, psd[:, 0] / psd[:, 0]
-    # red: in `pressure_errors`, force[imag, real] + force[real, imag]
     plate, basis, stored = panel
     lines = np.array([90.0, 250.0, 380.0])
     scenarios = [heavy(lines), heavy(lines, 0.0, 0.0)]
@@ -129,7 +125,6 @@ def test_the_error_is_that_against_dense_matrices(panel, zeta):
 
 
 def test_under_plane_waves_the_error_is_that_against_dense_matrices(panel):
-    # red: in `pressure_errors`, force[imag, real] + force[real, imag]; of_basis without conj()
     plate, basis, stored = panel
     line, waved = np.array([250.0]), ((6.0, 2.0), (-1.0, 9.0))
     found = checked(panel, basis, stored.shapes, line, [heavy(line)], force=waves)
@@ -139,7 +134,6 @@ def test_under_plane_waves_the_error_is_that_against_dense_matrices(panel):
 
 
 def test_what_is_left_out_makes_the_basis_right_between_the_lines_too(panel):
-    # red: in check_basis, missing_shapes += [np.real(missing), np.real(missing)] (3 % remain)
     plate, basis, stored = panel
     lines = lines_to_try((30.0, HIGHEST), 1, 1)
     first = checked(panel, basis, stored.shapes, lines, [heavy(lines)])
@@ -152,7 +146,6 @@ def test_what_is_left_out_makes_the_basis_right_between_the_lines_too(panel):
 
 
 def test_what_scenarios_miss_alike_is_added_once(panel):
-    # red: `columns` returned by principal as they are
     _, basis, stored = panel
     lines = lines_to_try((30.0, HIGHEST), 1, 1)
     one = checked(panel, basis, stored.shapes, lines, [heavy(lines)]).missing_shapes
@@ -162,7 +155,6 @@ def test_what_scenarios_miss_alike_is_added_once(panel):
 
 
 def test_of_every_column_no_more_than_the_remainder_is_left():
-    # red: square[::-1] with V as it is; `np.any` for `np.all`
     rng = np.random.default_rng(3)
     root = rng.normal(size=(40, 40))
     K = sp.csr_array(root @ root.T + 40 * np.eye(40))
@@ -181,7 +173,6 @@ def test_of_every_column_no_more_than_the_remainder_is_left():
 
 
 def test_a_basis_that_is_right_has_nothing_to_add(panel):
-    # red: REFINED_ABOVE = 0
     _, basis, stored = panel
     lines = np.array([60.0, 70.0])  # about the first mode
     found = checked(panel, basis, stored.shapes, lines, [heavy(lines, 0.0, 0.0)])
@@ -189,7 +180,6 @@ def test_a_basis_that_is_right_has_nothing_to_add(panel):
 
 
 def test_every_attempt_has_lines_of_its_own_within_the_range():
-    # red: in lines_to_try, offset = 0.5
     lines = [lines_to_try((30.0, 1000.0), 1, 1, attempt) for attempt in range(4)]
     apart = np.abs(np.concatenate(lines)[:, None] - np.concatenate(lines))
     np.fill_diagonal(apart, np.inf)
@@ -199,7 +189,6 @@ def test_every_attempt_has_lines_of_its_own_within_the_range():
 
 @pytest.mark.parametrize("others", [0, 1])
 def test_a_point_that_does_not_move_has_no_error_and_misses_nothing(panel, others):
-    # red: in `pressure_errors`, ratio without where=moved; in check_basis, all columns over their energy
     _, basis, stored = panel
     lines = np.array([90.0])
     rows = sp.csr_array(sp.vstack([stored.at_points[:others], 0 * stored.at_points[:1]]))

@@ -129,7 +129,6 @@ def test_shapes_far_above_a_line_are_as_in_vacuum_within_a_tenth_of_a_per_cent(
     monkeypatch, damping
 ):
     # g rms of the paper's panel from 30 to 220 Hz; 2e-4 is measured
-    # red: SHAPES_IN_AIR = 1.2; the soft shapes without `air.stiffness`
     numbers = [(m, n) for m in range(1, 9) for n in range(1, 6) if (m / 1.5) ** 2 + n**2 < 33]
     natural = np.array(
         [np.pi / 2 * np.sqrt(3273.07 / 4) * ((m / 1.5) ** 2 + n**2) for m, n in numbers]
@@ -168,7 +167,6 @@ def sines(numbers, place):
 
 def test_the_air_among_some_shapes_is_a_block_of_its_matrix(panel, face):
     # below, in and above the transition between two tables
-    # red: shapes left out of the upper table
     force, volume = tabulate_diffuse_room(panel, face)
     joined = JoinedTable(replace(force, wavenumber_max=6.0), force)
     frequency, shapes = np.array([20.0, 280.0, 600.0]), np.array([0, 2])
