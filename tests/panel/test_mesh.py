@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 
-from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
+from pidpanel.geometry.polygon import Polygon, Rectangle
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.mesh import gmsh_session, read_mesh
 from pidpanel.panel.triangles import mesh_triangles, reentrant_corners
@@ -25,13 +25,6 @@ def areas(mesh):
     """Areas of the cells by the shoelace formula."""
     x, y = mesh.vertices[mesh.cells].transpose(2, 0, 1)
     return 0.5 * np.sum(x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y, axis=1)
-
-
-def test_grid_points_count_from_1_along_the_long_side_31_to_a_row(paper_mesh):
-    number = np.arange(1, 652)
-    expected = np.column_stack([0.05 * ((number - 1) % 31), 0.05 * ((number - 1) // 31)])
-    # 1e-12 m: rounding of the coordinates in gmsh
-    np.testing.assert_allclose(paper_mesh.vertices, expected, atol=1e-12)
 
 
 def test_the_file_holds_the_grid_points_under_the_numbers_of_the_paper(paper_path, paper_mesh):
@@ -112,11 +105,6 @@ def test_cells_that_are_no_squares_lie_in_their_patch_and_carry_their_point(tmp_
     np.testing.assert_allclose(centres, [[2.5, 0.375], [3.5, 0.375]])
 
 
-def test_what_leaves_a_tiny_panel_is_refused_like_that_of_a_large_one(tmp_path):
-    with pytest.raises(ValueError, match="leaves the panel"):
-        mesh_quadrilaterals(tmp_path / "m.msh", (3e-5, 2e-5), (3, 2), {}, {}, {"7": (4e-5, 1e-5)})
-
-
 def turned(shape, scale=1.0, degrees=20.0):
     """A polygon turned about the origin, so that x and y cannot be taken for one another."""
     c, s = scale * np.cos(np.radians(degrees)), scale * np.sin(np.radians(degrees))
@@ -147,14 +135,6 @@ def test_round_holes_the_corners_are_reentrant_but_for_those_that_are_of_the_out
     if back:
         hole, other = Polygon(hole.points[::-1]), Polygon(other.points[::-1])
     same_places(reentrant_corners([outline, hole, other]), expected)
-
-
-@pytest.mark.parametrize(("pieces", "count"), [(13, 0), (11, 11)])
-def test_a_smooth_hole_has_no_reentrant_corners(pieces, count):
-    # its turns are 27.7° and 32.7°
-    outline = Rectangle((0.0, 0.0), (9.0, 9.0))
-    assert len(reentrant_corners([outline, Circle((0, 0), 1.0, pieces)])) == count
-    assert len(reentrant_corners([outline])) == 0
 
 
 @pytest.mark.parametrize(("asked", "smallest"), [(None, 2e-3 * 0.25), (0.01, 0.01)])

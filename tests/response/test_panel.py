@@ -11,7 +11,6 @@ from pidpanel.damping_ratio import DampingRatio
 from pidpanel.response.panel import (
     ResponsePanel,
     Settings,
-    patch_elements,
     widen,
 )
 from pidpanel.solve.model import Patches
@@ -76,26 +75,6 @@ def test_a_solver_for_rms_values_has_few_lines_and_deflections_alone():
     assert few.points.shape == (2, 1, 3) and whole.points.shape == (2, 6, 3)
     np.testing.assert_array_equal(whole.points[0, :, 0], [1, 4, 4, 4, 5, 5])
     assert few.is_diagonal and not whole.is_diagonal and not panel().solver().panel.is_diagonal
-
-
-def test_the_elements_of_patches_have_their_quadrature_points():
-    # three cells of two points; the middle one lies in both patches
-    draw = np.random.default_rng(3)
-    at_points, vectors = draw.normal(size=(6, 4)), draw.normal(size=(4, 2)).astype(np.float32)
-    at_points[:, 1] = 0
-    weight = np.arange(1.0, 7.0)
-    plate = SimpleNamespace(quadrature_weight=weight, at_quadrature=sp.csr_array(at_points))
-    inside = np.array([[True, True, False], [False, True, True]])
-    found = patch_elements(
-        SimpleNamespace(cells=np.zeros((3, 4)), cell_in_patch=inside), plate, vectors
-    )
-    assert found.patch.tolist() == [0, 0, 1, 1]
-    assert found.parts.area.tolist() == [3, 7, 7, 11]
-    shape = at_points @ vectors.astype(float)
-    for overlap, cell in zip(found.parts.overlap, (0, 1, 1, 2), strict=True):
-        points = slice(2 * cell, 2 * cell + 2)
-        expected = shape[points].T @ (weight[points, None] * shape[points])
-        np.testing.assert_allclose(overlap, expected, rtol=1e-6)
 
 
 def test_a_basis_that_lacks_nothing_stays_and_has_its_elements():

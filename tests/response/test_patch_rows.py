@@ -7,7 +7,7 @@ import pytest
 
 from pidpanel.response.cases import SolvedCase
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.response.tables import damping_on_patches, only_motion, patch_rows
+from pidpanel.response.tables import damping_on_patches, patch_rows
 
 AREA = np.array([1.0, 3.0, 2.0])
 PATCH = np.array([1, 1, 0])
@@ -66,16 +66,6 @@ def test_a_patch_of_several_dampers_has_their_sums_and_mean_squares(by_element, 
     assert (second["lowest_element_motion_g"], second["highest_element_motion_g"]) == extremes
     assert second["outside_run_points_share"] == pytest.approx(0.5)
     assert first["outside_run_points_share"] == pytest.approx(0.25)
-
-
-def test_a_case_has_the_motion_of_its_only_patch_and_the_bare_panel_that_of_the_first_filled():
-    found = only_motion(panel(), case({"b": FILLED["b"]}), RESPONSE, [])
-    assert found == pytest.approx((np.sqrt(13 / 4), np.sqrt(57 / 4)))
-    assert np.isnan(only_motion(panel(), case(), RESPONSE, [])).all()
-    scenarios = [SimpleNamespace(patches=()), SimpleNamespace(patches=("b", "a"))]
-    read, moved = only_motion(panel(), case({}), RESPONSE, scenarios)
-    assert np.isnan(read) and moved == pytest.approx(np.sqrt(57))
-    assert np.isnan(only_motion(panel(), case({}), RESPONSE, scenarios[:1])).all()
 
 
 def test_the_damping_of_a_patch_is_the_mean_over_its_area():

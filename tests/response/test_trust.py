@@ -1,22 +1,14 @@
 """Which rows of ``summary.csv`` are to be trusted."""
 
 import math
-from typing import get_args
 
 import pandas as pd
 import pytest
 
-from pidpanel.constants import DAMPING_MODELS
 from pidpanel.paths import WORKFLOW
 from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import LARGEST_ERROR, doubts, doubts_in, judged
 from pidpanel.study import load_study
-from pidpanel.study.damping import ModelName
-
-
-def test_every_damping_model_of_a_study_has_its_title_and_source():
-    assert set(DAMPING_MODELS) == set(get_args(ModelName))
-
 
 GOOD = {
     "beyond_linear_plate": False, "extrapolated_share": 0.0, "data_missing": "steel to 61 g",

@@ -1,7 +1,4 @@
-"""The modal solver, held to dense algebra, closed forms and the time domain.
-
-Each test names under "red:" the one-line change that it was seen to fail with.
-"""
+"""The modal solver, held to dense algebra, closed forms and the time domain."""
 
 from dataclasses import replace
 from operator import attrgetter
