@@ -161,13 +161,6 @@ def test_an_outlier_lies_at_the_limit_of_what_the_others_predict():
     assert near[0] < 0.2 * near[1]
 
 
-def test_values_that_are_known_well_are_no_outliers():
-    process = bumpy()
-    assert process.with_weaker_outliers(np.zeros(13, bool)) is process
-    smooth = replace(process, values=np.sin(process.points[:, 0]))
-    assert np.array_equal(smooth.with_weaker_outliers(np.ones(13, bool)).error, process.error)
-
-
 def test_a_fit_near_another_ends_where_both_starts_end():
     rng = np.random.default_rng(3)
     x = rng.uniform(0, 6, (40, 2)) * [1, 10]
@@ -186,13 +179,6 @@ def test_an_axis_whose_points_are_alike_but_for_rounding_has_the_spread_one():
     np.testing.assert_allclose(spreads(points), [1, 1, np.sqrt(8 / 3)], rtol=1e-12)
 
 
-def test_sets_of_points_are_predicted_at_once_as_each_alone():
-    sets, others = RNG.uniform(-0.5, 1.5, (5, 4, 2)), RNG.uniform(-0.5, 1.5, (5, 3, 2))
-    together = PROCESS.covariance(sets, others)
-    alone = [PROCESS.covariance(*pair) for pair in zip(sets, others, strict=True)]
-    np.testing.assert_allclose(together, alone, atol=1e-12)
-
-
 def test_without_values_all_is_as_expected_beforehand():
     # medians of the priors in the units that are given
     empty = fit(
@@ -201,11 +187,3 @@ def test_without_values_all_is_as_expected_beforehand():
     )  # fmt: skip
     np.testing.assert_allclose(empty.constants, [1.5, 3.0, 6.0, 3.0, 0.06])
     assert (empty.centre, empty.unit) == (0.7, 2.0)
-
-
-@pytest.mark.parametrize("axes", [1, 2, 3])
-def test_a_fit_has_a_length_for_each_axis_and_the_centre_and_unit_that_are_given(axes):
-    points = RNG.uniform(0, 1, (9, axes))
-    process = fit(points, points[:, 0], np.full(9, 0.1), centre=0.5, unit=2.0)
-    assert process.lengths.shape == (axes,)
-    assert (process.centre, process.unit) == (0.5, 2.0)

@@ -29,7 +29,7 @@ def test_the_body_on_a_floor_is_that_of_the_table():
         assert inelastic.floor_energy(gamma) == pytest.approx(energy, abs=1e-6)
 
 
-def stepped(gravity, gap, cycles=6, steps=50_000):
+def stepped(gravity, gap, cycles=4, steps=50_000):
     """E/(mA²ω²) per cycle of a body without rebound, A = ω = 1, by small steps of time.
 
     In the frame of the cell: it rests on a wall as long as that pushes it, else it flies.
@@ -49,16 +49,11 @@ def stepped(gravity, gap, cycles=6, steps=50_000):
     return lost[2:].mean()
 
 
-@pytest.mark.parametrize("gap", [0.5, 2.0, 3.0])
-def test_the_slug_dissipates_what_a_stepped_flight_does(gap):
+def test_slug_and_body_on_a_floor_dissipate_what_a_stepped_flight_does():
     # first order in the step of 1.3e-4
-    assert stepped(0.0, gap) == pytest.approx(inelastic.slug_energy(gap), rel=1e-3)
-
-
-@pytest.mark.parametrize("gamma", [1.2, 2.0, 3.2])
-def test_the_body_on_a_floor_dissipates_what_a_stepped_flight_does(gamma):
+    assert stepped(0.0, 2.0) == pytest.approx(inelastic.slug_energy(2.0), rel=1e-3)
     # a body that still touches when it should not costs 0.5 % at Γ = 1.2
-    assert stepped(1 / gamma, 1e9) == pytest.approx(inelastic.floor_energy(gamma), rel=0.01)
+    assert stepped(1 / 1.2, 1e9) == pytest.approx(inelastic.floor_energy(1.2), rel=0.01)
 
 
 def test_the_body_loses_nothing_until_the_floor_falls_away_from_it():

@@ -164,32 +164,6 @@ def test_between_a_short_and_a_long_line_it_is_outside_where_the_short_one_ends(
     assert ask(rows, asked)[1].tolist() == [True, False, True, False]
 
 
-@pytest.mark.parametrize("rounding", [1 - 1e-13, 1 + 1e-13])
-def test_a_row_is_found_though_the_question_is_rounded(rounding):
-    # as of a Γ that becomes a displacement: the lines beside, which end before, have no part in it
-    points = np.array([(1.0, a, f) for a in (1.0, 3.0, 9.0) for f in (50.0, 70.0, 100.0 * a)])
-    rows = Interpolator(*points.T, np.arange(1.0, 10.0)[:, None], "log")
-    for amplitude in (3.0 * rounding, 9.0 * rounding):
-        (found,), (inside,) = ask(rows, (1.0, amplitude, 100.0 * round(amplitude)))
-        assert inside and found == {3: 6.0, 9: 9.0}[round(amplitude)]
-
-
-def test_points_asked_together_are_answered_as_one_by_one():
-    # with every amplitude of its own, of one pair of lines, or of one line
-    rng = np.random.default_rng(6)
-    points = grid()[:, rng.permutation(36)[:25]]
-    rows = Interpolator(*points, rng.uniform(0, 9, (25, 1)), "log")
-    for amplitude in (rng.uniform(0.1, 99, 40), rng.uniform(1, 7, 40), 7.0, 1.0):
-        asked = np.stack([rng.uniform(0.05, 1, 40), np.full(40, amplitude),
-                          rng.uniform(10, 3000, 40)], axis=1)  # fmt: skip
-        for fill in (asked[:, 0], 0.4, 0.9, 0.2):
-            asked[:, 0] = fill
-            values, inside = ask(rows, asked)
-            alone = [ask(rows, point) for point in asked]
-            np.testing.assert_array_equal(values, [value[0] for value, _ in alone])
-            np.testing.assert_array_equal(inside, [within[0] for _, within in alone])
-
-
 def test_a_fill_of_one_amplitude_holds_for_every_amplitude():
     points = np.array([(0.2, 5.0, 50.0), (0.2, 5.0, 90.0), (0.6, 8.0, 50.0), (0.6, 8.0, 90.0)])
     rows = Interpolator(*points.T, np.array([[1.0], [1.0], [4.0], [4.0]]), "log")

@@ -55,16 +55,6 @@ def test_a_table_with_an_amplitude_is_of_single_tones(axis, error):
     assert reading(**{F: [10, 2000], C: 2000.0}, **axis).broadband_error is error
 
 
-def test_rows_at_and_below_1_g_are_rows_like_others():
-    gamma, value = np.array([0.1, 0.5, 1.0, 4.0]), np.array([10.0, 20.0, 40.0, 80.0])
-    table = reading(**{F: 100.0, "acceleration_g": gamma, C: value, M: value / 10})
-    for one, own in zip(gamma, value, strict=True):
-        found = at(table, 100.0, gamma=one)
-        assert (found.equivalent_damping[0], found.apparent_mass[0]) == (own, own / 10)
-        assert found.inside.all()
-    assert table.depends_on_acceleration
-
-
 def test_dead_weight_is_a_table_too():
     # C_e = 0 was refused
     table = reading(**{F: [20, 500], C: 0.0, M: 4.0})

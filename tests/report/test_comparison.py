@@ -1,14 +1,12 @@
 """Two studies against each other: a difference within the stated errors is none."""
 
 import math
-import re
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
 
-from pidpanel import cli
 from pidpanel.report.comparison import (
     BEST,
     NothingInCommon,
@@ -95,27 +93,6 @@ def test_the_page_names_what_differs_for_certain_and_draws_both():
     (picture,) = page.sections[0].blocks
     assert [curve.label.split(",")[0] for curve in picture.charts[0].curves] == ["one", "other"] * 2
     assert "within the errors" in render(page)
-
-
-def test_two_studies_of_one_name_are_told_apart_by_their_folders(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    for folder, rms in (("before/results/mine", 8), ("results/mine", 5)):
-        study = side("mine", [("bare", 10, np.nan), ("x", rms, 0.1)])
-        response = tmp_path / folder / "response"
-        response.mkdir(parents=True)
-        study.summary.to_csv(response / "summary.csv", index=False)
-        study.psd.to_netcdf(response / "psd.nc", engine="scipy")
-    page = tmp_path / "page.html"
-    arguments = ["compare", "before/results/mine", "results/mine", "--page", str(page)]
-    assert cli.main(arguments) == 0
-    heads, *rows = (re.split("  +", line) for line in capsys.readouterr().out.splitlines())
-    assert heads[3:5] == ["before/results/mine, g rms", "results/mine, g rms"]
-    assert heads[6] == "results/mine is"
-    (row,) = (row for row in rows if row[1:2] == ["x"])
-    assert row[3].startswith("8.00") and row[4].startswith("5.00") and row[6] == "lower"
-    text = page.read_text()
-    assert "before/results/mine and results/mine" in text
-    assert "before/results/mine, x" in text and "Where results/mine and before" in text
 
 
 def test_the_best_is_that_of_a_level_and_is_drawn_over_the_bare_panel_of_that_level():

@@ -42,15 +42,6 @@ def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon)
     assert sorted(values[np.isfinite(values)]) == pytest.approx(sorted(good["loss_factor"]))
 
 
-def test_where_more_is_varied_no_sweep_is_drawn_and_the_table_says_what(coupon):
-    varied = coupon._replace(cases=coupon.cases.assign(deck="lab"))
-    section = coupon_section.coupon_section(varied, varied=["deck"])
-    assert [picture.name for picture in pictures(section)] == []
-    table = blocks_of(section)[-1]
-    assert table.columns[:2] == ["deck", "r"]
-    assert table.rows[0][:2] == ["lab", "0.3"]
-
-
 def test_a_case_that_failed_is_listed_with_its_status(cases):
     cases.loc[3, "status"] = "ParticlesLost"
     cases.loc[3, "equivalent_damping_n_s_m3"] = np.nan

@@ -95,12 +95,6 @@ def test_a_template_that_asks_for_what_is_not_there_is_refused(tmp_path):
         html.render(page(), tmp_path)
 
 
-def test_two_pictures_with_the_same_name_are_refused():
-    one = html.Picture("one", PNG, "")
-    with pytest.raises(ValueError, match="pictures with the same name: one"):
-        html.render(page(one, one))
-
-
 @pytest.mark.parametrize("name", ["<!--<script>", "</script><b>", "]]>", "a < b"])
 def test_a_name_in_a_chart_cannot_end_or_keep_open_its_script(name):
     # a browser reads a script with `<!--<script` in it to the next `-->`: the rest of the page
