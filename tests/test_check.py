@@ -46,7 +46,6 @@ def changed(study, way, value):
 
 
 def test_a_deck_of_ones_own_is_found_beside_the_study(tmp_path, monkeypatch):
-    # red: shipped before folder in files.found_file
     monkeypatch.setenv(TRUST, "1")
     (tmp_path / "shake.in.j2").write_text((TEMPLATES / "shake.in.j2").read_text())
     path = tmp_path / "mine.yaml"
@@ -63,7 +62,6 @@ def test_a_deck_of_ones_own_is_found_beside_the_study(tmp_path, monkeypatch):
     ],
 )  # fmt: skip
 def test_a_deck_of_ones_own_is_checked_at_once(tmp_path, text, message, monkeypatch):
-    # red: check_decks returns at once
     monkeypatch.setenv(TRUST, "1")
     (tmp_path / "own.in.j2").write_text(text)
     ((line, told),) = refused(tmp_path, {"coupon": {**COUPON, "deck": "own.in.j2"}})
@@ -72,7 +70,6 @@ def test_a_deck_of_ones_own_is_checked_at_once(tmp_path, text, message, monkeypa
 
 
 def test_a_varied_deck_is_told_where_it_is_in_its_list(tmp_path, monkeypatch):
-    # red: keys = ("coupon", "deck") always
     monkeypatch.setenv(TRUST, "1")
     (tmp_path / "own.in.j2").write_text("{{ cycles_file }}")
     vary = {"deck": ["shake.in.j2", "own.in.j2"]}
@@ -111,14 +108,13 @@ def test_a_varied_deck_is_told_where_it_is_in_its_list(tmp_path, monkeypatch):
 def test_what_the_stages_refuse_is_told_at_the_key_that_they_name(
     tmp_path, study, way, value, at, told
 ):
-    # red: key_path without the place; min in place of max of the beginnings
     ((line, message),) = refused(tmp_path, changed(study, way, value))
     assert line.startswith(at)
     assert message.startswith(told.replace("{studies}", str(STUDIES)))
 
 
 def test_held_edges_need_a_symmetric_section(tmp_path):
-    # two plies on one face: B ≠ 0, and no neutral plane; red: `is None` → `is not None`
+    # two plies on one face: B ≠ 0, and no neutral plane
     values = changed("sandwich_hole_hinge", ("panel", "supports"), "simply_supported")
     values["panel"]["in_plane_edges"] = "held"
     (tmp_path / "mine.yaml").write_text(yaml.safe_dump(values, allow_unicode=True))
@@ -135,7 +131,6 @@ def test_held_edges_need_a_symmetric_section(tmp_path):
 
 
 def test_a_table_that_cannot_be_read_is_told_at_its_key(tmp_path):
-    # red: no try round read_spectrum, read_table; error.faults[:1]
     (tmp_path / "mine.csv").write_text("center_hz,spl_db\n100,120\n160,121\n125,122\n")
     values = changed("smoke", ("sound", "spectrum"), "mine.csv")
     values["damping"] = {"readings": ["table"], "table": "lab.csv"}
@@ -151,7 +146,6 @@ def test_a_table_that_cannot_be_read_is_told_at_its_key(tmp_path):
 
 
 def test_the_tables_of_dampers_are_told_at_their_keys(tmp_path):
-    # red: keys of damping.table for all; impedance=False
     real = "frequency_hz,equivalent_damping_n_s_m3\n100,-5\n"
     (tmp_path / "lab.csv").write_text(real)
     values = changed("l_panel", ("damping",), {"readings": ["stated"]})
@@ -172,7 +166,6 @@ def test_the_tables_of_dampers_are_told_at_their_keys(tmp_path):
 def test_a_panel_damped_too_lightly_for_its_lines_is_told_how_lightly_it_may_be(
     tmp_path, low, high
 ):
-    # red: no bound of the lines in `check_panel`; math.ceil → math.floor
     values = changed("l_panel", ("response", "frequency_hz"), [low, high])
     values["panel"] |= {"damping_ratio": 1e-6, "mesh": {"kind": "triangles", "size_m": 0.015}}
     (line, told), *_ = refused(tmp_path, values)  # whatever the mesh is too coarse for
@@ -193,7 +186,6 @@ def test_a_panel_damped_too_lightly_for_its_lines_is_told_how_lightly_it_may_be(
 
 
 def test_a_results_folder_that_is_not_writable_is_named(tmp_path):
-    # red: no branch of OSError
     path = tmp_path / "results"
     path.write_text("a file")
     study = load_any_study(STUDIES / "l_panel.yaml")
@@ -202,12 +194,11 @@ def test_a_results_folder_that_is_not_writable_is_named(tmp_path):
 
 
 def test_a_study_without_a_coupon_needs_no_liggghts(tmp_path, monkeypatch):
-    # red: check_installed() always
     monkeypatch.setenv("PATH", str(tmp_path))
     check_machine(load_any_study(STUDIES / "l_panel.yaml"), tmp_path / "results")
     with pytest.raises(StudyError, match="apt-get install liggghts"):
         check_machine(load_any_study(STUDIES / "smoke.yaml"), tmp_path / "results")
-    # without a sweep; red: `or study.is_coupled` left out
+    # without a sweep
     coupled = load_any_study(STUDIES / "layouts.yaml")
     assert not coupled.coupons
     with pytest.raises(StudyError, match="apt-get install liggghts"):
@@ -215,7 +206,6 @@ def test_a_study_without_a_coupon_needs_no_liggghts(tmp_path, monkeypatch):
 
 
 def test_a_study_of_the_coupon_alone_imports_no_panel():
-    # red: `from pidpanel.panel.from_study import StudiedPanel` at the head of check.py
     code = (
         "import sys; from pidpanel.check import checked_study;"
         f"checked_study({str(STUDIES / 'coupon_friction.yaml')!r});"
@@ -227,7 +217,6 @@ def test_a_study_of_the_coupon_alone_imports_no_panel():
 
 
 def test_particles_without_a_mass_are_named_in_check_and_on_the_page(tmp_path, capsys):
-    # red: no line in study_overview, no sentence in response_warnings
     table = "frequency_hz,loss_factor,particle_mass_per_area_kg_m2\n30,0.2,10\n2000,0.2,10\n"
     (tmp_path / "steel.csv").write_text(table)
     values = changed("l_panel", ("damping",), {"readings": ["stated"]})
@@ -261,7 +250,6 @@ def test_particles_without_a_mass_are_named_in_check_and_on_the_page(tmp_path, c
     ],
 )
 def test_what_no_test_is_like_is_refused_with_what_is_allowed(study, way, value, message, tmp_path):
-    # red: no `_mistakes_of_displacements`; no LEAST_SPAN; a coupon with `damping` asked for panel
     values = changed(study, way, value)
     if "displacement_mm" in way:
         del values["coupon"]["sweep"]["acceleration_g"]
@@ -270,7 +258,6 @@ def test_what_no_test_is_like_is_refused_with_what_is_allowed(study, way, value,
 
 
 def test_a_spectrum_in_pascal_is_refused_unless_its_level_is_stated(tmp_path):
-    # red: no QUIETEST in `_check_spectrum`
     bands = [31.5, 63, 125, 250, 500, 1000, 2000]
     pascal = [25, 40, 60, 80, 70, 50, 30]
     rows = [f"{f:g},{p}" for f, p in zip(bands, pascal, strict=True)]
@@ -286,7 +273,6 @@ def test_a_spectrum_in_pascal_is_refused_unless_its_level_is_stated(tmp_path):
 
 
 def test_the_frequencies_of_a_response_by_default_are_stated_where_they_do_not_fit(tmp_path):
-    # red: `model_fields_set` left out
     (tmp_path / "levels.csv").write_text("center_hz,spl_db\n63,126\n125,130\n250,129\n")
     values = changed("l_panel", ("sound", "spectrum"), "levels.csv")
     values["response"]["frequency_hz"] = [30, 300]
@@ -298,7 +284,6 @@ def test_the_frequencies_of_a_response_by_default_are_stated_where_they_do_not_f
 
 
 def test_points_on_supported_edges_and_tables_that_end_early_are_named(tmp_path):
-    # red: no `on_edges` in `_of_points`; a table to the end of the response
     text = "frequency_hz,equivalent_damping_n_s_m3\n100,500\n1000,500\n"
     (tmp_path / "short.csv").write_text(text)
     values = changed("l_panel", ("damping", "table"), "short.csv")
@@ -319,7 +304,6 @@ def test_points_on_supported_edges_and_tables_that_end_early_are_named(tmp_path)
 
 
 def test_a_point_on_a_hinge_is_named(capsys):
-    # red: `fixed` left out of `_of_points`
     study = load_any_study(STUDIES / "sandwich_hole_hinge.yaml")
     name, support = next(iter(study.panel.support_input.points.items()))
     panel = study.panel.model_copy(update={"points": {"P": support.at_m}})
@@ -357,7 +341,6 @@ FILTERED = [-40, 2, 131, 133, 130, 124, 96]
     ],
 )
 def test_pressures_are_not_taken_as_levels(tmp_path, levels, oaspl_db, message):
-    # red: any table whose sum lies between 100 and 200 dB, or whose overall level is stated
     bands = [31.5, 63, 125, 250, 500, 1000, 2000]
     rows = [f"{f:g},{level}" for f, level in zip(bands, levels, strict=True)]
     (tmp_path / "levels.csv").write_text("\n".join(["center_hz,spl_db", *rows]))
@@ -377,7 +360,6 @@ def test_pressures_are_not_taken_as_levels(tmp_path, levels, oaspl_db, message):
 def test_a_file_whose_name_has_a_new_line_leaves_messages_on_one_line(
     tmp_path, capsys, monkeypatch
 ):
-    # red: the name as it is, in the place of the message or in its text
     monkeypatch.chdir(tmp_path)
     (tmp_path / "le\nvels.csv").write_text("center_hz,spl_db\n63,126\n")
     values = changed("l_panel", ("sound", "spectrum"), "le\nvels.csv")
@@ -396,7 +378,6 @@ def test_a_file_whose_name_has_a_new_line_leaves_messages_on_one_line(
 
 @pytest.mark.parametrize(("scale", "is_refused"), [(1e-3, True), (1.0, False)])
 def test_a_damping_ratio_over_kilohertz_is_refused(tmp_path, scale, is_refused):
-    # red: ζ of the last row at all frequencies
     table = [[50 * scale, 0.02], [900 * scale, 0.01]]
     values = changed("l_panel", ("panel", "damping_ratio"), table)
     (tmp_path / "ratio.csv").write_text(

@@ -13,7 +13,6 @@ ENDLESS = "/proc/self/status"  # a file that states no bytes, as /proc/kmsg, whi
 
 
 def test_a_file_that_states_no_bytes_is_empty(tmp_path):
-    # red: `path.read_bytes()`, which waits for ever at /proc/kmsg, also through a link of a study
     for name in ("table.csv", "panel.msh", "panel.bdf"):
         (tmp_path / name).symlink_to(ENDLESS)
     assert read_text(tmp_path / "table.csv") == ""

@@ -53,7 +53,6 @@ CASES = [
 def test_a_file_that_cannot_be_read_is_told_line_by_line(
     written, folder, bases, files, change, case
 ):
-    # red: any one of the checks of columns, sound.table, damping.table_files, nastran, flat_mesh
     base, old, new, *causes = case
     name, key = FILES[base]
     try:
@@ -67,7 +66,6 @@ def test_a_file_that_cannot_be_read_is_told_line_by_line(
 
 
 def test_a_file_that_is_too_large_is_told(written, folder, bases):
-    # red: no `limit` in read_text
     with (folder / "huge.csv").open("wb") as file:
         file.truncate(30_000_000)
     (told,) = written(bases["thin"].replace("spectrum.csv", "huge.csv")).told()
@@ -80,7 +78,6 @@ def test_a_file_that_is_too_large_is_told(written, folder, bases):
     " center_hz , spl_db # Hz, dB\n\n63, 1.24e2 # a band\n125,+130\n250,131\n500,127\n\n",
 ])  # fmt: skip
 def test_a_file_that_is_odd_and_right_is_read(written, folder, bases, files, content):
-    # red: columns by their place; no strip of cells; decode("utf-8")
     path = folder / "spectrum.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     told = written(bases["thin"]).told()
@@ -89,7 +86,6 @@ def test_a_file_that_is_odd_and_right_is_read(written, folder, bases, files, con
 
 
 def test_meshes_of_nastran_and_gmsh_are_read(written, bases, change):
-    # red: a check of pieces that takes triangles for pieces
     study = bases["file"]
     assert written(study).told() == []
     for old, new in (("panel.bdf", "panel.msh"), ("grid: 7", "grid: 3"),

@@ -101,7 +101,6 @@ def test_a_mesh_comes_back_from_gmsh_with_its_frequencies(original):
 
 
 def test_a_mesh_in_text_may_have_the_line_ends_of_windows(tmp_path):
-    # red: as it is: "no triangles or quadrilaterals"
     text = (Path(__file__).parents[1] / "corpus" / "bases" / "panel.msh").read_bytes()
     meshes = []
     for name, end in (("unix.msh", b"\n"), ("windows.msh", b"\r\n")):
@@ -140,7 +139,6 @@ def test_exponents_without_their_e_are_read(tmp_path):
 
 
 def test_a_deck_of_an_analysis_is_read_without_what_the_study_states(tmp_path):
-    # red: control read as cards; nodes of ignored cards kept
     control = "SOL 103\nCEND\nSPC = 1\nMETHOD = 10\nBEGIN BULK\nPARAM,POST,-1\nEIGRL,10,,2000."
     bulk = [
         "PCOMP,7,,,,,,,", "+,1,0.25,0.,YES,2,20.,0.,YES,", "+,1,0.25,0.,YES",
@@ -165,7 +163,6 @@ def test_a_deck_of_an_analysis_is_read_without_what_the_study_states(tmp_path):
 
 
 def test_a_refined_mesh_has_the_nodes_area_and_groups_of_its_file(tmp_path):
-    # red: a middle at the wrong side; groups tiled in place of repeated
     path = tmp_path / "two.bdf"
     path.write_text(DECK.replace("2.      1.", "2.     1.5"))
     flat = read_nastran(path)
@@ -181,7 +178,6 @@ def test_a_refined_mesh_has_the_nodes_area_and_groups_of_its_file(tmp_path):
 
 
 def test_a_mesh_is_not_refined_beyond_what_memory_holds(tmp_path, monkeypatch):
-    # red: no count before `refined`
     study = load_study(STUDIES / "bdf_panel.yaml")
     panel, whole = (
         StudiedPanel(study.panel.model_copy(update={"mesh": mesh}))
@@ -295,7 +291,6 @@ $EndElements
 
 
 def test_gmsh_executes_nothing_for_a_mesh(tmp_path):
-    # red: gmsh.merge of the file itself, which merges panel.msh.opt too
     trace = tmp_path / "trace"
     command = f'SystemCall "touch {trace}";\n'
     path = tmp_path / "panel.msh"
@@ -319,7 +314,6 @@ def test_gmsh_executes_nothing_for_a_mesh(tmp_path):
     ],
 )  # fmt: skip
 def test_a_mesh_that_states_more_than_it_has_is_refused(tmp_path, old, new, message):
-    # red: without the limit, gmsh takes 8 GB for the third
     path = tmp_path / "panel.msh"
     path.write_text(MESH.replace(old, new, 1))
     before = peak_memory()

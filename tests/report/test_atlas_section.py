@@ -35,7 +35,6 @@ LAYOUTS = pd.DataFrame(
 
 
 def test_curves_are_of_the_patches_read_from_the_atlas_at_their_motion():
-    # red: rows of other readings; values outside the atlas; errors of C_e for those of m_a
     table = curves(ATLAS, LAYOUTS, (100.0, 2000.0))
     assert set(table["patch"]) == {"P1"} and table["frequency_hz"].max() <= 1000
     np.testing.assert_allclose(table["equivalent_damping_n_s_m3"], 10 * table["frequency_hz"])
@@ -44,7 +43,6 @@ def test_curves_are_of_the_patches_read_from_the_atlas_at_their_motion():
 
 
 def test_a_patch_outside_the_atlas_at_all_frequencies_leaves_a_section_without_curves():
-    # red: ValueError of axes from NaN to NaN, after everything was computed
     with style.context():
         section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (1500.0, 2000.0))
     assert not section.pictures

@@ -25,7 +25,6 @@ def certain(gained, error=0.01):
 
 
 def test_the_chosen_row_leads_only_where_it_is_the_highest_of_every_column():
-    # red: `.any()` for `.all()` in decided; the second for the first in leads
     chosen = pd.Series("0.1", POINTS)
     everywhere = table([3.0, 3.0], [2.5, 2.0], [1.0, 2.5])
     in_part = table([3.0, 1.3], [2.5, 2.0], [1.0, 1.4])
@@ -36,7 +35,6 @@ def test_the_chosen_row_leads_only_where_it_is_the_highest_of_every_column():
 
 
 def test_reductions_are_alike_within_the_limit():
-    # red: one error for the two in math.hypot
     near, far = table([0.0, 0.0], [0.8, 0.3], [0.4, 0.1]), table([0.0, 0.0], [0.8, 1.1], [0.4, 0.1])
     assert claims.is_alike(near, certain(near), 1.0)[0] == "holds"
     assert claims.is_alike(far, certain(far), 1.0)[0] == "does not hold"
@@ -45,7 +43,6 @@ def test_reductions_are_alike_within_the_limit():
 
 
 def test_high_frequency_must_gain_more_in_every_response():
-    # red: halves exchanged
     centre = np.array([100.0, 200.0, 400.0, 800.0])
     rising = np.array([0.0, 1.0, 2.0, 3.0])[None, :, None] * np.ones((2, 1, 2))
     error = np.full_like(rising, 0.1)
@@ -56,7 +53,6 @@ def test_high_frequency_must_gain_more_in_every_response():
 
 
 def test_a_shift_is_linear_where_every_band_rises_with_the_sound():
-    # red: 10 lg for 20 lg of the rms; levels not in order
     oaspl = np.array([162.0, 142.0, 152.0])
     rms = 10 ** (oaspl[:, None, None] / 20) * np.ones((1, 4, 2))
     error, bare = np.full_like(rms, 0.1), rms.copy()
@@ -145,7 +141,6 @@ def verdicts_of(study, responses, model="law"):
 
 
 def test_verdicts_turn_with_the_responses(study):
-    # red: another family in verdicts; bare panels of another level; rows and columns exchanged
     opposite = {key: 5 - value for key, value in FILL.items()}
     opposite |= {("A_law_r0.5_150dB", "corner"): 6.0, ("A_law_r0.9_150dB", "middle"): 0.5}
     claimed = verdicts_of(study, respond(study, FILL | PLACE, error_db=0.1))
@@ -157,7 +152,6 @@ def test_verdicts_turn_with_the_responses(study):
 
 
 def test_the_best_scenario_by_bands_is_named_beside_the_one_by_rms(study):
-    # red: idxmin for idxmax of the mean
     summary, psd = respond(study, FILL | PLACE, error_db=0.1)
     better = psd["scenario"] == "A_law_r0.9_150dB"
     psd["acceleration_psd"] = psd["acceleration_psd"].where(~better, 1e-6 * psd["acceleration_psd"])
@@ -167,7 +161,6 @@ def test_the_best_scenario_by_bands_is_named_beside_the_one_by_rms(study):
 
 
 def test_stretching_is_judged_where_there_is_some(study):
-    # red: fillna left out; the bare panel for the scenario in motions
     summary, psd = respond(study, FILL | PLACE, error_db=0.1)
     loud = summary["scenario"].str.endswith("_150dB")
     for name in ("acceleration_rms_g", "displacement_rms_mm"):
@@ -177,18 +170,15 @@ def test_stretching_is_judged_where_there_is_some(study):
 
 
 def test_the_law_is_judged_by_its_error_against_coupled_runs(study):
-    # red: `states_error` of a law false, which leaves its scenarios without errors on the page
     assert partly_known(study) == []
 
 
 def test_numbers_without_errors_decide_nothing(study):
-    # red: `isfinite` left out of decided, where comparisons with NaN would say "holds"
     found = verdicts_of(study, respond(study, FILL | PLACE))
     assert len(found) == 8 and set(found.values()) == {"no error, not judged"}
 
 
 def test_a_model_without_response_and_a_single_point_have_no_verdict(study):
-    # red: `isfinite` left out of finding_of; `len(points) > 1` left out of verdicts
     summary, psd = respond(study, FILL | PLACE, error_db=0.1)
     assert set(verdicts_of(study, (summary, psd), "printed").values()) == {"cannot be tested"}
     corner = summary["point"] == "corner"
@@ -198,14 +188,12 @@ def test_a_model_without_response_and_a_single_point_have_no_verdict(study):
 
 
 def test_distances_are_from_the_centres_of_the_patches(basis):
-    # red: patches and points swapped. 0.05 m: the cells of the trial mesh measure 0.1 m
     distance = claims.patch_distance(basis)
     assert distance.loc["A", "middle"] < 0.05 > distance.loc["B", "corner"]
     assert distance.loc["A", "corner"] == pytest.approx(np.hypot(0.55, 0.2), abs=0.05)
 
 
 def test_of_a_point_on_a_support_nothing_is_claimed(study):
-    # red: moving_points that returns all points
     summary, psd = respond(study, FILL | PLACE, error_db=0.1)
     summary["status"] = summary["status"].mask(summary["point"] == "corner", "held")
     evidence = [row["evidence"] for row in claims.verdicts(study, summary, psd, DISTANCE)]
@@ -213,7 +201,6 @@ def test_of_a_point_on_a_support_nothing_is_claimed(study):
 
 
 def test_a_claim_is_shown_once_with_its_source_and_all_models(study):
-    # red: source left out; the claim in every row
     rows = list(claims.verdicts(study, *respond(study, FILL | PLACE, error_db=0.1), DISTANCE))
     (shown,) = blocks_of(verdict_table(rows))
     assert [row[0] for row in shown.rows[:4]] == ["A tenth is best (3.1)", "", "All fills help", ""]

@@ -31,7 +31,6 @@ def mixed(tmp_path_factory, study_text):
 
 @pytest.mark.parametrize("reading", ["stated", "coupled"])
 def test_a_damper_without_an_error_leaves_none_to_its_scenario(mixed, respond_to, reading):
-    # red: without_errors that returns what it is given; PARTLY without its second
     assert partly_known(mixed) == ["both"]
     summary, psd = respond_to(mixed, {}, error_db=0.1)
     summary["reading"] = reading

@@ -72,7 +72,6 @@ def rows_of(told, layout):
 
 
 def test_a_layout_has_its_patches_mass_reduction_and_dead_weight_in_the_table(told):
-    # red: the label alone; the mass of another scenario
     first, second = rows_of(told, "two")
     assert first["scenario"] == "two (A, r = 0.5; B, r = 0.3)"
     assert first["added, kg"] == "0.400" and first["of the panel, %"] == "6.7"
@@ -81,7 +80,6 @@ def test_a_layout_has_its_patches_mass_reduction_and_dead_weight_in_the_table(to
 
 
 def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
-    # red: `dotted` left out of the dead weight's curve; `curve.line` left out of draw_curve
     psd = told.psd.copy()
     psd["dead_weight_acceleration_psd"] = psd["acceleration_psd"] / 2
     pictures = response_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures
@@ -92,7 +90,6 @@ def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
     styles = [line.get_linestyle() for line in axes.get_lines()]
     curves = pictures[0].charts[0].curves
     labels = [curve.label for curve in curves]
-    # red: the division by g² left out
     weight = psd["dead_weight_acceleration_psd"].sel(scenario="two", point="middle")
     drawn = curves[labels.index("two: dead weight")].values
     assert drawn * 9.80665**2 == pytest.approx(weight.to_numpy().ravel())
@@ -101,7 +98,6 @@ def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
 
 
 def test_of_a_point_on_a_support_nothing_is_drawn(told):
-    # red: moving_points that returns all points
     on_support = held(told, "corner")
     assert moving_points(on_support.summary, ["middle", "corner"]) == ["middle"]
     section = response_section.layouts_section(on_support)

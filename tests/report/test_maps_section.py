@@ -28,7 +28,6 @@ def test_edges_round_a_patch_are_those_of_one_of_its_cells():
 
 def test_each_map_has_its_unit_and_one_scale(maps):
     # means of the corners: 30 m/s² and 27/11 MPa in the second cell
-    # red: factor left out; values.max() of a row in place of all
     figure = map_figure(maps, np.array([[True, False]]), ["bare panel", "A"])
     labels = [ax.get_ylabel() for ax in figure.axes]
     assert "rms acceleration, g" in labels and "rms von Mises stress, MPa" in labels
@@ -37,6 +36,5 @@ def test_each_map_has_its_unit_and_one_scale(maps):
 
 
 def test_one_singular_corner_does_not_take_the_colours():
-    # red: 1 - BEYOND → 1
     values, area = np.append(np.linspace(0, 1, 999), 1e6)[None], np.ones(1000)
     assert _exceeded_by(values, area) == pytest.approx(0.99, abs=0.01)

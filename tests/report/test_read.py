@@ -57,7 +57,6 @@ def folder(tmp_path):
 
 
 def test_the_damping_of_a_study_is_read_whole(folder):
-    # red: law.csv of another damper
     found = read_damping("coupon", folder)
     assert len(found.surface.cases) == 18
     assert {"constant", "value", "low", "high"} <= set(found.law.columns)
@@ -67,14 +66,12 @@ def test_the_damping_of_a_study_is_read_whole(folder):
 
 
 def test_cases_need_the_section_of_the_coupon(dem, folder):
-    # red: AttributeError of None
     with pytest.raises(StudyError, match="dem: no coupon named"):
         read_coupon(dem.model_copy(update={"coupon": None}), "coupon", folder)
 
 
 @pytest.mark.parametrize("others", [True, False])
 def test_coupled_runs_have_a_verdict_only_beside_other_readings(coupled_study, tmp_path, others):
-    # red: `> 0` for `> 1`
     found = coupled_results(coupled_study)
     for name in ("summary", "impedance"):
         getattr(found, name).assign(patch="1").to_csv(tmp_path / f"{name}.csv", index=False)

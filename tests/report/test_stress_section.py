@@ -35,7 +35,6 @@ def stress():
 
 
 def test_every_scenario_and_point_has_one_row_at_its_worst_layer(stress):
-    # red: idxmax → idxmin; "point" left out of the grouping
     (table,) = blocks_of(stress_section(stress, []))
     assert [row[:4] for row in table.rows] == [
         ["bare", "DEM", "7", "bottom"],
@@ -48,7 +47,6 @@ def test_every_scenario_and_point_has_one_row_at_its_worst_layer(stress):
 
 
 def test_a_bare_panel_has_one_row_and_no_damping_model(stress):
-    # red: a row of every reading, "DEM"
     both = pd.concat([stress, stress.assign(reading="table")], ignore_index=True)
     (table,) = blocks_of(stress_section(both, ["bare"]))
     assert [row[1] for row in table.rows if row[0] == "bare"] == ["–", "–"]
@@ -56,7 +54,6 @@ def test_a_bare_panel_has_one_row_and_no_damping_model(stress):
 
 
 def test_rms_and_three_sigma_are_in_mpa_and_micrometres_per_metre(stress):
-    # red: values of another layer; three_sigma first; two symbols exchanged
     (table,) = blocks_of(stress_section(stress, []))
     last = dict(zip(table.columns, table.rows[-1], strict=True))
     assert {head: last[head] for head in table.columns[4:]} == {

@@ -19,7 +19,6 @@ def whole(inputs):
 
 
 def test_every_family_and_point_has_its_figure(whole):
-    # red: the first point only
     names = {picture.name for picture in whole.pictures}
     for family in ("fill", "place", "level"):
         assert {f"psd_{family}_middle", f"psd_{family}_corner"} <= names
@@ -30,7 +29,6 @@ def test_every_family_and_point_has_its_figure(whole):
 
 
 def test_the_page_holds_all_pictures_and_the_words_of_the_study(whole):
-    # red: sections left out of the page
     text = html.render(whole)
     images = sum(picture.is_image for picture in whole.pictures)
     assert text.count("data:image/png;base64,") == images
@@ -44,7 +42,6 @@ def test_the_page_holds_all_pictures_and_the_words_of_the_study(whole):
 
 
 def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
-    # red: the scenarios sorted by name; the division by g² left out
     curves = response_section.psd_curves(
         inputs, family_of(inputs.study, "fill"), "paper_corrected", "middle"
     )
@@ -64,12 +61,10 @@ def test_the_bare_panel_comes_first_and_the_scenarios_in_their_order(inputs):
         "150 dB",
     ]
     assert levels[1].values == pytest.approx(10 * levels[0].values)
-    # red: black for both bare panels, which cannot be told apart
     assert [(c.colour, c.line) for c in levels[:2]] == [(c.colour, "dotted") for c in levels[2:]]
 
 
 def test_a_family_without_any_response_says_so_in_words(inputs):
-    # red: an empty figure
     psd = inputs.psd.copy(deep=True)
     psd["acceleration_psd"][:, 1:] = np.nan
     section = response_section.response_section(

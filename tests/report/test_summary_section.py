@@ -8,7 +8,6 @@ from tests.page_reader import blocks_of
 
 
 def test_each_scenario_reading_and_point_has_a_row(study, respond):
-    # red: the first reading only; the row of another point; the bare panel with both readings
     summary, _ = respond({("A_r0.1_150dB", "corner"): 3.0}, read_at=312.0, inside=0.5)
     (table,) = blocks_of(summary_section(study, summary))
     bare = sum(scenario.is_bare for scenario in study.all_scenarios())
@@ -27,7 +26,6 @@ def test_each_scenario_reading_and_point_has_a_row(study, respond):
 
 
 def test_a_displacement_beyond_linear_theory_is_marked(study, respond):
-    # red: the mark left out
     summary, _ = respond({})
     summary.loc[0, "beyond_linear_plate"] = True
     (table,) = blocks_of(summary_section(study, summary))
@@ -36,7 +34,6 @@ def test_a_displacement_beyond_linear_theory_is_marked(study, respond):
 
 
 def test_a_point_on_a_support_does_not_move(study, respond):
-    # red: its rms value of 0
     summary, _ = respond({})
     summary.loc[summary["point"] == "corner", "status"] = "held"
     (table,) = blocks_of(summary_section(study, summary))
@@ -44,7 +41,6 @@ def test_a_point_on_a_support_does_not_move(study, respond):
 
 
 def test_stretching_has_its_columns_where_a_panel_stretches(study, respond):
-    # red: the columns without `if`; the error of the linear g rms
     summary, _ = respond({})
     (table,) = blocks_of(summary_section(study, summary))
     assert not any("stretched" in head for head in table.columns)

@@ -29,7 +29,6 @@ def verdict():
 
 
 def test_what_is_worst_of_the_points_counts(verdict):
-    # red: in worst, argmax -> argmin of the bands
     verdict.loc[(verdict["reading"] == "table") & (verdict["point"] == "b"), "holds"] = "open"
     found = worst(verdict).set_index(["reading", "scenario"])
     assert found.loc[("dem", "P_122.0"), "difference"] == -0.1
@@ -38,7 +37,6 @@ def test_what_is_worst_of_the_points_counts(verdict):
 
 
 def test_the_section_counts_scenarios_in_which_a_reading_holds(verdict):
-    # red: in _counts, == "yes" -> != "no" (with the "open" below)
     verdict.loc[(verdict["reading"] == "table") & (verdict["oaspl_db"] > 130), "holds"] = "open"
     section = verdict_section(verdict, ["a", "b"])
     text = blocks_of(section)[0].text
@@ -48,7 +46,6 @@ def test_the_section_counts_scenarios_in_which_a_reading_holds(verdict):
 
 
 def test_every_reading_has_a_row_and_every_scenario_a_column(verdict):
-    # red: ["reading", *scenarios[:1]]
     table = blocks_of(verdict_section(verdict, ["a", "b"]))[-1]
     assert list(table.columns) == ["damping model", "P_122.0", "P_136.7"]
     assert len(table.rows) == 3

@@ -125,11 +125,8 @@ def test_shapes_of_any_outline_couple_as_at_the_points_of_the_mesh():
 
 
 @pytest.mark.parametrize("damping", [0.0, 800.0])
-def test_shapes_far_above_a_line_follow_the_air_to_first_order(
-    monkeypatch, damping
-):
+def test_shapes_far_above_a_line_follow_the_air_to_first_order(monkeypatch, damping):
     # g rms of the paper's panel from 30 to 220 Hz
-    # red: SHAPES_IN_AIR = 1.2; `_pushed` or `_followed` without the other shapes
     numbers = [(m, n) for m in range(1, 9) for n in range(1, 6) if (m / 1.5) ** 2 + n**2 < 33]
     natural = np.array(
         [np.pi / 2 * np.sqrt(3273.07 / 4) * ((m / 1.5) ** 2 + n**2) for m, n in numbers]
@@ -168,7 +165,6 @@ def sines(numbers, place):
 
 def test_the_air_on_some_shapes_is_columns_of_its_matrix(panel, face):
     # below, in and above the transition between two tables
-    # red: shapes left out of the upper table
     force, volume = tabulate_diffuse_room(panel, face)
     joined = JoinedTable(replace(force, wavenumber_max=6.0), force)
     frequency, shapes = np.array([20.0, 280.0, 600.0]), np.array([0, 2])

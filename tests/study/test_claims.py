@@ -24,7 +24,6 @@ PAPER = yaml.safe_load((PROJECT / "workflow" / "studies" / "paper.yaml").read_te
     ],
 )  # fmt: skip
 def test_a_claim_on_what_is_not_there_is_one_line(refusal, changes, key, words):
-    # red: `yield` for each left out of mistakes_with, one at a time; study.claims not checked
     values = copy.deepcopy(PAPER)
     values["claims"][0] |= changes
     lines, _ = refusal(values)
@@ -35,7 +34,6 @@ def test_a_claim_on_what_is_not_there_is_one_line(refusal, changes, key, words):
 
 
 def test_claims_need_sound(refusal):
-    # red: the check of a section sound left out
     values = yaml.safe_load((PROJECT / "workflow" / "studies" / "shaker.yaml").read_text())
     values["claims"] = [{"text": "a", "scenarios": "fill", "comparison": "lowered"}]
     lines, _ = refusal(values)

@@ -62,7 +62,6 @@ def coupled(tmp_path_factory):
 
 @pytest.mark.liggghts
 def test_a_coupled_study_has_its_tables(coupled):
-    # red: a table left out of `write_coupled`; `break` after the first run
     (row,) = pd.read_csv(coupled / TABLES / "summary.csv").itertuples()
     assert (row.scenario, str(row.point), row.runs) == ("one", "326", 2)
     assert row.linear_g_rms < row.g_rms
@@ -81,7 +80,6 @@ def test_a_coupled_study_has_its_tables(coupled):
 
 @pytest.mark.liggghts
 def test_every_reading_is_set_beside_the_coupled_runs(coupled):
-    # red: `dtype` left out of `write_verdict` (no such point)
     (row,) = pd.read_csv(coupled / TABLES / "summary.csv").itertuples()
     verdict = pd.read_csv(coupled / TABLES / "verdict.csv").set_index("reading")
     bare = verdict.loc["bare panel"]
@@ -92,8 +90,6 @@ def test_every_reading_is_set_beside_the_coupled_runs(coupled):
 
 @pytest.mark.liggghts
 def test_what_is_found_reaches_points_stresses_and_maps(coupled):
-    # red: `own` left out of `Readings.of`; `force` → `panel.force` in write_maps (without the own
-    # force)
     (run,) = pd.read_csv(coupled / TABLES / "summary.csv").itertuples()
     response = coupled / "results/both/response"
     rows = pd.read_csv(response / "summary.csv").set_index(["reading", "scenario"])
@@ -119,7 +115,6 @@ def test_what_is_found_reaches_points_stresses_and_maps(coupled):
 
 @pytest.mark.liggghts
 def test_records_are_of_their_own_sounds_and_packings(coupled):
-    # red: `number` left out of the random numbers
     one, other = (stored(coupled / TABLES / f"one/run{k}.nc") for k in (1, 2))
     coherence = np.vdot(one.amplitude, other.amplitude)
     assert abs(coherence) < 0.1 * np.linalg.norm(one.amplitude) * np.linalg.norm(other.amplitude)
@@ -133,7 +128,6 @@ def test_records_are_of_their_own_sounds_and_packings(coupled):
 
 @pytest.mark.liggghts
 def test_what_has_not_changed_is_not_run_again(coupled, tmp_path):
-    # red: `values` left out of the params of coupled_scenario
     shutil.copytree(coupled, tmp_path / "copy", symlinks=True)
     folder = tmp_path / "copy"
     target = f"{TABLES}/verdict.csv"
@@ -151,5 +145,4 @@ def test_what_has_not_changed_is_not_run_again(coupled, tmp_path):
 
 @pytest.mark.liggghts
 def test_every_column_of_coupled_runs_is_described(coupled):
-    # red: residual_db renamed in coupled/from_study.py; another unit of impulse in checkpoints.py
     assert untold((coupled / TABLES).parent)[0] == []

@@ -49,7 +49,6 @@ def written(folder, found, name="two.yaml"):
 
 
 def test_every_coupon_that_a_scenario_names_has_its_cases_and_its_surface(tmp_path):
-    # red: `STUDY.coupons` without its dampers; `used_dampers` that returns all
     found = jobs(snakemake(tmp_path, written(tmp_path, values(seeds=2)), "-n"))
     assert found["damper_cases"] == found["damper_damping"] == 2
     assert "cases" not in found and "damping" not in found
@@ -58,7 +57,6 @@ def test_every_coupon_that_a_scenario_names_has_its_cases_and_its_surface(tmp_pa
 
 
 def test_coupons_of_one_bead_share_their_packings_beds_and_runs(tmp_path):
-    # red: BATCHES of every coupon's cases in place of the distinct ones
     study = values()
     study["dampers"]["heavy"] = copy.deepcopy(study["dampers"]["light"])
     found = jobs(snakemake(tmp_path, written(tmp_path, study), "-n"))
@@ -72,7 +70,6 @@ def test_coupons_of_one_bead_share_their_packings_beds_and_runs(tmp_path):
 
 
 def test_a_study_without_a_coupon_needs_neither_liggghts_nor_damping(tmp_path):
-    # red: `surface` required by the rule `response`
     study = values()
     del study["scenarios"]["both"]
     found = jobs(snakemake(tmp_path, written(tmp_path, study), "-n"))
@@ -90,7 +87,6 @@ def ran(tmp_path_factory):
 
 @pytest.mark.liggghts
 def test_the_files_of_a_damper_are_in_its_folders(ran):
-    # red: of_damper that returns stage / name always
     results = ran / "results" / "two"
     for damper in ("light", "heavy"):
         assert (results / "coupon" / damper / "cases.csv").is_file()
@@ -116,7 +112,6 @@ def test_the_files_of_a_damper_are_in_its_folders(ran):
     ],
 )  # fmt: skip
 def test_a_change_of_one_damper_runs_nothing_of_another(ran, change, runs):
-    # red: `section("dampers")` among the params of damper_cases or response
     study = values()
     change(study)
     found = jobs(snakemake(ran, written(ran, study), "-n"))
@@ -128,5 +123,4 @@ def test_a_change_of_one_damper_runs_nothing_of_another(ran, change, runs):
 
 @pytest.mark.liggghts
 def test_every_column_of_several_dampers_is_described(ran):
-    # red: the folder of a damper left out of `_matches`
     assert untold(ran / "results" / "two")[0] == []

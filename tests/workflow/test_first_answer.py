@@ -12,7 +12,6 @@ STUDIES = ROOT / "workflow" / "studies"
 
 
 def test_a_simulated_study_is_answered_from_the_atlas_first(tmp_path):
-    # red: the readings left as they are, which would run LIGGGHTS; the name, and so the results
     path = first_answer.first_study(STUDIES / "paper.yaml", tmp_path)
     study, whole = load_study(path), load_study(STUDIES / "paper.yaml")
     assert study.readings == ("atlas",) and not study.coupons and not study.is_coupled
@@ -20,7 +19,6 @@ def test_a_simulated_study_is_answered_from_the_atlas_first(tmp_path):
 
 
 def test_settings_of_other_damping_models_do_not_silence_the_first_answer(tmp_path):
-    # red: damping.coupled and damping.table left in, which the atlas alone does not allow
     text = (STUDIES / "paper.yaml").read_text()
     values = yaml.safe_load(text)
     table = next((DATA / "damping").glob("*.csv")).name
@@ -34,11 +32,9 @@ def test_settings_of_other_damping_models_do_not_silence_the_first_answer(tmp_pa
 
 @pytest.mark.parametrize("name", ["l_panel.yaml", "smoke.yaml", "coupon_size.yaml"])
 def test_a_study_without_the_atlas_or_without_simulation_has_no_first_answer(tmp_path, name):
-    # red: either condition left out
     assert first_answer.first_study(STUDIES / name, tmp_path) is None
 
 
 def test_mistakes_are_left_to_the_run(tmp_path, monkeypatch):
-    # red: `except` left out: a traceback before the line of Snakemake
     monkeypatch.chdir(tmp_path)
     assert first_answer.main("nosuch.yaml", "1") == 0

@@ -49,7 +49,6 @@ def smoke(tmp_path_factory):
 
 @pytest.mark.liggghts
 def test_paths_and_texts_of_a_study_are_data(smoke):
-    # red: "2> {log}" with the folder in it; `shlex.quote` left out of run_step; `|safe` for a title
     assert not list(smoke.parent.rglob("hacked*"))
     page = (smoke / "results" / "smoke" / "report.html").read_text()
     assert html.escape(TITLE) in page
@@ -59,7 +58,6 @@ def test_paths_and_texts_of_a_study_are_data(smoke):
 
 @pytest.mark.liggghts
 def test_the_commands_after_a_run_know_its_results(smoke, tmp_path):
-    # red: a dry run whose target is taken for a logger; cases counted by their folders
     result = pidpanel(smoke, "status", "smoke.yaml")
     assert result.returncode == 0, said(result)
     lines = result.stdout.splitlines()
@@ -89,7 +87,6 @@ def test_a_dry_run_of_every_shipped_study_passes(tmp_path, name):
 
 
 def test_verification_runs_every_case_of_every_stage(tmp_path):
-    # red: a case left out of VERIFIED in verification.smk
     stages = ("coupon", "panel", "sound", "response", "base")
     wanted = [importlib.import_module(f"pidpanel.verification.{s}").CASES for s in stages]
     result = snakemake(tmp_path, STUDIES / "smoke.yaml", "-n", "verification")
@@ -99,7 +96,6 @@ def test_verification_runs_every_case_of_every_stage(tmp_path):
 
 
 def test_validation_runs_every_experiment(tmp_path):
-    # red: a case left out of VALIDATED in verification.smk
     result = snakemake(tmp_path, STUDIES / "smoke.yaml", "-n", "validation")
     table = said(result).split("Job stats")[1]
     cases = next(line for line in table.splitlines() if line.startswith("verify "))
@@ -165,7 +161,6 @@ def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
 
 @pytest.mark.liggghts
 def test_a_file_that_cannot_be_read_is_named_and_comes_back_once_it_is_deleted(smoke, tmp_path):
-    # red: a row with a status in its place, which Snakemake would keep
     folder = tmp_path / "cut"
     shutil.copytree(smoke, folder)
     outcome = next((folder / "results" / "coupon").glob("r*/*pc_*.json"))
@@ -250,7 +245,6 @@ def test_a_results_folder_that_cannot_be_written_is_named(tmp_path):
 
 @pytest.mark.liggghts
 def test_every_column_and_variable_is_described_and_nothing_else(smoke):
-    # red: a column renamed in response/tables.py; another unit of acceleration_psd there
     missing, stale = untold(smoke / "results" / "smoke")
     assert missing == []
     # of studies that vary a key, with a core, of waves with a direction, and with free edges
