@@ -28,7 +28,15 @@ from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.section import Section
 from pidpanel.study.supports import EdgeKind, Mass, Node, PointSupportInput, Position, SupportsInput
 
-MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".fem", ".msh")  # in small or capital letters
+MESH_SUFFIXES = (
+    ".bdf",
+    ".dat",
+    ".nas",
+    ".fem",
+    ".inp",
+    ".blk",
+    ".msh",
+)  # in small or capital letters
 EXTENT = Quantity(0.01, 30, unit="metres")  # of a panel [m]
 Length = Annotated[float, EXTENT]
 Radius = Annotated[float, Quantity(0, 15, unit="metres")]  # of corners [m]
@@ -64,7 +72,7 @@ class Mesh(SectionModel):
     """Edge length at re-entrant corners and rims of feet [m]; by default 0.002 of size_m, and a
     tenth of the radius of a foot on thin plates."""
     file: Annotated[Path, AfterValidator(_check_suffix), file_in()] | None = None
-    """Mesh file: .msh (gmsh), or .bdf, .dat, .nas or .fem (Nastran bulk data)."""
+    """Mesh file: .msh (gmsh), or .bdf, .dat, .nas, .fem, .inp or .blk (Nastran bulk data)."""
     unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
     """Length unit of the file [m]: 0.001 for millimetres."""
     ignore: tuple[Annotated[str, AfterValidator(_check_ignored_card)], ...] = ()
