@@ -56,8 +56,8 @@ def _lines(length: float, spacing: float, places: Mapping[str, list[float]]) -> 
             if line - before < NARROW * spacing:
                 label = name or neighbour
                 raise ValueError(
-                    f"{label}: its line at {line:g} m is {line - before:.2g} m from another; allowed"
-                    f" is the same place or at least {NARROW * spacing:.2g} m"
+                    f"{label}: its line at {line:g} m is {line - before:.2g} m from another;"
+                    f" allowed is the same place or at least {NARROW * spacing:.2g} m"
                 )
             distinct.append((line, name))
         elif line >= length:
