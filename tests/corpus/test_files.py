@@ -15,6 +15,7 @@ GRID = "GRID,6,,400.0,400.0,0.0"
 QUAD = "CQUAD4,1,1,1,2,6,5"
 # (base, what is there or "" for all, what is written instead, place and cause of each mistake)
 CASES = [
+    ("thin", "center_hz,spl_db", "when,loud", "line 2: column 'when'", "line 2: column 'loud'"),
     ("thin", "63,124", "63,632", "line 3: spl_db = 632"),
     ("thin", "63,124", "63,", "line 3: spl_db = (empty)"),
     ("thin", "63,124", "63,124,5", "line 3: has 3 values"),

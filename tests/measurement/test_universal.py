@@ -212,7 +212,7 @@ def test_both_units_of_a_transmissibility_count(
         ("dB", (0, NONE), "unit 'dB'"),
         ("g", (0, "N"), "unit 'g' over 'N'"),
         ("g", (12, "N"), "unit 'g' over 'N'"),
-        ("g", (13, "N"), "over the acceleration of the base"),
+        ("g", (8, "N"), "must be over a force or the acceleration of the base"),
         ("g", (12, NONE), "unit 'g': a transmissibility must be"),
         (NONE, (12, "g"), "the unit of the ordinate is missing"),
         (NONE, (0, NONE), "the unit of the ordinate is missing"),

@@ -11,6 +11,7 @@ import pytest
 
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel import from_study
+from pidpanel.panel.flat_mesh import MeshFileError
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.mesh import gmsh_session
@@ -108,6 +109,32 @@ def test_a_mesh_in_text_may_have_the_line_ends_of_windows(tmp_path):
         meshes.append(read_gmsh(tmp_path / name))
     np.testing.assert_array_equal(meshes[0].position, meshes[1].position)
     assert len(meshes[1].position) == 6
+
+
+def test_fields_behind_the_eighth_of_a_line_are_refused_where_they_matter(tmp_path):
+    # red: what follows the eighth field dropped; a mark of continuation refused
+    path = tmp_path / "free.blk"
+    card = "CQUAD4,1,7,1,2,5,4,0.,0.,{}\n,,,,\n"
+    nodes = "".join(f"GRID,{n},,{(n - 1) % 3}.,{(n - 1) // 3}.,0.\n" for n in range(1, 7))
+    for mark in ("", "+A1", "ABC"):
+        path.write_text(nodes + "SPC1,1,123,1,2,3,4,5,6,7,8,9,10\n" + card.format(mark))
+        assert len(read_nastran(path, ["SPC1"]).triangles) == 2
+    path.write_text(nodes + card.format("1.,2."))
+    with pytest.raises(MeshFileError, match=r"free.blk:7: CQUAD4: '1., 2.' follows the eighth"):
+        read_nastran(path)
+    path.write_text("** abaqus\n*NODE\n1, 0., 0.\n")
+    with pytest.raises(ValueError, match="begins like an input of Abaqus"):
+        read_nastran(path)
+
+
+def test_a_group_of_gmsh_has_a_name_and_a_number(tmp_path):
+    # red: groups by their names alone
+    path = tmp_path / "panel.msh"
+    mesh_triangles(path, OUTLINE, 0.25, {"P1": PATCH}, {})
+    flat = read_gmsh(path)
+    number = next(number for number, name in flat.numbers.items() if name == "P1")
+    mesh = flat.panel_mesh({"name": "P1", "number": number}, {})
+    np.testing.assert_array_equal(mesh.patch_cells["name"], mesh.patch_cells["number"])
 
 
 def test_quadrilaterals_become_two_triangles_each_in_their_group(tmp_path):

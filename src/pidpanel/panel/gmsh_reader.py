@@ -59,12 +59,14 @@ def _content(mesh: Path) -> dict[str, Any]:
         message = f"gmsh has {plane:g} plane elements, {len(element)} of them in first order"
         raise ValueError(f"{message}; allowed are triangles and quadrilaterals of first order")
     _check_count(sections)
+    groups = gmsh.model.getPhysicalGroups(2)
     return {
         "node": node.tolist(),
         "position": position.reshape(-1, 3).tolist(),
         "element": element,
         "corners": corners,
         "names": names,
+        "numbers": {tag: gmsh.model.getPhysicalName(2, tag) for _, tag in groups},
         "is_old": is_old,
     }
 

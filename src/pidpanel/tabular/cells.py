@@ -121,8 +121,8 @@ def value_of(cell: str, label: Label, factor: float = 1.0) -> float:
     stated = QUANTITY.fullmatch(cell)
     if stated is None or not label.unit:
         return np.nan
-    own = label.factor(stated[4].strip())
-    return np.nan if own is None else own * float(stated[1])
+    scale = label.factor(stated[4].strip())
+    return np.nan if scale is None else scale * float(stated[1])
 
 
 def _parts(header: str) -> Iterator[tuple[str, str]]:

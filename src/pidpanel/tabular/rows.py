@@ -88,11 +88,11 @@ def rows_of(
             columns.append(column_of(title, labels))
         except UnitError as error:
             raise TextFileError(f"column {title!r}: {error}", line) from None
-    kept = []
+    columns_used = []
     for k, (title, (name, factor)) in enumerate(zip(titles, columns, strict=True)):
         cells = [row[k] for _, row in rows if k < len(row) and row[k]]
         if not labels or name or any(map(is_value, cells)) or (title and not cells):
-            kept += [k] if title or cells else []
+            columns_used += [k] if title or cells else []
         elif title or cells:
             remarks.append(f"column {title!r} left out")
         if name and title != name and (factor != 1 or labels[name].has_name(title)):
@@ -101,14 +101,18 @@ def rows_of(
     return TableRows(
         path,
         sorted(comments),
-        [columns[k][0] or titles[k] for k in kept],
+        [columns[k][0] or titles[k] for k in columns_used],
         line,
         [
-            (number, [row[k] for k in kept if k < len(row)] + [c for c in row[len(titles) :] if c])
+            (
+                number,
+                [row[k] for k in columns_used if k < len(row)]
+                + [c for c in row[len(titles) :] if c],
+            )
             for number, row in rows
         ],
-        [titles[k] for k in kept],
-        [columns[k][1] for k in kept],
+        [titles[k] for k in columns_used],
+        [columns[k][1] for k in columns_used],
         tuple(remarks),
         tuple(overall),
     )
@@ -175,25 +179,27 @@ def _with_titles(
     if not labels:
         return *rows[0], rows[1:]
     end = next((k for k, row in enumerate(rows) if _is_data(row)), len(rows))
-    above = _with_units(rows[:end], labels)
+    titled = _with_units(rows[:end], labels)
     is_column = end < len(rows) and len(rows[end][1]) == 1
-    counts = [_known(cells, labels) if len(cells) > 1 or is_column else 0 for _, cells in above]
-    if any(counts) or (above and (len(above[-1][1]) > 1 or end == len(rows))):
-        place = max(range(len(above)), key=lambda k: (counts[k], k))
-        comments += [(line, " ".join(filter(None, cells))) for line, cells in above[:place]]
-        return *above[place], above[place + 1 :] + rows[end:]
+    counts = [
+        _count_names(cells, labels) if len(cells) > 1 or is_column else 0 for _, cells in titled
+    ]
+    if any(counts) or (titled and (len(titled[-1][1]) > 1 or end == len(rows))):
+        place = max(range(len(titled)), key=lambda k: (counts[k], k))
+        comments += [(line, " ".join(filter(None, cells))) for line, cells in titled[:place]]
+        return *titled[place], titled[place + 1 :] + rows[end:]
     for line, comment in comments[::-1]:  # as NumPy writes a header
         cells = _cells(line, comment, separator)
-        if line < rows[0][0] and _known(cells, labels) == len(rows[end][1]):
+        if line < rows[0][0] and _count_names(cells, labels) == len(rows[end][1]):
             return line, cells, rows[end:]
-    comments += [(line, " ".join(cells)) for line, cells in above]
+    comments += [(line, " ".join(cells)) for line, cells in titled]
     named = [name for name, label in labels.items() if label.unit][:2]
     if len(named) == len(list(filter(None, rows[end][1]))) == 2:
         return rows[end][0], named, rows[end:]
     return *rows[end], rows[end + 1 :]
 
 
-def _known(cells: Sequence[str], labels: Mapping[str, Label]) -> int:
+def _count_names(cells: Sequence[str], labels: Mapping[str, Label]) -> int:
     """Return how many cells name a column."""
     count = 0
     for cell in cells:
