@@ -36,7 +36,6 @@ def navier(x, y):
 
 @pytest.mark.parametrize("mass", [None, 0.5])
 def test_the_accelerance_is_naviers_and_reciprocal(tmp_path, mass):
-    # red: ω² in place of ω⁴; the remainder left out; the point hit and the point seen exchanged; the air left out
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", (A, B), (24, 16), {}, POINTS)
     plate = assemble_thin_plate(mesh, SECTION)
     basis = panel_basis(mesh, plate, 900.0)
@@ -63,7 +62,6 @@ def test_the_accelerance_is_naviers_and_reciprocal(tmp_path, mass):
 
 
 def test_a_free_panel_hit_slowly_is_a_rigid_mass(tmp_path):
-    # red: no shift, where K is singular; the shift in one of both
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", (A, B), (12, 8), {}, {"C": (A / 2, B / 2)})
     plate = assemble_thin_plate(mesh, SECTION, Supports("free"))
     basis = panel_basis(mesh, plate, 500.0)
@@ -77,7 +75,6 @@ def test_a_free_panel_hit_slowly_is_a_rigid_mass(tmp_path):
 
 @pytest.mark.parametrize(("over", "scale"), [("N", 1.0), ("lbf", 1 / 4.4482216)])
 def test_an_acceleration_over_force_is_read_with_its_units(tmp_path, over, scale):
-    # red: the real part; the unit of the force left out
     path = tmp_path / "tap.uff"
     values = navier(POINTS["X"], POINTS["Y"])
     pyuff.UFF(str(path)).write_sets(

@@ -280,11 +280,6 @@ def test_a_label_on_one_side_does_not_go_with_another_system(tmp_path, system, a
     refused(tmp_path, text, "no unit on the other side")
 
 
-def test_a_ratio_in_one_label_goes_with_each_system(tmp_path):
-    measured = read(tmp_path, SI + data_set(0.5 + 0j, "g/g", FRF, below=(12, NONE)))
-    np.testing.assert_allclose(measured.psd, 0.25)
-
-
 @pytest.mark.parametrize(("code", "length"), [(9, 1e-3), (10, 1e-3)])
 def test_inverse_factors_of_data_set_164_are_refused(tmp_path, code, length):
     text = units(code, length, 1.0) + data_set(0.01, NONE)

@@ -112,7 +112,6 @@ def test_a_mesh_in_text_may_have_the_line_ends_of_windows(tmp_path):
 
 
 def test_fields_behind_the_eighth_of_a_line_are_refused_where_they_matter(tmp_path):
-    # red: what follows the eighth field dropped; a mark of continuation refused
     path = tmp_path / "free.blk"
     card = "CQUAD4,1,7,1,2,5,4,0.,0.,{}\n,,,,\n"
     nodes = "".join(f"GRID,{n},,{(n - 1) % 3}.,{(n - 1) // 3}.,0.\n" for n in range(1, 7))
@@ -128,7 +127,6 @@ def test_fields_behind_the_eighth_of_a_line_are_refused_where_they_matter(tmp_pa
 
 
 def test_a_group_of_gmsh_has_a_name_and_a_number(tmp_path):
-    # red: groups by their names alone
     path = tmp_path / "panel.msh"
     mesh_triangles(path, OUTLINE, 0.25, {"P1": PATCH}, {})
     flat = read_gmsh(path)

@@ -16,7 +16,7 @@ from pidpanel.study import load_study
 from tests.jobs import make_panel
 
 STUDY = """
-damping: {readings: [paper_corrected]}
+dampers: {paper: {law: paper_corrected}}
 panel:
   outline_m: [0.9, 0.6]
   section: {kind: thin, mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}
@@ -25,7 +25,7 @@ panel:
   points: {A: [0.4, 0.3]}
 sound: {spectrum: smc_s_016_2014_min_third.csv}
 response: {frequency_hz: [30, 1400]}
-scenarios: {one: {title: "One", patch: [P], fill_fraction: 0.5}}
+scenarios: {one: {title: "One", patch: [P], damper: paper, fill_fraction: 0.5}}
 """
 
 

@@ -41,7 +41,6 @@ def test_claims_need_sound(refusal):
 
 
 def test_a_switch_is_no_fill_fraction(refusal):
-    # red: `isinstance(value, bool)` left out, where true would be a fill of 1
     values = copy.deepcopy(PAPER)
     values["scenarios"]["fill"] |= {"damper": "paper", "fill_fraction": [0.1, 1]}
     values["claims"] = [values["claims"][0] | {"values": [True]}]
