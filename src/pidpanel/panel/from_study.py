@@ -175,7 +175,7 @@ class StudiedPanel:
             checks.resistances(self.supports, self.attachments, self.section, highest),
             self.section,
             self.points.values(),
-            lambda at: self._size_at(at, 0.0) if self.foreign else self._element_size,
+            lambda place: self._size_at(place, 0.0) if self.foreign else self._element_size,
         )
 
     def cause_of_shift(self, edge: float, frequency: float) -> str:

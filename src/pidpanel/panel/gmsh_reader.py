@@ -151,15 +151,15 @@ def _elements(
 @contextmanager
 def _bounded_memory(size: int) -> Iterator[None]:
     """Let allocations fail that take the process more than a size [bytes] beyond its present."""
-    before = resource.getrlimit(resource.RLIMIT_AS)
+    limits = resource.getrlimit(resource.RLIMIT_AS)
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
     limit = pages * resource.getpagesize() + size
-    allowed = [limit] + [old for old in before if old != resource.RLIM_INFINITY]
-    resource.setrlimit(resource.RLIMIT_AS, (min(allowed), before[1]))
+    allowed = [limit] + [old for old in limits if old != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_AS, (min(allowed), limits[1]))
     try:
         yield
     finally:
-        resource.setrlimit(resource.RLIMIT_AS, before)
+        resource.setrlimit(resource.RLIMIT_AS, limits)
 
 
 if __name__ == "__main__":

@@ -51,12 +51,12 @@ def _lines(length: float, spacing: float, places: Mapping[str, list[float]]) -> 
     named = sorted([*named, (length, "")])
     distinct = named[:1]
     for line, name in named[1:]:
-        before, neighbour = distinct[-1]
-        if line - before > SAME * spacing:
-            if line - before < NARROW * spacing:
+        previous, neighbour = distinct[-1]
+        if line - previous > SAME * spacing:
+            if line - previous < NARROW * spacing:
                 label = name or neighbour
                 raise ValueError(
-                    f"{label}: its line at {line:g} m is {line - before:.2g} m from another;"
+                    f"{label}: its line at {line:g} m is {line - previous:.2g} m from another;"
                     f" allowed is the same place or at least {NARROW * spacing:.2g} m"
                 )
             distinct.append((line, name))
