@@ -16,10 +16,12 @@ from pidpanel.text_files import TextFileError, lines_of
 
 Row = tuple[int, list[str]]  # number and cells of a line
 
-COMMENT = re.compile(r"\s*([#%!]|//|sep=.$)")
+# Lines of comments and, behind values, the blanks before one
+COMMENT = re.compile(r"\s*(#|[%!](?!\W*\d)|//|sep=.$)")
 SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", " ": "blanks", ",": ""}
 # The beginning of a row with the level of the whole table
 OVERALL = re.compile(r"(?i)(oa\b|oa ?spl|over.?all|total|sum|gesamt|g?rms|all\b|lin(ear)?\b|Σ)")
+csv.register_dialect("spreadsheet", strict=True, skipinitialspace=True)
 BEGINNING = re.compile(r"[\"\s|]*[+−-]?[.,]?\d")  # of a line or a cell with a number
 WORD = re.compile(r"[+-]?\d+(,\d*)?([eE][+-]?\d+)?", re.ASCII)
 
@@ -123,10 +125,14 @@ def _content(text: str) -> tuple[list[tuple[int, str]], list[tuple[int, str]]]:
     comments: list[tuple[int, str]] = []
     lines: list[tuple[int, str]] = []
     for number, content in enumerate(lines_of(text), start=1):
-        mark, values = COMMENT.match(content), content.partition("#")[0]
+        mark, values = COMMENT.match(content), re.split(r"\s#", content, maxsplit=1)[0]
         if mark:
             comments += [] if "sep=" in mark[1] else [(number, content[mark.end() :].strip())]
-        elif lines and re.search(r'(^|[,;|\t])\s*"[^"]*$', lines[-1][1]):
+        elif (
+            lines
+            and not BEGINNING.match(values)
+            and re.search(r'(^|[,;|\t])\s*"[^"]*$', lines[-1][1])
+        ):
             lines[-1] = lines[-1][0], f"{lines[-1][1]} {values}"  # a cell of two lines
         elif values.strip():
             lines.append((number, values))
@@ -151,7 +157,7 @@ def _cells(line: int, content: str, separator: str) -> list[str]:
         wide = re.split(r"\s{2,}", content.strip())
         return wide if len(wide) > 1 else re.split(r"\s+(?![\[(/])", content.strip())
     try:
-        cells = next(csv.reader([content], delimiter=separator, skipinitialspace=True), [])
+        cells = next(csv.reader([content], "spreadsheet", delimiter=separator), [])
     except csv.Error as error:
         raise TextFileError(str(error), line) from None
     return [cell.strip() for cell in cells]
@@ -186,17 +192,32 @@ def _with_titles(
     ]
     if any(counts) or (titled and (len(titled[-1][1]) > 1 or end == len(rows))):
         place = max(range(len(titled)), key=lambda k: (counts[k], k))
-        comments += [(line, " ".join(filter(None, cells))) for line, cells in titled[:place]]
-        return *titled[place], titled[place + 1 :] + rows[end:]
+        texts, values = _texts(titled[:place])
+        comments += texts
+        return *titled[place], values + titled[place + 1 :] + rows[end:]
     for line, comment in comments[::-1]:  # as NumPy writes a header
         cells = _cells(line, comment, separator)
         if line < rows[0][0] and _count_names(cells, labels) == len(rows[end][1]):
             return line, cells, rows[end:]
-    comments += [(line, " ".join(cells)) for line, cells in titled]
+    texts, values = _texts(titled)
+    comments += texts
+    rows, end = values + rows[end:], 0
     named = [name for name, label in labels.items() if label.unit][:2]
     if len(named) == len(list(filter(None, rows[end][1]))) == 2:
         return rows[end][0], named, rows[end:]
     return *rows[end], rows[end + 1 :]
+
+
+def _texts(rows: Sequence[Row]) -> tuple[list[tuple[int, str]], list[Row]]:
+    """Return lines of text as comments, and those that may be values, without a word."""
+    texts, values = [], []
+    for line, cells in rows:
+        text = " ".join(filter(None, cells))
+        if re.search(r"[^\W\d_]{3}", text) or not BEGINNING.match(text):
+            texts.append((line, text))
+        else:
+            values.append((line, cells))
+    return texts, values
 
 
 def _count_names(cells: Sequence[str], labels: Mapping[str, Label]) -> int:
