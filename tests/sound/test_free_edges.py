@@ -153,7 +153,7 @@ def test_shapes_far_above_a_line_need_no_coupling_by_air_with_each_other(monkeyp
     found = rms()
     monkeypatch.setattr(modal, "SHAPES_IN_AIR", 1e3)
     expected = rms()
-    np.testing.assert_allclose(found, expected, rtol=1e-4)
+    np.testing.assert_allclose(found, expected, rtol=5e-6)
     assert np.all(found != expected)
 
 
