@@ -53,10 +53,10 @@ LINES_AT_ONCE = 32
 CHUNK_BYTES = 20e6
 
 # Highest natural frequency of the shapes that the air couples with each other, over that of lines
-# solved together. Those above, which it barely moves, push them and are pushed to first order. On
-# the panel of `pidpanel new`, bare and with dampers, g rms is within 6e-5 and rms curvature and
-# shear within 3e-4 (4e-4 and 2e-3 with 2, 1.5e-5 and 1e-4 with 4).
-SHAPES_IN_AIR = 3.0
+# solved together, and their least number. Those above, which it barely moves, are coupled with them
+# but not with each other. On the panel of `pidpanel new`, bare and with dampers, g rms is within
+# 2e-5 and rms curvature and shear within 1e-4, on that of `wing.yaml` within 7e-5 and 3e-4.
+SHAPES_IN_AIR, LEAST_IN_AIR = 4.0, 40
 
 LEAST_LINES = 8  # lines solved together at least: a table of G is read whole for them
 
@@ -101,10 +101,12 @@ def coupled_shapes(
     """Return the shapes that the air couples on lines solved together; None in vacuum."""
     if air is None:
         return None
-    shapes = np.flatnonzero(basis.natural_frequency <= SHAPES_IN_AIR * frequency[-1])
+    natural = basis.natural_frequency
+    least = np.sort(natural)[min(LEAST_IN_AIR, natural.size) - 1]
+    shapes = np.flatnonzero(natural <= max(SHAPES_IN_AIR * frequency[-1], least))
     if isinstance(air, AirOfShapes):
         return CoupledShapes(shapes, air.columns(frequency, shapes))
-    matrices = matrices_at(air, frequency, slice(None), basis.natural_frequency.size)
+    matrices = matrices_at(air, frequency, slice(None), natural.size)
     return CoupledShapes(shapes, matrices[:, :, shapes])
 
 
@@ -137,7 +139,7 @@ class MovedPanel:
         self._across = np.asarray(air.columns[:, self._stiff])
         among = np.zeros((len(frequency), count, count), complex)
         among[:, range(count), range(count)] = 1 / self.transfer[:, self._soft, 0]
-        among += air.columns[:, self._soft]
+        among += self._pushed(air.columns)
         unit = np.broadcast_to(np.eye(count), among.shape)
         right = [unit if part is None else self._pushed(part[None]) for part in sets]
         solved = np.linalg.solve(among, np.concatenate(right, axis=2))
