@@ -162,7 +162,7 @@ def made_up(square, inside=None, loads=(), stiffness=(0.0, 0.0), is_coupled=Fals
 def test_a_response_has_accelerations_deflections_and_the_force_of_its_patches():
     square = np.diag([2.0, 5.0, 7.0])
     inside = np.array([[True, True], [True, False]])
-    case, answer = made_up(square, inside, (0, 1), (3.0, 0.5), COUPLED)
+    case, answer = made_up(square, inside, (0, 1), (3.0, 0.5), is_coupled=True)
     made = random._response(case, answer)
     omega = np.array([62.83185307, 125.66370614])
     np.testing.assert_allclose(made.input, [30, 60])
@@ -200,9 +200,9 @@ def test_errors_of_the_force_are_in_place_of_its_momentum_with_those_of_the_mode
     np.testing.assert_allclose(errors.log_psd[:, :3], [[1, 2, 3]] * 2)
     np.testing.assert_allclose(errors.log_psd[:, 3], np.hypot(5, np.hypot(8, 6)))
     np.testing.assert_allclose(errors.log_rms, [1, 2, 3, np.hypot(5, 5)])
-    case.model = COUPLED
+    case.scenario.is_coupled = True
     assert random._errors(case, answer, undamped / 4) is None
-    case.model, case.dampers = "stated", ()
+    case.scenario.is_coupled, case.dampers = False, ()
     assert random._errors(case, answer, undamped) is None
 
 

@@ -8,9 +8,9 @@ import pytest
 
 from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.damping.atlas import AtlasDamping, atlas_bed
+from pidpanel.damping.models import Damper, DampingValues, FilledDamper
 from pidpanel.damping.table_files import read_columns
 from pidpanel.damping.tables import TableDamping
-from pidpanel.damping.models import Damper, DampingValues, FilledDamper
 from pidpanel.response.extrapolation import (
     FAR,
     Extrapolation,
