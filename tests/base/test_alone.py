@@ -72,7 +72,7 @@ def test_layouts_are_searched_under_base_motion_but_not_under_a_sound_that_is_no
     study = load_study(path)
     assert counted_excitations(study) == ["base"]
     wanted = jobs(snakemake(tmp_path, path, "-n"))
-    assert set(wanted) == {"panel", "base", "optimise", "report"}
+    assert set(wanted) == {"panel", "base", "base_export", "optimise", "report"}
     for wanted in ("sound", "both"):
         path.write_text(f"{text}{search.replace('}', f', excitation: {wanted}}}')}\n")
         with pytest.raises(StudyError, match=f"excitation.*{wanted} needs a section sound"):

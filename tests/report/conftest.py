@@ -28,7 +28,7 @@ SIZE = (1.5, 1.0)
 STUDY = """
 title: A panel under test
 assumptions: ["The spectrum is assumed."]
-damping: {readings: [paper_corrected, paper_printed]}
+dampers: {law: {law: paper_corrected}}
 panel:
   outline_m: [1.5, 1.0]
   section: {mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}
@@ -167,7 +167,7 @@ def inputs(study, modes, basis, section, bands, printed):
 
 @pytest.fixture(scope="session")
 def coupled_study(study_text, tmp_path_factory):
-    """The study with coupled runs as the only reading."""
+    """The study with coupled runs."""
     path = tmp_path_factory.mktemp("coupled") / "coupled.yaml"
     path.write_text(coupled_text(study_text))
     return load_study(path)
@@ -175,7 +175,7 @@ def coupled_study(study_text, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def coupled(inputs, coupled_study):
-    """The inputs with coupled runs as the only reading: C_e falls with frequency."""
+    """The inputs with coupled runs: C_e falls with frequency."""
     study = coupled_study
     summary, psd = responses(study, {("A_r0.5_150dB", "middle"): 6.0}, error_db=0.1)
     return replace(

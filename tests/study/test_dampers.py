@@ -6,8 +6,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from pidpanel.paths import STUDIES
 from pidpanel.study import load_study
-from pidpanel.study.dampers import STATED, AnyDamper, BedDamper, TableDamper
+from pidpanel.study.dampers import STATED, AnyDamper, BedDamper
 from pidpanel.study.mistakes import mistakes_of
+from pidpanel.study.stated_dampers import TableDamper
 
 C, M = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
 PARTICLES, PATCH = "particle_mass_per_area_kg_m2", "patch_mass_per_area_kg_m2"
