@@ -166,11 +166,11 @@ def write_measurements(
         models = [scenario, *study.alternatives(scenario)][: 1 if excitation == HAMMER else None]
         lines.append(pd.DataFrame({"measurement": name, **measured.columns}))
         for label in dict.fromkeys(labels[excitation].get(s.label, s.label) for s in models):
-            at = {"point": measurement.point, "drive": measurement.drive}
-            of_scenarios = computed[excitation].get("scenario", [label])
-            if label not in list(of_scenarios):  # of coupled runs a sine
+            names = {"point": measurement.point, "drive": measurement.drive}
+            scenarios = computed[excitation].get("scenario", [label])
+            if label not in list(scenarios):  # of coupled runs a sine
                 continue
-            where = {"scenario": label, **{key: name for key, name in at.items() if name}}
+            where = {"scenario": label, **{key: place for key, place in names.items() if place}}
             case = computed_psd(computed[excitation], where, over_base=measured.over_base)
             if case is not None:
                 bands = band_differences(measured, *case)
