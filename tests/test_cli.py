@@ -246,7 +246,9 @@ def test_a_deck_is_that_of_the_case_asked_for(capsys):
     code, text, _ = answer(capsys, "deck", "smoke.yaml", label)
     assert code == 0
     case = next(
-        c for c in cases_of(load_any_study(STUDIES / "smoke.yaml").coupon) if c.label == label
+        c
+        for c in cases_of(load_any_study(STUDIES / "smoke.yaml").dampers["acrylic"])
+        if c.label == label
     )
     assert text == case.runs[0].deck_text()
 
@@ -305,14 +307,14 @@ def test_completion_knows_every_command(capsys, monkeypatch, shell):
 @pytest.mark.parametrize(
     ("options", "holds"),
     [
-        (["--size", "2.1x1.2", "--bead", "steel", "--oaspl", "145"], {"coupon.particles.density_kg_m3": 7850, "damping.readings": ["atlas"], "sound.oaspl_db": 145, "panel.section.kind": "sandwich"}),
-        (["--section", "thin", "--bead", "none", "--mass-kg-m2", "5.25"], {"panel.section.mass_per_area_kg_m2": 5.25, "damping.readings": ["paper_corrected"]}),
-        (["--section", "solid", "--size", "0.7x0.5", "--table", "acrylic_2mm.csv", "--supports", "clamped"], {"damping.table": "acrylic_2mm.csv", "panel.supports": "clamped"}),
+        (["--size", "2.1x1.2", "--bead", "steel", "--oaspl", "145"], {"dampers.steel.particles.density_kg_m3": 7850, "dampers.steel.model": "atlas", "sound.oaspl_db": 145, "panel.section.kind": "sandwich"}),
+        (["--section", "thin", "--bead", "none", "--mass-kg-m2", "5.25"], {"panel.section.mass_per_area_kg_m2": 5.25, "dampers.paper.law": "paper_corrected"}),
+        (["--section", "solid", "--size", "0.7x0.5", "--table", "acrylic_2mm.csv", "--supports", "clamped"], {"dampers.lab.table": "acrylic_2mm.csv", "panel.supports": "clamped"}),
         (["--hold-down", "0.3,0.2", "--hold-down", "1.2,0.8", "--hole", "0.9,0.3,0.1", "--point", "1.4,0.9", "--bead", "none", "--shaker", "gevs_acceptance.csv"], {"panel.supports.outline": "free", "panel.supports.points.H2.at_m": [1.2, 0.8], "panel.holes.hole 1.diameter_m": 0.1, "panel.points.P3": [1.4, 0.9], "base.random.spectrum": "gevs_acceptance.csv"}),
-        (["--section", "thin", "--table", "acrylic_2mm.csv", "--budget-kg", "0.5", "--shaker", "gevs_acceptance.csv"], {"optimise.mass_kg": 0.5, "dampers.lab.table": "acrylic_2mm.csv", "damping.readings": ["stated"]}),
-        (["--bead", "acrylic", "--budget-kg", "0.5"], {"optimise.mass_kg": 0.5, "damping.readings": ["atlas"]}),
+        (["--section", "thin", "--table", "acrylic_2mm.csv", "--budget-kg", "0.5", "--shaker", "gevs_acceptance.csv"], {"optimise.mass_kg": 0.5, "dampers.lab.table": "acrylic_2mm.csv"}),
+        (["--bead", "acrylic", "--budget-kg", "0.5"], {"optimise.mass_kg": 0.5, "dampers.acrylic.model": "atlas"}),
         (["--section", "solid", "--size", "0.7x0.5", "--thickness-mm", "6"], {"damping.coupled.relative_error": 0.03}),
-        (["--bead", "acrylic", "--shaker", "gevs_acceptance.csv"], {"damping.readings": ["atlas"]}),
+        (["--bead", "acrylic", "--shaker", "gevs_acceptance.csv"], {"dampers.acrylic.model": "atlas"}),
         (["--title", 'a "b" {0/90}s $x$ : # größe'], {"title": 'a "b" {0/90}s $x$ : # größe'}),
     ],
 )  # fmt: skip

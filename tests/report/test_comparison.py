@@ -21,18 +21,17 @@ from pidpanel.report.comparison import (
 from pidpanel.report.html import render
 
 
-def side(name, values, reading="dem", point="P"):
+def side(name, values, source="single tones", point="P"):
     """A study of (scenario, rms, error) at one point."""
     rows = [
-        {"reading": reading, "scenario": scenario, "patch": "none" if scenario == "bare" else "A",
+        {"damping_source": source, "scenario": scenario, "patch": "none" if scenario == "bare" else "A",
          "point": point, "acceleration_rms_g": rms, "acceleration_rms_error_g": error}
         for scenario, rms, error in values
     ]  # fmt: skip
     labels = [row["scenario"] for row in rows]
-    psd = np.full((1, len(labels), 3, 1), 2.0)
-    dims = ("reading", "scenario", "frequency", "point")
+    psd = np.full((len(labels), 3, 1), 2.0)
+    dims = ("scenario", "frequency", "point")
     coords = {
-        "reading": [reading],
         "scenario": labels,
         "frequency": [100.0, 150, 200],
         "point": [point],
@@ -67,7 +66,7 @@ def test_the_reduction_and_its_error_are_those_of_the_ratio():
 def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
     # red: the highest as the best; the bare panel among them
     one = side("one", [("bare", 10, np.nan), ("x", 8, 0.1), ("y", 7, 0.1)])
-    other = side("other", [("bare", 10, np.nan), ("x", 5, 0.1), ("z", 6, 0.1)], reading="table")
+    other = side("other", [("bare", 10, np.nan), ("x", 5, 0.1), ("z", 6, 0.1)], source="table")
     one.summary["added_mass_kg"], other.summary["added_mass_kg"] = [0, 0.2, 0.1], [0, 0.3, 0.4]
     found = differences(one, other).set_index("scenario")
     assert list(found.index) == ["bare", "x", BEST]
@@ -75,8 +74,7 @@ def test_scenarios_of_one_name_are_compared_and_the_best_of_each():
     assert found.loc["bare", "verdict"] == "the same"
     assert list(missing_scenarios(one, other)) == ["only in one: y", "only in other: z"]
     lines = list(comparison_lines(one, other))
-    assert lines[0].split()[:4] == ["damping", "model", "scenario", "point"]
-    assert lines[2].startswith("DEM")  # red: the model's name in the tables, "dem"
+    assert lines[0].split()[:2] == ["scenario", "point"]
     # red: "4 values: …", of which study; the names without their masses
     message = "other against one, 3 rms accelerations: 1 the same, 2 lower by 2.9 to 4.1 dB. "
     assert (
@@ -97,7 +95,7 @@ def test_the_page_names_what_differs_for_certain_and_draws_both():
     one = side("one", [("bare", 10, np.nan), ("x", 8, 0.1), ("y", 7, 2.0)])
     other = side("other", [("bare", 10, np.nan), ("x", 5, 0.1), ("y", 6.9, 2.0)])
     page = comparison_page(one, other)
-    assert [row[1] for row in page.first[0].values["rows"]] == ["x"]
+    assert [row[0] for row in page.first[0].values["rows"]] == ["x"]
     (picture,) = page.sections[0].blocks
     assert [curve.label.split(",")[0] for curve in picture.charts[0].curves] == ["one", "other"] * 2
     assert "within the errors" in render(page)
@@ -116,10 +114,10 @@ def test_two_studies_of_one_name_are_told_apart_by_their_folders(tmp_path, monke
     arguments = ["compare", "before/results/mine", "results/mine", "--page", str(page)]
     assert cli.main(arguments) == 0
     heads, *rows = (re.split("  +", line) for line in capsys.readouterr().out.splitlines())
-    assert heads[3:5] == ["before/results/mine, g rms", "results/mine, g rms"]
-    assert heads[6] == "results/mine is"
-    (row,) = (row for row in rows if row[1:2] == ["x"])
-    assert row[3].startswith("8.00") and row[4].startswith("5.00") and row[6] == "lower"
+    assert heads[2:4] == ["before/results/mine, g rms", "results/mine, g rms"]
+    assert heads[5] == "results/mine is"
+    (row,) = (row for row in rows if row[:1] == ["x"])
+    assert row[2].startswith("8.00") and row[3].startswith("5.00") and row[5] == "lower"
     text = page.read_text()
     assert "before/results/mine and results/mine" in text
     assert "before/results/mine, x" in text and "Where results/mine and before" in text
