@@ -20,8 +20,8 @@ EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 def model(law_values):
     """The small panel with the paper's law, as a mapping."""
     values = law_values()
-    values["damping"]["readings"] = ["paper_corrected"]
-    values["scenarios"] = {"fill": values["scenarios"]["fill"]}
+    values["dampers"] = {"paper": values["dampers"]["paper"]}
+    values["scenarios"] = {"fill": values["scenarios"]["fill"] | {"damper": "paper"}}
     return pidpanel.Model(values)
 
 
@@ -54,7 +54,7 @@ def test_modes_are_those_of_the_panel_in_order(model):
 
 def test_the_response_has_its_rms_values_with_units(model):
     found = model.response()
-    one = found.sel(scenario="PID-1_r0.8_150dB", reading="paper_corrected", point="centre")
+    one = found.sel(scenario="PID-1_r0.8_150dB", point="centre")
     psd = one["acceleration_psd"].to_numpy()
     rms = np.sqrt(np.trapezoid(psd, found["frequency"].to_numpy()))
     assert float(one["acceleration_rms"]) == pytest.approx(rms, rel=1e-3)
@@ -139,7 +139,7 @@ SAYS = {
 
 
 def test_a_study_without_a_coupon_has_no_cases(model):
-    with pytest.raises(pidpanel.StudyError, match="damper = coupon: has no coupon"):
+    with pytest.raises(pidpanel.StudyError, match="damper = coupon: has no simulated tones"):
         model.cases()
 
 

@@ -233,7 +233,7 @@ def test_a_deck_is_that_of_the_case_asked_for(capsys):
     assert code == 0
     case = next(
         c
-        for c in cases_of(load_study(STUDIES / "smoke.yaml").coupons["acrylic"])
+        for c in cases_of(load_any_study(STUDIES / "smoke.yaml").dampers["acrylic"])
         if c.label == label
     )
     assert text == case.runs[0].deck_text()

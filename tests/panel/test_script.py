@@ -16,7 +16,7 @@ from pidpanel.study import load_study
 from tests.jobs import make_panel
 
 STUDY = """
-dampers: {paper: {law: paper_corrected}}
+dampers: {law: {law: paper_corrected}}
 panel:
   outline_m: [0.9, 0.6]
   section: {kind: thin, mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}

@@ -23,7 +23,7 @@ def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
         level = 10 ** ((scenario.oaspl_db - 150) / 10)
         for k, point in enumerate(points):
             lowered = scale.get((scenario.label, point), 0.0)
-            row = {"scenario": scenario.label, "point": point}
+            row = {"scenario": scenario.label, "point": point, "damping_source": "a law"}
             if "printed" in scenario.dampers:
                 rows.append({**row, "status": "unstable"})
                 continue
@@ -90,7 +90,8 @@ def _on_every(patches, values):
 def rows_of_patches(summary):
     """``response/layouts.csv`` as far as the report asks it, from the summary."""
     of = summary[~summary["scenario"].str.startswith("bare")].drop_duplicates("scenario")
-    return of[["scenario", "damping_read_at_g", "outside_run_points_share"]]
+    of = of[["scenario", "damping_read_at_g", "outside_run_points_share"]]
+    return of.assign(damper="law")
 
 
 def strains(study):

@@ -14,6 +14,7 @@ from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import judged
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Study
+from pidpanel.study.stated_dampers import ConstantSection
 from tests.page_reader import blocks_of
 
 POINTS = ["middle", "corner"]
@@ -33,11 +34,7 @@ def answer_of(study, summary):
 
 def answered(study, respond, error_db=0.2, **changes):
     summary, _ = respond(SCALE, error_db=error_db)
-    summary = summary[summary["reading"] == "paper_corrected"].assign(**changes)
-    one = study.model_copy(
-        update={"damping": study.damping.model_copy(update={"readings": ("paper_corrected",)})}
-    )
-    return answer_of(one, summary)
+    return answer_of(study, summary.assign(**changes))
 
 
 def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
@@ -112,9 +109,19 @@ def test_levels_that_are_written_alike_are_one(study, respond):
         assert ("A_r0.5_140dB" in labels) == joins
 
 
-def test_measured_damping_answers_before_a_law():
-    assert answer.main_reading(("paper_corrected", "dem")) == "dem"
-    assert answer.main_reading(("paper_printed", "paper_corrected")) == "paper_corrected"
+def test_the_model_of_lowest_rank_answers_and_says_what_the_others_find(study, respond_to):
+    lab = {"equivalent_damping_n_s_m3": 300, "apparent_mass_kg_m2": 1}
+    text = study.scenarios["fill"].model_copy(update={"damper": ("law", "lab")})
+    dampers = study.dampers | {"lab": ConstantSection.model_validate(lab)}
+    both = study.model_copy(update={"dampers": dampers, "scenarios": {"fill": text}})
+    lowered = {s.label: 4.0 if s.dampers == "lab" else 2.0 for s in both.all_scenarios()}
+    summary, _ = respond_to(both, {(label, p): db for label, db in lowered.items() for p in POINTS})
+    found = answer_of(both, summary)
+    assert {one.scenario.dampers for one in found.candidates} == {"lab"}
+    assert len(found.candidates) == 3
+    for one in found.candidates:
+        ((name, said),) = one.others
+        assert name == "law" and said.reduction == pytest.approx(2.0)
 
 
 def answer_table(inputs, found):
@@ -151,8 +158,7 @@ def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study,
     assert best.log_error == pytest.approx(np.full(len(best.values), 0.2 * np.log(10) / 10))
 
 
-def test_coupled_runs_answer_as_any_reading_does(coupled, coupled_study):
-    assert answer.main_reading(("paper_corrected", "dem", "coupled")) == "coupled"
+def test_coupled_runs_answer_as_any_model_does(coupled, coupled_study):
     found = answer_of(coupled_study, coupled.summary)
     assert found.is_coupled and found.candidates[0].scenario.name == "A, r = 0.5"
     assert not any(one.doubts for one in found.candidates)

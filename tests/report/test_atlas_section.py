@@ -24,12 +24,11 @@ class Model:
 ATLAS = AtlasResults("version 0.1.0, 873 simulated cases", {"steel": Model()})
 LAYOUTS = pd.DataFrame(
     {
-        "reading": ["atlas", "atlas", "dem"],
-        "scenario": ["a", "a", "a"],
-        "patch": ["P1", "P2", "P1"],
-        "damper": ["steel", "lab", "steel"],
-        "fill_fraction": [0.5, np.nan, 0.5],
-        "damping_read_at_g": [20.0, 3.0, 20.0],
+        "scenario": ["a", "a"],
+        "patch": ["P1", "P2"],
+        "damper": ["steel", "lab"],
+        "fill_fraction": [0.5, np.nan],
+        "damping_read_at_g": [20.0, 3.0],
     }
 )
 
@@ -44,6 +43,6 @@ def test_curves_are_of_the_patches_read_from_the_atlas_at_their_motion():
 
 def test_a_patch_outside_the_atlas_at_all_frequencies_leaves_a_section_without_curves():
     with style.context():
-        section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (1500.0, 2000.0))
+        section = atlas_section(ATLAS, LAYOUTS, {"a": "A"}, (1500.0, 2000.0), is_coupled=False)
     assert not section.pictures
     assert "outside the range of the atlas" in blocks_of(section)[1].text

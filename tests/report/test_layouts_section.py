@@ -23,7 +23,7 @@ MORE = """  two: {layout: {A: {fill_fraction: 0.5}, B: {fill_fraction: 0.3}}}
 @pytest.fixture(scope="module")
 def with_layouts(tmp_path_factory, study_text):
     path = tmp_path_factory.mktemp("layouts") / "trial.yaml"
-    path.write_text(study_text.replace("paper_corrected, paper_printed", "paper_corrected") + MORE)
+    path.write_text(study_text + MORE)
     return load_study(path)
 
 
@@ -39,7 +39,7 @@ def told(inputs, with_layouts, respond_to):
     summary["reduction_error_db"] = np.where(of, 0.5, np.nan)
     rows = [
         {
-            "reading": "paper_corrected", "scenario": "two", "patch": patch, "damper": "coupon",
+            "scenario": "two", "patch": patch, "damper": "law",
             "fill_fraction": fill, "area_m2": 0.04, "mass_kg": 0.2, "damping_read_at_g": gamma,
             "patch_motion_g": gamma, "bare_patch_motion_g": 40.0,
             "lowest_element_motion_g": gamma / 2, "highest_element_motion_g": 1.5 * gamma,
@@ -84,7 +84,7 @@ def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
     psd["dead_weight_acceleration_psd"] = psd["acceleration_psd"] / 2
     pictures = response_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures
     assert [p.name for p in pictures] == [
-        f"psd_layouts_paper_corrected_1_{point}" for point in ("middle", "corner")
+        f"psd_layouts_1_{point}" for point in ("middle", "corner")
     ]
     (axes,) = response_figures.charts_figure(pictures[0].charts).axes
     styles = [line.get_linestyle() for line in axes.get_lines()]

@@ -14,9 +14,7 @@ def maps():
     cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
     one = {name: np.linspace(0, 50, 6) for name in ("acceleration", "displacement")}
     one |= {name: 1e6 * np.linspace(0, 3, 12).reshape(2, 6) for name in UNITS if name not in one}
-    return map_dataset(
-        {("dem", "bare"): one, ("dem", "A_r0.5"): one}, [0.1, 0.2], vertices, cells, ["t", "b"]
-    )
+    return map_dataset({"bare": one, "A_r0.5": one}, [0.1, 0.2], vertices, cells, ["t", "b"])
 
 
 def test_edges_round_a_patch_are_those_of_one_of_its_cells():

@@ -22,9 +22,9 @@ def test_no_two_scenarios_have_one_name(study, monkeypatch):
 
 
 def test_a_damper_alone_has_the_same_name_as_a_layout_and_in_a_family():
-    filling = Filling(patch="A", damper=None, fill_fraction=0.5)
-    bare = Scenario(label="bare", fillings=(), oaspl_db=None)
-    alone = Scenario(label="third", fillings=(filling,), oaspl_db=None)
-    both = Scenario(label="both", fillings=(filling, filling), oaspl_db=None)
+    filling = Filling(damper="beads", fill_fraction=0.5)
+    bare = Scenario(label="bare", fillings={}, oaspl_db=None)
+    alone = Scenario(label="third", fillings={"A": filling}, oaspl_db=None)
+    both = Scenario(label="both", fillings={"A": filling, "B": filling}, oaspl_db=None)
     study = SimpleNamespace(all_scenarios=lambda: [bare, alone, both])
     assert list(names_of(study).values()) == ["bare panel", "A, r = 0.5", "both"]

@@ -9,7 +9,7 @@ import xarray as xr
 
 from pidpanel.report.severity_section import drawn_scenarios
 
-KEYS = {"reading": str, "scenario": str, "point": str}
+KEYS = {"scenario": str, "point": str}
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def tables(table):
 
 
 def test_peaks_have_the_rms_values_and_errors_of_the_response(tables):
-    where = ["reading", "scenario", "point"]
+    where = ["scenario", "point"]
     both = tables["severity/peaks.csv"].merge(
         tables["response/summary.csv"], on=where, suffixes=("", "_response")
     )
@@ -44,7 +44,7 @@ def test_peaks_have_the_rms_values_and_errors_of_the_response(tables):
 
 
 def test_damage_has_the_error_of_the_stress_times_the_exponent(tables):
-    where = ["reading", "scenario", "point", "layer", "quantity"]
+    where = ["scenario", "point", "layer", "quantity"]
     both = tables["severity/fatigue.csv"].merge(tables["response/stress.csv"], on=where)
     assert len(both) == len(tables["severity/fatigue.csv"]) > 0
     np.testing.assert_allclose(both["stress_rms_mpa"], both["rms"], rtol=1e-4)
@@ -69,8 +69,8 @@ def test_margins_are_those_of_the_mean_psd_of_each_band(tables):
     ratio = 10 ** (margins["margin_db"] / 10) * margins["acceleration_psd_g2_hz"]
     np.testing.assert_allclose(ratio, 0.5, rtol=1e-3)
     # bands that adjoin hold the whole mean square
-    summary = tables["response/summary.csv"].set_index(["reading", "scenario", "point"])
-    for where, rows in margins.groupby(["reading", "scenario", "point"]):
+    summary = tables["response/summary.csv"].set_index(["scenario", "point"])
+    for where, rows in margins.groupby(["scenario", "point"]):
         width = rows["center_hz"] * (10**0.05 - 10**-0.05)
         square = (rows["acceleration_psd_g2_hz"] * width).sum()
         assert square <= 1.05 * summary.loc[where, "acceleration_rms_g"] ** 2
@@ -78,7 +78,7 @@ def test_margins_are_those_of_the_mean_psd_of_each_band(tables):
 
 def test_failure_indices_are_those_of_three_sigma(tables):
     stress = tables["response/stress.csv"]
-    keys = ["reading", "scenario", "point", "layer"]
+    keys = ["scenario", "point", "layer"]
     wide = stress.pivot(index=keys, columns="quantity", values="three_sigma")
     index = tables["severity/strength.csv"].set_index(keys)
     assert len(index) and len(index) == len(wide)
@@ -110,9 +110,8 @@ def test_maps_of_failure_indices_agree_with_those_at_the_points(table, tables):
 
 
 def test_the_page_shows_the_scenario_that_reduces_most_beside_its_bare_panel(table, tables):
-    (model, bare), (again, best) = drawn_scenarios(tables["response/summary.csv"])
+    bare, best = drawn_scenarios(tables["response/summary.csv"])
     summary = tables["response/summary.csv"].set_index("scenario")
-    assert model == again
     assert (
         summary.loc[bare, "patch"].eq("none").all() and summary.loc[best, "patch"].ne("none").all()
     )

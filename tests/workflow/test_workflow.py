@@ -105,7 +105,7 @@ def test_validation_runs_every_experiment(tmp_path):
 @pytest.mark.liggghts
 def test_the_smoke_study_goes_from_liggghts_to_the_report(smoke):
     results = smoke / "results" / "smoke"
-    cases = pd.read_csv(results / "coupon" / "cases.csv")
+    cases = pd.read_csv(results / "coupon" / "acrylic" / "cases.csv")
     assert len(cases) == 8
     assert (cases["status"] == "ok").mean() >= 0.8
     good = cases[cases["status"] == "ok"]
@@ -152,7 +152,7 @@ def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
     result = snakemake(folder, STUDIES / "smoke.yaml", "-n")
     assert jobs(result)["shake"] == 1
     assert "pour" not in jobs(result)
-    result = snakemake(folder, STUDIES / "smoke.yaml", "results/smoke/coupon/cases.csv")
+    result = snakemake(folder, STUDIES / "smoke.yaml", "results/smoke/coupon/acrylic/cases.csv")
     assert result.returncode == 0, said(result)
     assert [run["status"] for run in json.loads(outcome.read_text())["runs"]] == ["ok", "ok"]
     # what it had run already was not run again
@@ -164,8 +164,8 @@ def test_a_file_that_cannot_be_read_is_named_and_comes_back_once_it_is_deleted(s
     folder = tmp_path / "cut"
     shutil.copytree(smoke, folder)
     outcome = next((folder / "results" / "coupon").glob("r*/*pc_*.json"))
-    cases = folder / "results" / "smoke" / "coupon" / "cases.csv"
-    before, target = cases.read_bytes(), "results/smoke/coupon/cases.csv"
+    cases = folder / "results" / "smoke" / "coupon" / "acrylic" / "cases.csv"
+    before, target = cases.read_bytes(), "results/smoke/coupon/acrylic/cases.csv"
     outcome.write_text(outcome.read_text()[:-40])
     result = snakemake(folder, smoke / "smoke.yaml", target)
     assert result.returncode != 0
@@ -187,7 +187,7 @@ def only_line(result):
     ("change", "line"),
     [
         (("fill_fraction: [0.4, 0.8]\n    frequency", "fill_fraction: [0.4, 1.4]\n    frequency"),
-         "coupon.sweep.fill_fraction[1] = 1.4: must be from 0.02 to 1"),
+         "dampers.acrylic.sweep.fill_fraction[1] = 1.4: must be from 0.02 to 1"),
         (("speed_m_s: 343", "sped_m_s: 343"), "sound.sped_m_s = 343: unknown key; did you mean speed_m_s?"),
         (("[100, 400], damper_mass", "[10, 400], damper_mass"),
          "response.frequency_hz = [10, 400]: must be in the bands of smc_s_016_2014_min_third.csv, 28.184 to 11220 Hz"),
