@@ -25,7 +25,7 @@ panel:
   points: {A: [0.4, 0.3]}
 sound: {spectrum: smc_s_016_2014_min_third.csv}
 response: {frequency_hz: [30, 1400]}
-scenarios: {one: {title: "One", patch: [P], damper: paper, fill_fraction: 0.5}}
+scenarios: {one: {title: "One", patch: [P], damper: law, fill_fraction: 0.5}}
 """
 
 
