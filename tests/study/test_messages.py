@@ -153,7 +153,7 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SMOKE, "panel.mesh", {"kind": "triangles"}, "panel.mesh", "panel.mesh.size_m: missing"),
         (SMOKE, "panel.mesh", {"corner_size_m": 0.1}, "panel.mesh.corner_size_m", "panel.mesh.corner_size_m = 0.1: unknown key; allowed are kind, elements"),
         (SMOKE, "panel.mesh", {"kind": "file"}, "panel.mesh", "panel.mesh.file: missing"),
-        (SMOKE, "panel.mesh", {"kind": "file", "file": "a.step"}, "panel.mesh.file", "panel.mesh.file = a.step: must end in one of .bdf, .dat, .nas, .fem, .msh"),
+        (SMOKE, "panel.mesh", {"kind": "file", "file": "a.step"}, "panel.mesh.file", "panel.mesh.file = a.step: must end in one of .bdf, .dat, .nas, .fem, .inp, .blk, .msh"),
         (SMOKE, "panel.mesh", {"kind": "file", "file": "a.bdf"}, "panel.mesh.file", "panel.mesh.file = a.bdf: no such file; must be a path relative to the study"),
         (SMOKE, "panel.outline_m", None, "panel", "panel.outline_m: missing; required unless mesh: {kind: file} is given"),
         (FROM_FILE, "panel.outline_m", [1, 1], "panel.outline_m", "panel.outline_m = [1, 1]: not allowed with mesh: {kind: file}, which has its own"),
