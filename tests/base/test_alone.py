@@ -144,5 +144,5 @@ def test_an_export_of_a_sweep_alone_is_refused_in_a_line(alone, tmp_path):
     values["base"] = {"sine": {"frequency_hz": [20, 200], "acceleration_g": 1}}
     (tmp_path / "sweep.yaml").write_text(yaml.safe_dump(values))
     arguments = ["export", str(tmp_path / "sweep.yaml"), "--directory", str(tmp_path)]
-    with pytest.raises(StudyError, match="only sound and base.random have files to export"):
+    with pytest.raises(StudyError, match=r"only sound and base\.random have files"):
         pidpanel.main(arguments, standalone_mode=False)
