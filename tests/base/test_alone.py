@@ -1,6 +1,7 @@
 """A study on a shaker without sound: what it may have, its rules, its page."""
 
 import pytest
+import yaml
 from moving import HERE, run_stages
 
 from pidpanel.check import checked_study
@@ -80,7 +81,7 @@ def test_layouts_are_searched_under_base_motion_but_not_under_a_sound_that_is_no
 
 
 def test_panel_base_and_report_are_all_that_runs(alone, tmp_path):
-    assert set(jobs(snakemake(tmp_path, alone, "-n"))) == {"panel", "base", "report"}
+    assert set(jobs(snakemake(tmp_path, alone, "-n"))) == {"panel", "base", "base_export", "report"}
 
 
 @pytest.mark.slow
@@ -137,7 +138,11 @@ def test_coupled_runs_move_the_supports_of_a_study_without_sound(
         load_study(path)
 
 
-def test_an_export_without_sound_is_refused_in_a_line(alone, tmp_path):
-    arguments = ["export", str(alone), "--directory", str(tmp_path)]
-    with pytest.raises(StudyError, match="sound: missing; this is a study of base motion alone"):
+def test_an_export_of_a_sweep_alone_is_refused_in_a_line(alone, tmp_path):
+    # red: base.random not asked for
+    values = yaml.safe_load(alone.read_text())
+    values["base"] = {"sine": {"frequency_hz": [20, 200], "acceleration_g": 1}}
+    (tmp_path / "sweep.yaml").write_text(yaml.safe_dump(values))
+    arguments = ["export", str(tmp_path / "sweep.yaml"), "--directory", str(tmp_path)]
+    with pytest.raises(StudyError, match=r"only sound and base\.random have files"):
         pidpanel.main(arguments, standalone_mode=False)
