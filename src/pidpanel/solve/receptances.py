@@ -62,9 +62,13 @@ class Receptances:
 
     def on_lines(self, lines: slice) -> Receptances:
         """Return the same on some lines."""
-        parts = self.felt, self.across, self.felt_psd, self.across_psd
+
+        def part(values: Complexes) -> Complexes:
+            return values if values is NONE else values[lines]
+
+        parts = map(part, (self.across, self.felt_psd, self.across_psd))
         force = None if self.force is None else self.force[lines]
-        return Receptances(*(part if part is NONE else part[lines] for part in parts), force)
+        return Receptances(self.felt[lines], *parts, force=force)
 
     def solution(self, pull: Matrices, *, again: bool = False) -> Callable[[Complexes], Complexes]:
         """Return what solves with I + R_uu S, factorised once where it is called again."""
