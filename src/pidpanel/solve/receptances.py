@@ -66,9 +66,9 @@ class Receptances:
         def part(values: Complexes) -> Complexes:
             return values if values is NONE else values[lines]
 
-        parts = map(part, (self.across, self.felt_psd, self.across_psd))
+        across, felt_psd, across_psd = map(part, (self.across, self.felt_psd, self.across_psd))
         force = None if self.force is None else self.force[lines]
-        return Receptances(self.felt[lines], *parts, force=force)
+        return Receptances(self.felt[lines], across, felt_psd, across_psd, force)
 
     def solution(self, pull: Matrices, *, again: bool = False) -> Callable[[Complexes], Complexes]:
         """Return what solves with I + R_uu S, factorised once where it is called again."""
