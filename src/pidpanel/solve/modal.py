@@ -316,14 +316,21 @@ def panel_in_shapes(
     rows, lines = motion_at_points.reshape(-1, n), slice(None)
     transfer = 1 / basis.dynamic_stiffness(frequency)
     force = matrices_at(modal_force, frequency, lines, n)
-    felt_psd = transfer[:, :, None] * (spectrum[:, None, None] * force) * transfer[:, None].conj()
+    force = spectrum[:, None, None] * force
+    felt_psd = transfer[:, :, None] * force * transfer[:, None].conj()
     across_psd = mixed_product(rows, felt_psd)
     among = mixed_product(across_psd, rows.T)
     air = air_at(air_stiffness, frequency, lines, n)
     return BarePanel(
         frequency,
         shape_coordinates(weight),
-        Receptances(transfer, rows * transfer[:, None], felt_psd, across_psd),
+        Receptances(
+            transfer,
+            rows * transfer[:, None],
+            felt_psd,
+            across_psd,
+            force if np.isrealobj(force) else None,
+        ),
         _by_point(among, n_points, m),
         None if air is None else np.asarray(np.broadcast_to(air, felt_psd.shape), complex),
     )
